@@ -1,0 +1,3 @@
+//! Gestus builder: from annotated motion capture to one flat blob that `gestus-core` reads in place.
+
+pub mod motion;

@@ -1,0 +1,120 @@
+//! Clips as the builder sees them: a skeleton and, for every frame, one pose, in `f64`.
+//!
+//! Right-handed, Y up, metres, radians, seconds. Quaternions are nalgebra's; where they leave the builder as
+//! numbers their order is `[x, y, z, w]`. Joint 0 is the root of the animated body (the hips); its rotation and
+//! position are in the world, every other rotation is local to its parent.
+
+use std::sync::Arc;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// A tree of joints. Parents come before their children.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skeleton {
+    /// Name of each joint, unique.
+    pub names: Vec<String>,
+    /// Index of each joint's parent; `None` for joint 0 alone.
+    pub parents: Vec<Option<usize>>,
+    /// Position of each joint in its parent's frame, metres. Joint 0: zero.
+    pub offsets: Vec<Vector3<f64>>,
+}
+
+impl Skeleton {
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Index of the joint of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|n| n == name)
+    }
+}
+
+/// One pose: where the root is, and each joint's rotation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Root position in the world, metres.
+    pub root: Vector3<f64>,
+    /// Joint rotations, [joints]; entry 0 is the root's orientation in the world.
+    pub rotations: Vec<UnitQuaternion<f64>>,
+}
+
+impl Frame {
+    /// World positions of all joints, metres, by forward kinematics. Shape [joints].
+    pub fn positions(&self, skeleton: &Skeleton) -> Vec<Vector3<f64>> {
+        let mut world = Vec::with_capacity(skeleton.joints());
+        let mut positions = Vec::with_capacity(skeleton.joints());
+        for j in 0..skeleton.joints() {
+            match skeleton.parents[j] {
+                None => {
+                    world.push(self.rotations[j]);
+                    positions.push(self.root);
+                }
+                Some(p) => {
+                    let position: Vector3<f64> = positions[p] + world[p] * skeleton.offsets[j];
+                    let rotation: UnitQuaternion<f64> = world[p] * self.rotations[j];
+                    world.push(rotation);
+                    positions.push(position);
+                }
+            }
+        }
+        positions
+    }
+}
+
+/// A clip of motion at a fixed rate.
+#[derive(Debug, Clone)]
+pub struct Clip {
+    /// Where it came from: a file's stem, or the generator's name for it.
+    pub name: String,
+    /// The joints that the frames move.
+    pub skeleton: Arc<Skeleton>,
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// The poses, in order of time.
+    pub frames: Vec<Frame>,
+}
+
+impl Clip {
+    /// Duration in seconds, from the first frame to the last.
+    pub fn duration_s(&self) -> f64 {
+        self.frames.len().saturating_sub(1) as f64 / self.rate_hz
+    }
+
+    /// The same motion at another rate: positions linearly, rotations spherically interpolated.
+    pub fn resampled(&self, rate_hz: f64) -> Clip {
+        if (rate_hz - self.rate_hz).abs() < 1e-3 * rate_hz || self.frames.len() < 2 {
+            return self.clone();
+        }
+        let count = (self.duration_s() * rate_hz + 1e-6).floor() as usize + 1;
+        let frames = (0..count).map(|i| self.at(i as f64 / rate_hz * self.rate_hz)).collect();
+        Clip { name: self.name.clone(), skeleton: self.skeleton.clone(), rate_hz, frames }
+    }
+
+    /// The pose at a fractional frame index, held at both ends.
+    pub fn at(&self, index: f64) -> Frame {
+        let last = self.frames.len() - 1;
+        let index = index.clamp(0.0, last as f64);
+        let i = (index.floor() as usize).min(last);
+        let t = index - i as f64;
+        if t <= 0.0 || i == last {
+            return self.frames[i].clone();
+        }
+        interpolate(&self.frames[i], &self.frames[i + 1], t)
+    }
+}
+
+/// The pose between two: positions linearly, rotations spherically along the short way. `t` in 0 to 1.
+pub fn interpolate(a: &Frame, b: &Frame, t: f64) -> Frame {
+    Frame {
+        root: a.root.lerp(&b.root, t),
+        rotations: a.rotations.iter().zip(&b.rotations).map(|(p, q)| slerp(p, q, t)).collect(),
+    }
+}
+
+/// Spherical interpolation along the short way; never fails (halves of a turn go by the linear blend).
+pub fn slerp(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>, t: f64) -> UnitQuaternion<f64> {
+    let b = if a.coords.dot(&b.coords) < 0.0 { UnitQuaternion::new_unchecked(-b.into_inner()) } else { *b };
+    a.try_slerp(&b, t, 1e-9).unwrap_or_else(|| a.nlerp(&b, t))
+}

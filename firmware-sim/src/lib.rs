@@ -1,0 +1,1 @@
+//! Runs the Gestus core as firmware would.

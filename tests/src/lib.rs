@@ -1,0 +1,1 @@
+//! Whole-system tests of Gestus; helpers that they share.
