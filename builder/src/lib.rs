@@ -1,3 +1,4 @@
 //! Gestus builder: from annotated motion capture to one flat blob that `gestus-core` reads in place.
 
+pub mod corpus;
 pub mod motion;

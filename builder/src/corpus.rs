@@ -1,0 +1,85 @@
+//! What registration hands on to the builder: clips at the database's rate, each with its action, style,
+//! contacts and canonical timeline.
+
+use std::sync::Arc;
+
+use crate::motion::{Clip, Skeleton};
+
+/// A cycle (or a whole-clip action): where the clip is at uniform steps of canonical time.
+///
+/// `knots[i]` is the fractional frame index at phase `i / (knots.len() - 1)`: two knots are a straight line,
+/// three a gait cycle from left strike by right strike to left strike. Strictly ascending, at least two.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// Fractional frame indices at uniform phases 0 to 1.
+    pub knots: Vec<f64>,
+}
+
+impl Cycle {
+    /// Frame position at that phase; linear between the knots, and on beyond them with the outer slopes.
+    pub fn position(&self, phase: f64) -> f64 {
+        let segments = self.knots.len() - 1;
+        let u = phase * segments as f64;
+        let i = (u.floor().max(0.0) as usize).min(segments - 1);
+        self.knots[i] + (u - i as f64) * (self.knots[i + 1] - self.knots[i])
+    }
+
+    /// Phase at that frame position: the inverse of [`position`](Self::position).
+    pub fn phase(&self, position: f64) -> f64 {
+        let segments = self.knots.len() - 1;
+        let i = self.knots[1..segments].iter().take_while(|&&k| k <= position).count();
+        let span = self.knots[i + 1] - self.knots[i];
+        (i as f64 + (position - self.knots[i]) / span) / segments as f64
+    }
+
+    /// First and last knot.
+    pub fn span(&self) -> (f64, f64) {
+        (self.knots[0], self.knots[self.knots.len() - 1])
+    }
+}
+
+/// A clip with all that the builder knows of it.
+#[derive(Debug, Clone)]
+pub struct Example {
+    /// The motion, at the corpus's rate, on the corpus's skeleton.
+    pub clip: Clip,
+    /// Index of its action.
+    pub action: usize,
+    /// Index of its style.
+    pub style: usize,
+    /// Which foot stands, left and right. Shape [frames].
+    pub contacts: Vec<[bool; 2]>,
+    /// Its canonical timeline: cycles in order of time, not overlapping.
+    pub cycles: Vec<Cycle>,
+    /// Licence or source, for the manifest; empty where nothing is known.
+    pub licence: String,
+}
+
+/// Everything a database is built from.
+#[derive(Debug, Clone)]
+pub struct Corpus {
+    /// Skeleton of every clip.
+    pub skeleton: Arc<Skeleton>,
+    /// Frames a second of every clip.
+    pub rate_hz: f64,
+    /// Names of the actions, by index.
+    pub actions: Vec<String>,
+    /// Names of the styles, by index.
+    pub styles: Vec<String>,
+    /// The clips.
+    pub examples: Vec<Example>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phase_inverts_position() {
+        let cycle = Cycle { knots: vec![3.0, 10.0, 31.0] };
+        for phase in [-0.1, 0.0, 0.2, 0.5, 0.7, 1.0, 1.2] {
+            assert!((cycle.phase(cycle.position(phase)) - phase).abs() < 1e-12, "{phase}");
+        }
+        assert_eq!(cycle.position(0.5), 10.0);
+    }
+}

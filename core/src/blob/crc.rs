@@ -1,0 +1,39 @@
+//! CRC-32C (Castagnoli): one table of 16 words, four bits at a time; about 10 instructions a byte.
+
+const TABLE: [u32; 16] = {
+    let mut table = [0; 16];
+    let mut i = 0;
+    while i < 16 {
+        let mut value = i as u32;
+        let mut bit = 0;
+        while bit < 4 {
+            value = if value & 1 == 1 { (value >> 1) ^ 0x82f6_3b78 } else { value >> 1 };
+            bit += 1;
+        }
+        table[i] = value;
+        i += 1;
+    }
+    table
+};
+
+/// Checksum of the pieces, as if they were one.
+pub fn crc32c(pieces: &[&[u8]]) -> u32 {
+    let mut crc = u32::MAX;
+    for piece in pieces {
+        for &byte in *piece {
+            crc ^= u32::from(byte);
+            crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+            crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+        }
+    }
+    !crc
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn check_value_of_the_catalogue() {
+        assert_eq!(super::crc32c(&[b"123456789"]), 0xe306_9283);
+        assert_eq!(super::crc32c(&[b"1234", b"", b"56789"]), 0xe306_9283);
+    }
+}

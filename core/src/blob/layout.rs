@@ -1,0 +1,339 @@
+//! The bytes of a blob, by name: the only place where the format's numbers are written down in code. The
+//! builder writes with these constants, [`Database`](super::Database) reads with them; `docs/FORMAT.md` explains.
+//!
+//! ```text
+//! 0              64                    64 + 16 n          (16-byte boundaries)
+//! | header       | section table       | section | section | ...             |
+//! | magic, counts| id, offset, len, crc| raw bytes, little-endian, no pointers|
+//! ```
+
+use core::ops::Range;
+
+/// First bytes of every blob.
+pub const MAGIC: [u8; 8] = *b"GESTUS\r\n";
+/// Version of the format that this core reads.
+pub const VERSION: u16 = 1;
+/// Every section starts on a multiple of this.
+pub const ALIGNMENT: usize = 16;
+/// Explicit graph edges of a frame. The frames before and after it are edges too, and not stored.
+pub const DEGREE: usize = 8;
+/// Entry points of a class's graph.
+pub const ENTRIES: usize = 12;
+/// An edge, entry point or pair that is not there.
+pub const NONE: u16 = u16::MAX;
+/// Most joints a database may have.
+pub const MAX_JOINTS: usize = 64;
+/// Most frames of a query window.
+pub const MAX_WINDOW: usize = 8;
+/// Most principal components of a feature.
+pub const MAX_FEATURES: usize = 32;
+/// Most joint groups of the metric and the style strength.
+pub const MAX_GROUPS: usize = 8;
+/// Most styles.
+pub const MAX_STYLES: usize = 32;
+/// Most dofs that the timing metric looks at.
+pub const MAX_TIMING: usize = 16;
+/// Dofs that are not a joint's exponential map: height, forward, left, yaw.
+pub const ROOT_DOFS: usize = 4;
+
+/// Index of each root dof; the joints' exponential maps follow, three a joint, joints in order from 1.
+pub mod dof {
+    /// Height of the root above the floor, metres.
+    pub const HEIGHT: usize = 0;
+    /// Root orientation without its heading, relative to its mean: an exponential map, radians, three dofs.
+    pub const TILT: usize = 1;
+    /// Root velocity along the heading of the frame before, metres a second.
+    pub const FORWARD: usize = 4;
+    /// Root velocity to the left of that heading, metres a second.
+    pub const LEFT: usize = 5;
+    /// Rate of the heading, radians a second, positive to the left.
+    pub const YAW: usize = 6;
+    /// First dof of joint 1.
+    pub const JOINTS: usize = 7;
+}
+
+/// Byte ranges of the header (64 bytes).
+pub mod header {
+    use super::Range;
+    /// Length of the header.
+    pub const LENGTH: usize = 64;
+    /// [`MAGIC`](super::MAGIC).
+    pub const MAGIC: Range<usize> = 0..8;
+    /// Format version, u16.
+    pub const VERSION: Range<usize> = 8..10;
+    /// Number of sections, u16.
+    pub const SECTIONS: Range<usize> = 10..12;
+    /// Length of the whole blob in bytes, u32.
+    pub const TOTAL: Range<usize> = 12..16;
+    /// CRC-32C of header and section table, with these four bytes zero.
+    pub const CRC: Range<usize> = 16..20;
+    /// Joints, u16.
+    pub const JOINTS: Range<usize> = 20..22;
+    /// Degrees of freedom: 3 joints + 4, u16.
+    pub const DOFS: Range<usize> = 22..24;
+    /// Principal components of a feature, u16.
+    pub const FEATURES: Range<usize> = 24..26;
+    /// Frames of the query window, u16.
+    pub const WINDOW: Range<usize> = 26..28;
+    /// Styles, u16.
+    pub const STYLES: Range<usize> = 28..30;
+    /// Actions, u16.
+    pub const ACTIONS: Range<usize> = 30..32;
+    /// Classes (combinations of action and style that hold frames), u16.
+    pub const CLASSES: Range<usize> = 32..34;
+    /// Joint groups, u16.
+    pub const GROUPS: Range<usize> = 34..36;
+    /// Captured frames, u32.
+    pub const FRAMES: Range<usize> = 36..40;
+    /// Rows: captured frames and, behind them, prototype frames, u32.
+    pub const ROWS: Range<usize> = 40..44;
+    /// Frames a second, f32.
+    pub const RATE: Range<usize> = 44..48;
+    /// Rows of a block, u16.
+    pub const BLOCK_ROWS: Range<usize> = 48..50;
+    /// Dofs of the timing metric, u16.
+    pub const TIMING: Range<usize> = 50..52;
+    /// Gait cycles or whole-clip segments, u32.
+    pub const CYCLES: Range<usize> = 52..56;
+    /// Clips, u32.
+    pub const CLIPS: Range<usize> = 56..60;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 60..64;
+}
+
+/// Byte ranges of an entry of the section table (16 bytes).
+pub mod entry {
+    use super::Range;
+    /// Length of an entry.
+    pub const LENGTH: usize = 16;
+    /// Section number, u16.
+    pub const ID: Range<usize> = 0..2;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 2..4;
+    /// Offset from the start of the blob, u32.
+    pub const OFFSET: Range<usize> = 4..8;
+    /// Length in bytes without padding, u32.
+    pub const BYTES: Range<usize> = 8..12;
+    /// CRC-32C of the section's bytes.
+    pub const CRC: Range<usize> = 12..16;
+}
+
+/// Numbers of the sections.
+pub mod section {
+    /// Names, licences, build parameters: postcard.
+    pub const MANIFEST: u16 = 1;
+    /// Joints and, behind them, the skeleton's trailer.
+    pub const SKELETON: u16 = 2;
+    /// Per dof: quantisation step and scale.
+    pub const DOFS: u16 = 3;
+    /// Mean cloud, weights, feature scales and groups, principal components.
+    pub const QUERY: u16 = 4;
+    /// Classes.
+    pub const CLASSES: u16 = 5;
+    /// Clips: runs of rows that follow each other in time.
+    pub const CLIPS: u16 = 6;
+    /// Cycles.
+    pub const CYCLES: u16 = 7;
+    /// Time knots of the cycles, f32.
+    pub const KNOTS: u16 = 8;
+    /// Per cycle and style: the cycle that is its output, u16.
+    pub const PAIRS: u16 = 9;
+    /// Per block of rows: where it starts, u32.
+    pub const BLOCKS: u16 = 10;
+    /// Packed rows.
+    pub const ROWS: u16 = 11;
+    /// Per captured frame: its feature, i8.
+    pub const FEATURES: u16 = 12;
+    /// Per captured frame: [`DEGREE`](super::DEGREE) edges, u16.
+    pub const GRAPH: u16 = 13;
+    /// Per captured frame: contacts and what it may be used for, u8.
+    pub const FLAGS: u16 = 14;
+    /// Dofs and weights of the timing metric.
+    pub const TIMING: u16 = 15;
+    /// The sections that every database has, in the order in which they are written.
+    pub const REQUIRED: [u16; 15] = [
+        MANIFEST, SKELETON, DOFS, QUERY, CLASSES, CLIPS, CYCLES, KNOTS, PAIRS, BLOCKS, ROWS, FEATURES, GRAPH,
+        FLAGS, TIMING,
+    ];
+    /// Reserved for linear time-invariant models (paper 001).
+    pub const LTI: u16 = 32;
+    /// Reserved for statistical transfer (paper 002).
+    pub const STATISTIC: u16 = 33;
+    /// Reserved for the effort dial (paper 003).
+    pub const EFFORT: u16 = 34;
+    /// Reserved for retargeting maps.
+    pub const RETARGET: u16 = 35;
+
+    /// Name of a section, for people.
+    pub const fn name(id: u16) -> Option<&'static str> {
+        Some(match id {
+            MANIFEST => "manifest",
+            SKELETON => "skeleton",
+            DOFS => "dofs",
+            QUERY => "query",
+            CLASSES => "classes",
+            CLIPS => "clips",
+            CYCLES => "cycles",
+            KNOTS => "knots",
+            PAIRS => "pairs",
+            BLOCKS => "blocks",
+            ROWS => "rows",
+            FEATURES => "features",
+            GRAPH => "graph",
+            FLAGS => "flags",
+            TIMING => "timing",
+            LTI => "lti",
+            STATISTIC => "statistic",
+            EFFORT => "effort",
+            RETARGET => "retarget",
+            _ => return None,
+        })
+    }
+}
+
+/// Byte ranges of a joint (32 bytes) and of the trailer behind the joints (16 bytes).
+pub mod joint {
+    use super::Range;
+    /// Length of a joint.
+    pub const LENGTH: usize = 32;
+    /// Index of the parent, u8; [`ROOT`] for joint 0.
+    pub const PARENT: usize = 0;
+    /// Joint group, u8.
+    pub const GROUP: usize = 1;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 2..4;
+    /// Position in the parent's frame, metres, 3 f32.
+    pub const OFFSET: Range<usize> = 4..16;
+    /// Mean local rotation, quaternion, 4 f32.
+    pub const MEAN: Range<usize> = 16..32;
+    /// The parent of joint 0.
+    pub const ROOT: u8 = 255;
+    /// Length of the trailer.
+    pub const TRAILER: usize = 16;
+    /// In the trailer: the hips line, from right to left, in the root's own frame, unit length, 3 f32.
+    pub const HIPS_LINE: Range<usize> = 0..12;
+    /// In the trailer: joints of the left and right toes, u8 each (255: none), then zero.
+    pub const TOES: Range<usize> = 12..14;
+}
+
+/// Byte ranges of a dof (8 bytes).
+pub mod dof_record {
+    use super::Range;
+    /// Length of a dof.
+    pub const LENGTH: usize = 8;
+    /// Quantisation step, f32, in the dof's unit.
+    pub const STEP: Range<usize> = 0..4;
+    /// Standard deviation over the database, f32, in the dof's unit: scale of the normalised ridge.
+    pub const SCALE: Range<usize> = 4..8;
+}
+
+/// Byte ranges of a class (48 bytes).
+pub mod class {
+    use super::Range;
+    /// Length of a class.
+    pub const LENGTH: usize = 48;
+    /// First row, u32.
+    pub const FIRST_ROW: Range<usize> = 0..4;
+    /// Number of rows, at most 65,535, u32.
+    pub const ROWS: Range<usize> = 4..8;
+    /// First cycle, u32.
+    pub const FIRST_CYCLE: Range<usize> = 8..12;
+    /// Number of cycles, u32.
+    pub const CYCLES: Range<usize> = 12..16;
+    /// Action, u16.
+    pub const ACTION: Range<usize> = 16..18;
+    /// Style, u16.
+    pub const STYLE: Range<usize> = 18..20;
+    /// Most neighbors that a search of this class returns, u16.
+    pub const K_CAP: Range<usize> = 20..22;
+    /// Rows that the search may return, u16.
+    pub const SEARCHABLE: Range<usize> = 22..24;
+    /// Entry points of the graph, [`ENTRIES`](super::ENTRIES) u16, rows of the class.
+    pub const ENTRY_POINTS: Range<usize> = 24..48;
+}
+
+/// Byte ranges of a clip (8 bytes).
+pub mod clip {
+    use super::Range;
+    /// Length of a clip.
+    pub const LENGTH: usize = 8;
+    /// First row, u32.
+    pub const FIRST_ROW: Range<usize> = 0..4;
+    /// Number of rows, u32.
+    pub const ROWS: Range<usize> = 4..8;
+}
+
+/// Byte ranges of a cycle (16 bytes).
+pub mod cycle {
+    use super::Range;
+    /// Length of a cycle.
+    pub const LENGTH: usize = 16;
+    /// The clip it lies in, u32.
+    pub const CLIP: Range<usize> = 0..4;
+    /// Its first knot, u32.
+    pub const FIRST_KNOT: Range<usize> = 4..8;
+    /// Number of knots, at least 2, u16.
+    pub const KNOTS: Range<usize> = 8..10;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 10..12;
+    /// Position of the first knot among all rows, rounded up to a row, u32: cycles of a class ascend in it.
+    pub const START: Range<usize> = 12..16;
+}
+
+/// Byte ranges of a block's header; the packed rows follow it.
+pub mod block {
+    use super::Range;
+    /// Bytes of a row, u16.
+    pub const ROW_BYTES: Range<usize> = 0..2;
+    /// First of the bases: one i16 a dof, in quantisation steps. Behind them one bit width a dof, two a byte.
+    pub const BASES: usize = 2;
+    /// Widest field of a row, bits.
+    pub const MAX_WIDTH: usize = 15;
+    /// Bytes that follow the last row, so that a field can be read as four bytes.
+    pub const PADDING: usize = 4;
+
+    /// Length of the header of a block with that many dofs.
+    pub const fn header(dofs: usize) -> usize {
+        BASES + 2 * dofs + dofs.div_ceil(2)
+    }
+}
+
+/// Bits of a frame's flags.
+pub mod flag {
+    /// The left foot stands.
+    pub const LEFT_CONTACT: u8 = 1;
+    /// The right foot stands.
+    pub const RIGHT_CONTACT: u8 = 2;
+    /// The search may return the frame: it has a frame before it and an output in every style.
+    pub const SEARCHABLE: u8 = 4;
+    /// The row before it is the frame before it.
+    pub const FOLLOWS: u8 = 8;
+    /// All bits in use.
+    pub const ALL: u8 = 15;
+}
+
+/// Byte ranges of a dof of the timing metric (8 bytes).
+pub mod timing {
+    use super::Range;
+    /// Length of an entry.
+    pub const LENGTH: usize = 8;
+    /// The dof, u16.
+    pub const DOF: Range<usize> = 0..2;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 2..4;
+    /// Weight of its squared differences, f32.
+    pub const WEIGHT: Range<usize> = 4..8;
+}
+
+/// Degrees of freedom of a skeleton with that many joints.
+pub const fn dofs(joints: usize) -> usize {
+    3 * joints + ROOT_DOFS
+}
+
+const _: () = {
+    // The counts in the records add up to their lengths.
+    assert!(class::ENTRY_POINTS.end - class::ENTRY_POINTS.start == 2 * ENTRIES);
+    assert!(header::RESERVED.end == header::LENGTH);
+    assert!(dof::JOINTS == ROOT_DOFS + 3);
+    assert!(dofs(MAX_JOINTS) <= 4 * MAX_JOINTS);
+};

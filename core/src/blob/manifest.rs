@@ -1,0 +1,57 @@
+//! The manifest: what people want to know of a blob, in postcard. The stylizer never reads it.
+
+use serde::{Deserialize, Serialize};
+
+/// A list of names: one string, one name a line, so that no list of its own is needed to hold it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(transparent)]
+pub struct Names<'a>(#[serde(borrow)] pub &'a str);
+
+impl<'a> Names<'a> {
+    /// The names in order.
+    pub fn iter(self) -> impl Iterator<Item = &'a str> {
+        // An empty string is an empty list, not a list of one empty name.
+        self.0.split('\n').filter(move |_| !self.0.is_empty())
+    }
+
+    /// Name of that number.
+    pub fn get(self, index: usize) -> Option<&'a str> {
+        self.iter().nth(index)
+    }
+
+    /// Number of that name.
+    pub fn find(self, name: &str) -> Option<u16> {
+        self.iter().position(|n| n == name).and_then(|i| u16::try_from(i).ok())
+    }
+
+    /// How many names.
+    pub fn count(self) -> usize {
+        self.iter().count()
+    }
+}
+
+/// Names, sources and build parameters of a database.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Manifest<'a> {
+    /// Name and version of the builder.
+    #[serde(borrow)]
+    pub builder: &'a str,
+    /// Unit of lengths: `m`.
+    pub unit: &'a str,
+    /// Joints, in the order of the skeleton.
+    pub joints: Names<'a>,
+    /// Actions, by number.
+    pub actions: Names<'a>,
+    /// Styles, by number.
+    pub styles: Names<'a>,
+    /// Joint groups, by number.
+    pub groups: Names<'a>,
+    /// Clips, in the order of the clip table.
+    pub clips: Names<'a>,
+    /// Licences and sources of the clips, a line each.
+    pub licences: Names<'a>,
+    /// Build parameters, `name = value`, a line each.
+    pub parameters: Names<'a>,
+}

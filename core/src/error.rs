@@ -1,0 +1,176 @@
+//! What can be wrong with a blob, or with what a caller asks for. Small, `Copy`, without strings of its own.
+
+use core::fmt;
+
+/// Why a blob was refused by [`Database::open`](crate::Database::open).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum BlobError {
+    /// Fewer bytes than the header or its stated length needs.
+    Truncated {
+        /// Bytes needed.
+        need: u32,
+        /// Bytes there.
+        have: u32,
+    },
+    /// The first bytes are not a Gestus blob's.
+    Magic,
+    /// Written in another version of the format.
+    Version {
+        /// The version that this core reads.
+        need: u16,
+        /// The version found.
+        have: u16,
+    },
+    /// A checksum does not agree: the bytes were changed after writing. Section 0 is the header.
+    Checksum {
+        /// Section whose bytes disagree.
+        section: u16,
+    },
+    /// A section is missing, doubled, misplaced or not aligned.
+    Section {
+        /// The section.
+        section: u16,
+    },
+    /// A section's length does not follow from the header's counts.
+    Length {
+        /// The section.
+        section: u16,
+        /// Bytes needed.
+        need: u32,
+        /// Bytes there.
+        have: u32,
+    },
+    /// A number in the section is out of its range, not finite, or refers to something that is not there.
+    Value {
+        /// The section.
+        section: u16,
+        /// Index of the record in the section.
+        record: u32,
+    },
+    /// A reserved byte is not zero.
+    Reserved {
+        /// The section; 0 is the header.
+        section: u16,
+    },
+    /// The manifest can't be decoded.
+    Manifest,
+}
+
+impl fmt::Display for BlobError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Truncated { need, have } => {
+                write!(f, "the blob has {have} bytes and needs {need}: copy it again, whole")
+            }
+            Self::Magic => f.write_str("this is not a Gestus blob: build one with `gestus build`"),
+            Self::Version { need, have } => {
+                write!(
+                    f,
+                    "the blob is of format version {have}, this core reads {need}: build it again with the builder of this version"
+                )
+            }
+            Self::Checksum { section } => {
+                write!(
+                    f,
+                    "the checksum of {} does not agree: the blob was damaged, copy it again",
+                    Name(section)
+                )
+            }
+            Self::Section { section } => {
+                write!(f, "{} is missing, doubled or misplaced: build the blob again", Name(section))
+            }
+            Self::Length { section, need, have } => {
+                write!(f, "{} has {have} bytes and needs {need}: build the blob again", Name(section))
+            }
+            Self::Value { section, record } => {
+                write!(f, "record {record} of {} is out of range: build the blob again", Name(section))
+            }
+            Self::Reserved { section } => {
+                write!(
+                    f,
+                    "a reserved byte of {} is not zero: the blob is newer than this core, or damaged",
+                    Name(section)
+                )
+            }
+            Self::Manifest => f.write_str("the manifest can't be decoded: build the blob again"),
+        }
+    }
+}
+
+impl core::error::Error for BlobError {}
+
+struct Name(u16);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => f.write_str("the header"),
+            id => match crate::blob::layout::section::name(id) {
+                Some(name) => write!(f, "section `{name}`"),
+                None => write!(f, "section {id}"),
+            },
+        }
+    }
+}
+
+/// Why a stylizer refused a database or a setting. The setting in force before stays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The database has more joints than the stylizer's `J`.
+    Joints {
+        /// Joints in the database.
+        need: u16,
+        /// The stylizer's capacity.
+        have: u16,
+    },
+    /// The database has more classes than the stylizer's `C`.
+    Classes {
+        /// Classes in the database.
+        need: u16,
+        /// The stylizer's capacity.
+        have: u16,
+    },
+    /// `k` is zero or larger than the stylizer's `K`.
+    Neighbors {
+        /// Neighbors asked for.
+        need: u16,
+        /// The stylizer's capacity.
+        have: u16,
+    },
+    /// No style, action or joint group of that number is in the database.
+    Unknown {
+        /// The number asked for.
+        id: u16,
+        /// How many there are.
+        have: u16,
+    },
+    /// A weight is negative or not finite, or all are zero.
+    Weights,
+    /// A parameter is out of its range or not finite.
+    Parameter,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Joints { need, have } => {
+                write!(f, "the database has {need} joints, this stylizer takes {have}: raise J")
+            }
+            Self::Classes { need, have } => {
+                write!(f, "the database has {need} classes, this stylizer takes {have}: raise C")
+            }
+            Self::Neighbors { need, have } => {
+                write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")
+            }
+            Self::Unknown { id, have } => write!(f, "there is no number {id}: the database has {have}"),
+            Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
+            Self::Parameter => f.write_str("a parameter is not finite or out of its range"),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}

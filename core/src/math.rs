@@ -1,0 +1,138 @@
+//! Elementary functions: the only door to `libm` and `micromath`.
+//!
+//! Every function gives the same bits on every target: no fused multiply-add, no platform library, comparisons
+//! instead of `min`/`max` (which differ at signed zeros). Sine and cosine are polynomials of our own, because
+//! `libm`'s reduce in `f64`, which is soft on a Cortex-M4F (about 1,250 instructions a call against about 40).
+//!
+//! | function | from | accuracy |
+//! |---|---|---|
+//! | [`sin_cos`] | minimax polynomial after Cody-Waite reduction (feature `micromath`: its approximation) | 2 ulp on ±π (1.1e-3 absolute) |
+//! | [`acos`], [`atan2`], [`exp`], [`sqrt`] | `libm` | 1 ulp |
+
+use libm::{acosf, atan2f, expf, sqrtf};
+
+/// Square root; negative values give 0.
+#[inline]
+pub fn sqrt(x: f32) -> f32 {
+    if x > 0.0 { sqrtf(x) } else { 0.0 }
+}
+
+/// `e` to the power of `x`.
+#[inline]
+pub fn exp(x: f32) -> f32 {
+    expf(x)
+}
+
+/// Arc cosine of `x`, clamped to -1..1, radians.
+#[inline]
+pub fn acos(x: f32) -> f32 {
+    acosf(clamp(x, -1.0, 1.0))
+}
+
+/// Angle of the vector (`x`, `y`), radians, in -π..π.
+#[inline]
+pub fn atan2(y: f32, x: f32) -> f32 {
+    atan2f(y, x)
+}
+
+/// `x` held between `low` and `high`.
+#[inline]
+pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
+/// `x` without its sign.
+#[inline]
+pub fn abs(x: f32) -> f32 {
+    f32::from_bits(x.to_bits() & 0x7fff_ffff)
+}
+
+/// The angle `x` brought into -π..π, radians.
+#[inline]
+pub fn wrap_angle(x: f32) -> f32 {
+    use core::f32::consts::PI;
+    let mut x = x;
+    // Differences of two angles in -π..π need one turn at most; more would be a caller's stray input.
+    if x > PI {
+        x -= 2.0 * PI;
+    } else if x < -PI {
+        x += 2.0 * PI;
+    }
+    x
+}
+
+/// Sine and cosine of `x` radians. Not finite or beyond ±8192: (0, 1).
+#[cfg(not(feature = "micromath"))]
+pub fn sin_cos(x: f32) -> (f32, f32) {
+    // Also false for NaN.
+    let in_range = abs(x) < 8192.0;
+    if !in_range {
+        return (0.0, 1.0);
+    }
+    // x = k·π/2 + r, |r| ≤ π/4; π/2 in three parts (Cody and Waite), so that k·part is exact.
+    const PART_1: f32 = 1.570_312_5;
+    const PART_2: f32 = 4.837_513e-4;
+    const PART_3: f32 = 7.549_79e-8;
+    let scaled = x * core::f32::consts::FRAC_2_PI;
+    let k = (if scaled >= 0.0 { scaled + 0.5 } else { scaled - 0.5 }) as i32;
+    let kf = k as f32;
+    let r = ((x - kf * PART_1) - kf * PART_2) - kf * PART_3;
+    let r2 = r * r;
+    let sine = r + r * r2 * (-0.166_666_55 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4));
+    let cosine = 1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
+    match k & 3 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
+
+/// Sine and cosine of `x` radians by `micromath`, for boards without an FPU.
+#[cfg(feature = "micromath")]
+pub fn sin_cos(x: f32) -> (f32, f32) {
+    let in_range = abs(x) < 8192.0;
+    if !in_range {
+        return (0.0, 1.0);
+    }
+    let x = micromath::F32(x);
+    (x.sin().0, x.cos().0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(not(feature = "micromath"))]
+    fn sine_and_cosine_agree_with_f64() {
+        let mut worst = 0.0_f64;
+        for i in -200_000..=200_000 {
+            let x = i as f32 * 2.0e-5 * core::f32::consts::PI;
+            let (s, c) = sin_cos(x);
+            let x = f64::from(x);
+            worst = worst.max((f64::from(s) - libm::sin(x)).abs()).max((f64::from(c) - libm::cos(x)).abs());
+        }
+        assert!(worst < 2.0e-7, "worst error {worst}");
+    }
+
+    #[test]
+    fn stray_values_do_no_harm() {
+        assert_eq!(sin_cos(f32::NAN), (0.0, 1.0));
+        assert_eq!(sin_cos(f32::INFINITY), (0.0, 1.0));
+        assert_eq!(sqrt(-1.0), 0.0);
+        assert_eq!(acos(1.5), 0.0);
+    }
+
+    #[test]
+    fn angles_wrap_once() {
+        assert!((wrap_angle(3.5) - (3.5 - core::f32::consts::TAU)).abs() < 1e-6);
+        assert!((wrap_angle(-3.5) + 3.5 - core::f32::consts::TAU).abs() < 1e-6);
+    }
+}
