@@ -148,6 +148,8 @@ pub enum ConfigError {
         /// How many there are.
         have: u16,
     },
+    /// No class has the labelled action in the labelled style.
+    NoClass,
     /// A weight is negative or not finite, or all are zero.
     Weights,
     /// A parameter is out of its range or not finite.
@@ -167,6 +169,9 @@ impl fmt::Display for ConfigError {
                 write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")
             }
             Self::Unknown { id, have } => write!(f, "there is no number {id}: the database has {have}"),
+            Self::NoClass => f.write_str(
+                "the database does not hold that action in that style: label one of them, or neither",
+            ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),
         }

@@ -126,7 +126,7 @@ pub mod section {
     pub const SKELETON: u16 = 2;
     /// Per dof: quantisation step and scale.
     pub const DOFS: u16 = 3;
-    /// Mean cloud, weights, feature scales and groups, principal components.
+    /// Mean cloud, alignment weights, feature groups and scales, principal components: see [`query`](super::query).
     pub const QUERY: u16 = 4;
     /// Classes.
     pub const CLASSES: u16 = 5;
@@ -227,6 +227,37 @@ pub mod dof_record {
     pub const SCALE: Range<usize> = 4..8;
 }
 
+/// Places in the query section, by the header's counts. All numbers f32 but the groups.
+///
+/// ```text
+/// mean cloud  [window][joints][3]   metres, oldest frame first, ground centroid at the origin, facing +Z
+/// weights     [joints]              of the alignment; 0 for joints that it leaves out
+/// scales      [features]            metres for one step of a stored i8
+/// groups      [features] u8         joint group of each feature, padded with zeros to a multiple of 4
+/// components  [features][window][joints of the group][3]
+/// ```
+pub mod query {
+    /// Where the alignment weights start.
+    pub const fn weights(window: usize, joints: usize) -> usize {
+        12 * window * joints
+    }
+
+    /// Where the feature scales start.
+    pub const fn scales(window: usize, joints: usize) -> usize {
+        weights(window, joints) + 4 * joints
+    }
+
+    /// Where the feature groups start.
+    pub const fn groups(window: usize, joints: usize, features: usize) -> usize {
+        scales(window, joints) + 4 * features
+    }
+
+    /// Where the components start.
+    pub const fn components(window: usize, joints: usize, features: usize) -> usize {
+        groups(window, joints, features) + features.next_multiple_of(4)
+    }
+}
+
 /// Byte ranges of a class (48 bytes).
 pub mod class {
     use super::Range;
@@ -276,11 +307,11 @@ pub mod cycle {
     pub const KNOTS: Range<usize> = 8..10;
     /// Zero.
     pub const RESERVED: Range<usize> = 10..12;
-    /// Position of the first knot among all rows, rounded up to a row, u32: cycles of a class ascend in it.
+    /// First row of the cycle, u32: the first knot, rounded up. Cycles of a class ascend in it.
     pub const START: Range<usize> = 12..16;
 }
 
-/// Byte ranges of a block's header; the packed rows follow it.
+/// Byte ranges of a block's header; the packed rows follow it. Blocks follow each other, on even offsets.
 pub mod block {
     use super::Range;
     /// Bytes of a row, u16.
@@ -289,7 +320,7 @@ pub mod block {
     pub const BASES: usize = 2;
     /// Widest field of a row, bits.
     pub const MAX_WIDTH: usize = 15;
-    /// Bytes that follow the last row, so that a field can be read as four bytes.
+    /// Zero bytes behind the last block, so that a field can be read whole.
     pub const PADDING: usize = 4;
 
     /// Length of the header of a block with that many dofs.
@@ -312,17 +343,19 @@ pub mod flag {
     pub const ALL: u8 = 15;
 }
 
-/// Byte ranges of a dof of the timing metric (8 bytes).
+/// Byte ranges of a dof of the timing metric (12 bytes).
 pub mod timing {
     use super::Range;
     /// Length of an entry.
-    pub const LENGTH: usize = 8;
+    pub const LENGTH: usize = 12;
     /// The dof, u16.
     pub const DOF: Range<usize> = 0..2;
     /// Zero.
     pub const RESERVED: Range<usize> = 2..4;
-    /// Weight of its squared differences, f32.
-    pub const WEIGHT: Range<usize> = 4..8;
+    /// Weight of squared differences of the dof, f32.
+    pub const POSE: Range<usize> = 4..8;
+    /// Weight of squared differences of its change from frame to frame, f32.
+    pub const CHANGE: Range<usize> = 8..12;
 }
 
 /// Degrees of freedom of a skeleton with that many joints.

@@ -1,0 +1,143 @@
+//! Pairs: which frame, in another style, is the counterpart of a captured one.
+//!
+//! A cycle (a gait cycle, or a whole-clip action) holds knots: where its clip is at uniform steps of canonical
+//! time. For every cycle and style the blob names one output cycle; a frame's counterpart is that cycle at the
+//! frame's canonical time, between two rows. Nothing is copied: a pair costs two bytes.
+//!
+//! The counterpart of the frame *before* comes from the same output cycle (an autoregressive model needs a
+//! `y[t-1]` that leads to `y[t]`), a little below phase 0 where the cycle has just begun.
+
+use super::{
+    Database,
+    layout::{NONE, cycle},
+    read::{Record, f32_at, u16_at},
+};
+use crate::math::clamp;
+
+/// A place in a clip, between two rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Moment {
+    /// The row at or before it.
+    pub row: usize,
+    /// How far it lies towards the next row, 0 to 1; 0 where there is no next row.
+    pub fraction: f32,
+}
+
+/// The counterpart of a frame in one style.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Counterpart {
+    /// Where `y[t]` is.
+    pub now: Moment,
+    /// Where `y[t-1]` is, in the same cycle.
+    pub before: Moment,
+    /// Seconds from one to the other on the output's own timeline.
+    pub step_s: f32,
+}
+
+#[derive(Clone, Copy)]
+struct Cycle<'db> {
+    knots: &'db [u8],
+    segments: usize,
+    first_row: usize,
+    rows: usize,
+}
+
+impl Cycle<'_> {
+    #[inline]
+    fn knot(&self, index: usize) -> f32 {
+        f32_at(self.knots, 4 * index)
+    }
+
+    /// Canonical time of a position, in segments: 0 at the first knot. The outer segments go on beyond.
+    fn canonical(&self, position: f32) -> f32 {
+        let mut segment = 0;
+        while segment + 1 < self.segments && self.knot(segment + 1) <= position {
+            segment += 1;
+        }
+        let start = self.knot(segment);
+        segment as f32 + (position - start) / (self.knot(segment + 1) - start)
+    }
+
+    /// Position at a canonical time.
+    fn position(&self, canonical: f32) -> f32 {
+        let last = self.segments.saturating_sub(1);
+        // The cast saturates: below 0 and NaN give segment 0.
+        let segment = (canonical as usize).min(last);
+        let start = self.knot(segment);
+        start + (canonical - segment as f32) * (self.knot(segment + 1) - start)
+    }
+
+    /// A position of the clip as a row and a fraction, held at the clip's ends.
+    fn moment(&self, position: f32) -> Moment {
+        let last = self.rows.saturating_sub(1);
+        let position = clamp(position, 0.0, last as f32);
+        let row = position as usize;
+        Moment { row: self.first_row + row, fraction: if row < last { position - row as f32 } else { 0.0 } }
+    }
+}
+
+impl<'db> Database<'db> {
+    fn cycle(&self, index: usize) -> Cycle<'db> {
+        let record = Record::of(self.cycles, index, cycle::LENGTH);
+        let (first_row, rows) = self.clip(record.u32(cycle::CLIP) as usize);
+        let knots = self.knots.get(4 * record.u32(cycle::FIRST_KNOT) as usize..).unwrap_or(&[]);
+        let segments = usize::from(record.u16(cycle::KNOTS)).saturating_sub(1);
+        Cycle { knots, segments, first_row, rows }
+    }
+
+    /// First row of a cycle.
+    fn cycle_start(&self, index: usize) -> usize {
+        Record::of(self.cycles, index, cycle::LENGTH).u32(cycle::START) as usize
+    }
+
+    /// The cycle of class `class` that a row lies in: the last that starts at or before it.
+    pub fn cycle_of(&self, class: usize, row: usize) -> Option<usize> {
+        let class = self.class(class);
+        let (mut low, mut high) = (0, class.cycles);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.cycle_start(class.first_cycle + middle) <= row {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        Some(class.first_cycle + low.checked_sub(1)?)
+    }
+
+    /// The counterpart in `style` of a row that lies in cycle `cycle`; `None` where the cycle has none.
+    pub fn counterpart(&self, cycle: usize, row: usize, style: usize) -> Option<Counterpart> {
+        let output = u16_at(self.pairs, 2 * (cycle * self.counts.styles + style));
+        if output == NONE {
+            return None;
+        }
+        let output = usize::from(output);
+        let seconds = 1.0 / self.rate_hz;
+        let input = self.cycle(cycle);
+        let position = row.saturating_sub(input.first_row) as f32;
+        if output == cycle {
+            // Where input and output style are the same, the output is the input.
+            return Some(Counterpart {
+                now: input.moment(position),
+                before: input.moment(position - 1.0),
+                step_s: seconds,
+            });
+        }
+        let output = self.cycle(output);
+        let scale = output.segments as f32 / input.segments as f32;
+        let now = output.position(input.canonical(position) * scale);
+        let before = output.position(input.canonical(position - 1.0) * scale);
+        Some(Counterpart {
+            now: output.moment(now),
+            before: output.moment(before),
+            step_s: (now - before) * seconds,
+        })
+    }
+
+    /// True where every style in `styles` has a counterpart of the cycle.
+    pub fn paired(&self, cycle: usize) -> bool {
+        (0..self.counts.styles).all(|s| u16_at(self.pairs, 2 * (cycle * self.counts.styles + s)) != NONE)
+    }
+}

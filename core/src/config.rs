@@ -1,0 +1,158 @@
+//! What a stylizer can be told when it is made. Every value has a default that was measured; see
+//! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
+
+use crate::{
+    ConfigError,
+    knn::{MAX_VISITS, POOL},
+    mixture::MAX_KEPT,
+    regress::Ridge,
+    timing::Timing,
+};
+
+/// Where the output's heading comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Yaw {
+    /// The input's: the output turns where and when the input does.
+    #[default]
+    Input,
+    /// The predicted rate, integrated. It drifts: some 40 degrees in a turn of 110.
+    Predicted,
+}
+
+/// Parameters of the method. Build one by chaining: `Config::new().k(32).lambda(0.2)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    pub(crate) k: u16,
+    pub(crate) lambda: f32,
+    pub(crate) ridge: Ridge,
+    pub(crate) delta: f32,
+    pub(crate) prune: f32,
+    pub(crate) classes: u8,
+    pub(crate) kappa: f32,
+    pub(crate) rho: f32,
+    pub(crate) visits: u16,
+    pub(crate) pool: u8,
+    pub(crate) jump: f32,
+    pub(crate) timing: Timing,
+    pub(crate) timing_width: f32,
+    pub(crate) yaw: Yaw,
+}
+
+macro_rules! settings {
+    ($($(#[$doc:meta])* $name:ident: $type:ty;)*) => {
+        impl Config {
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub const fn $name(mut self, value: $type) -> Self {
+                    self.$name = value;
+                    self
+                }
+            )*
+        }
+    };
+}
+
+settings! {
+    /// Neighbors a class, 1 to the stylizer's `K`. Default 40 (paper 000).
+    k: u16;
+    /// Weight λ of the ridge. Default 0.1 on raw variables.
+    lambda: f32;
+    /// Raw or normalised variables.
+    ridge: Ridge;
+    /// Kernel width δ of the mixing proportions (eq. 4).
+    delta: f32;
+    /// Weight of classes that may be dropped, 0 to 1. Default 0.01.
+    prune: f32;
+    /// Most classes of a frame, 1 to 8. Default 8.
+    classes: u8;
+    /// Half width κ of the interval of trust, in standard deviations (eq. 6).
+    kappa: f32;
+    /// How much ρ of what lies outside the interval is kept in the output, 0 to 1 (eq. 7).
+    rho: f32;
+    /// Most distances computed in a class a frame, 64 to 448.
+    visits: u16;
+    /// Frames that the search keeps in sight, up to 64; at least k.
+    pool: u8;
+    /// A mean squared distance this many times the last frame's makes a class be searched anew. At least 1.
+    jump: f32;
+    /// Policy for the output's time.
+    timing: Timing;
+    /// Width of the timing kernel, in mean squared distances of the neighbors.
+    timing_width: f32;
+    /// Where the output's heading comes from.
+    yaw: Yaw;
+}
+
+impl Config {
+    /// The shipped defaults.
+    pub const fn new() -> Self {
+        Self {
+            k: 40,
+            lambda: 0.1,
+            ridge: Ridge::Raw,
+            delta: 0.2,
+            prune: 0.01,
+            classes: MAX_KEPT as u8,
+            kappa: 2.0,
+            rho: 0.7,
+            visits: 320,
+            pool: 64,
+            jump: 4.0,
+            timing: Timing::Free,
+            timing_width: 0.5,
+            yaw: Yaw::Input,
+        }
+    }
+
+    /// The constants of paper 000, where it states them: δ 0.7 on every class that has any weight.
+    pub const fn paper() -> Self {
+        Self::new().delta(0.7).prune(0.001)
+    }
+
+    /// λ and the mode of the ridge.
+    pub const fn ridge_lambda(&self) -> (Ridge, f32) {
+        (self.ridge, self.lambda)
+    }
+
+    /// κ and ρ.
+    pub const fn bias(&self) -> (f32, f32) {
+        (self.kappa, self.rho)
+    }
+
+    /// k and δ.
+    pub const fn neighborhood(&self) -> (u16, f32) {
+        (self.k, self.delta)
+    }
+
+    /// The timing policy.
+    pub const fn timing_policy(&self) -> Timing {
+        self.timing
+    }
+
+    pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
+        if !(1..=neighbors.min(POOL)).contains(&usize::from(self.k)) {
+            let have = u16::try_from(neighbors.min(POOL)).unwrap_or(u16::MAX);
+            return Err(ConfigError::Neighbors { need: self.k, have });
+        }
+        let fits = (1e-9..=1e6).contains(&self.lambda)
+            && (1e-3..=1e3).contains(&self.delta)
+            && (0.0..1.0).contains(&self.prune)
+            && (1..=MAX_KEPT).contains(&usize::from(self.classes))
+            && (0.0..=1e6).contains(&self.kappa)
+            && (0.0..=1.0).contains(&self.rho)
+            && (64..=MAX_VISITS).contains(&self.visits)
+            && (1..=POOL).contains(&usize::from(self.pool))
+            && (1.0..=1e9).contains(&self.jump)
+            && (1e-3..=1e3).contains(&self.timing_width);
+        if fits { Ok(()) } else { Err(ConfigError::Parameter) }
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,310 @@
+//! The nearest frames of a class, by graph search.
+//!
+//! Every captured frame has up to eight explicit edges to frames like it; the frames before and after are edges
+//! too. The search keeps a sorted pool of the best frames seen and expands the nearest one not yet expanded until
+//! none is left, or the visits are used up (Malkov and Yashunin 2018, their layer search, without layers).
+//!
+//! Motion goes on: the successors of the last frame's neighbors are most of this frame's neighbors (82% on real
+//! clips), so the pool starts with them and a few fixed entry points. Where they turn out far away (the input
+//! has jumped) the class is searched again, from frames spread evenly over it.
+//!
+//! Cost: at most `visits` distances a class, twice that after a jump; a distance reads one byte a component.
+
+use heapless::Vec;
+
+use crate::{
+    blob::{
+        Class, Database,
+        layout::{MAX_FEATURES, NONE, flag},
+    },
+    query::Feature,
+};
+
+/// Most frames in the pool.
+pub const POOL: usize = 64;
+/// Most visits of one search: the visited set has to stay sparse enough to probe.
+pub const MAX_VISITS: u16 = 448;
+const SLOTS: usize = 512;
+/// Frames that a search without neighbors to go on from starts with.
+const SPREAD: usize = 96;
+
+/// A frame seen by the search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Neighbor {
+    /// Squared distance to the query, weighted square metres.
+    pub distance2: f32,
+    /// Row within the class.
+    pub row: u16,
+    expanded: bool,
+}
+
+/// The query, ready to be compared with stored features.
+#[derive(Debug, Clone)]
+pub struct Metric {
+    /// The query in steps of the stored i8.
+    query: Feature,
+    /// Squared metres for a squared step; 0 for components that a mask leaves out.
+    weight: Feature,
+    features: usize,
+}
+
+impl Metric {
+    /// The metric of a query; `mask` says for each joint group whether the search looks at it.
+    pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
+        let features = database.counts().features;
+        let mut metric = Self { query: [0.0; MAX_FEATURES], weight: [0.0; MAX_FEATURES], features };
+        for f in 0..features.min(MAX_FEATURES) {
+            let scale = database.feature_scale(f);
+            let kept = mask >> database.feature_group(f) & 1 == 1;
+            metric.query[f] = feature[f] / scale;
+            metric.weight[f] = if kept { scale * scale } else { 0.0 };
+        }
+        metric
+    }
+
+    /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units
+    /// and scalar ones agree bit for bit.
+    #[inline]
+    pub fn distance2(&self, stored: &[u8]) -> f32 {
+        const LANES: usize = 8;
+        let mut sums = [0.0f32; LANES];
+        let queries = self.query.chunks_exact(LANES).zip(self.weight.chunks_exact(LANES));
+        for (codes, (query, weight)) in stored.chunks(LANES).zip(queries) {
+            for (((sum, &code), &q), &w) in sums.iter_mut().zip(codes).zip(query).zip(weight) {
+                let difference = q - f32::from(code as i8);
+                *sum += w * (difference * difference);
+            }
+        }
+        ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+    }
+
+    /// Bytes read for one distance.
+    pub fn bytes(&self) -> usize {
+        self.features
+    }
+}
+
+/// How a search went.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Effort {
+    /// Distances computed.
+    pub visits: u32,
+    /// Bytes of features and graph read.
+    pub bytes: u32,
+    /// The visits were used up before the pool was.
+    pub capped: bool,
+    /// The class was searched anew, because the input has jumped.
+    pub restarted: bool,
+}
+
+/// What limits a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Neighbors wanted.
+    pub k: usize,
+    /// Size of the pool, `k` to [`POOL`]: larger finds more and visits more.
+    pub pool: usize,
+    /// Most distances, up to [`MAX_VISITS`].
+    pub visits: u16,
+    /// A mean squared distance this many times the last one is a jump.
+    pub jump: f32,
+}
+
+/// Room for one search; used for one class after another.
+#[derive(Debug, Clone)]
+pub struct Searcher {
+    pool: Vec<Neighbor, POOL>,
+    visited: [u16; SLOTS],
+}
+
+impl Searcher {
+    /// Room for a search.
+    pub const fn new() -> Self {
+        Self { pool: Vec::new(), visited: [NONE; SLOTS] }
+    }
+
+    /// Finds the nearest frames of a class, nearest first.
+    ///
+    /// `last` holds the rows found for the frame before (empty at the start) and `last_mean` their mean squared
+    /// distance. Small classes are searched whole.
+    pub fn search(
+        &mut self,
+        database: &Database<'_>,
+        class: usize,
+        metric: &Metric,
+        limits: &Limits,
+        last: &[u16],
+        last_mean: f32,
+    ) -> (&[Neighbor], Effort) {
+        let record = database.class(class);
+        let k = limits.k.min(record.k_cap);
+        let mut walk = Walk {
+            database,
+            class: record,
+            metric,
+            limits: Limits { pool: limits.pool.clamp(k, POOL), ..*limits },
+            pool: &mut self.pool,
+            visited: &mut self.visited,
+            effort: Effort::default(),
+            left: 0,
+        };
+        if record.rows <= usize::from(limits.visits) {
+            walk.start();
+            walk.left = u16::MAX;
+            walk.pool_whole();
+        } else {
+            let mut fresh = last.is_empty();
+            if !fresh {
+                walk.start();
+                walk.seed_successors(last);
+                walk.seed_all(database.entries(class));
+                walk.run();
+                fresh = mean(walk.pool, k) > limits.jump * last_mean;
+                walk.effort.restarted = fresh;
+            }
+            if fresh {
+                walk.start();
+                walk.seed_all(database.entries(class));
+                walk.seed_spread();
+                walk.run();
+            }
+        }
+        let effort = walk.effort;
+        (self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]), effort)
+    }
+}
+
+impl Default for Searcher {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Mean squared distance of the `k` nearest; 0 of none.
+fn mean(pool: &[Neighbor], k: usize) -> f32 {
+    let nearest = pool.get(..k.min(pool.len())).unwrap_or(&[]);
+    if nearest.is_empty() {
+        0.0
+    } else {
+        nearest.iter().map(|n| n.distance2).sum::<f32>() / nearest.len() as f32
+    }
+}
+
+struct Walk<'a, 'db> {
+    database: &'a Database<'db>,
+    class: Class,
+    metric: &'a Metric,
+    limits: Limits,
+    pool: &'a mut Vec<Neighbor, POOL>,
+    visited: &'a mut [u16; SLOTS],
+    effort: Effort,
+    left: u16,
+}
+
+impl Walk<'_, '_> {
+    fn start(&mut self) {
+        self.pool.clear();
+        *self.visited = [NONE; SLOTS];
+        self.left = self.limits.visits.min(MAX_VISITS);
+    }
+
+    fn pool_whole(&mut self) {
+        for row in 0..self.class.rows {
+            if self.can_be_found(row) {
+                self.measure(row as u16);
+            }
+        }
+    }
+
+    fn seed_successors(&mut self, last: &[u16]) {
+        for &row in last {
+            let next = usize::from(row) + 1;
+            let follows = self.flags(next) & flag::FOLLOWS != 0 && self.can_be_found(next);
+            self.visit(if follows { next as u16 } else { row });
+        }
+    }
+
+    fn seed_all(&mut self, rows: impl Iterator<Item = u16>) {
+        for row in rows {
+            self.visit(row);
+        }
+    }
+
+    fn seed_spread(&mut self) {
+        for i in 0..SPREAD {
+            let row = self.class.rows * i / SPREAD;
+            if self.can_be_found(row) {
+                self.visit(row as u16);
+            }
+        }
+    }
+
+    fn run(&mut self) {
+        while let Some(nearest) = self.pool.iter_mut().find(|n| !n.expanded) {
+            nearest.expanded = true;
+            let row = usize::from(nearest.row);
+            self.effort.bytes += 16;
+            for edge in self.database.edges(self.class.first_row + row) {
+                if edge != NONE {
+                    self.visit(edge);
+                }
+            }
+            for side in [row.wrapping_sub(1), row + 1] {
+                if self.can_be_found(side) {
+                    self.visit(side as u16);
+                }
+            }
+            if self.left == 0 {
+                self.effort.capped = true;
+                return;
+            }
+        }
+    }
+
+    /// Flags of a row of the class; 0 beyond it.
+    fn flags(&self, row: usize) -> u8 {
+        if row < self.class.rows { self.database.flags(self.class.first_row + row) } else { 0 }
+    }
+
+    fn can_be_found(&self, row: usize) -> bool {
+        self.flags(row) & flag::SEARCHABLE != 0
+    }
+
+    /// Measures a row unless it was measured before or the visits are used up.
+    fn visit(&mut self, row: u16) {
+        if self.left == 0 {
+            return;
+        }
+        // Fibonacci hashing; the set never fills up, since MAX_VISITS < SLOTS.
+        let mut slot = usize::from(row.wrapping_mul(40_503) >> 7);
+        loop {
+            match self.visited.get_mut(slot & (SLOTS - 1)) {
+                Some(place) if *place == NONE => {
+                    *place = row;
+                    break;
+                }
+                Some(place) if *place == row => return,
+                _ => slot += 1,
+            }
+        }
+        self.left -= 1;
+        self.measure(row);
+    }
+
+    fn measure(&mut self, row: u16) {
+        self.effort.visits += 1;
+        self.effort.bytes += self.metric.bytes() as u32;
+        let distance2 = self.metric.distance2(self.database.feature(self.class.first_row + usize::from(row)));
+        if self.pool.len() == self.limits.pool {
+            match self.pool.last() {
+                Some(worst) if distance2 < worst.distance2 => drop(self.pool.pop()),
+                _ => return,
+            }
+        }
+        let at = self.pool.partition_point(|n| n.distance2 <= distance2);
+        // There is room: the pool is shorter than its limit, which is at most its capacity.
+        let _ = self.pool.insert(at, Neighbor { distance2, row, expanded: false });
+    }
+}

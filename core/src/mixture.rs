@@ -1,0 +1,109 @@
+//! How much each class has to say: mixing proportions.
+//!
+//! `λ_j ∝ exp(-D_j / (δ min D))` with `D_j` the mean **squared** distance of the class's nearest neighbors (paper
+//! 000, section 5.2, eq. 4). Most classes come out with next to nothing, and each that is kept costs a search of
+//! examples and a regression: the smallest are dropped as long as what is dropped stays below a bound of the
+//! weight. Where all classes are equally far (input far from the data) a cap on their number bounds the work.
+
+use heapless::Vec;
+
+use crate::math::exp;
+
+/// Most classes of a mixture.
+pub const MAX_KEPT: usize = 8;
+
+/// A class and its proportion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Share {
+    /// Number of the class.
+    pub class: u16,
+    /// Its proportion; those of a frame sum to 1.
+    pub proportion: f32,
+}
+
+/// The classes of a frame, largest proportion first.
+pub type Shares = Vec<Share, MAX_KEPT>;
+
+/// Mixing proportions from the classes' mean squared distances; a negative one marks a class that was not
+/// searched.
+///
+/// Classes are kept in order of their proportion until the rest holds at most `prune` of the weight, or `most`
+/// are kept; the second value is true where `most` cut off more than `prune`. Empty only where no class was
+/// searched.
+pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, shares: &mut Shares) -> bool {
+    shares.clear();
+    let searched = || mean_distance2.iter().enumerate().filter(|(_, d)| **d >= 0.0);
+    let least = searched().fold(f32::INFINITY, |least, (_, &d)| if d < least { d } else { least });
+    // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
+    let width = delta * if least > 1e-12 { least } else { 1e-12 };
+    // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
+    let weight = |d: f32| exp(-(d - least) / width);
+    let total: f32 = searched().map(|(_, &d)| weight(d)).sum();
+    for (class, &d) in searched() {
+        let share = Share { class: class as u16, proportion: weight(d) / total };
+        let at = shares.partition_point(|s| s.proportion >= share.proportion);
+        if shares.is_full() && at < MAX_KEPT {
+            shares.pop();
+        }
+        if at < MAX_KEPT {
+            // There is room: a full list has just lost its last.
+            let _ = shares.insert(at, share);
+        }
+    }
+    let most = most.clamp(1, MAX_KEPT);
+    let mut kept = 0.0;
+    let mut count = 0;
+    for share in shares.iter().take(most) {
+        if kept >= 1.0 - prune {
+            break;
+        }
+        kept += share.proportion;
+        count += 1;
+    }
+    shares.truncate(count);
+    for share in shares.iter_mut() {
+        share.proportion /= kept;
+    }
+    kept < 1.0 - prune
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proportions_follow_equation_4() {
+        let distances = [0.2, -1.0, 0.1, 0.4];
+        let mut shares = Shares::new();
+        assert!(!proportions(&distances, 0.7, 0.0, 8, &mut shares));
+        let exact = |d: f64| (-d / (0.7 * 0.1)).exp();
+        let total = exact(0.2) + exact(0.1) + exact(0.4);
+        let classes: std::vec::Vec<u16> = shares.iter().map(|s| s.class).collect();
+        assert_eq!(classes, [2, 0, 3]);
+        for (share, d) in shares.iter().zip([0.1, 0.2, 0.4]) {
+            assert!((f64::from(share.proportion) - exact(d) / total).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_is_dropped_is_bounded_by_weight_and_by_number() {
+        let distances = [0.1, 0.12, 0.2, 0.5];
+        let mut shares = Shares::new();
+        assert!(!proportions(&distances, 0.35, 0.05, 8, &mut shares));
+        assert_eq!(shares.len(), 2);
+        assert!((shares.iter().map(|s| s.proportion).sum::<f32>() - 1.0).abs() < 1e-6);
+        // 28 classes at the same distance: eight are kept, and it is said.
+        assert!(proportions(&[3.0; 28], 0.7, 0.01, 8, &mut shares));
+        assert_eq!(shares.len(), 8);
+        assert!(shares.iter().all(|s| s.proportion == 0.125));
+    }
+
+    #[test]
+    fn a_class_at_distance_zero_takes_all() {
+        let mut shares = Shares::new();
+        assert!(!proportions(&[0.0, 0.1], 0.7, 0.01, 8, &mut shares));
+        assert_eq!(shares.as_slice(), [Share { class: 0, proportion: 1.0 }]);
+        assert!(!proportions(&[-1.0, -1.0], 0.7, 0.01, 8, &mut shares) || shares.is_empty());
+    }
+}

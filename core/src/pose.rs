@@ -1,0 +1,152 @@
+//! Poses and degrees of freedom.
+//!
+//! A pose says where every joint points; the regressions want numbers that are small, smooth and free of where
+//! in the room the body is. These are, in order (D = 3 joints + 4):
+//!
+//! | dofs | unit | what |
+//! |---|---|---|
+//! | 0 | m | height of the root |
+//! | 1-3 | rad | root orientation without its heading, exponential map relative to its mean |
+//! | 4, 5 | m/s | ground velocity of the root, forward and left of the heading of the frame before |
+//! | 6 | rad/s | rate of the heading |
+//! | 7- | rad | local rotation of joint 1, 2, ...: exponential map relative to the joint's mean |
+//!
+//! The heading is that of the hips line projected on the ground: 0 along +Z, growing towards +X. Maps are taken
+//! relative to the means because raw ones reach half a turn (upper legs) and break there. Source: paper 000,
+//! section 4; relative maps, heading and velocities: METHODS, "Representation".
+
+use crate::{
+    blob::{Database, layout::dof},
+    math::{atan2, sin_cos, wrap_angle},
+    quaternion::{self, IDENTITY, Quaternion, Vector},
+};
+
+/// A pose: metres and unit quaternions `[x, y, z, w]`, right-handed, Y up.
+///
+/// `J` is a capacity: a database with fewer joints uses the first of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Pose<const J: usize> {
+    /// Root position in the world, metres.
+    pub position: Vector,
+    /// Joint rotations; entry 0 is the root's orientation in the world, the others are local to their parents.
+    pub rotations: [Quaternion; J],
+}
+
+impl<const J: usize> Pose<J> {
+    /// The root at the origin and no rotation anywhere.
+    pub const IDENTITY: Self = Self { position: [0.0; 3], rotations: [IDENTITY; J] };
+
+    /// True where the first `joints` rotations are unit quaternions and the position is a place in a room
+    /// (within 100 km of the origin).
+    pub fn is_valid(&self, joints: usize) -> bool {
+        self.position.iter().all(|v| (-1e5..=1e5).contains(v))
+            && self.rotations.iter().take(joints).all(|&q| quaternion::is_unit(q))
+    }
+}
+
+impl<const J: usize> Default for Pose<J> {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+/// The dofs of one frame; the first D of its 4 J numbers are in use. Room for D = 3 J + 4 from J = 4 on.
+pub type Dofs<const J: usize> = [[f32; 4]; J];
+
+/// Where a body stands and which way it faces: what turns velocities into places.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Anchor {
+    /// Ground position of the root, x and z, metres.
+    pub ground: [f32; 2],
+    /// Heading, radians.
+    pub heading: f32,
+}
+
+impl Anchor {
+    /// The origin, facing +Z.
+    pub const ORIGIN: Self = Self { ground: [0.0; 2], heading: 0.0 };
+
+    /// The anchor of a root; where its hips line stands upright the heading of `before` stays.
+    pub fn of(database: &Database<'_>, position: Vector, root: Quaternion, before: Self) -> Self {
+        let line = quaternion::rotate(root, database.hips_line());
+        let flat = line[0] * line[0] + line[2] * line[2];
+        let heading = if flat > 1e-4 { atan2(-line[2], line[0]) } else { before.heading };
+        Self { ground: [position[0], position[2]], heading }
+    }
+
+    /// The ground position reached from here by moving for `seconds` with a velocity, forward and left, m/s.
+    pub fn moved(&self, forward: f32, left: f32, seconds: f32) -> [f32; 2] {
+        let (s, c) = sin_cos(self.heading);
+        [
+            self.ground[0] + (s * forward + c * left) * seconds,
+            self.ground[1] + (c * forward - s * left) * seconds,
+        ]
+    }
+}
+
+/// Takes a pose to its dofs; `before` is the anchor of the frame before. Returns the pose's own anchor.
+/// `dofs` holds at least D numbers; the rest is left alone.
+pub fn to_dofs<const J: usize>(
+    database: &Database<'_>,
+    pose: &Pose<J>,
+    before: Anchor,
+    dofs: &mut [f32],
+) -> Anchor {
+    let joints = database.counts().joints;
+    let root = pose.rotations.first().copied().unwrap_or(IDENTITY);
+    let anchor = Anchor::of(database, pose.position, root, before);
+    let rate = database.rate_hz();
+    let (dx, dz) = (anchor.ground[0] - before.ground[0], anchor.ground[1] - before.ground[1]);
+    let (s, c) = sin_cos(before.heading);
+    let upright = quaternion::multiply(quaternion::about_y(-anchor.heading), root);
+    let tilt = relative(database, 0, upright);
+    let head = [
+        pose.position[1],
+        tilt[0],
+        tilt[1],
+        tilt[2],
+        (s * dx + c * dz) * rate,
+        (c * dx - s * dz) * rate,
+        wrap_angle(anchor.heading - before.heading) * rate,
+    ];
+    let (root_dofs, joint_dofs) = dofs.split_at_mut(dof::JOINTS.min(dofs.len()));
+    for (slot, value) in root_dofs.iter_mut().zip(head) {
+        *slot = value;
+    }
+    let rotations = pose.rotations.iter().enumerate().take(joints).skip(1);
+    for (slots, (j, &rotation)) in joint_dofs.chunks_exact_mut(3).zip(rotations) {
+        slots.copy_from_slice(&relative(database, j, rotation));
+    }
+    anchor
+}
+
+fn relative(database: &Database<'_>, joint: usize, rotation: Quaternion) -> Vector {
+    let mean = database.joint(joint).mean;
+    quaternion::log(quaternion::multiply(quaternion::conjugate(mean), rotation))
+}
+
+/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are left alone.
+pub fn to_pose<const J: usize>(database: &Database<'_>, dofs: &[f32], anchor: Anchor, pose: &mut Pose<J>) {
+    let height = dofs.get(dof::HEIGHT).copied().unwrap_or(0.0);
+    pose.position = [anchor.ground[0], height, anchor.ground[1]];
+    let joints = database.counts().joints;
+    // The tilt stands in the place of joint 0's map, behind the height; the other maps begin at dof 7.
+    let maps = dofs
+        .get(dof::TILT..dof::TILT + 3)
+        .into_iter()
+        .chain(dofs.get(dof::JOINTS..).unwrap_or(&[]).chunks_exact(3));
+    for (j, (rotation, map)) in pose.rotations.iter_mut().zip(maps).enumerate().take(joints) {
+        let mut map: Vector = [map[0], map[1], map[2]];
+        // A map of a whole turn or more comes from no joint: hold its angle, so that its exponential is exact.
+        for v in &mut map {
+            *v = crate::math::clamp(*v, -8.0, 8.0);
+        }
+        *rotation = quaternion::multiply(database.joint(j).mean, quaternion::exp(map));
+        if j == 0 {
+            *rotation = quaternion::multiply(quaternion::about_y(anchor.heading), *rotation);
+        }
+        *rotation = quaternion::normalize(*rotation).unwrap_or(IDENTITY);
+    }
+}

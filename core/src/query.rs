@@ -1,0 +1,142 @@
+//! From a window of poses to a search feature.
+//!
+//! Two moments are alike where the clouds of their joints, over the last few frames, lie close after one of them
+//! was turned about the vertical and moved over the floor (paper 000, eq. 1; Kovar, Gleicher, Pighin 2002). Done
+//! for every pair that would cost a fit each; here every window is brought onto one **mean cloud** by the same
+//! closed form, once, and then compared as it lies, in a few principal components.
+//!
+//! With weights w, mean cloud m and window p, both about their weighted ground centroids, the turn is
+//! `(cos, sin) ∝ (Σ w (m_x p_x + m_z p_z), Σ w (m_x p_z - m_z p_x))`.
+//!
+//! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
+//! no feature of the legs, and a mask can leave the arms out (METHODS, "Regression").
+
+use crate::{
+    blob::{
+        Database,
+        layout::{MAX_FEATURES, MAX_WINDOW, query},
+        read::{f32_at, floats},
+    },
+    math::sqrt,
+    pose::Pose,
+    quaternion::Vector,
+    skeleton,
+};
+
+/// A feature: the first F of its numbers are in use. Metres, weighted.
+pub type Feature = [f32; MAX_FEATURES];
+
+/// The joint positions of the last frames, and room for the aligned cloud.
+#[derive(Debug, Clone)]
+pub struct Window<const J: usize> {
+    /// Ring of clouds, metres, world.
+    clouds: [[Vector; J]; MAX_WINDOW],
+    /// The window brought onto the mean cloud, less the mean cloud; oldest frame first.
+    aligned: [[Vector; J]; MAX_WINDOW],
+    /// Place of the newest cloud in the ring.
+    newest: u8,
+    /// True until the first pose.
+    empty: bool,
+}
+
+impl<const J: usize> Window<J> {
+    /// A window without a pose.
+    pub const fn new() -> Self {
+        Self {
+            clouds: [[[0.0; 3]; J]; MAX_WINDOW],
+            aligned: [[[0.0; 3]; J]; MAX_WINDOW],
+            newest: 0,
+            empty: true,
+        }
+    }
+
+    /// Forgets every pose.
+    pub fn clear(&mut self) {
+        self.empty = true;
+    }
+
+    /// Takes in a pose. The first one fills the window: nothing moved before it.
+    pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
+        let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
+        skeleton::positions(database, pose, &mut self.clouds[place]);
+        if self.empty {
+            self.clouds = [self.clouds[place]; MAX_WINDOW];
+            self.empty = false;
+        }
+        self.newest = place as u8;
+    }
+
+    /// The newest cloud: world positions of the joints, metres.
+    pub fn positions(&self) -> &[Vector; J] {
+        &self.clouds[usize::from(self.newest) % MAX_WINDOW]
+    }
+
+    /// The feature of the window. Cost: `window · joints · 3` multiplications a component.
+    pub fn feature(&mut self, database: &Database<'_>, feature: &mut Feature) {
+        self.align(database);
+        let counts = database.counts();
+        let data = database.query_section();
+        let mut at = query::components(counts.window, counts.joints, counts.features);
+        for (f, value) in feature.iter_mut().enumerate().take(counts.features) {
+            let group = database.feature_group(f);
+            let mut sum = 0.0;
+            for cloud in self.aligned.iter().take(counts.window) {
+                for (j, point) in cloud.iter().enumerate().take(counts.joints) {
+                    if database.joint_group(j) == group {
+                        let component: Vector = floats(data, at);
+                        sum += component[0] * point[0] + component[1] * point[1] + component[2] * point[2];
+                        at += 12;
+                    }
+                }
+            }
+            *value = sum;
+        }
+    }
+
+    fn align(&mut self, database: &Database<'_>) {
+        let counts = database.counts();
+        let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(J));
+        let data = database.query_section();
+        let weight = |j: usize| f32_at(data, query::weights(window, joints) + 4 * j);
+        let oldest = usize::from(self.newest) + MAX_WINDOW + 1 - window;
+
+        let (mut total, mut cx, mut cz) = (0.0, 0.0, 0.0);
+        for w in 0..window {
+            for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
+                let weight = weight(j);
+                total += weight;
+                cx += weight * p[0];
+                cz += weight * p[2];
+            }
+        }
+        let inverse = 1.0 / total;
+        (cx, cz) = (cx * inverse, cz * inverse);
+
+        let (mut a, mut b) = (0.0, 0.0);
+        let mean = |w: usize, j: usize| -> Vector { floats(data, 12 * (w * joints + j)) };
+        for w in 0..window {
+            for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
+                let (m, weight) = (mean(w, j), weight(j));
+                let (x, z) = (p[0] - cx, p[2] - cz);
+                a += weight * (m[0] * x + m[2] * z);
+                b += weight * (m[0] * z - m[2] * x);
+            }
+        }
+        let length = sqrt(a * a + b * b);
+        let (c, s) = if length > 1e-12 { (a / length, b / length) } else { (1.0, 0.0) };
+        for w in 0..window {
+            for j in 0..joints {
+                let p = self.clouds[(oldest + w) % MAX_WINDOW][j];
+                let (x, z) = (p[0] - cx, p[2] - cz);
+                let m = mean(w, j);
+                self.aligned[w][j] = [c * x + s * z - m[0], p[1] - m[1], c * z - s * x - m[2]];
+            }
+        }
+    }
+}
+
+impl<const J: usize> Default for Window<J> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

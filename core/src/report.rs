@@ -1,0 +1,74 @@
+//! What a step says about itself.
+
+use crate::mixture::Shares;
+
+/// The ways in which a frame was degraded; a set of flags.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Degraded(u8);
+
+impl Degraded {
+    /// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held.
+    pub const INPUT: Self = Self(1);
+    /// A search used up its visits before it was done.
+    pub const VISITS: Self = Self(2);
+    /// More classes had weight than a frame may use.
+    pub const CLASSES: Self = Self(4);
+    /// A prediction was not finite or far out of range: the input was passed through in its place.
+    pub const PREDICTION: Self = Self(8);
+    /// A class was searched anew, because the input has jumped.
+    pub const JUMP: Self = Self(16);
+
+    /// The flags, by name.
+    pub const NAMES: [(Self, &'static str); 5] = [
+        (Self::INPUT, "input"),
+        (Self::VISITS, "visits"),
+        (Self::CLASSES, "classes"),
+        (Self::PREDICTION, "prediction"),
+        (Self::JUMP, "jump"),
+    ];
+
+    /// True where nothing was degraded.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// True where every flag of `other` is set.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The flags as bits.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    pub(crate) fn set(&mut self, other: Self, value: bool) {
+        if value {
+            self.0 |= other.0;
+        }
+    }
+}
+
+/// What happened in a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use = "the report says whether the frame was degraded, and how long the output's step is"]
+pub struct Report {
+    /// The classes used and their proportions, largest first.
+    pub classes: Shares,
+    /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far from the data.
+    pub distance2: f32,
+    /// Distances computed.
+    pub visits: u32,
+    /// Bytes of the blob's features, graph and rows that were read.
+    pub bytes_read: u32,
+    /// Left and right foot: does it stand?
+    pub contacts: [bool; 2],
+    /// Time from the last output pose to this one, seconds, under the timing policy.
+    pub step_s: f32,
+    /// The same as predicted from the neighbors, whatever the policy and the strength of the style.
+    pub predicted_step_s: f32,
+    /// Each way in which the frame was degraded.
+    pub degraded: Degraded,
+}
