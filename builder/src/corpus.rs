@@ -70,6 +70,32 @@ pub struct Corpus {
     pub examples: Vec<Example>,
 }
 
+impl Corpus {
+    /// Puts actions and styles into the order wanted; those that are not named follow by name.
+    pub fn order(&mut self, actions: &[String], styles: &[String]) {
+        let sorted = |names: &[String], wanted: &[String]| {
+            let place = |n: &String| wanted.iter().position(|w| w == n).unwrap_or(wanted.len());
+            let mut order: Vec<usize> = (0..names.len()).collect();
+            order.sort_by_key(|&i| (place(&names[i]), names[i].clone()));
+            order
+        };
+        let (a, s) = (sorted(&self.actions, actions), sorted(&self.styles, styles));
+        let place = |order: &[usize], old: usize| order.iter().position(|&o| o == old).unwrap_or(0);
+        for example in &mut self.examples {
+            example.action = place(&a, example.action);
+            example.style = place(&s, example.style);
+        }
+        self.actions = a.iter().map(|&i| self.actions[i].clone()).collect();
+        self.styles = s.iter().map(|&i| self.styles[i].clone()).collect();
+    }
+
+    /// The corpus without some of its clips.
+    pub fn without(&self, left_out: &[usize]) -> Corpus {
+        let kept = self.examples.iter().enumerate().filter(|(i, _)| !left_out.contains(i));
+        Corpus { examples: kept.map(|(_, e)| e.clone()).collect(), ..self.clone() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,23 @@
 //! Gestus builder: from annotated motion capture to one flat blob that `gestus-core` reads in place.
+//!
+//! A clip walks through the modules in this order: [`bvh`] reads it, [`annotate`] says what it is, [`register`]
+//! gives it contacts and a canonical timeline ([`corpus`]), [`body`] takes it to dofs, [`pair`] finds its
+//! counterparts in the other styles, [`features`] and [`index`] make it searchable, [`pack`] packs it, and
+//! [`write`](mod@write) puts the blob together.
 
+pub mod annotate;
+pub mod body;
+pub mod build;
+pub mod bvh;
+pub mod contact;
 pub mod corpus;
+pub mod features;
+pub mod index;
+pub mod landmarks;
+pub mod load;
 pub mod motion;
+pub mod pack;
+pub mod pair;
+pub mod register;
+pub mod segment;
+pub mod write;

@@ -12,7 +12,6 @@ use crate::{
     contact::Votes,
     examples::{Reader, StyleWeights},
     knn::{Limits, Metric, Searcher},
-    math::abs,
     mixture,
     pose::{self, Anchor, Dofs},
     query::{Feature, Window},
@@ -128,7 +127,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             *slot += weight;
         }
         let total: f32 = styles.iter().sum();
-        if !(total > 1e-6) {
+        if total <= 1e-6 {
             return Err(ConfigError::Weights);
         }
         self.styles = styles.map(|w| w / total);
@@ -411,8 +410,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         for (d, ((predicted, &x), last)) in
             variables.zip(self.class_predicted.as_flattened_mut()).enumerate().take(dofs)
         {
-            // Also true for NaN.
-            if !(abs(*predicted) < BEYOND_ANY_BODY) {
+            // NaN is in no range.
+            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
                 *predicted = x;
                 report.degraded.set(Degraded::PREDICTION, true);
             }

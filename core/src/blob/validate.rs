@@ -75,10 +75,9 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
-        if let Some(slot) = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i)) {
-            if slot.replace(content).is_some() {
-                return Err(misplaced);
-            }
+        let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
+        if slot.is_some_and(|slot| slot.replace(content).is_some()) {
+            return Err(misplaced);
         }
         end = start + length;
     }
@@ -209,7 +208,7 @@ fn lengths(db: &Database<'_>) -> Checked {
             return Err(BlobError::Length { section, need: as_u32(need), have: as_u32(bytes.len()) });
         }
     }
-    if db.knots.len() % 4 != 0 {
+    if !db.knots.len().is_multiple_of(4) {
         let need = db.knots.len().next_multiple_of(4);
         return Err(BlobError::Length {
             section: section::KNOTS,
@@ -423,7 +422,7 @@ fn blocks(db: &Database<'_>) -> Checked {
         let widths = bytes.get(block::BASES + 2 * c.dofs..block::header(c.dofs)).unwrap_or(&[]);
         check(section::ROWS, b, widths.len() == c.dofs.div_ceil(2))?;
         let bits: usize = widths.iter().map(|w| usize::from(w & 15) + usize::from(w >> 4)).sum();
-        let last_nibble_zero = c.dofs % 2 == 0 || widths.last().is_some_and(|w| w >> 4 == 0);
+        let last_nibble_zero = c.dofs.is_multiple_of(2) || widths.last().is_some_and(|w| w >> 4 == 0);
         check(section::ROWS, b, row_bytes == bits.div_ceil(8) && last_nibble_zero)?;
         let rows = c.block_rows.min(c.rows - b * c.block_rows);
         next = (start + block::header(c.dofs) + rows * row_bytes).next_multiple_of(2);
