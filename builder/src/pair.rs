@@ -23,8 +23,9 @@ use crate::corpus::Cycle;
 const KERNEL_CYCLES: usize = 12;
 /// Most prototypes a class.
 const PROTOTYPES: usize = 24;
-/// Weight of a jump between two output cycles that do not follow each other, against the fit.
-const CONTINUITY: f64 = 1.0;
+/// Weight of a jump between two output cycles that do not follow each other, against the fit. Chosen on real gaits:
+/// 0 gives 2.40 cm labelled, 1 2.39, 10 2.28, 30 2.29, 100 2.34.
+const CONTINUITY: f64 = 10.0;
 
 /// How output cycles are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -162,10 +163,12 @@ fn distance2(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Numbers that say what a cycle is about.
-const CONTENT: usize = 4;
+const CONTENT: usize = 3;
+/// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
+const WEIGHTS: [f64; CONTENT] = [1.0, 1.0, 0.5];
 
-/// Mean speed, mean yaw rate, spread of the yaw rate and duration of each cycle, less the mean and divided by the
-/// spread of its class.
+/// Mean speed, mean yaw rate and spread of the yaw rate of each cycle. Speed and spread are counted from the mean of
+/// the class, in its spreads; a turn is a turn in every style, so its rate is counted in spreads over all classes.
 fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
     use gestus_core::blob::layout::dof;
     let mut content: Vec<Vec<f64>> = cycles
@@ -177,17 +180,18 @@ fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
             let mean = |d: usize| rows.iter().map(|r| r[d]).sum::<f64>() / count;
             let yaw = mean(dof::YAW);
             let spread = (rows.iter().map(|r| (r[dof::YAW] - yaw).powi(2)).sum::<f64>() / count).sqrt();
-            vec![mean(dof::FORWARD), yaw, spread, end - start]
+            vec![mean(dof::FORWARD), yaw, spread]
         })
         .collect();
-    for members in members {
-        for k in 0..CONTENT {
-            let count = members.len().max(1) as f64;
-            let mean = members.iter().map(|&i| content[i][k]).sum::<f64>() / count;
-            let spread =
-                (members.iter().map(|&i| (content[i][k] - mean).powi(2)).sum::<f64>() / count).sqrt();
-            for &i in members {
-                content[i][k] = (content[i][k] - mean) / spread.max(1e-9);
+    let everything: Vec<usize> = (0..cycles.len()).collect();
+    for (k, weight) in WEIGHTS.into_iter().enumerate() {
+        let groups: Vec<&Vec<usize>> = if k == 1 { vec![&everything] } else { members.iter().collect() };
+        for group in groups {
+            let count = group.len().max(1) as f64;
+            let mean = group.iter().map(|&i| content[i][k]).sum::<f64>() / count;
+            let spread = (group.iter().map(|&i| (content[i][k] - mean).powi(2)).sum::<f64>() / count).sqrt();
+            for &i in group {
+                content[i][k] = weight * (content[i][k] - mean) / spread.max(1e-9);
             }
         }
     }

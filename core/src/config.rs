@@ -96,8 +96,8 @@ impl Config {
             delta: 0.2,
             prune: 0.01,
             classes: MAX_KEPT as u8,
-            kappa: 2.0,
-            rho: 0.7,
+            kappa: 0.25,
+            rho: 0.5,
             visits: 320,
             pool: 64,
             jump: 4.0,
@@ -107,9 +107,9 @@ impl Config {
         }
     }
 
-    /// The constants of paper 000, where it states them: δ 0.7 on every class that has any weight.
+    /// The constants of paper 000, where it states them (δ 0.7, ρ 0.7), and κ 2; every class that has any weight.
     pub const fn paper() -> Self {
-        Self::new().delta(0.7).prune(0.001)
+        Self::new().delta(0.7).prune(0.001).kappa(2.0).rho(0.7)
     }
 
     /// λ and the mode of the ridge.

@@ -1,0 +1,339 @@
+//! Leave one clip out: every method translates clips that the database has never seen.
+
+use gestus_core::{Config, Database};
+use rayon::prelude::*;
+
+use super::{
+    methods::{self, GlobalModel, Record},
+    metrics::{best_shift, centred, joint_distance, matched, row_at, third_difference, variability},
+};
+use crate::{
+    body::Body,
+    build::{BuildError, BuildOptions, build},
+    corpus::{Corpus, Cycle},
+    stream::{Request, Streamed, stream},
+};
+
+/// What is held out, and what is compared.
+#[derive(Debug, Clone)]
+pub struct LooOptions {
+    /// Style of the test clips.
+    pub from: usize,
+    /// Output styles.
+    pub to: Vec<usize>,
+    /// Test clips an action.
+    pub folds: usize,
+    /// How databases are built.
+    pub build: BuildOptions,
+    /// Configurations of the mixture, by name.
+    pub configs: Vec<(String, Config)>,
+    /// Leave out the baselines.
+    pub mixtures_only: bool,
+}
+
+/// One test clip in one style by one method.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Name of the method.
+    pub method: String,
+    /// Action of the test clip.
+    pub action: usize,
+    /// Output style.
+    pub style: usize,
+    /// Name of the test clip.
+    pub clip: String,
+    /// Name of the truth clip.
+    pub truth: String,
+    /// Mean joint error, centimetres.
+    pub joint_error_cm: f64,
+    /// Mean error of a time step, milliseconds; of methods that predict it.
+    pub step_error_ms: Option<f64>,
+    /// Error of the whole duration, a fraction.
+    pub duration_error: Option<f64>,
+    /// Third difference, relative to the truth's.
+    pub third_difference: f64,
+    /// Cycle-to-cycle variability relative to the truth's; of clips with two cycles or more.
+    pub variability: Option<f64>,
+}
+
+/// The clip and what it is compared with.
+struct Fold<'a> {
+    corpus: &'a Corpus,
+    body: Body,
+    test: usize,
+    truth: usize,
+    other: Option<usize>,
+    style: usize,
+    shift: usize,
+    x: Vec<Vec<f64>>,
+    truth_rows: Vec<Vec<f64>>,
+}
+
+/// Test clips: of each action in the style `from`, the first `folds` by name that are long enough to have a cycle.
+pub fn test_clips(corpus: &Corpus, from: usize, folds: usize) -> Vec<usize> {
+    let mut tests = Vec::new();
+    for action in 0..corpus.actions.len() {
+        let mut clips: Vec<usize> = (0..corpus.examples.len())
+            .filter(|&i| corpus.examples[i].action == action && corpus.examples[i].style == from)
+            .collect();
+        clips.sort_by(|&a, &b| corpus.examples[a].clip.name.cmp(&corpus.examples[b].clip.name));
+        tests.extend(clips.into_iter().take(folds));
+    }
+    tests
+}
+
+/// Runs the evaluation; `progress` is called once a fold.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn run(
+    corpus: &Corpus,
+    options: &LooOptions,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Row>, BuildError> {
+    let body = Body::of(corpus)?;
+    let folds: Vec<(usize, usize)> = test_clips(corpus, options.from, options.folds)
+        .into_iter()
+        .flat_map(|t| options.to.iter().map(move |&s| (t, s)))
+        .collect();
+    let rows: Vec<Vec<Row>> = folds
+        .par_iter()
+        .map(|&(test, style)| {
+            let rows = fold(corpus, &body, options, test, style);
+            progress();
+            rows
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// How many folds [`run`] goes through.
+pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
+    test_clips(corpus, options.from, options.folds).len() * options.to.len()
+}
+
+/// The clips of an action and style, nearest first in mean speed and yaw rate to a clip; each number divided by its
+/// spread over the clips.
+fn by_content(corpus: &Corpus, body: &Body, test: usize, style: usize) -> Vec<usize> {
+    use gestus_core::blob::layout::dof;
+    let content = |i: usize| {
+        let rows = body.clip_dofs(&corpus.examples[i].clip);
+        [dof::FORWARD, dof::YAW].map(|d| rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64)
+    };
+    let action = corpus.examples[test].action;
+    let mut clips: Vec<(usize, [f64; 2])> = (0..corpus.examples.len())
+        .filter(|&i| i != test && corpus.examples[i].action == action && corpus.examples[i].style == style)
+        .map(|i| (i, content(i)))
+        .collect();
+    let wanted = content(test);
+    let distance = |c: &[f64; 2]| (c[0] - wanted[0]).powi(2) + (c[1] - wanted[1]).powi(2);
+    clips.sort_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
+    clips.into_iter().map(|c| c.0).collect()
+}
+
+fn fold(
+    corpus: &Corpus,
+    body: &Body,
+    options: &LooOptions,
+    test: usize,
+    style: usize,
+) -> Result<Vec<Row>, BuildError> {
+    let near = by_content(corpus, body, test, style);
+    let Some(&truth) = near.first() else { return Ok(Vec::new()) };
+    let built = build(&corpus.without(&[test, truth]), &options.build)?;
+    let database = Database::open(&built.bytes)?;
+    let (x, truth_rows) =
+        (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
+    let fold = Fold {
+        corpus,
+        shift: best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles),
+        x,
+        truth_rows,
+        body: body.clone(),
+        test,
+        truth,
+        other: near.get(1).copied(),
+        style,
+    };
+    let mut rows = Vec::new();
+    if !options.mixtures_only {
+        baselines(&fold, &database, &mut rows);
+    }
+    let example = &corpus.examples[test];
+    let (action, from) = (Some(example.action as u16), Some(example.style as u16));
+    for (name, config) in &options.configs {
+        let conditions = [
+            ("", None, None),
+            ("-action-known", action, None),
+            ("-style-known", None, from),
+            ("-labelled", action, from),
+        ];
+        for (suffix, action, input_style) in conditions {
+            let method = if suffix == "-labelled" {
+                name.replace("mixture", "local-ar")
+            } else {
+                format!("{name}{suffix}")
+            };
+            let request = Request { config: *config, action, input_style, ..Request::style(style as u16) };
+            let mut record = Record::of(&database);
+            let Ok(streamed) = stream(&database, &example.clip, &request, &mut record) else { continue };
+            let predicted = own_dofs(&fold, &database, &record.predicted);
+            rows.push(fold.row(&method, &predicted, Some(&streamed)));
+            if suffix == "-labelled" && !options.mixtures_only && name == "mixture" {
+                neighbors(&fold, &database, &record, &mut rows);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Dofs relative to the database's means as dofs relative to the evaluation's.
+fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let means: Vec<_> = (0..database.counts().joints)
+        .map(|j| {
+            let [x, y, z, w] = database.joint(j).mean.map(f64::from);
+            nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+        })
+        .collect();
+    let theirs = Body { means, ..fold.body.clone() };
+    rows.iter()
+        .map(|row| {
+            let frame = theirs.pose(row, [0.0; 2], 0.0);
+            let mut own = row.clone();
+            for j in 0..frame.rotations.len() {
+                let map = crate::body::log(&(fold.body.means[j].inverse() * frame.rotations[j]));
+                let at = if j == 0 { 1 } else { 4 + 3 * j };
+                own[at..at + 3].copy_from_slice(map.as_slice());
+            }
+            own
+        })
+        .collect()
+}
+
+fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
+    database.classes().position(|c| usize::from(c.action) == action && usize::from(c.style) == style)
+}
+
+fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
+    rows.push(fold.row("unchanged", &fold.x, None));
+    if let Some(other) = fold.other {
+        let example = &fold.corpus.examples[other];
+        let theirs = fold.body.clip_dofs(&example.clip);
+        let cycles = &fold.corpus.examples[fold.test].cycles;
+        let shift = best_shift(&fold.x, cycles, &theirs, &example.cycles);
+        let matched_rows: Vec<Vec<f64>> = (0..fold.x.len())
+            .map(|t| {
+                matched(cycles, t, &example.cycles, shift)
+                    .map_or_else(|| theirs[0].clone(), |p| row_at(&theirs, p))
+            })
+            .collect();
+        rows.push(fold.row("other-clip", &matched_rows, None));
+    }
+    let example = &fold.corpus.examples[fold.test];
+    let Some(class) = class_of(database, example.action, example.style) else { return };
+    let x: Vec<Vec<f64>> = {
+        // The models live in the database's dofs.
+        let means: Vec<_> = (0..database.counts().joints)
+            .map(|j| {
+                let [x, y, z, w] = database.joint(j).mean.map(f64::from);
+                nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+            })
+            .collect();
+        Body { means, ..fold.body.clone() }.clip_dofs(&example.clip)
+    };
+    for (name, autoregressive) in [("global-ar", true), ("global-affine", false)] {
+        let model = GlobalModel::fit(database, class, fold.style, autoregressive);
+        let affine = GlobalModel::fit(database, class, fold.style, false);
+        let first = affine.run(&x[..1], &x[0]);
+        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+        rows.push(fold.row(name, &predicted, None));
+    }
+}
+
+fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &mut Vec<Row>) {
+    for (name, most) in [("nearest", 1), ("knn", usize::MAX)] {
+        let predicted: Vec<Vec<f64>> = record
+            .neighbors
+            .iter()
+            .map(|classes| {
+                let (class, near) = &classes[0];
+                let mut sum = vec![0.0; database.counts().dofs];
+                let mut total = 0.0;
+                for &(r, distance2) in near.iter().take(most) {
+                    let weight = 1.0 / (f64::from(distance2).sqrt() + 1e-4);
+                    let Some((y, _)) = methods::output(database, *class, r, fold.style) else { continue };
+                    sum.iter_mut().zip(y).for_each(|(s, y)| *s += weight * y);
+                    total += weight;
+                }
+                sum.iter().map(|s| s / total).collect()
+            })
+            .collect();
+        rows.push(fold.row(name, &own_dofs(fold, database, &predicted), None));
+    }
+}
+
+impl Fold<'_> {
+    fn cycles(&self) -> (&[Cycle], &[Cycle]) {
+        (&self.corpus.examples[self.test].cycles, &self.corpus.examples[self.truth].cycles)
+    }
+
+    /// The figures of a method's output, one pose a frame of the test clip.
+    fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
+        let (cycles, truth_cycles) = self.cycles();
+        let rate = self.corpus.rate_hz;
+        let (mut error, mut count) = (0.0, 0.0);
+        let (mut step_error, mut steps, mut predicted_s, mut truth_s) = (0.0, 0.0, 0.0, 0.0);
+        for (t, row) in output.iter().enumerate() {
+            let Some(at) = matched(cycles, t, truth_cycles, self.shift) else { continue };
+            error += joint_distance(
+                &centred(&self.body, row),
+                &centred(&self.body, &row_at(&self.truth_rows, at)),
+            );
+            count += 1.0;
+            if let (Some(streamed), Some(before)) =
+                (streamed, t.checked_sub(1).and_then(|b| matched(cycles, b, truth_cycles, self.shift)))
+                && at > before
+            {
+                let (predicted, truth) =
+                    (f64::from(streamed.steps[t].report.predicted_step_s), (at - before) / rate);
+                step_error += (predicted - truth).abs();
+                predicted_s += predicted;
+                truth_s += truth;
+                steps += 1.0;
+            }
+        }
+        let poses = |rows: &[Vec<f64>]| -> Vec<_> { rows.iter().map(|r| centred(&self.body, r)).collect() };
+        let resampled = streamed.map(|s| at_times(output, &s.times(), rate));
+        let truth_third = third_difference(&poses(&self.truth_rows));
+        let truth_variability = variability(&self.body, &self.truth_rows, truth_cycles);
+        let example = &self.corpus.examples[self.test];
+        Row {
+            method: method.to_owned(),
+            action: example.action,
+            style: self.style,
+            clip: example.clip.name.clone(),
+            truth: self.corpus.examples[self.truth].clip.name.clone(),
+            joint_error_cm: 100.0 * error / f64::max(count, 1.0),
+            step_error_ms: (steps > 0.0).then(|| 1000.0 * step_error / steps),
+            duration_error: (truth_s > 0.0).then(|| (predicted_s - truth_s).abs() / truth_s),
+            third_difference: third_difference(&poses(resampled.as_deref().unwrap_or(output))) / truth_third,
+            variability: variability(&self.body, output, cycles).zip(truth_variability).map(|(a, b)| a / b),
+        }
+    }
+}
+
+/// Rows at their time stamps, resampled to a rate.
+fn at_times(rows: &[Vec<f64>], times: &[f64], rate_hz: f64) -> Vec<Vec<f64>> {
+    let end = times.last().copied().unwrap_or(0.0);
+    let mut i = 0;
+    (0..=(end * rate_hz) as usize)
+        .map(|k| {
+            let time = k as f64 / rate_hz;
+            while i + 2 < times.len() && times[i + 1] <= time {
+                i += 1;
+            }
+            let span = (times[(i + 1).min(times.len() - 1)] - times[i]).max(1e-9);
+            row_at(rows, i as f64 + ((time - times[i]) / span).clamp(0.0, 1.0))
+        })
+        .collect()
+}

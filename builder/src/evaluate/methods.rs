@@ -1,0 +1,130 @@
+//! The methods that the mixture is held against, in `f64` and without hurry.
+
+use gestus_core::{Database, blob::Moment, knn::Neighbor};
+
+use crate::stream::Watcher;
+
+/// Keeps, for every frame, the neighbors of each class and the frame's variables.
+#[derive(Debug, Default)]
+pub struct Record {
+    /// Neighbors of each class of each frame: row of the database, squared distance.
+    pub neighbors: Vec<Vec<(usize, Vec<(usize, f32)>)>>,
+    /// `x[t]` of each frame.
+    pub x: Vec<Vec<f64>>,
+    /// What was predicted, each frame.
+    pub predicted: Vec<Vec<f64>>,
+    first_rows: Vec<usize>,
+    current: Vec<(usize, Vec<(usize, f32)>)>,
+}
+
+impl Record {
+    /// A record of streams through that database.
+    pub fn of(database: &Database<'_>) -> Self {
+        Self { first_rows: database.classes().map(|c| c.first_row).collect(), ..Self::default() }
+    }
+}
+
+impl Watcher for Record {
+    fn searched(&mut self, class: usize, neighbors: &[Neighbor], _mean: f32) {
+        let first = self.first_rows[class];
+        self.current
+            .push((class, neighbors.iter().map(|n| (first + usize::from(n.row), n.distance2)).collect()));
+    }
+
+    fn predicted(&mut self, x: &[f32], _x_prev: &[f32], _y_prev: &[f32], predicted: &[f32]) {
+        let wide = |v: &[f32]| v.iter().map(|&v| f64::from(v)).collect();
+        self.x.push(wide(x));
+        self.predicted.push(wide(predicted));
+        self.neighbors.push(std::mem::take(&mut self.current));
+    }
+}
+
+/// A row of the database, unpacked.
+pub fn row(database: &Database<'_>, row: usize) -> Vec<f64> {
+    let mut dofs = vec![0.0; database.counts().dofs];
+    database.decode(row, &mut dofs);
+    dofs.iter().map(|&v| f64::from(v)).collect()
+}
+
+/// The pose at a moment, unpacked.
+pub fn moment(database: &Database<'_>, moment: Moment) -> Vec<f64> {
+    let a = row(database, moment.row);
+    if moment.fraction == 0.0 {
+        return a;
+    }
+    let t = f64::from(moment.fraction);
+    a.iter().zip(row(database, moment.row + 1)).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+/// `y[t]` and `y[t-1]` of a row of a class, in a style.
+pub fn output(
+    database: &Database<'_>,
+    class: usize,
+    row: usize,
+    style: usize,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let counterpart = database.counterpart(database.cycle_of(class, row)?, row, style)?;
+    Some((moment(database, counterpart.now), moment(database, counterpart.before)))
+}
+
+/// A model of one map for a whole class: `y = Σ β u`, a set of weights a dof.
+#[derive(Debug, Clone)]
+pub struct GlobalModel {
+    /// With `x[t-1]` and `y[t-1]` (autoregressive), or with `x[t]` alone (affine).
+    autoregressive: bool,
+    weights: Vec<[f64; 4]>,
+}
+
+impl GlobalModel {
+    /// Fits a class: every searchable row and its output.
+    pub fn fit(database: &Database<'_>, class: usize, style: usize, autoregressive: bool) -> Self {
+        use nalgebra::{Matrix4, Vector4};
+        let dofs = database.counts().dofs;
+        let record = database.class(class);
+        let mut sums = vec![(Matrix4::<f64>::identity() * 0.1, Vector4::<f64>::zeros()); dofs];
+        for r in record.first_row..record.first_row + record.rows {
+            if database.flags(r) & gestus_core::blob::layout::flag::SEARCHABLE == 0 {
+                continue;
+            }
+            let (x, x_prev) = (row(database, r), row(database, r - 1));
+            let Some((y, y_prev)) = output(database, class, r, style) else { continue };
+            for d in 0..dofs {
+                let u = Self::inputs(autoregressive, x_prev[d], y_prev[d], x[d]);
+                sums[d].0 += u * u.transpose();
+                sums[d].1 += u * y[d];
+            }
+        }
+        let solve = |(a, b): (Matrix4<f64>, Vector4<f64>)| {
+            let w = a.lu().solve(&b).unwrap_or_default();
+            [w[0], w[1], w[2], w[3]]
+        };
+        Self { autoregressive, weights: sums.into_iter().map(solve).collect() }
+    }
+
+    fn inputs(autoregressive: bool, x_prev: f64, y_prev: f64, x: f64) -> nalgebra::Vector4<f64> {
+        if autoregressive {
+            nalgebra::Vector4::new(x_prev, y_prev, x, 1.0)
+        } else {
+            nalgebra::Vector4::new(0.0, 0.0, x, 1.0)
+        }
+    }
+
+    /// Translates a clip's dofs; `first` is the output before the first frame.
+    pub fn run(&self, x: &[Vec<f64>], first: &[f64]) -> Vec<Vec<f64>> {
+        let mut y_prev = first.to_vec();
+        (0..x.len())
+            .map(|t| {
+                let x_prev = &x[t.saturating_sub(1)];
+                let y: Vec<f64> = (0..y_prev.len())
+                    .map(|d| {
+                        let u = Self::inputs(self.autoregressive, x_prev[d], y_prev[d], x[t][d]);
+                        let w = &self.weights[d];
+                        w[0] * u[0] + w[1] * u[1] + w[2] * u[2] + w[3] * u[3]
+                    })
+                    .collect();
+                y_prev.clone_from(&y);
+                y
+            })
+            .collect()
+    }
+}
