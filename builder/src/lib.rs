@@ -20,4 +20,5 @@ pub mod pack;
 pub mod pair;
 pub mod register;
 pub mod segment;
+pub mod warp;
 pub mod write;
