@@ -22,4 +22,5 @@ pub mod pair;
 pub mod register;
 pub mod segment;
 pub mod stream;
+pub mod warp;
 pub mod write;

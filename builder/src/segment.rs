@@ -81,7 +81,8 @@ fn strikes(signal: &[f64], rate_hz: f64) -> Vec<Strike> {
     for t in 1..signal.len() - 1 {
         let (a, b, c) = (signal[t - 1], signal[t], signal[t + 1]);
         let left = b > a && b >= c;
-        if !left && !(b < a && b <= c) {
+        let right = b < a && b <= c;
+        if !left && !right {
             continue;
         }
         // The vertex of the parabola through the three.

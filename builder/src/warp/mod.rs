@@ -1,0 +1,124 @@
+//! Time warps: which moment of one motion is which moment of another.
+//!
+//! A motion is a matrix of dofs, [frames x dofs], each dof scaled so that a difference of 1 means as much in one as in
+//! another ([`standardised`]). Both motions have to begin and end at the same moment of the action.
+//!
+//! - [`dtw`] is dynamic time warping: frames correspond where they are numerically alike. It is here to be
+//!   compared with: for motions of different style it finds poses that are alike, not moments that are.
+//! - [`imw`] is iterative motion warping (paper 001, section 3): it alternates a time warp ([`repeat`]) with a
+//!   smooth scale and offset of every dof ([`space`]), so that what differs is only the style.
+//!
+//! Both give a [`Warp`]; [`demo`] compares them on a warp that is known.
+
+use thiserror::Error;
+
+pub mod demo;
+pub mod dtw;
+pub mod imw;
+pub mod repeat;
+pub mod space;
+
+/// A correspondence: for every frame of the first motion, where the second is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warp {
+    /// Fractional frame index of the second motion, never descending. Shape [frames of the first].
+    pub positions: Vec<f64>,
+}
+
+impl Warp {
+    /// Position in the second motion at a fractional frame index of the first; held at both ends.
+    pub fn at(&self, index: f64) -> f64 {
+        let last = self.positions.len() - 1;
+        let index = index.clamp(0.0, last as f64);
+        let i = (index.floor() as usize).min(last.saturating_sub(1));
+        let next = self.positions[(i + 1).min(last)];
+        self.positions[i] + (index - i as f64) * (next - self.positions[i])
+    }
+
+    /// Mean distance to another warp of the same frames, in frames of the second motion.
+    pub fn mean_error(&self, other: &Warp) -> f64 {
+        let sum: f64 = self.positions.iter().zip(&other.positions).map(|(a, b)| (a - b).abs()).sum();
+        sum / self.positions.len() as f64
+    }
+}
+
+/// Motions that can't be warped onto each other.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum WarpError {
+    /// A motion without frames.
+    #[error("a motion without frames can't be warped")]
+    Empty,
+    /// Rows of different length.
+    #[error(
+        "frames have {have} dofs where {need} are needed: both motions need the same dofs in every frame"
+    )]
+    Dofs {
+        /// Dofs of the first frame of the first motion.
+        need: usize,
+        /// Dofs found.
+        have: usize,
+    },
+    /// NaN or infinity.
+    #[error("frame {frame} has a dof that is not finite")]
+    NotFinite {
+        /// The frame, from 0.
+        frame: usize,
+    },
+    /// Lengths that the slope limit does not allow.
+    #[error(
+        "{from} frames can't be warped onto {to} with slopes of 1/{slope} to {slope}: resample one of them, \
+         or raise the slope limit"
+    )]
+    Lengths {
+        /// Frames of the first.
+        from: usize,
+        /// Frames of the second.
+        to: usize,
+        /// The slope limit.
+        slope: usize,
+    },
+}
+
+/// Checks two motions: frames, one number of dofs, finite.
+pub(crate) fn check(u: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(), WarpError> {
+    let need = u.first().ok_or(WarpError::Empty)?.len();
+    if y.is_empty() {
+        return Err(WarpError::Empty);
+    }
+    for motion in [u, y] {
+        for (frame, row) in motion.iter().enumerate() {
+            if row.len() != need {
+                return Err(WarpError::Dofs { need, have: row.len() });
+            }
+            if row.iter().any(|v| !v.is_finite()) {
+                return Err(WarpError::NotFinite { frame });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Squared distances of all pairs of frames, [frames of u x frames of y].
+pub(crate) fn costs(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    u.iter().map(|a| y.iter().map(|b| square(a, b)).collect()).collect()
+}
+
+/// Both motions with every dof divided by its standard deviation within the two; dofs
+/// that move less than `floor` are divided by `floor`, so that noise does not count as motion.
+pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>], floor: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let dofs = u.first().map_or(0, Vec::len);
+    let mut scales = vec![floor; dofs];
+    for (d, scale) in scales.iter_mut().enumerate() {
+        let variance = |m: &[Vec<f64>]| {
+            let mean = m.iter().map(|r| r[d]).sum::<f64>() / m.len() as f64;
+            m.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>() / m.len() as f64
+        };
+        *scale = (0.5 * (variance(u) + variance(y))).sqrt().max(floor);
+    }
+    let scaled = |m: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        m.iter().map(|r| r.iter().zip(&scales).map(|(v, s)| v / s).collect()).collect()
+    };
+    (scaled(u), scaled(y))
+}
