@@ -61,6 +61,10 @@ pub enum BvhErrorKind {
         "expected a number of channels from 0 to 6, found `{found}`; count the channel names on this line"
     )]
     ChannelCount { found: String },
+    #[error(
+        "joint `{joint}` has more channel names than the expected {expected}; correct the number before them"
+    )]
+    ExtraChannel { joint: String, expected: usize },
     #[error("joint `{joint}` names the channel {channel} twice; each can be there once")]
     DuplicateChannel { joint: String, channel: &'static str },
     #[error(

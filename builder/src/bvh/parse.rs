@@ -203,7 +203,8 @@ impl<'t> Parser<'t> {
             self.joints[joint].channels.push(channel);
         }
         if let Some(t) = self.lexer.peek().filter(|t| Channel::from_word(t.text).is_some()) {
-            return Err(self.error(t, Kind::ChannelCount { found: count.text.to_string() }));
+            let joint = self.joints[joint].name.clone();
+            return Err(self.error(t, Kind::ExtraChannel { joint, expected: wanted }));
         }
         self.channels += wanted;
         Ok(())
