@@ -1,242 +1,464 @@
-//! What each file is: its action, style and take, by its name or by a table; and what a folder says about itself.
+//! Which action, style and take each file of a data folder is, and how to build from them.
 //!
-//! A folder may hold a `gestus.toml`:
+//! Most collections say it in their file names; where they don't, a `gestus.toml` in the folder does, by patterns
+//! or file by file. The same struct is what `gestus build --config FILE` reads. A file is looked up in the table
+//! `files` first, then tried against `patterns` in order, then against the built-in ones:
 //!
-//! ```toml
-//! licence = "CC BY-NC 4.0, Bandai Namco Research"
-//! unit = "cm"                                     # m, dm, cm, mm, in, cmu; guessed where it is left out
-//! patterns = ["dataset-2_{action}_{style}_{take}"]  # of file names without .bvh; {*} is anything
-//! gaits = ["walk", "run"]                         # actions made of gait cycles; by their names where left out
+//! ```text
+//! dataset-1_bow_proud_001.bvh     dataset-{*}_{action}_{style}_{take}    Bandai-Namco 1 and 2
+//! angry_13_000.bvh                {style}_{action}_{take}                Xia et al. 2015; 01 is walk, 13 run
+//! walk_proud_2.bvh                {action}_{style}_{take}                anything else
+//! ```
 //!
-//! [[clips]]                                       # files whose names say nothing
-//! file = "0007_take3.bvh"
-//! action = "walk"
-//! style = "old"
+//! In a pattern `{style}` and `{take}` hold no underscore, `{action}` and `{*}` may; none is empty or holds a `/`.
+//! A pattern with a `/` is matched with the path below the folder, others with the file's name.
+//!
+//! ```
+//! use gestus_builder::annotate::{Config, Kind};
+//! let config = Config::parse(r#"patterns = ["{style}/{action}-{take}.bvh"]"#, "gestus.toml")?;
+//! let walk = config.annotate("proud/walk-7.bvh".as_ref())?;
+//! assert_eq!((walk.action.as_str(), walk.style.as_str(), walk.kind), ("walk", "proud", Kind::Gait));
+//! # Ok::<(), gestus_builder::annotate::AnnotateError>(())
 //! ```
 
-use std::{collections::BTreeMap, path::Path};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Name of the file that describes a folder.
-pub const FILE: &str = "gestus.toml";
+use crate::{build::BuildOptions, bvh::Unit};
 
-/// Patterns that are tried where a folder names none.
-const PATTERNS: [&str; 3] =
-    ["dataset-{*}_{action}_{style}_{take}", "{action}_{style}_{take}", "{action}_{style}"];
+/// Name of the file in a data folder that says what its clips are.
+pub const FILE_NAME: &str = "gestus.toml";
 
-/// Words in the names of actions that are made of gait cycles.
-const GAIT_WORDS: [&str; 8] = ["walk", "run", "jog", "march", "turn", "sprint", "stroll", "gait"];
-
-/// How an action is given a canonical timeline.
+/// How an action runs along its canonical timeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Cut into gait cycles.
+    /// Cyclic, cut at foot strikes: walks, runs, turns.
     Gait,
-    /// Each clip is one performance, registered as a whole.
+    /// One clip is one timeline from start to end: kicks, waves.
     Whole,
+}
+
+impl Kind {
+    /// The kind that an action has by its name alone.
+    pub fn of_action(action: &str) -> Kind {
+        const GAITS: [&str; 8] = ["walk", "run", "jog", "turn", "march", "strut", "dash", "sneak"];
+        let name = action.to_ascii_lowercase();
+        // Whole words at the start, so that `run-turn` is a gait and `return` is none.
+        let is_gait = name
+            .split(|c: char| !c.is_alphabetic())
+            .any(|word| GAITS.iter().any(|gait| word.strip_prefix(gait).is_some_and(is_ending)));
+        if is_gait { Kind::Gait } else { Kind::Whole }
+    }
+}
+
+fn is_ending(rest: &str) -> bool {
+    matches!(rest, "" | "s" | "ing" | "ning" | "ging" | "ting")
 }
 
 /// What a file is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Annotation {
-    /// Its action.
+    /// What is done: `walk`, `kick`.
     pub action: String,
-    /// Its style.
+    /// The attitude in which it is done: `proud`.
     pub style: String,
+    /// Which of several; empty where the name doesn't say.
+    pub take: String,
+    /// How the action runs.
+    pub kind: Kind,
 }
 
-/// What a folder says about itself: the file `gestus.toml`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Annotations {
-    /// Licence or source of the clips.
-    pub licence: String,
-    /// Unit of lengths.
-    pub unit: Option<String>,
-    /// Patterns of file names.
-    pub patterns: Vec<String>,
-    /// Actions made of gait cycles.
-    pub gaits: Option<Vec<String>>,
-    /// Files by name.
-    pub clips: Vec<Entry>,
-}
-
-/// A file of the table.
+/// A row of the table `files`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Entry {
-    /// File name.
-    pub file: String,
-    /// Its action.
+pub struct FileEntry {
+    /// What is done.
     pub action: String,
-    /// Its style.
+    /// The attitude in which it is done.
     pub style: String,
+    /// Which of several.
+    #[serde(default)]
+    pub take: String,
 }
 
-/// A description that can't be used.
-#[derive(Debug, Error)]
+/// A `gestus.toml`: what the files are, and how to build. Its defaults are those of [`Config::default`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Folder of the clips; relative to the file that says it.
+    pub data: Option<PathBuf>,
+    /// Patterns of file names, tried in order before the built-in ones.
+    pub patterns: Vec<String>,
+    /// Files by name or path below the folder.
+    pub files: BTreeMap<String, FileEntry>,
+    /// Other names for actions as the files have them: `"01" = "walk"`.
+    pub names: BTreeMap<String, String>,
+    /// Kind of an action where its name misleads.
+    pub kind: BTreeMap<String, Kind>,
+    /// Licence or source of the clips, for the manifest.
+    pub licence: String,
+    /// Unit of length (m, cm, mm, inch, cmu, or metres a unit); guessed a file if absent.
+    pub unit: Option<String>,
+    /// Actions to take; all if empty.
+    pub actions: Vec<String>,
+    /// Styles to take; all if empty.
+    pub styles: Vec<String>,
+    /// Rate of the database, frames a second.
+    pub rate_hz: f64,
+    /// Most clips an action and style; 0 is no limit.
+    pub limit: usize,
+    /// How the database is built.
+    pub build: BuildOptions,
+    /// Whether a file that cannot be read or annotated ends the build.
+    pub strict: bool,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            data: None,
+            patterns: Vec::new(),
+            files: BTreeMap::new(),
+            names: BTreeMap::new(),
+            kind: BTreeMap::new(),
+            licence: String::new(),
+            unit: None,
+            actions: Vec::new(),
+            styles: Vec::new(),
+            rate_hz: 30.0,
+            limit: 0,
+            build: BuildOptions::default(),
+            strict: false,
+        }
+    }
+}
+
+/// A configuration that cannot be used, or a file that nothing says anything about.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum AnnotateError {
-    /// The file can't be read.
-    #[error("{0}: {1}")]
-    Io(String, std::io::Error),
-    /// The file is no TOML, or has fields that don't exist.
-    #[error("{0}: {1}")]
-    Toml(String, toml::de::Error),
-    /// A pattern without what it is for.
+    #[error("{file}: cannot be read: {error}")]
+    Io { file: String, error: String },
+    #[error("{file}: {error}")]
+    Toml { file: String, error: String },
+    #[error("{file}: pattern `{pattern}`: {problem}")]
+    Pattern { file: String, pattern: String, problem: &'static str },
+    #[error("{file}: `{key}` is {found}; expected {expected}")]
+    Value { file: String, key: &'static str, found: String, expected: &'static str },
     #[error(
-        "pattern `{0}` has to hold {{action}} and {{style}} once each, and separators between placeholders"
+        "{file}: its name doesn't say action and style; add a pattern like \"{{action}}_{{style}}_{{take}}.bvh\" to \
+         `patterns` in {FILE_NAME}, or the file to the table `files`"
     )]
-    Pattern(String),
-    /// An unknown unit.
-    #[error("unit `{0}` is not known: use m, dm, cm, mm, in or cmu")]
-    Unit(String),
+    Unknown { file: String },
 }
 
-impl Annotations {
-    /// Reads the description of a folder; the default where there is none.
-    ///
-    /// # Errors
-    /// [`AnnotateError`] where it is there and wrong.
-    pub fn of_folder(folder: &Path) -> Result<Self, AnnotateError> {
-        let path = folder.join(FILE);
-        if !path.exists() {
-            return Ok(Self::default());
+impl Config {
+    /// Reads a configuration; `file` is its name, for messages.
+    pub fn parse(text: &str, file: &str) -> Result<Config, AnnotateError> {
+        let file = || file.to_string();
+        let config: Config = toml::from_str(text)
+            .map_err(|e| AnnotateError::Toml { file: file(), error: e.to_string().trim_end().to_string() })?;
+        for pattern in &config.patterns {
+            Pattern::new(pattern).map_err(|problem| AnnotateError::Pattern {
+                file: file(),
+                pattern: pattern.clone(),
+                problem,
+            })?;
         }
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(&path).map_err(|e| AnnotateError::Io(name.clone(), e))?;
-        let annotations: Self = toml::from_str(&text).map_err(|e| AnnotateError::Toml(name, e))?;
-        annotations.check()?;
-        Ok(annotations)
+        let value =
+            |key, found: String, expected| Err(AnnotateError::Value { file: file(), key, found, expected });
+        if !(1.0..=1000.0).contains(&config.rate_hz) {
+            return value("rate_hz", config.rate_hz.to_string(), "frames a second from 1 to 1000");
+        }
+        if !(1..=8).contains(&config.build.window) {
+            return value("build.window", config.build.window.to_string(), "1 to 8 frames");
+        }
+        if !(1e-4..=10.0).contains(&config.build.error_cm) {
+            return value(
+                "build.error_cm",
+                config.build.error_cm.to_string(),
+                "centimetres from 0.0001 to 10",
+            );
+        }
+        if !matches!(config.build.block_rows, 1 | 2 | 4 | 8 | 16 | 32 | 64) {
+            return value("build.block_rows", config.build.block_rows.to_string(), "a power of two up to 64");
+        }
+        if let Some(unit) = config.unit.as_ref().filter(|u| u.parse::<Unit>().is_err()) {
+            return value(
+                "unit",
+                unit.clone(),
+                "m, cm, mm, inch, cmu, or metres a unit as a number above zero",
+            );
+        }
+        if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
+        {
+            return value("files", format!("without action or style for {found}"), "both, not empty");
+        }
+        Ok(config)
     }
 
-    fn check(&self) -> Result<(), AnnotateError> {
-        for pattern in &self.patterns {
-            let pieces = pieces(pattern);
-            let once = |name: &str| pieces.iter().filter(|p| **p == Piece::Field(name.into())).count() == 1;
-            let apart = pieces.windows(2).all(|w| !w.iter().all(|p| matches!(p, Piece::Field(_))));
-            if !once("action") || !once("style") || !apart {
-                return Err(AnnotateError::Pattern(pattern.clone()));
+    /// Reads a configuration file; a relative `data` is taken from the file's folder.
+    pub fn read(path: &Path) -> Result<Config, AnnotateError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
+        let mut config = Config::parse(&text, &file)?;
+        if let (Some(data), Some(folder)) = (&mut config.data, path.parent()) {
+            *data = folder.join(&data);
+        }
+        Ok(config)
+    }
+
+    /// The configuration of a data folder: its `gestus.toml`, or the defaults if it has none.
+    pub fn of_folder(folder: &Path) -> Result<Config, AnnotateError> {
+        let path = folder.join(FILE_NAME);
+        let mut config = if path.is_file() { Config::read(&path)? } else { Config::default() };
+        config.data.get_or_insert_with(|| folder.to_path_buf());
+        Ok(config)
+    }
+
+    /// The unit of length, if it is said.
+    pub fn unit(&self) -> Option<Unit> {
+        self.unit.as_deref().and_then(|unit| unit.parse().ok())
+    }
+
+    /// Whether a file is of an action and style that are asked for.
+    pub fn wants(&self, annotation: &Annotation) -> bool {
+        let among = |list: &[String], name: &String| list.is_empty() || list.contains(name);
+        among(&self.actions, &annotation.action) && among(&self.styles, &annotation.style)
+    }
+
+    /// What a file is, by its path below the data folder.
+    pub fn annotate(&self, path: &Path) -> Result<Annotation, AnnotateError> {
+        let whole = path.to_string_lossy().replace('\\', "/");
+        let name = whole.rsplit('/').next().unwrap_or_default();
+        if let Some(entry) = self.files.get(&whole).or_else(|| self.files.get(name)) {
+            let FileEntry { action, style, take } = entry.clone();
+            return Ok(self.annotation(action, style, take));
+        }
+        for text in &self.patterns {
+            let Ok(pattern) = Pattern::new(text) else { continue };
+            if let Some([action, style, take]) = pattern.find(if text.contains('/') { &whole } else { name })
+            {
+                return Ok(self.annotation(action, style, take));
             }
         }
-        match &self.unit {
-            Some(unit) if crate::bvh::Unit::named(unit).is_none() => Err(AnnotateError::Unit(unit.clone())),
-            _ => Ok(()),
-        }
+        let [action, style, take] = built_in(name).ok_or(AnnotateError::Unknown { file: whole })?;
+        Ok(self.annotation(action, style, take))
     }
 
-    /// What a file is; `None` where neither table nor patterns know.
-    pub fn of_file(&self, path: &Path) -> Option<Annotation> {
-        let name = path.file_name()?.to_str()?;
-        if let Some(entry) = self.clips.iter().find(|e| e.file == name) {
-            return Some(Annotation { action: entry.action.clone(), style: entry.style.clone() });
-        }
-        let stem = path.file_stem()?.to_str()?;
-        let own = self.patterns.iter().map(String::as_str);
-        let default = PATTERNS.iter().copied().filter(|_| self.patterns.is_empty());
-        own.chain(default).find_map(|pattern| {
-            let fields = matched(&pieces(pattern), stem)?;
-            Some(Annotation { action: fields.get("action")?.clone(), style: fields.get("style")?.clone() })
-        })
-    }
-
-    /// How an action gets its timeline.
-    pub fn kind(&self, action: &str) -> Kind {
-        let gait = match &self.gaits {
-            Some(gaits) => gaits.iter().any(|g| g == action),
-            None => kind_by_name(action) == Kind::Gait,
-        };
-        if gait { Kind::Gait } else { Kind::Whole }
+    fn annotation(&self, action: String, style: String, take: String) -> Annotation {
+        let action = self.names.get(&action).cloned().unwrap_or(action);
+        let kind = self.kind.get(&action).copied().unwrap_or_else(|| Kind::of_action(&action));
+        Annotation { action, style, take, kind }
     }
 }
 
-/// How an action gets its timeline, by its name alone.
-pub fn kind_by_name(action: &str) -> Kind {
-    if GAIT_WORDS.iter().any(|w| action.contains(w)) { Kind::Gait } else { Kind::Whole }
+/// The built-in patterns.
+fn built_in(name: &str) -> Option<[String; 3]> {
+    let find = |text: &str| Pattern::new(text).ok().and_then(|pattern| pattern.find(name));
+    if let Some(found) = find("dataset-{*}_{action}_{style}_{take}") {
+        return Some(found);
+    }
+    if let Some([action, style, take]) = find("{style}_{action}_{take}") {
+        let is_number = |text: &str, digits| text.len() == digits && text.bytes().all(|b| b.is_ascii_digit());
+        if is_number(&action, 2) && is_number(&take, 3) {
+            let action = match action.as_str() {
+                "01" => "walk".to_string(),
+                "13" => "run".to_string(),
+                _ => action,
+            };
+            return Some([action, style, take]);
+        }
+    }
+    find("{action}_{style}_{take}")
 }
 
-#[derive(Debug, PartialEq)]
-enum Piece {
+/// A part of a pattern.
+#[derive(Debug, Clone, PartialEq)]
+enum Part {
     Text(String),
-    Field(String),
+    /// A placeholder: which of action, style and take it fills, if any.
+    Hole(Option<usize>),
 }
 
-fn pieces(pattern: &str) -> Vec<Piece> {
-    let mut pieces = Vec::new();
-    let mut rest = pattern;
-    while let Some((before, after)) = rest.split_once('{') {
-        let Some((field, after)) = after.split_once('}') else { break };
-        if !before.is_empty() {
-            pieces.push(Piece::Text(before.into()));
-        }
-        pieces.push(Piece::Field(field.into()));
-        rest = after;
-    }
-    if !rest.is_empty() {
-        pieces.push(Piece::Text(rest.into()));
-    }
-    pieces
-}
+#[derive(Debug, Clone, PartialEq)]
+struct Pattern(Vec<Part>);
 
-/// The fields of a name: each takes as little as it can, the last one the rest.
-fn matched(pieces: &[Piece], name: &str) -> Option<BTreeMap<String, String>> {
-    let mut fields = BTreeMap::new();
-    let mut rest = name;
-    for (i, piece) in pieces.iter().enumerate() {
-        match piece {
-            Piece::Text(text) => rest = rest.strip_prefix(text.as_str())?,
-            Piece::Field(field) => {
-                let end = match pieces.get(i + 1) {
-                    Some(Piece::Text(next)) => rest.find(next.as_str())?,
-                    _ => rest.len(),
-                };
-                if end == 0 {
-                    return None;
-                }
-                fields.insert(field.clone(), rest[..end].to_owned());
-                rest = &rest[end..];
+/// Most placeholders in a pattern: matching tries their lengths in turn.
+const MAX_HOLES: usize = 6;
+
+impl Pattern {
+    fn new(text: &str) -> Result<Pattern, &'static str> {
+        let mut parts = Vec::new();
+        let mut rest = stem(text);
+        while !rest.is_empty() {
+            let (before, after) = rest.split_once('{').unwrap_or((rest, ""));
+            if before.contains('}') {
+                return Err("a closing brace without an opening one");
             }
+            if !before.is_empty() {
+                parts.push(Part::Text(before.to_string()));
+            }
+            if before.len() == rest.len() {
+                break;
+            }
+            let Some((hole, after)) = after.split_once('}') else {
+                return Err("an opening brace without a closing one");
+            };
+            let hole = Part::Hole(match hole {
+                "action" => Some(0),
+                "style" => Some(1),
+                "take" => Some(2),
+                "*" => None,
+                _ => return Err("expected {action}, {style}, {take} or {*} in braces"),
+            });
+            if hole != Part::Hole(None) && parts.contains(&hole) {
+                return Err("a placeholder other than {*} is there twice");
+            }
+            if matches!(parts.last(), Some(Part::Hole(_))) {
+                return Err("two placeholders touch; put a character between them");
+            }
+            parts.push(hole);
+            rest = after;
+        }
+        if !parts.contains(&Part::Hole(Some(0))) || !parts.contains(&Part::Hole(Some(1))) {
+            return Err("expected both {action} and {style}");
+        }
+        if parts.iter().filter(|p| matches!(p, Part::Hole(_))).count() > MAX_HOLES {
+            return Err("more than 6 placeholders");
+        }
+        Ok(Pattern(parts))
+    }
+
+    /// Action, style and take of a name that matches.
+    fn find(&self, name: &str) -> Option<[String; 3]> {
+        let mut found = Default::default();
+        // Longer than any real name: matching is polynomial in it.
+        (name.len() <= 512 && fill(&self.0, stem(name), &mut found)).then_some(found)
+    }
+}
+
+fn fill(parts: &[Part], name: &str, found: &mut [String; 3]) -> bool {
+    match parts.split_first() {
+        None => name.is_empty(),
+        Some((Part::Text(text), rest)) => {
+            name.strip_prefix(text.as_str()).is_some_and(|name| fill(rest, name, found))
+        }
+        Some((Part::Hole(hole), rest)) => {
+            let allowed = |c: char| c != '/' && (c != '_' || matches!(hole, None | Some(0)));
+            for (at, c) in name.char_indices() {
+                if !allowed(c) {
+                    return false;
+                }
+                let (inside, after) = name.split_at(at + c.len_utf8());
+                if fill(rest, after, found) {
+                    if let Some(hole) = hole {
+                        found[*hole] = inside.to_string();
+                    }
+                    return true;
+                }
+            }
+            false
         }
     }
-    rest.is_empty().then_some(fields)
+}
+
+/// A name without `.bvh`, in any case.
+fn stem(name: &str) -> &str {
+    let at = name.len().saturating_sub(4);
+    if name.get(at..).is_some_and(|end| end.eq_ignore_ascii_case(".bvh")) { &name[..at] } else { name }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of(name: &str) -> Option<(String, String)> {
-        Annotations::default().of_file(Path::new(name)).map(|a| (a.action, a.style))
+    fn of(config: &Config, path: &str) -> (String, String, String, Kind) {
+        let Annotation { action, style, take, kind } = config.annotate(path.as_ref()).unwrap();
+        (action, style, take, kind)
+    }
+
+    fn is(action: &str, style: &str, take: &str, kind: Kind) -> (String, String, String, Kind) {
+        (action.into(), style.into(), take.into(), kind)
     }
 
     #[test]
-    fn names_say_action_and_style() {
-        let expect = |a: &str, s: &str| Some((a.to_owned(), s.to_owned()));
-        assert_eq!(of("x/dataset-2_walk-turn-left_active_001.bvh"), expect("walk-turn-left", "active"));
-        assert_eq!(of("walk_proud_7.bvh"), expect("walk", "proud"));
-        assert_eq!(of("kick_old.bvh"), expect("kick", "old"));
-        assert_eq!(of("walk.bvh"), None);
+    fn known_names_need_no_file() {
+        let config = Config::default();
+        let cases = [
+            ("dataset-2_walk-turn-left_active_001.bvh", is("walk-turn-left", "active", "001", Kind::Gait)),
+            ("x/dataset-1_bow_not-confident_001.BVH", is("bow", "not-confident", "001", Kind::Whole)),
+            ("angry_13_000.bvh", is("run", "angry", "000", Kind::Gait)),
+            ("neutral_01_000.bvh", is("walk", "neutral", "000", Kind::Gait)),
+            ("neutral_07_000.bvh", is("07", "neutral", "000", Kind::Whole)),
+            ("raise_arm_proud_2.bvh", is("raise_arm", "proud", "2", Kind::Whole)),
+        ];
+        for (path, expected) in cases {
+            assert_eq!(of(&config, path), expected, "{path}");
+        }
+        let message = config.annotate("OLD-1.bvh".as_ref()).unwrap_err().to_string();
+        assert!(message.starts_with("OLD-1.bvh: its name doesn't say action and style"), "{message}");
     }
 
     #[test]
-    fn a_table_goes_before_patterns_and_patterns_before_defaults() {
-        let text = "patterns = [\"{style}-{action}-{*}\"]\n[[clips]]\nfile = \"a-b-c.bvh\"\naction = \"x\"\nstyle = \"y\"";
-        let annotations: Annotations = toml::from_str(text).unwrap();
-        annotations.check().unwrap();
-        let of = |name| annotations.of_file(Path::new(name)).map(|a| (a.action, a.style));
-        assert_eq!(of("a-b-c.bvh"), Some(("x".into(), "y".into())));
-        assert_eq!(of("old-run-3.bvh"), Some(("run".into(), "old".into())));
-        assert_eq!(of("walk_proud_7.bvh"), None);
+    fn tables_come_before_patterns_and_patterns_before_what_is_built_in() {
+        let text = r#"
+            patterns = ["{style}-{*}.bvh/no{action}", "{action}_{style}_{*}_{take}.bvh", "{action}_{style}.bvh"]
+            files."OLD-1.bvh" = { action = "walk", style = "old", take = "1" }
+            names.w = "walk"
+            kind.turn-around = "whole"
+            unit = "cmu"
+            styles = ["old"]
+        "#;
+        let config = Config::parse(text, "gestus.toml").unwrap();
+        assert_eq!(of(&config, "a/OLD-1.bvh"), is("walk", "old", "1", Kind::Gait));
+        assert_eq!(of(&config, "w_proud_x_y_3.bvh"), is("walk", "proud", "3", Kind::Gait));
+        assert_eq!(of(&config, "turn-around_old.bvh"), is("turn-around", "old", "", Kind::Whole));
+        assert_eq!(config.unit(), Some(Unit::Cmu));
+        assert!(config.wants(&config.annotate("kick_old.bvh".as_ref()).unwrap()));
+        assert!(!config.wants(&config.annotate("kick_sad.bvh".as_ref()).unwrap()));
+        let back = Config::parse(&toml::to_string(&config).unwrap(), "again").unwrap();
+        assert_eq!(back, config);
     }
 
     #[test]
-    fn mistakes_are_named() {
-        let wrong = Annotations { patterns: vec!["{action}{style}".into()], ..Annotations::default() };
-        assert!(wrong.check().unwrap_err().to_string().contains("{action}{style}"));
-        assert!(
-            toml::from_str::<Annotations>("license = \"x\"").unwrap_err().to_string().contains("licence")
-        );
+    fn errors_say_what_was_expected() {
+        let cases = [
+            ("ratee = 3", "unknown field `ratee`"),
+            ("rate_hz = 0", "`rate_hz` is 0; expected frames a second"),
+            ("k = 0", "at least one neighbor"),
+            ("features = 0", "at least one component"),
+            ("unit = 'foot'", "`unit` is foot; expected m, cm"),
+            ("patterns = ['{action}']", "both {action} and {style}"),
+            ("patterns = ['{action}{style}']", "touch"),
+            ("patterns = ['{action}_{style}_{x}']", "expected {action}, {style}, {take} or {*}"),
+            ("patterns = ['{action}_{style']", "without a closing one"),
+            ("patterns = ['{action}_style}']", "without an opening one"),
+            ("patterns = ['{action}_{action}_{style}']", "twice"),
+            ("pairing = 'best'", "unknown variant `best`"),
+            ("files.a = { action = '', style = 'x' }", "without action or style for a"),
+        ];
+        for (text, words) in cases {
+            let message = Config::parse(text, "my.toml").expect_err(text).to_string();
+            assert!(message.starts_with("my.toml: ") && message.contains(words), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn gaits_are_known_by_whole_words() {
+        for gait in
+            ["walk", "Walking", "walk-turn-left", "run", "running", "jog", "turn_right", "march", "dash"]
+        {
+            assert_eq!(Kind::of_action(gait), Kind::Gait, "{gait}");
+        }
+        for whole in ["return", "trunk", "kick", "wave-both-hands", "jump", "prune"] {
+            assert_eq!(Kind::of_action(whole), Kind::Whole, "{whole}");
+        }
     }
 }

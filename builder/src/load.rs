@@ -1,34 +1,22 @@
 //! From a folder of BVH files to a [`Corpus`].
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    annotate::{AnnotateError, Annotations},
-    bvh::{Binding, BvhError, Unit, read_folder},
+    annotate::{AnnotateError, Annotation, Config, FILE_NAME},
+    bvh::{Binding, Bvh, BvhError, Options, read_folder},
     corpus::Corpus,
     landmarks::LandmarkError,
     motion::{Clip, Skeleton},
     register::{Performance, register},
 };
-
-/// Which clips of a folder, and at what rate.
-#[derive(Debug, Clone, Default)]
-pub struct Selection {
-    /// Actions wanted; all where empty.
-    pub actions: Vec<String>,
-    /// Styles wanted, the first ones first in the database; all where empty.
-    pub styles: Vec<String>,
-    /// Frames a second; the first clip's where absent.
-    pub rate_hz: Option<f64>,
-    /// Most clips of an action in a style.
-    pub limit: Option<usize>,
-    /// Bad files are errors.
-    pub strict: bool,
-}
 
 /// What was read, and what was not.
 #[derive(Debug)]
@@ -47,20 +35,17 @@ pub enum LoadError {
     /// A file.
     #[error(transparent)]
     Bvh(#[from] BvhError),
-    /// `gestus.toml`.
+    /// `gestus.toml`, or a file that it does not know, under `strict`.
     #[error(transparent)]
     Annotate(#[from] AnnotateError),
     /// The skeleton.
     #[error("{0}: {1}")]
     Landmark(String, LandmarkError),
-    /// Files that were left out, under `--strict`.
+    /// A file that was left out, under `strict`.
     #[error("{0} (--strict: nothing is left out)")]
     Strict(String),
     /// No clips.
-    #[error(
-        "{folder}: no clip can be used{detail}; files are named like `walk_proud_01.bvh`, \
-         or described by patterns or a table in gestus.toml"
-    )]
+    #[error("{folder}: no clip can be used{detail}")]
     Empty {
         /// The folder.
         folder: String,
@@ -69,105 +54,107 @@ pub enum LoadError {
     },
 }
 
-/// Reads the clips of a folder, and gives them contacts and a canonical timeline.
+/// Reads the clips that a configuration asks for, and gives them contacts and a canonical timeline.
 ///
 /// # Errors
 /// [`LoadError`] where nothing can be used, or under `strict` anything can't.
-pub fn load(folder: &Path, selection: &Selection) -> Result<Loaded, LoadError> {
-    let annotations = Annotations::of_folder(folder)?;
-    let wanted = |list: &[String], name: &str| list.is_empty() || list.iter().any(|w| w == name);
-    let files = read_folder(folder, |path| {
-        annotations
-            .of_file(path)
-            .is_none_or(|a| wanted(&selection.actions, &a.action) && wanted(&selection.styles, &a.style))
-    })?;
-    let mut notes: Vec<String> = files.errors.iter().map(|e| format!("left out: {e}")).collect();
-    let unit = annotations.unit.as_deref().and_then(Unit::named);
+pub fn load(config: &Config) -> Result<Loaded, LoadError> {
+    let folder = config.data.clone().unwrap_or_else(|| PathBuf::from("."));
+    let place = folder.display().to_string();
+    let files = read_folder(&folder, config.strict)?;
+    let mut left_out: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();
+    let bound: Vec<Result<Option<Bound>, String>> =
+        files.documents.par_iter().map(|(path, document)| bind(config, &folder, path, document)).collect();
     let mut performances: Vec<Performance> = Vec::new();
-    let bound: Vec<_> = files
-        .files
-        .par_iter()
-        .map(|(path, bvh)| {
-            let name = path.display().to_string();
-            let Some(annotation) = annotations.of_file(path) else {
-                return Err(format!(
-                    "left out: {name}: neither its name nor {} says action and style",
-                    crate::annotate::FILE
-                ));
-            };
-            let binding = Binding::new(bvh, unit).map_err(|e| format!("left out: {name}: {e}"))?;
-            let stem = path.file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());
-            Ok((name, annotation, binding.unit, binding.clip(bvh, &stem)))
-        })
-        .collect();
-    let mut rate_hz = selection.rate_hz;
-    let mut units: Vec<&str> = Vec::new();
+    let mut units: Vec<String> = Vec::new();
     for clip in bound {
-        let (name, annotation, unit, clip) = match clip {
-            Ok(clip) => clip,
+        let clip = match clip {
+            Ok(Some(clip)) => clip,
+            Ok(None) => continue,
             Err(note) => {
-                notes.push(note);
+                left_out.push(note);
                 continue;
             }
         };
         if let Some(first) = performances.first()
-            && let Some(difference) = difference(&first.clip.skeleton, &clip.skeleton)
+            && let Some(difference) = difference(&first.clip.skeleton, &clip.clip.skeleton)
         {
-            notes.push(format!(
-                "left out: {name}: its skeleton differs from {}'s: {difference}",
-                first.clip.name
-            ));
+            let other = &first.clip.name;
+            left_out.push(format!("{}: its skeleton differs from that of {other}: {difference}", clip.name));
             continue;
         }
-        let same = |p: &&Performance| p.action == annotation.action && p.style == annotation.style;
-        if selection.limit.is_some_and(|limit| performances.iter().filter(same).count() >= limit) {
+        let Annotation { action, style, kind, .. } = clip.annotation;
+        let same = |p: &&Performance| p.action == action && p.style == style;
+        if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
             continue;
         }
-        if !units.contains(&unit.name) {
-            units.push(unit.name);
+        if !units.contains(&clip.unit) {
+            units.push(clip.unit);
         }
-        let rate = *rate_hz.get_or_insert((clip.rate_hz * 100.0).round() / 100.0);
-        performances.push(Performance {
-            clip: clip.resampled(rate),
-            kind: annotations.kind(&annotation.action),
-            action: annotation.action,
-            style: annotation.style,
-            licence: annotations.licence.clone(),
-        });
+        let (clip, licence) = (clip.clip.resampled(config.rate_hz), config.licence.clone());
+        performances.push(Performance { clip, kind, action, style, licence });
     }
-    if annotations.unit.is_none() && !units.is_empty() {
-        notes.push(format!(
-            "lengths are taken as {} (guessed from the body's size; set `unit` in {} otherwise)",
-            units.join(" and "),
-            crate::annotate::FILE
-        ));
-    }
-    let skipped = notes.iter().filter(|n| n.starts_with("left out")).count();
-    if selection.strict
-        && let Some(note) = notes.iter().find(|n| n.starts_with("left out"))
+    if config.strict
+        && let Some(note) = left_out.first()
     {
-        return Err(LoadError::Strict(note.trim_start_matches("left out: ").to_owned()));
+        return Err(LoadError::Strict(note.clone()));
     }
     if performances.is_empty() {
-        let mut detail = String::new();
-        if !selection.actions.is_empty() || !selection.styles.is_empty() {
-            detail = format!(
-                " for actions [{}], styles [{}]",
-                selection.actions.join(", "),
-                selection.styles.join(", ")
-            );
-        }
-        if let Some(note) = notes.first() {
-            detail += &format!(" ({note})");
-        }
-        return Err(LoadError::Empty { folder: folder.display().to_string(), detail });
+        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
     unify(&mut performances);
-    let place = folder.display().to_string();
-    let (mut corpus, warnings) = register(performances).map_err(|e| LoadError::Landmark(place, e))?;
-    corpus.order(&selection.actions, &selection.styles);
-    notes.extend(warnings);
-    Ok(Loaded { corpus, notes, skipped })
+    let (mut corpus, warnings) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
+    left_out.extend(warnings);
+    if corpus.examples.is_empty() {
+        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
+    }
+    corpus.order(&config.actions, &config.styles);
+    let mut notes = vec![files.summary()];
+    if config.unit.is_none() {
+        let units = units.join(" and ");
+        notes.push(format!(
+            "lengths are taken as {units}, by the body's size (`unit` in {FILE_NAME} says otherwise)"
+        ));
+    }
+    notes.extend(left_out.iter().map(|n| format!("left out: {n}")));
+    Ok(Loaded { corpus, notes, skipped: left_out.len() })
+}
+
+/// A file as a clip, and what it is.
+struct Bound {
+    name: String,
+    annotation: Annotation,
+    unit: String,
+    clip: Clip,
+}
+
+/// Takes a file to a clip; `None` where it is not asked for.
+fn bind(config: &Config, folder: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
+    let name = path.display().to_string();
+    let below = path.strip_prefix(folder).unwrap_or(path);
+    let annotation = config.annotate(below).map_err(|e| e.to_string())?;
+    if !config.wants(&annotation) {
+        return Ok(None);
+    }
+    let options = Options { unit: config.unit(), ..Options::default() };
+    let binding = Binding::new(document, &options).map_err(|e| format!("{name}: {e}"))?;
+    let mut clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
+    clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
+    Ok(Some(Bound { name, annotation, unit: binding.unit().name(), clip }))
+}
+
+/// What was asked for, for the message that it is not there.
+fn wanted(config: &Config, left_out: &[String]) -> String {
+    let mut detail = String::new();
+    for (what, names) in [("actions", &config.actions), ("styles", &config.styles)] {
+        if !names.is_empty() {
+            detail += &format!(", {what} {}", names.join(","));
+        }
+    }
+    match left_out.first() {
+        Some(first) => format!("{detail}; the first of {} left out: {first}", left_out.len()),
+        None => format!("{detail}; are there .bvh files in it, named like `walk_proud_01.bvh`?"),
+    }
 }
 
 /// What keeps two skeletons from being one.

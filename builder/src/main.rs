@@ -1,10 +1,5 @@
 //! The command `gestus`.
-use gestus_builder::{
-    build::BuildOptions,
-    evaluate::loo::*,
-    load::{Selection, load},
-    pair::Scheme,
-};
+use gestus_builder::{annotate, build::BuildOptions, evaluate::loo::*, load::load, pair::Scheme};
 use gestus_core::{Config, regress::Ridge};
 use std::path::PathBuf;
 fn main() {
@@ -15,7 +10,7 @@ fn main() {
         styles: list("normal,active,elderly,feminine"),
         ..Selection::default()
     };
-    let l = load(&PathBuf::from("/work/shared/data/bandai-namco-2"), &sel).unwrap();
+    let l = load(&sel).unwrap();
     if a.iter().any(|s| s == "yaw") {
         let body = gestus_builder::body::Body::of(&l.corpus).unwrap();
         for e in &l.corpus.examples {

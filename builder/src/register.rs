@@ -74,9 +74,9 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
         if cycles.is_empty() {
             let name = &performance.clip.name;
             warnings.push(format!(
-                "left out: {name}: no gait cycle found in {:.1} s; if the action is no gait, list the gaits in {}",
+                "{name}: no gait cycle found in {:.1} s; if the action is no gait, set its `kind` in {}",
                 performance.clip.duration_s(),
-                crate::annotate::FILE
+                crate::annotate::FILE_NAME
             ));
             continue;
         }

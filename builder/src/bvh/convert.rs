@@ -1,296 +1,466 @@
-//! From a file to a clip on the body's joints, and back.
+//! Document to clip, and a clip back onto the document's channels.
 //!
-//! Files often begin with joints that carry the body about without being part of it (Bandai's `joint_Root`), all
-//! in one chain. The body begins at the last joint of that chain: where the skeleton branches. What lies above is
-//! applied to it, and written back as it was.
+//! A [`Binding`] is made once per document. It fixes the unit, finds the hips and lays out the skeleton:
+//!
+//! * Joint 0 of the skeleton is the hips. Joints above them that hold a single child and stand still, or are mere
+//!   carriers by name (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local`
+//!   in each frame. [`Binding::write`] puts them back as they are in the document's first frame.
+//! * Every other joint's offset is its `OFFSET`, each component with a position channel replaced by that channel's
+//!   mean over the clip. Where such a channel really moves, [`Binding::notes`] says so.
+//!
+//! Reading costs a quaternion product a rotation channel; writing three `atan2` a joint.
 
 use std::sync::Arc;
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use super::{Bvh, Channel, Joint};
+use super::{Bvh, Channel, Joint, Unit, euler};
 use crate::motion::{Clip, Frame, Skeleton};
 
-/// Unit of lengths in a file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
-    /// Name, for people.
-    pub name: &'static str,
-    /// Metres.
-    pub metres: f64,
+/// How to read a document.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// The file's unit of length; guessed from the body's height if not given.
+    pub unit: Option<Unit>,
+    /// Name of the joint to take as the hips; found if not given.
+    pub root: Option<String>,
 }
 
-impl Unit {
-    /// Units by name.
-    pub const ALL: [Unit; 6] = [
-        Unit { name: "m", metres: 1.0 },
-        Unit { name: "dm", metres: 0.1 },
-        Unit { name: "cm", metres: 0.01 },
-        Unit { name: "mm", metres: 0.001 },
-        Unit { name: "in", metres: 0.0254 },
-        // The CMU database's files: inches, scaled by 0.45.
-        Unit { name: "cmu", metres: 0.0254 / 0.45 },
-    ];
-
-    /// The unit of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|u| u.name == name)
-    }
-
-    /// The unit in which the skeleton is nearest to a grown person: lengths of the longest chains, up and down
-    /// from the hips, make about 1.7 m.
-    pub fn guess(bvh: &Bvh) -> Self {
-        let height = extent(bvh).max(1e-12);
-        let misfit = |u: &Unit| (height * u.metres / 1.7).ln().abs();
-        Self::ALL.into_iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b))).unwrap_or(Self::ALL[2])
-    }
-}
-
-/// Length of the longest chain of bones below the hips, twice: legs and what stands on them, about a height.
-fn extent(bvh: &Bvh) -> f64 {
-    let hips = hips_of(bvh);
-    let offsets = offsets(bvh);
-    let mut length = vec![0.0; bvh.joints.len()];
-    let mut longest: f64 = 0.0;
-    for (j, joint) in bvh.joints.iter().enumerate() {
-        if j <= hips {
-            continue;
-        }
-        length[j] = joint.parent.map_or(0.0, |p| length[p]) + offsets[j].norm();
-        longest = longest.max(length[j] + joint.end_site.map_or(0.0, |e| e.norm()));
-    }
-    // Outstretched, hips to fingertips or toes is a bit more than half of a body.
-    longest * 1.85
-}
-
-/// A clip that can't be bound.
+/// A document and a clip that don't go together.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum BindError {
-    /// Rotation channels that leave an axis out.
-    #[error("joint `{joint}` has {found} rotation channels: a body joint needs all three")]
-    Rotations {
-        /// The joint.
-        joint: String,
-        /// Channels found.
-        found: usize,
-    },
-    /// The hips do not move.
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum ConvertError {
+    #[error("{file}: no joint is called `{name}`; the joints are {joints}")]
+    NoSuchRoot { file: String, name: String, joints: String },
     #[error(
-        "joint `{0}`, where the body begins, has no position channels: the body's place is not in the file"
+        "{file}: frame {frame} is {metres:e} m from the origin, expected at most 1e7; check the values and the unit"
     )]
-    Rooted(String),
-    /// A clip of another skeleton.
-    #[error("the motion has {found} joints, the file's body has {need}")]
-    Joints {
-        /// Joints of the file.
-        need: usize,
-        /// Joints of the clip.
-        found: usize,
-    },
+    TooFar { file: String, frame: usize, metres: f64 },
+    #[error(
+        "{file}: the bones of joint `{joint}` are {metres:e} m long, expected at most 1e7; check OFFSET and unit"
+    )]
+    TooLong { file: String, joint: String, metres: f64 },
+    #[error("the document has other joints than {file}, which this binding was made for: {difference}")]
+    OtherDocument { file: String, difference: String },
+    #[error("clip {clip} is on another skeleton than {file}: {difference}; retarget it first")]
+    OtherSkeleton { clip: String, file: String, difference: String },
+    #[error("clip {clip} has no frames; a BVH file needs at least one")]
+    NoFrames { clip: String },
+    #[error("clip {clip} has a rate of {rate_hz} frames a second; expected one above zero")]
+    Rate { clip: String, rate_hz: f64 },
+    #[error("clip {clip} has a number that is not finite or too large in frame {frame}, joint `{joint}`")]
+    NotFinite { clip: String, frame: usize, joint: String },
+    #[error("joint `{name}` cannot be written: names are not empty, unique, and hold no brace or line end")]
+    BadName { name: String },
 }
 
-/// Ties a file's joints to a clip's.
+/// Farthest that a body or joint may be from where it hangs, metres.
+const FAR_M: f64 = 1e7;
+/// Movement of an inner joint's translation that is worth a note, metres.
+const STRETCH_M: f64 = 0.01;
+
+/// How a document's joints and channels make a clip.
 #[derive(Debug, Clone)]
 pub struct Binding {
-    /// Unit of the file.
-    pub unit: Unit,
-    /// The body's skeleton, metres.
-    pub skeleton: Arc<Skeleton>,
-    /// The file's joint that is the body's root.
-    hips: usize,
+    skeleton: Arc<Skeleton>,
+    unit: Unit,
+    notes: Vec<String>,
+    /// Document joints above the hips, from the top.
+    above: Vec<usize>,
+    /// Document joint of each joint of the skeleton.
+    joints: Vec<usize>,
+    file: String,
+    /// Of the document: name, parent and channels of each joint, by which it is known again.
+    layout: Vec<Joint>,
 }
 
 impl Binding {
-    /// Finds the body in a file.
-    ///
-    /// # Errors
-    /// [`BindError`] where the body's joints lack channels.
-    pub fn new(bvh: &Bvh, unit: Option<Unit>) -> Result<Self, BindError> {
-        let unit = unit.unwrap_or_else(|| Unit::guess(bvh));
-        let hips = hips_of(bvh);
-        let placed =
-            bvh.joints[..=hips].iter().any(|j| j.channels.iter().any(|c| matches!(c, Channel::Position(_))));
-        if !placed {
-            return Err(BindError::Rooted(bvh.joints[hips].name.clone()));
-        }
-        let offsets = offsets(bvh);
-        let mut skeleton = Skeleton { names: Vec::new(), parents: Vec::new(), offsets: Vec::new() };
-        for (j, joint) in bvh.joints.iter().enumerate().skip(hips) {
-            let rotations = joint.channels.iter().filter(|c| matches!(c, Channel::Rotation(_))).count();
-            if rotations != 3 && rotations != 0 {
-                return Err(BindError::Rotations { joint: joint.name.clone(), found: rotations });
+    /// Lays out the skeleton of a document.
+    pub fn new(document: &Bvh, options: &Options) -> Result<Binding, ConvertError> {
+        let file = document.name().to_string();
+        let all = document.joints();
+        let hips = match &options.root {
+            None => find_hips(document),
+            Some(name) => {
+                all.iter().position(|j| &j.name == name).ok_or_else(|| ConvertError::NoSuchRoot {
+                    file: file.clone(),
+                    name: name.clone(),
+                    joints: all.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
+                })?
             }
-            skeleton.names.push(joint.name.clone());
-            skeleton.parents.push(if j == hips { None } else { joint.parent.map(|p| p - hips) });
-            skeleton.offsets.push(if j == hips { Vector3::zeros() } else { offsets[j] * unit.metres });
-        }
-        Ok(Self { unit, skeleton: Arc::new(skeleton), hips })
-    }
+        };
+        let mut above: Vec<usize> = std::iter::successors(all[hips].parent, |&j| all[j].parent).collect();
+        above.reverse();
 
-    /// The file's motion as a clip, metres.
-    pub fn clip(&self, bvh: &Bvh, name: &str) -> Clip {
-        let frames = (0..bvh.frames())
-            .map(|f| {
-                let locals = locals(bvh, bvh.frame(f));
-                let (root, rotation) = above(&locals, self.hips);
-                let root_position = root + rotation * locals[self.hips].0;
-                let mut rotations = vec![rotation * locals[self.hips].1];
-                rotations.extend(locals[self.hips + 1..].iter().map(|l| l.1));
-                Frame { root: root_position * self.unit.metres, rotations }
-            })
-            .collect();
-        Clip { name: name.to_owned(), skeleton: self.skeleton.clone(), rate_hz: 1.0 / bvh.frame_time, frames }
-    }
-
-    /// A clip in the form of a file: its joints, channels, offsets and unit. What lies above the hips, and
-    /// translations below them, stay as in the file's frame of the same number (its last one beyond).
-    ///
-    /// # Errors
-    /// [`BindError::Joints`] where the clip is of another skeleton.
-    pub fn unbind(&self, bvh: &Bvh, clip: &Clip) -> Result<Bvh, BindError> {
-        let need = self.skeleton.joints();
-        if clip.skeleton.joints() != need {
-            return Err(BindError::Joints { need, found: clip.skeleton.joints() });
-        }
-        let mut values = Vec::with_capacity(bvh.channels() * clip.frames.len());
-        for (f, frame) in clip.frames.iter().enumerate() {
-            let template = bvh.frame(f.min(bvh.frames() - 1));
-            let (origin, turn) = above(&locals(bvh, template), self.hips);
-            let mut at = 0;
-            for (j, joint) in bvh.joints.iter().enumerate() {
-                let numbers = &template[at..at + joint.channels.len()];
-                at += joint.channels.len();
-                if j < self.hips {
-                    values.extend(numbers);
-                    continue;
-                }
-                let rotation = if j == self.hips {
-                    turn.inverse() * frame.rotations[0]
-                } else {
-                    frame.rotations[j - self.hips]
-                };
-                let angles = euler(&rotation, &joint.channels);
-                let position = turn.inverse() * (frame.root / self.unit.metres - origin);
-                let mut next_angle = angles.into_iter();
-                for (channel, &number) in joint.channels.iter().zip(numbers) {
-                    values.push(match channel {
-                        Channel::Position(axis) if j == self.hips => position[*axis],
-                        Channel::Position(_) => number,
-                        Channel::Rotation(_) => next_angle.next().unwrap_or(0.0),
-                    });
-                }
+        let mut place = vec![None; all.len()];
+        let mut joints = Vec::new();
+        for j in hips..all.len() {
+            if j == hips || all[j].parent.is_some_and(|p| place[p].is_some()) {
+                place[j] = Some(joints.len());
+                joints.push(j);
             }
         }
-        Ok(Bvh { joints: bvh.joints.clone(), frame_time: 1.0 / clip.rate_hz, values })
+        let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(document, j)).collect();
+
+        let mut notes = Vec::new();
+        let unit = options.unit.unwrap_or_else(|| {
+            let guess = Unit::guess(longest_chain(document, &joints, &place, &means));
+            notes.push(guess.to_string());
+            guess.unit
+        });
+        let scale = unit.metres();
+        let mut offsets = Vec::with_capacity(joints.len());
+        for (s, &j) in joints.iter().enumerate() {
+            let offset = if s == 0 { Vector3::zeros() } else { means[s] * scale };
+            let metres = offset.norm();
+            if metres.is_nan() || metres > FAR_M {
+                return Err(ConvertError::TooLong { file, joint: all[j].name.clone(), metres });
+            }
+            offsets.push(offset);
+            let moves = if s == 0 { 0.0 } else { translation_range(document, j) * scale };
+            if moves > STRETCH_M {
+                let cm = moves * 100.0;
+                notes.push(format!(
+                    "joint {} is moved by up to {cm:.1} cm in its parent; its mean place is used",
+                    all[j].name
+                ));
+            }
+        }
+        if !(0..3).all(|axis| all[hips].channels.contains(&Channel::Position(axis))) {
+            notes.push(format!(
+                "{} has no three position channels, so what is written stays in place there",
+                all[hips].name
+            ));
+        }
+        let skeleton = Skeleton {
+            names: joints.iter().map(|&j| all[j].name.clone()).collect(),
+            parents: joints.iter().map(|&j| all[j].parent.and_then(|p| place[p])).collect(),
+            offsets,
+        };
+        Ok(Binding { skeleton: Arc::new(skeleton), unit, notes, above, joints, file, layout: all.to_vec() })
     }
+
+    /// The joints of the clips that this makes, hips first.
+    pub fn skeleton(&self) -> &Arc<Skeleton> {
+        &self.skeleton
+    }
+
+    /// The file's unit of length.
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// What a user should know of the reading: the guessed unit, translations that were averaged.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The document's motion, at its own rate. The clip is named by the stem of the file's name.
+    pub fn to_clip(&self, document: &Bvh) -> Result<Clip, ConvertError> {
+        self.check_document(document)?;
+        let scale = self.unit.metres();
+        let all = document.joints();
+        let mut frames = Vec::with_capacity(document.frames());
+        for f in 0..document.frames() {
+            let row = document.row(f);
+            let hips = self.carrier(row) * local(&all[self.joints[0]], row);
+            let root = hips.translation.vector * scale;
+            let metres = root.norm();
+            if metres.is_nan() || metres > FAR_M {
+                return Err(ConvertError::TooFar { file: document.name().to_string(), frame: f + 1, metres });
+            }
+            let mut rotations = Vec::with_capacity(self.joints.len());
+            rotations.push(hips.rotation);
+            rotations.extend(self.joints[1..].iter().map(|&j| rotation(&all[j], row)));
+            frames.push(Frame { root, rotations });
+        }
+        let name = std::path::Path::new(document.name()).file_stem().unwrap_or_default();
+        Ok(Clip {
+            name: name.to_string_lossy().into_owned(),
+            skeleton: self.skeleton.clone(),
+            rate_hz: document.rate_hz(),
+            frames,
+        })
+    }
+
+    /// A clip as a document like the given one: its units, channels, joint order, and joints that carry nothing.
+    ///
+    /// Joints that the clip doesn't move are as in the document's first frame. Angles are rounded to 1e-6 degrees,
+    /// positions to a micrometre or finer.
+    pub fn write(&self, document: &Bvh, clip: &Clip) -> Result<Bvh, ConvertError> {
+        self.check_document(document)?;
+        if let Some(difference) = difference(&clip.skeleton, &self.skeleton) {
+            let (clip, file) = (clip.name.clone(), document.name().to_string());
+            return Err(ConvertError::OtherSkeleton { clip, file, difference });
+        }
+        check_clip(clip)?;
+        let all = document.joints();
+        let scale = self.unit.metres();
+        let carrier = self.carrier(document.row(0)).inverse();
+        let mut row = document.row(0).to_vec();
+        let mut values = Vec::with_capacity(clip.frames.len() * row.len());
+        for frame in &clip.frames {
+            for (s, &j) in self.joints.iter().enumerate() {
+                let pose = Isometry3::from_parts(
+                    Translation3::from(if s == 0 { frame.root } else { self.skeleton.offsets[s] } / scale),
+                    frame.rotations[s],
+                );
+                let pose = if s == 0 { carrier * pose } else { pose };
+                put(&all[j], &pose, scale, &mut row);
+            }
+            values.extend_from_slice(&row);
+        }
+        let same_rate = (clip.rate_hz - document.rate_hz()).abs() <= 1e-6 * clip.rate_hz;
+        Ok(Bvh {
+            name: document.name.clone(),
+            joints: document.joints.clone(),
+            channels: document.channels,
+            frame_time_s: if same_rate { document.frame_time_s } else { 1.0 / clip.rate_hz },
+            values,
+        })
+    }
+
+    /// Product of the joints above the hips, file units.
+    fn carrier(&self, row: &[f64]) -> Isometry3<f64> {
+        self.above.iter().fold(Isometry3::identity(), |sum, &j| sum * local(&self.layout[j], row))
+    }
+
+    fn check_document(&self, document: &Bvh) -> Result<(), ConvertError> {
+        let (ours, theirs) = (&self.layout, document.joints());
+        let same =
+            |a: &Joint, b: &Joint| a.name == b.name && a.parent == b.parent && a.channels == b.channels;
+        if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(a, b)| same(a, b)) {
+            return Ok(());
+        }
+        let first = ours.iter().zip(theirs).find(|(a, b)| !same(a, b));
+        let difference = match first {
+            Some((a, b)) => format!("`{}` there, `{}` here", a.name, b.name),
+            None => format!("{} joints there, {} here", ours.len(), theirs.len()),
+        };
+        Err(ConvertError::OtherDocument { file: self.file.clone(), difference })
+    }
+}
+
+/// A document's clip and the binding that made it.
+pub fn to_clip(document: &Bvh, options: &Options) -> Result<(Clip, Binding), ConvertError> {
+    let binding = Binding::new(document, options)?;
+    Ok((binding.to_clip(document)?, binding))
+}
+
+/// Whether joints are the same by name and parent; their offsets may differ.
+pub fn same_skeleton(a: &Skeleton, b: &Skeleton) -> bool {
+    difference(a, b).is_none()
+}
+
+fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
+    if a.joints() != b.joints() {
+        return Some(format!("{} joints against {}", a.joints(), b.joints()));
+    }
+    let j = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j])?;
+    Some(match a.names[j] == b.names[j] {
+        true => format!("`{}` hangs on another joint", a.names[j]),
+        false => format!("joint {j} is `{}` against `{}`", a.names[j], b.names[j]),
+    })
 }
 
 impl Bvh {
-    /// A file for a clip that never was one: six channels on the root, three on the others, centimetres.
-    pub fn of_clip(clip: &Clip) -> Self {
+    /// A document for a clip that came from none: position and Z-X-Y rotation channels on the root, rotations on
+    /// the other joints, an End Site on every leaf. Joints are reordered depth first, as the format wants.
+    pub fn from_clip(clip: &Clip, unit: Unit) -> Result<Bvh, ConvertError> {
+        check_clip(clip)?;
         let skeleton = &clip.skeleton;
-        let rotation = [Channel::Rotation(2), Channel::Rotation(0), Channel::Rotation(1)];
-        let position = [Channel::Position(0), Channel::Position(1), Channel::Position(2)];
-        let joints: Vec<Joint> = (0..skeleton.joints())
-            .map(|j| {
-                let leaf = !skeleton.parents.contains(&Some(j));
-                Joint {
-                    name: skeleton.names[j].clone(),
-                    parent: skeleton.parents[j],
-                    offset: skeleton.offsets[j] * 100.0,
-                    channels: if j == 0 { [position, rotation].concat() } else { rotation.to_vec() },
-                    end_site: leaf.then(|| skeleton.offsets[j] * 50.0),
-                }
-            })
-            .collect();
-        let mut values = Vec::new();
-        for frame in &clip.frames {
-            values.extend((frame.root * 100.0).iter());
-            for (q, joint) in frame.rotations.iter().zip(&joints) {
-                values.extend(euler(q, &joint.channels));
-            }
+        let scale = unit.metres();
+        let mut order = Vec::with_capacity(skeleton.joints());
+        let mut open = vec![0];
+        while let Some(s) = open.pop() {
+            order.push(s);
+            open.extend((0..skeleton.joints()).rev().filter(|&c| skeleton.parents[c] == Some(s)));
         }
-        Bvh { joints, frame_time: 1.0 / clip.rate_hz, values }
+        let turns = [2, 0, 1].map(Channel::Rotation);
+        let mut joints: Vec<Joint> = Vec::with_capacity(order.len());
+        let mut channels = 0;
+        for &s in &order {
+            let name = skeleton.names[s].trim().to_string();
+            let taken = joints.iter().any(|j| j.name == name);
+            if taken || name.is_empty() || name.contains(['{', '}', '\n', '\r', '\0', '\u{feff}']) {
+                return Err(ConvertError::BadName { name: skeleton.names[s].clone() });
+            }
+            let mut own = if s == 0 { Channel::ALL[..3].to_vec() } else { Vec::new() };
+            own.extend(turns);
+            let leaf = !skeleton.parents.contains(&Some(s));
+            let first_channel = channels;
+            channels += own.len();
+            joints.push(Joint {
+                name,
+                parent: skeleton.parents[s].and_then(|p| order.iter().position(|&o| o == p)),
+                offset: (skeleton.offsets[s] / scale).map(|x| rounded(x, scale)).into(),
+                channels: own,
+                first_channel,
+                end_sites: if leaf { vec![[0.0; 3]] } else { Vec::new() },
+            });
+        }
+        let mut row = vec![0.0; channels];
+        let mut values = Vec::with_capacity(channels * clip.frames.len());
+        for frame in &clip.frames {
+            for (joint, &s) in joints.iter().zip(&order) {
+                let pose = Isometry3::from_parts(Translation3::from(frame.root / scale), frame.rotations[s]);
+                put(joint, &pose, scale, &mut row);
+            }
+            values.extend_from_slice(&row);
+        }
+        Ok(Bvh { name: clip.name.clone(), joints, channels, frame_time_s: 1.0 / clip.rate_hz, values })
     }
 }
 
-/// The joint at which the body begins: the first with more than one child.
-fn hips_of(bvh: &Bvh) -> usize {
-    let children = |j: usize| bvh.joints.iter().filter(|k| k.parent == Some(j)).count();
-    (0..bvh.joints.len()).find(|&j| children(j) != 1).unwrap_or(0)
+fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
+    let name = || clip.name.clone();
+    if clip.frames.is_empty() {
+        return Err(ConvertError::NoFrames { clip: name() });
+    }
+    if !(clip.rate_hz.is_finite() && clip.rate_hz >= 1.0 / 3600.0 && clip.rate_hz <= 1e6) {
+        return Err(ConvertError::Rate { clip: name(), rate_hz: clip.rate_hz });
+    }
+    for (f, frame) in clip.frames.iter().enumerate() {
+        let fine = |s: usize| {
+            let rotation = frame.rotations.get(s).is_some_and(|q| q.coords.iter().all(|x| x.is_finite()));
+            rotation && (s > 0 || frame.root.norm() <= FAR_M)
+        };
+        if let Some(s) = (0..clip.skeleton.joints()).find(|&s| !fine(s)) {
+            let joint = clip.skeleton.names[s].clone();
+            return Err(ConvertError::NotFinite { clip: name(), frame: f + 1, joint });
+        }
+    }
+    Ok(())
 }
 
-/// Mean position of each joint in its parent's frame: translation channels replace offsets.
-fn offsets(bvh: &Bvh) -> Vec<Vector3<f64>> {
-    let frames = bvh.frames();
-    let mut at = 0;
-    bvh.joints
-        .iter()
-        .map(|joint| {
-            let mut offset = joint.offset;
-            for (c, channel) in joint.channels.iter().enumerate() {
-                if let Channel::Position(axis) = channel {
-                    offset[*axis] = (0..frames).map(|f| bvh.frame(f)[at + c]).sum::<f64>() / frames as f64;
-                }
+/// The first joint from the top that is no mere carrier.
+fn find_hips(document: &Bvh) -> usize {
+    let all = document.joints();
+    let mut joint = 0;
+    loop {
+        let mut children = document.children(joint);
+        let (Some(child), None) = (children.next(), children.next()) else { return joint };
+        let name = all[joint].name.to_ascii_lowercase();
+        let is_hips = ["hips", "pelvis"].iter().any(|n| name.contains(n));
+        let is_carrier =
+            ["root", "reference", "armature", "world", "origin"].iter().any(|n| name.contains(n));
+        // The hips can carry what is above them only with all six channels of their own.
+        let can_carry = all[joint].channels.is_empty() || all[child].channels.len() == 6;
+        let idle = is_carrier || stands_still(document, joint);
+        if is_hips || !can_carry || !idle || document.children(child).next().is_none() {
+            return joint;
+        }
+        joint = child;
+    }
+}
+
+/// Whether a joint's channels don't change, to 1e-3 degrees and file units.
+fn stands_still(document: &Bvh, joint: usize) -> bool {
+    let joint = &document.joints()[joint];
+    let columns = joint.first_channel..joint.first_channel + joint.channels.len();
+    let first = &document.row(0)[columns.clone()];
+    (1..document.frames())
+        .all(|f| document.row(f)[columns.clone()].iter().zip(first).all(|(a, b)| (a - b).abs() <= 1e-3))
+}
+
+/// Where a joint is in its parent, file units: its position channels, and `OFFSET` where it has none.
+fn translation(joint: &Joint, row: &[f64]) -> Vector3<f64> {
+    let mut at = Vector3::from(joint.offset);
+    for (i, channel) in joint.channels.iter().enumerate() {
+        if let Channel::Position(axis) = *channel {
+            at[axis] = row[joint.first_channel + i];
+        }
+    }
+    at
+}
+
+/// Product of a joint's rotation channels, in their order.
+fn rotation(joint: &Joint, row: &[f64]) -> UnitQuaternion<f64> {
+    let mut q = UnitQuaternion::identity();
+    for (i, channel) in joint.channels.iter().enumerate() {
+        if let Channel::Rotation(axis) = *channel {
+            // Whole turns off first: sines of large angles lose digits.
+            q *= euler::about(axis, (row[joint.first_channel + i] % 720.0).to_radians());
+        }
+    }
+    q
+}
+
+fn local(joint: &Joint, row: &[f64]) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(translation(joint, row)), rotation(joint, row))
+}
+
+fn mean_translation(document: &Bvh, joint: usize) -> Vector3<f64> {
+    let frames = document.frames();
+    let joint = &document.joints()[joint];
+    if !joint.channels.iter().any(|c| matches!(c, Channel::Position(_))) {
+        return Vector3::from(joint.offset);
+    }
+    // From the first frame on, so that the mean of a constant is that constant.
+    let first = translation(joint, document.row(0));
+    let sum: Vector3<f64> = (0..frames).map(|f| translation(joint, document.row(f)) - first).sum();
+    first + sum / frames as f64
+}
+
+fn translation_range(document: &Bvh, joint: usize) -> f64 {
+    let joint = &document.joints()[joint];
+    if !joint.channels.iter().any(|c| matches!(c, Channel::Position(_))) {
+        return 0.0;
+    }
+    let first = translation(joint, document.row(0));
+    (1..document.frames()).map(|f| (translation(joint, document.row(f)) - first).norm()).fold(0.0, f64::max)
+}
+
+/// Longest way from the hips to a tip along the bones, End Sites counted, file units.
+fn longest_chain(document: &Bvh, joints: &[usize], place: &[Option<usize>], means: &[Vector3<f64>]) -> f64 {
+    let mut reach = vec![0.0; joints.len()];
+    let mut longest: f64 = 0.0;
+    for (s, &j) in joints.iter().enumerate() {
+        let joint = &document.joints()[j];
+        if s > 0 {
+            reach[s] = means[s].norm() + joint.parent.and_then(|p| place[p]).map_or(0.0, |p| reach[p]);
+        }
+        let tip = joint.end_sites.iter().map(|&e| Vector3::from(e).norm()).fold(0.0, f64::max);
+        longest = longest.max(reach[s] + tip);
+    }
+    longest
+}
+
+/// Writes a local pose, file units, into a joint's columns. Angles near those that are there already.
+fn put(joint: &Joint, pose: &Isometry3<f64>, scale: f64, row: &mut [f64]) {
+    let mut axes = [0; 3];
+    let mut near = [0.0; 3];
+    let mut count = 0;
+    for (i, channel) in joint.channels.iter().enumerate() {
+        let value = &mut row[joint.first_channel + i];
+        match *channel {
+            Channel::Position(axis) => *value = rounded(pose.translation.vector[axis], scale),
+            Channel::Rotation(axis) => {
+                axes[count] = axis;
+                near[count] = value.to_radians();
+                count += 1;
             }
-            at += joint.channels.len();
-            offset
-        })
-        .collect()
+        }
+    }
+    // Axes without a channel come last and at zero: a rotation that needs none of them loses nothing.
+    let missing = (0..3).filter(|axis| !axes[..count].contains(axis)).collect::<Vec<_>>();
+    axes[count..].copy_from_slice(&missing);
+    let angles = euler::angles(&pose.rotation, axes, near);
+    let mut turn = 0;
+    for (i, channel) in joint.channels.iter().enumerate() {
+        if let Channel::Rotation(_) = channel {
+            row[joint.first_channel + i] = rounded(angles[turn].to_degrees(), 1.0);
+            turn += 1;
+        }
+    }
 }
 
-/// Position and rotation of each joint in its parent's frame, file units.
-fn locals(bvh: &Bvh, numbers: &[f64]) -> Vec<(Vector3<f64>, UnitQuaternion<f64>)> {
-    let mut at = 0;
-    bvh.joints
-        .iter()
-        .map(|joint| {
-            let mut position = joint.offset;
-            let mut rotation = UnitQuaternion::identity();
-            for channel in &joint.channels {
-                match *channel {
-                    Channel::Position(axis) => position[axis] = numbers[at],
-                    Channel::Rotation(axis) => {
-                        let mut vector = Vector3::zeros();
-                        vector[axis] = numbers[at].to_radians();
-                        rotation *= UnitQuaternion::from_scaled_axis(vector);
-                    }
-                }
-                at += 1;
-            }
-            (position, rotation)
-        })
-        .collect()
-}
-
-/// Position and rotation of the frame that the hips are given in.
-fn above(locals: &[(Vector3<f64>, UnitQuaternion<f64>)], hips: usize) -> (Vector3<f64>, UnitQuaternion<f64>) {
-    locals[..hips]
-        .iter()
-        .fold((Vector3::zeros(), UnitQuaternion::identity()), |(origin, turn), (position, rotation)| {
-            (origin + turn * position, turn * rotation)
-        })
-}
-
-/// Angles in degrees, in the order of a joint's rotation channels.
-fn euler(rotation: &UnitQuaternion<f64>, channels: &[Channel]) -> Vec<f64> {
-    let axes: Vec<usize> = channels
-        .iter()
-        .filter_map(|c| if let Channel::Rotation(axis) = c { Some(*axis) } else { None })
-        .collect();
-    let [i, j, k] = axes[..] else { return vec![0.0; axes.len()] };
-    // R = R_i(a) R_j(b) R_k(c) with three different axes; even orders (xyz, yzx, zxy) and odd ones differ by a sign.
-    let m: Rotation3<f64> = rotation.to_rotation_matrix();
-    let sign = if (j + 3 - i) % 3 == 1 { 1.0 } else { -1.0 };
-    let sine = (sign * m[(i, k)]).clamp(-1.0, 1.0);
-    let (a, b, c) = if sine.abs() < 1.0 - 1e-12 {
-        let a = (-sign * m[(j, k)]).atan2(m[(k, k)]);
-        let c = (-sign * m[(i, j)]).atan2(m[(i, i)]);
-        (a, sine.asin(), c)
-    } else {
-        // Gimbal lock: only one of the outer angles counts.
-        ((sign * m[(k, j)]).atan2(m[(j, j)]), sine.asin(), 0.0)
-    };
-    vec![a.to_degrees(), b.to_degrees(), c.to_degrees()]
+/// Rounded to 1e-6 of a degree or metre, or finer where the file's unit is larger than a metre.
+fn rounded(value: f64, scale: f64) -> f64 {
+    let digits = 6.0 + scale.log10().max(0.0).ceil();
+    let power = 10f64.powf(digits);
+    let rounded = (value * power).round() / power;
+    if rounded.is_finite() { rounded + 0.0 } else { value }
 }

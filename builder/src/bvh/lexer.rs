@@ -1,135 +1,132 @@
-//! Words and lines of a BVH file, with their places.
+//! Text to tokens, each with its line and column.
+//!
+//! Words end at white space of any kind (spaces, tabs, form feeds, non-breaking spaces), at a brace or at a colon.
+//! Lines end in LF, CR LF or CR. Linear in the text, no allocation.
 
-use super::{Place, Problem};
-
-pub(super) type Fault = (Option<Place>, Problem);
-
-/// A word and where it stands.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Word<'a> {
-    pub text: &'a str,
-    pub place: Place,
+/// A word, brace or colon, and where it stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Token<'t> {
+    pub text: &'t str,
+    pub line: usize,
+    pub column: usize,
 }
 
-/// Reads words one after another. Braces are words of their own, also without blanks around them.
-pub(super) struct Lexer<'a> {
-    text: &'a str,
+/// Walks through a text.
+#[derive(Debug, Clone)]
+pub(super) struct Lexer<'t> {
+    text: &'t str,
     at: usize,
     line: usize,
-    line_start: usize,
+    column: usize,
 }
 
-impl<'a> Lexer<'a> {
-    pub fn new(text: &'a str) -> Self {
-        // A byte order mark is no text.
-        Self { text: text.strip_prefix('\u{feff}').unwrap_or(text), at: 0, line: 1, line_start: 0 }
+impl<'t> Lexer<'t> {
+    pub fn new(text: &'t str) -> Self {
+        Lexer { text, at: 0, line: 1, column: 1 }
     }
 
-    pub fn place(&self) -> Place {
-        let column = self.text[self.line_start..self.at].chars().count() + 1;
-        Place { line: self.line, column }
+    /// Where the next character stands.
+    pub fn place(&self) -> (usize, usize) {
+        (self.line, self.column)
     }
 
-    fn skip(&mut self, stop_at_line_end: bool) {
-        let bytes = self.text.as_bytes();
-        while let Some(&b) = bytes.get(self.at) {
-            let line_end = b == b'\n' || (b == b'\r' && bytes.get(self.at + 1) != Some(&b'\n'));
-            if line_end {
-                if stop_at_line_end {
-                    return;
+    fn peek_char(&self) -> Option<char> {
+        self.text[self.at..].chars().next()
+    }
+
+    fn advance(&mut self, c: char) {
+        self.at += c.len_utf8();
+        let cr_lf = c == '\r' && self.text[self.at..].starts_with('\n');
+        if (c == '\n' || c == '\r') && !cr_lf {
+            self.line += 1;
+            self.column = 1;
+        } else {
+            self.column += 1;
+        }
+    }
+
+    fn skip_space(&mut self) {
+        while let Some(c) = self.peek_char() {
+            if !is_space(c) {
+                break;
+            }
+            self.advance(c);
+        }
+    }
+
+    /// The next token, or `None` at the end.
+    pub fn next(&mut self) -> Option<Token<'t>> {
+        self.skip_space();
+        let (line, column) = self.place();
+        let start = self.at;
+        let first = self.peek_char()?;
+        self.advance(first);
+        if !is_mark(first) {
+            while let Some(c) = self.peek_char() {
+                if is_space(c) || is_mark(c) {
+                    break;
                 }
-                self.at += 1;
-                self.line += 1;
-                self.line_start = self.at;
-            } else if b.is_ascii_whitespace() || b == 0x0b {
-                self.at += 1;
-            } else if let Some(c) = self.text[self.at..].chars().next().filter(|c| c.is_whitespace()) {
-                self.at += c.len_utf8();
-            } else {
-                return;
+                self.advance(c);
             }
         }
+        Some(Token { text: &self.text[start..self.at], line, column })
     }
 
-    fn word(&mut self) -> Option<Word<'a>> {
-        let rest = &self.text[self.at..];
-        let first = rest.chars().next()?;
-        if first == '\n' || first == '\r' {
-            return None;
+    /// The next token without taking it.
+    pub fn peek(&self) -> Option<Token<'t>> {
+        self.clone().next()
+    }
+
+    /// A name: what is left of the line up to a brace, which may hold spaces and colons. `None` if there is none.
+    pub fn name(&mut self) -> Option<Token<'t>> {
+        self.skip_space();
+        let (line, column) = self.place();
+        let start = self.at;
+        while let Some(c) = self.peek_char() {
+            if matches!(c, '\n' | '\r' | '{' | '}') {
+                break;
+            }
+            self.advance(c);
         }
-        let place = self.place();
-        let end = if first == '{' || first == '}' {
-            1
-        } else {
-            rest.find(|c: char| c.is_whitespace() || c == '{' || c == '}' || c == '\u{b}')
-                .unwrap_or(rest.len())
-        };
-        self.at += end;
-        Some(Word { text: &rest[..end], place })
-    }
-
-    /// The next word, on this line or below; `None` at the end of the file.
-    pub fn next(&mut self) -> Option<Word<'a>> {
-        self.skip(false);
-        self.word()
-    }
-
-    /// The next word of this line; `None` at its end.
-    pub fn next_on_line(&mut self) -> Option<Word<'a>> {
-        self.skip(true);
-        self.word()
-    }
-
-    /// The rest of this line without blanks around it: names may hold blanks.
-    pub fn rest_of_line(&mut self) -> &'a str {
-        self.skip(true);
-        let rest = &self.text[self.at..];
-        let end = rest.find(['\n', '\r', '{', '}']).unwrap_or(rest.len());
-        self.at += end;
-        rest[..end].trim()
-    }
-
-    /// The next word, which has to be `expected`, in any case.
-    pub fn expect(&mut self, expected: &str) -> Result<Word<'a>, Fault> {
-        let word = self.next();
-        match word {
-            Some(w) if w.text.eq_ignore_ascii_case(expected) => Ok(w),
-            _ => Err(self.unexpected(&format!("`{expected}`"), word)),
-        }
-    }
-
-    pub fn unexpected(&self, expected: &str, found: Option<Word<'_>>) -> Fault {
-        let place = found.map_or_else(|| self.place(), |w| w.place);
-        let found = found.map_or("the end of the file".to_owned(), |w| format!("`{}`", shortened(w.text)));
-        (Some(place), Problem::Expected { expected: expected.to_owned(), found })
-    }
-
-    /// The next word as a finite number.
-    pub fn number(&mut self) -> Result<f64, Fault> {
-        match self.next() {
-            Some(word) => number(word),
-            None => Err(self.unexpected("a number", None)),
-        }
+        let text = self.text[start..self.at].trim_matches(is_space);
+        (!text.is_empty()).then_some(Token { text, line, column })
     }
 }
 
-/// A word as a finite number.
-pub(super) fn number(word: Word<'_>) -> Result<f64, Fault> {
-    match word.text.parse::<f64>() {
-        // What only overflows reads as infinite.
-        Ok(value) if value.is_finite() && value.abs() < 1e15 => Ok(value),
-        parsed => {
-            let hint = match parsed {
-                Ok(value) if value.is_nan() => ": the motion has a gap there; fill it and export again",
-                Ok(_) => ": the number is too large",
-                Err(_) if word.text.contains(',') => ": decimals need a point, not a comma",
-                Err(_) => "",
-            };
-            Err((Some(word.place), Problem::Number { found: shortened(word.text), hint }))
-        }
-    }
+fn is_space(c: char) -> bool {
+    c.is_whitespace() || c == '\u{feff}' || c == '\0'
 }
 
-fn shortened(text: &str) -> String {
-    if text.chars().count() <= 40 { text.to_owned() } else { text.chars().take(40).chain(['…']).collect() }
+fn is_mark(c: char) -> bool {
+    matches!(c, '{' | '}' | ':')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_line_ends_count_once() {
+        for text in ["a\nb\nc", "a\r\nb\r\nc", "a\rb\rc"] {
+            let mut lexer = Lexer::new(text);
+            let lines: Vec<usize> = std::iter::from_fn(|| lexer.next()).map(|t| t.line).collect();
+            assert_eq!(lines, [1, 2, 3], "{text:?}");
+        }
+    }
+
+    #[test]
+    fn names_keep_spaces_and_colons() {
+        let mut lexer = Lexer::new(" mixamorig:Left Foot \t{");
+        let name = lexer.name().unwrap();
+        assert_eq!((name.text, name.column), ("mixamorig:Left Foot", 2));
+        assert_eq!(lexer.next().unwrap().text, "{");
+        assert_eq!(lexer.name(), None);
+    }
+
+    #[test]
+    fn marks_need_no_space() {
+        let mut lexer = Lexer::new("Frames:20{}");
+        let words: Vec<&str> = std::iter::from_fn(|| lexer.next()).map(|t| t.text).collect();
+        assert_eq!(words, ["Frames", ":", "20", "{", "}"]);
+    }
 }

@@ -1,223 +1,168 @@
-//! BVH files, in and out.
+//! BVH, the text format of motion capture: read it, turn it into a [`Clip`](crate::motion::Clip), write it back.
 //!
-//! A [`Bvh`] keeps everything that a file says (joints, offsets, channels in their order, end sites, the numbers),
-//! so that it can be written back as it was. [`Binding`] ties it to a [`Clip`](crate::motion::Clip): which of its
-//! joints are the body's, and in which unit lengths are.
+//! A BVH file has two parts. `HIERARCHY` is a tree of joints, each with an `OFFSET` from its parent and an ordered
+//! list of `CHANNELS`; leaves may end in an `End Site`, a length without a rotation. `MOTION` is a table: one line
+//! a frame, one number a channel, in the order in which the channels were declared. A joint's local rotation is
+//! the product of its rotation channels *in their order*,
 //!
-//! Read: any root name; any channels on any joint, in any order; end sites; CRLF, BOM, tabs, blank lines; keywords
-//! in any case. A translation channel *replaces* its joint's offset. Degrees. Errors say file, line, column, what
-//! was expected, and what to do.
+//! ```text
+//! CHANNELS 3 Zrotation Xrotation Yrotation   =>   R = Rz(a) Rx(b) Ry(c),  degrees
+//! ```
+//!
+//! and a position channel *replaces* that component of the joint's `OFFSET`; it is not added to it. The order
+//! differs from file to file, and may differ from joint to joint.
+//!
+//! A clip goes through the modules in this order:
+//!
+//! 1. [`Bvh::parse`] (`lexer`, `parse`): bytes to a document that keeps all that is needed to write the file again.
+//!    It is iterative, never trusts a count in the file, and says line and column of what is wrong.
+//! 2. [`Unit`] (`unit`): metres a file unit, given or guessed from the body's height.
+//! 3. [`Binding`] (`convert`): document to skeleton and clip, and a clip back onto the document's channels. Static
+//!    joints above the hips (`joint_Root` of Bandai-Namco) are applied and dropped; they come back on writing.
+//! 4. [`Bvh::to_text`] (`write`): the document as text. Numbers are printed shortest-exact, so that reading what
+//!    was written gives the same `f64`s.
+//!
+//! [`read_folder`] does the first step for a folder of clips and goes on past a bad one.
+//!
+//! ```
+//! use gestus_builder::bvh::{Binding, Bvh, Options};
+//! let text = "HIERARCHY ROOT Hips { OFFSET 0 90 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation
+//!   Yrotation JOINT Foot { OFFSET 0 -85 0 CHANNELS 3 Zrotation Xrotation Yrotation End Site { OFFSET 0 -5 20 } } }
+//!   MOTION
+//!   Frames: 1
+//!   Frame Time: 0.0333333
+//!   0 91 0 0 0 0 10 0 0";
+//! let document = Bvh::parse(text.as_bytes(), "step.bvh")?;
+//! let binding = Binding::new(&document, &Options::default())?;
+//! let clip = binding.to_clip(&document)?;
+//! assert!((clip.frames[0].root.y - 0.91).abs() < 1e-12);
+//! let written = binding.write(&document, &clip)?;
+//! assert_eq!(written.values(), document.values());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod convert;
+mod error;
+mod euler;
 mod folder;
 mod lexer;
 mod parse;
+mod unit;
 mod write;
 
-pub use convert::{BindError, Binding, Unit};
+pub use convert::{Binding, ConvertError, Options, same_skeleton, to_clip};
+pub use error::{BvhError, BvhErrorKind};
 pub use folder::{Folder, read_folder};
+pub use parse::MAX_DEPTH;
+pub use unit::{ParseUnitError, Unit, UnitGuess};
 
-use std::path::{Path, PathBuf};
-
-use nalgebra::Vector3;
-use thiserror::Error;
-
-/// A channel of a joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// One column of the motion table: where a joint is in its parent's frame, or a turn about one of its axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channel {
-    /// Translation along an axis (0 x, 1 y, 2 z).
+    /// Translation along an axis (0 X, 1 Y, 2 Z), in file units; replaces that component of the `OFFSET`.
     Position(usize),
-    /// Rotation about an axis, degrees.
+    /// Rotation about an axis (0 X, 1 Y, 2 Z), degrees.
     Rotation(usize),
 }
 
 impl Channel {
-    const NAMES: [(&'static str, Channel); 6] = [
-        ("Xposition", Channel::Position(0)),
-        ("Yposition", Channel::Position(1)),
-        ("Zposition", Channel::Position(2)),
-        ("Xrotation", Channel::Rotation(0)),
-        ("Yrotation", Channel::Rotation(1)),
-        ("Zrotation", Channel::Rotation(2)),
+    /// All six, in the order X, Y, Z, positions first.
+    pub const ALL: [Channel; 6] = [
+        Channel::Position(0),
+        Channel::Position(1),
+        Channel::Position(2),
+        Channel::Rotation(0),
+        Channel::Rotation(1),
+        Channel::Rotation(2),
     ];
 
-    fn named(name: &str) -> Option<Self> {
-        Self::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, c)| *c)
+    /// The word that stands for it in a file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Channel::Position(axis) => ["Xposition", "Yposition", "Zposition"][axis],
+            Channel::Rotation(axis) => ["Xrotation", "Yrotation", "Zrotation"][axis],
+        }
     }
 
-    fn name(self) -> &'static str {
-        Self::NAMES.iter().find(|(_, c)| *c == self).map_or("Xrotation", |(n, _)| n)
+    /// The channel of that word, in any case.
+    pub fn from_word(word: &str) -> Option<Channel> {
+        Channel::ALL.into_iter().find(|c| c.word().eq_ignore_ascii_case(word))
     }
 }
 
-/// A joint of a file.
+/// A joint as the file declares it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
-    /// Its name.
+    /// Its name, unique in the document; it may hold spaces.
     pub name: String,
-    /// Index of its parent; `None` for the root.
+    /// Index of the joint that it hangs on; `None` for the first alone.
     pub parent: Option<usize>,
-    /// Offset from its parent, file units.
-    pub offset: Vector3<f64>,
-    /// Its channels, in the file's order.
+    /// `OFFSET`, in the parent's frame, file units.
+    pub offset: [f64; 3],
+    /// Its channels, in their order.
     pub channels: Vec<Channel>,
-    /// Offset of its end site, where it has one.
-    pub end_site: Option<Vector3<f64>>,
+    /// Column of its first channel in the motion table.
+    pub first_channel: usize,
+    /// `OFFSET`s of its `End Site`s, in its own frame, file units.
+    pub end_sites: Vec<[f64; 3]>,
 }
 
-/// A BVH file.
+/// A BVH document: everything needed to write the file again.
+///
+/// Joints are in the order of the file, which is depth first. Values are the motion table, row after row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bvh {
-    /// Joints in the file's order; parents come before their children.
-    pub joints: Vec<Joint>,
-    /// Seconds a frame.
-    pub frame_time: f64,
-    /// Numbers of all frames, one after another; [`channels`](Self::channels) a frame.
-    pub values: Vec<f64>,
+    name: String,
+    joints: Vec<Joint>,
+    channels: usize,
+    frame_time_s: f64,
+    values: Vec<f64>,
 }
 
 impl Bvh {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`BvhError`] for files that can't be read or are no BVH.
-    pub fn read(path: &Path) -> Result<Self, BvhError> {
-        let bytes = std::fs::read(path).map_err(|source| BvhError {
-            file: path.to_owned(),
-            place: None,
-            problem: Problem::Io(source.to_string()),
-        })?;
-        Self::parse(&bytes, path)
+    /// The file's name, as given to [`parse`](Self::parse): for messages and for naming clips.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
-    /// Parses a file's bytes; `path` is only for the messages.
-    ///
-    /// # Errors
-    /// [`BvhError`] says where, what was expected, and what to do.
-    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, BvhError> {
-        parse::parse(bytes).map_err(|(place, problem)| BvhError { file: path.to_owned(), place, problem })
+    /// The joints, parents before children, depth first.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
     }
 
-    /// Channels of all joints: numbers a frame.
+    /// Columns of the motion table.
     pub fn channels(&self) -> usize {
-        self.joints.iter().map(|j| j.channels.len()).sum()
+        self.channels
     }
 
-    /// Number of frames.
+    /// Number of frames; at least one.
     pub fn frames(&self) -> usize {
-        self.values.len() / self.channels().max(1)
+        self.values.len() / self.channels
     }
 
-    /// The numbers of a frame.
-    pub fn frame(&self, index: usize) -> &[f64] {
-        let channels = self.channels();
-        &self.values[index * channels..(index + 1) * channels]
+    /// Seconds from a frame to the next, as written in the file.
+    pub fn frame_time_s(&self) -> f64 {
+        self.frame_time_s
     }
-}
 
-/// Line and column, from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-}
+    /// Frames a second. A frame time rounded by its writer (0.0333333) gives the round rate that was meant (30).
+    pub fn rate_hz(&self) -> f64 {
+        let rate = 1.0 / self.frame_time_s;
+        if (rate - rate.round()).abs() <= 1e-4 * rate { rate.round() } else { rate }
+    }
 
-/// A file that is no BVH, or not one that can be used.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{}{}: {problem}", file.display(), place.map_or(String::new(), |p| format!(":{}:{}", p.line, p.column)))]
-pub struct BvhError {
-    /// The file.
-    pub file: PathBuf,
-    /// Where in the file.
-    pub place: Option<Place>,
-    /// What is wrong and what to do.
-    pub problem: Problem,
-}
+    /// The motion table, degrees and file units. Shape [frames x channels].
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
 
-/// What can be wrong with a file.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum Problem {
-    /// It can't be read.
-    #[error("the file can't be read: {0}")]
-    Io(String),
-    /// It is not text.
-    #[error("the file is not text (UTF-8): is it really a BVH?")]
-    NotText,
-    /// A word other than the expected one.
-    #[error("expected {expected}, found {found}")]
-    Expected {
-        /// What should be there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// Something that is no number.
-    #[error("expected a number, found `{found}`{hint}")]
-    Number {
-        /// What is there.
-        found: String,
-        /// What to do, where that is known.
-        hint: &'static str,
-    },
-    /// A channel that does not exist.
-    #[error("`{0}` is no channel: use Xposition, Yposition, Zposition, Xrotation, Yrotation or Zrotation")]
-    Channel(String),
-    /// A channel named twice.
-    #[error("joint `{joint}` has the channel {channel} twice: remove one")]
-    ChannelTwice {
-        /// The joint.
-        joint: String,
-        /// The channel.
-        channel: &'static str,
-    },
-    /// A number of channels that no joint has.
-    #[error("a joint has 0 to 6 channels, not {0}")]
-    ChannelCount(String),
-    /// Two joints of one name.
-    #[error("the joint name `{0}` is used twice: rename one of the joints")]
-    JointTwice(String),
-    /// Joints within joints without end.
-    #[error("joints are nested more than {0} deep: is a closing brace missing?")]
-    Depth(usize),
-    /// More joints than anyone has.
-    #[error("more than {0} joints")]
-    Joints(usize),
-    /// A hierarchy in which nothing moves.
-    #[error("no joint has a channel: nothing can move")]
-    NoChannels,
-    /// No frames.
-    #[error("the file has no frames: export it again with its motion")]
-    NoFrames,
-    /// No time between frames.
-    #[error(
-        "the frame time is {0}: it has to be seconds a frame, above zero (0.0333333 for 30 frames a second)"
-    )]
-    FrameTime(String),
-    /// A frame that is too short or too long.
-    #[error(
-        "frame {frame} has {found} values, the hierarchy has {channels} channels: the line is cut, or joints are missing above"
-    )]
-    Values {
-        /// The frame, from 1.
-        frame: usize,
-        /// Values found.
-        found: usize,
-        /// Values needed.
-        channels: usize,
-    },
-    /// The number of frames in the header is not what follows.
-    #[error(
-        "the file says {stated} frames and holds {found}: correct the line `Frames:`, or export it again"
-    )]
-    FrameCount {
-        /// Frames stated.
-        stated: u64,
-        /// Frames found.
-        found: usize,
-    },
-    /// A second hierarchy.
-    #[error("a second ROOT: only one skeleton a file can be read; split the file")]
-    SecondRoot,
+    /// One row of the motion table. Shape [channels].
+    pub fn row(&self, frame: usize) -> &[f64] {
+        &self.values[frame * self.channels..(frame + 1) * self.channels]
+    }
+
+    /// Indices of a joint's children, in order.
+    pub fn children(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
+        (joint + 1..self.joints.len()).filter(move |&j| self.joints[j].parent == Some(joint))
+    }
 }

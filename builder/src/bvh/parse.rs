@@ -1,189 +1,341 @@
-//! From text to [`Bvh`]. No recursion: a file decides how deep it nests. Nothing is allocated from a number that a
-//! file states.
+//! Tokens to a document, in one pass and without recursion.
+//!
+//! The open joints are a stack on the heap, at most [`MAX_DEPTH`] deep. The frame count of the file is compared
+//! with the lines that are there, after they were read; memory grows with the text and with nothing that the text
+//! claims.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
-use nalgebra::Vector3;
+use super::error::{BvhError, BvhErrorKind as Kind};
+use super::lexer::{Lexer, Token};
+use super::{Bvh, Channel, Joint};
 
-use super::{
-    Bvh, Channel, Joint, Problem,
-    lexer::{Fault, Lexer, number},
-};
+/// Deepest nesting of joints that is read.
+pub const MAX_DEPTH: usize = 256;
 
-const MAX_DEPTH: usize = 128;
-const MAX_JOINTS: usize = 1024;
-
-pub(super) fn parse(bytes: &[u8]) -> Result<Bvh, Fault> {
-    let text = std::str::from_utf8(bytes).map_err(|_| (None, Problem::NotText))?;
-    let mut lexer = Lexer::new(text);
-    lexer.expect("HIERARCHY")?;
-    let joints = hierarchy(&mut lexer)?;
-    let (frame_time, values) = motion(&mut lexer, &joints)?;
-    Ok(Bvh { joints, frame_time, values })
+impl Bvh {
+    /// Reads a document. `file` is its name, for messages and for naming the clip.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Bvh, BvhError> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            let before = String::from_utf8_lossy(&bytes[..e.valid_up_to()]);
+            let mut lexer = Lexer::new(&before);
+            while lexer.next().is_some() {}
+            let (line, column) = lexer.place();
+            BvhError { file: file.to_string(), line, column, kind: Kind::NotUtf8 }
+        })?;
+        Parser { lexer: Lexer::new(text), file, joints: Vec::new(), channels: 0, lines: HashMap::new() }
+            .document()
+    }
 }
 
-fn hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<Joint>, Fault> {
-    let mut joints: Vec<Joint> = Vec::new();
-    let mut names = HashSet::new();
-    lexer.expect("ROOT")?;
-    let mut open: Vec<usize> = Vec::new();
-    begin_joint(lexer, &mut joints, &mut names, &mut open)?;
-    while let Some(&current) = open.last() {
-        let word = lexer.next();
-        match word.map(|w| w.text.to_ascii_uppercase()).as_deref() {
-            Some("OFFSET") => joints[current].offset = vector(lexer)?,
-            Some("CHANNELS") => joints[current].channels = channels(lexer, &joints[current].name)?,
-            Some("JOINT") => begin_joint(lexer, &mut joints, &mut names, &mut open)?,
-            Some("END") => joints[current].end_site = Some(end_site(lexer)?),
-            Some("}") => {
+struct Parser<'t> {
+    lexer: Lexer<'t>,
+    file: &'t str,
+    joints: Vec<Joint>,
+    channels: usize,
+    /// Line of each joint's name.
+    lines: HashMap<&'t str, usize>,
+}
+
+impl<'t> Parser<'t> {
+    fn error_at(&self, line: usize, column: usize, kind: Kind) -> BvhError {
+        BvhError { file: self.file.to_string(), line, column, kind }
+    }
+
+    fn error(&self, token: Token, kind: Kind) -> BvhError {
+        self.error_at(token.line, token.column, kind)
+    }
+
+    fn error_here(&self, kind: Kind) -> BvhError {
+        let (line, column) = self.lexer.place();
+        self.error_at(line, column, kind)
+    }
+
+    fn unexpected(&self, token: Option<Token>, expected: &'static str, advice: &'static str) -> BvhError {
+        match token {
+            Some(t) => self.error(t, Kind::Unexpected { expected, found: shown(t.text), advice }),
+            None => self.error_here(Kind::Unexpected {
+                expected,
+                found: "the end of the file".to_string(),
+                advice,
+            }),
+        }
+    }
+
+    /// Takes that word, in any case.
+    fn expect(&mut self, word: &'static str, advice: &'static str) -> Result<Token<'t>, BvhError> {
+        match self.lexer.next() {
+            Some(t) if t.text.eq_ignore_ascii_case(word) => Ok(t),
+            other => Err(self.unexpected(other, word, advice)),
+        }
+    }
+
+    fn document(mut self) -> Result<Bvh, BvhError> {
+        self.expect("HIERARCHY", "is this a BVH file?")?;
+        self.expect("ROOT", "a BVH file starts with HIERARCHY and one ROOT joint")?;
+        self.hierarchy()?;
+        match self.lexer.next() {
+            Some(t) if is(t, "MOTION") => {}
+            Some(t) if is(t, "ROOT") => return Err(self.error(t, Kind::SeveralRoots)),
+            None => return Err(self.error_here(Kind::NoMotion)),
+            other => {
+                return Err(self.unexpected(
+                    other,
+                    "MOTION",
+                    "the ROOT's braces are closed; look for a closing brace too many",
+                ));
+            }
+        }
+        if self.channels == 0 {
+            return Err(self.error_here(Kind::NoChannels));
+        }
+        self.motion()
+    }
+
+    /// From the root's name to the brace that closes it.
+    fn hierarchy(&mut self) -> Result<(), BvhError> {
+        let mut open = Vec::new();
+        let mut has_offset = Vec::new();
+        let mut has_channels = Vec::new();
+        self.joint(None, &mut open, &mut has_offset, &mut has_channels)?;
+        while let Some(&joint) = open.last() {
+            let Some(token) = self.lexer.next() else {
+                return Err(self.unexpected(
+                    None,
+                    "a closing brace",
+                    "the file was cut or a closing brace is missing",
+                ));
+            };
+            let name = || self.joints[joint].name.clone();
+            if is(token, "OFFSET") {
+                if has_offset[joint] {
+                    return Err(self.error(token, Kind::DuplicateLine { joint: name(), word: "OFFSET" }));
+                }
+                has_offset[joint] = true;
+                self.joints[joint].offset = self.triple()?;
+            } else if is(token, "CHANNELS") {
+                if has_channels[joint] {
+                    return Err(self.error(token, Kind::DuplicateLine { joint: name(), word: "CHANNELS" }));
+                }
+                if joint + 1 != self.joints.len() {
+                    return Err(self.error(token, Kind::LateChannels { joint: name() }));
+                }
+                has_channels[joint] = true;
+                self.channel_list(joint)?;
+            } else if is(token, "JOINT") {
+                if open.len() >= MAX_DEPTH {
+                    return Err(self.error(token, Kind::TooDeep { limit: MAX_DEPTH }));
+                }
+                self.joint(Some(joint), &mut open, &mut has_offset, &mut has_channels)?;
+            } else if is(token, "END") {
+                self.end_site(joint)?;
+            } else if token.text == "}" {
+                if !has_offset[joint] {
+                    return Err(self.error(token, Kind::NoOffset { joint: name() }));
+                }
                 open.pop();
+            } else if is(token, "ROOT") {
+                return Err(self.error(token, Kind::SeveralRoots));
+            } else {
+                return Err(self.unexpected(
+                    Some(token),
+                    "OFFSET, CHANNELS, JOINT, End Site or a closing brace",
+                    "correct or remove the word",
+                ));
             }
-            _ => return Err(lexer.unexpected("OFFSET, CHANNELS, JOINT, `End Site` or `}`", word)),
         }
+        Ok(())
     }
-    Ok(joints)
-}
 
-fn begin_joint(
-    lexer: &mut Lexer<'_>,
-    joints: &mut Vec<Joint>,
-    names: &mut HashSet<String>,
-    open: &mut Vec<usize>,
-) -> Result<(), Fault> {
-    let place = Some(lexer.place());
-    let name = lexer.rest_of_line().to_owned();
-    if name.is_empty() {
-        let found = lexer.next();
-        return Err(lexer.unexpected("a joint's name", found));
-    }
-    if !names.insert(name.clone()) {
-        return Err((place, Problem::JointTwice(name)));
-    }
-    if open.len() >= MAX_DEPTH {
-        return Err((place, Problem::Depth(MAX_DEPTH)));
-    }
-    if joints.len() >= MAX_JOINTS {
-        return Err((place, Problem::Joints(MAX_JOINTS)));
-    }
-    lexer.expect("{")?;
-    let parent = open.last().copied();
-    open.push(joints.len());
-    joints.push(Joint { name, parent, offset: Vector3::zeros(), channels: Vec::new(), end_site: None });
-    Ok(())
-}
-
-fn vector(lexer: &mut Lexer<'_>) -> Result<Vector3<f64>, Fault> {
-    Ok(Vector3::new(lexer.number()?, lexer.number()?, lexer.number()?))
-}
-
-fn channels(lexer: &mut Lexer<'_>, joint: &str) -> Result<Vec<Channel>, Fault> {
-    let count = lexer.next();
-    let number = count.and_then(|w| w.text.parse::<usize>().ok()).filter(|n| *n <= 6);
-    let (Some(number), Some(word)) = (number, count) else {
-        let place = count.map_or_else(|| lexer.place(), |w| w.place);
-        return Err((Some(place), Problem::ChannelCount(count.map_or(String::new(), |w| w.text.to_owned()))));
-    };
-    let mut channels = Vec::new();
-    for _ in 0..number {
-        let Some(name) = lexer.next() else { return Err(lexer.unexpected("a channel", None)) };
-        let channel = Channel::named(name.text)
-            .ok_or_else(|| (Some(name.place), Problem::Channel(name.text.to_owned())))?;
-        if channels.contains(&channel) {
-            let problem = Problem::ChannelTwice { joint: joint.to_owned(), channel: channel.name() };
-            return Err((Some(word.place), problem));
+    /// A name and an opening brace.
+    fn joint(
+        &mut self,
+        parent: Option<usize>,
+        open: &mut Vec<usize>,
+        has_offset: &mut Vec<bool>,
+        has_channels: &mut Vec<bool>,
+    ) -> Result<(), BvhError> {
+        let Some(name) = self.lexer.name() else {
+            let next = self.lexer.peek();
+            return Err(self.unexpected(next, "the joint's name", "give every joint a name"));
+        };
+        if let Some(&first) = self.lines.get(name.text) {
+            return Err(self.error(name, Kind::DuplicateJoint { name: shown_name(name.text), first }));
         }
-        channels.push(channel);
+        self.lines.insert(name.text, name.line);
+        self.expect("{", "a joint's lines stand between braces")?;
+        open.push(self.joints.len());
+        has_offset.push(false);
+        has_channels.push(false);
+        self.joints.push(Joint {
+            name: name.text.to_string(),
+            parent,
+            offset: [0.0; 3],
+            channels: Vec::new(),
+            first_channel: self.channels,
+            end_sites: Vec::new(),
+        });
+        Ok(())
     }
-    Ok(channels)
-}
 
-fn end_site(lexer: &mut Lexer<'_>) -> Result<Vector3<f64>, Fault> {
-    lexer.expect("Site")?;
-    // Some exporters name it.
-    lexer.rest_of_line();
-    lexer.expect("{")?;
-    lexer.expect("OFFSET")?;
-    let offset = vector(lexer)?;
-    lexer.expect("}")?;
-    Ok(offset)
-}
-
-fn motion(lexer: &mut Lexer<'_>, joints: &[Joint]) -> Result<(f64, Vec<f64>), Fault> {
-    let word = lexer.next();
-    match word {
-        Some(w) if w.text.eq_ignore_ascii_case("MOTION") => {}
-        Some(w) if w.text.eq_ignore_ascii_case("ROOT") => return Err((Some(w.place), Problem::SecondRoot)),
-        _ => return Err(lexer.unexpected("`MOTION` and the frames behind it", word)),
-    }
-    let channels: usize = joints.iter().map(|j| j.channels.len()).sum();
-    if channels == 0 {
-        return Err((Some(lexer.place()), Problem::NoChannels));
-    }
-    key(lexer, &["Frames:"])?;
-    let frames_place = lexer.place();
-    let word = lexer.next();
-    let Some(stated) = word.and_then(|w| w.text.parse::<u64>().ok()) else {
-        return Err(lexer.unexpected("the number of frames", word));
-    };
-    key(lexer, &["Frame", "Time:"])?;
-    let word = lexer.next();
-    let Some(word) = word else { return Err(lexer.unexpected("the frame time", None)) };
-    let frame_time = number(word)?;
-    // A microsecond: shorter is a rate that nobody captures at.
-    if !(1e-6..=1e4).contains(&frame_time) {
-        return Err((Some(word.place), Problem::FrameTime(word.text.to_owned())));
-    }
-    let values = frames(lexer, channels)?;
-    let found = values.len() / channels;
-    if found == 0 {
-        return Err((Some(lexer.place()), Problem::NoFrames));
-    }
-    if found as u64 != stated {
-        return Err((Some(frames_place), Problem::FrameCount { stated, found }));
-    }
-    Ok((frame_time, values))
-}
-
-/// A keyword of one or more words, where blanks before the colon do no harm.
-fn key(lexer: &mut Lexer<'_>, words: &[&str]) -> Result<(), Fault> {
-    for expected in words {
-        let word = lexer.next();
-        let bare = expected.trim_end_matches(':');
-        match word {
-            Some(w) if w.text.eq_ignore_ascii_case(expected) => {}
-            Some(w) if w.text.eq_ignore_ascii_case(bare) && bare != *expected => {
-                lexer.expect(":")?;
+    fn channel_list(&mut self, joint: usize) -> Result<(), BvhError> {
+        let Some(count) = self.lexer.next() else {
+            return Err(self.unexpected(None, "a number of channels", "the file was cut"));
+        };
+        let wanted = match count.text.parse::<usize>() {
+            Ok(n) if n <= 6 => n,
+            _ => return Err(self.error(count, Kind::ChannelCount { found: shown_name(count.text) })),
+        };
+        for _ in 0..wanted {
+            let token = self.lexer.next();
+            let Some((token, channel)) = token.and_then(|t| Some((t, Channel::from_word(t.text)?))) else {
+                return Err(self.unexpected(
+                    token,
+                    "a channel (Xposition, Yposition, Zposition, Xrotation, Yrotation or Zrotation)",
+                    "the number before the names must be how many there are",
+                ));
+            };
+            if self.joints[joint].channels.contains(&channel) {
+                let joint = self.joints[joint].name.clone();
+                return Err(self.error(token, Kind::DuplicateChannel { joint, channel: channel.word() }));
             }
-            _ => return Err(lexer.unexpected(&format!("`{}`", words.join(" ")), word)),
+            self.joints[joint].channels.push(channel);
+        }
+        if let Some(t) = self.lexer.peek().filter(|t| Channel::from_word(t.text).is_some()) {
+            let joint = self.joints[joint].name.clone();
+            return Err(self.error(t, Kind::ExtraChannel { joint, expected: wanted }));
+        }
+        self.channels += wanted;
+        Ok(())
+    }
+
+    fn end_site(&mut self, joint: usize) -> Result<(), BvhError> {
+        // `End Site {`; the second word is left out, or replaced by a name, by some writers.
+        self.lexer.name();
+        self.expect("{", "an End Site's OFFSET stands between braces")?;
+        self.expect("OFFSET", "an End Site has one OFFSET and nothing else")?;
+        let offset = self.triple()?;
+        self.expect("}", "an End Site has one OFFSET and nothing else")?;
+        self.joints[joint].end_sites.push(offset);
+        Ok(())
+    }
+
+    fn triple(&mut self) -> Result<[f64; 3], BvhError> {
+        let mut triple = [0.0; 3];
+        for value in &mut triple {
+            let Some(token) = self.lexer.next() else {
+                return Err(self.unexpected(None, "a number", "the file was cut"));
+            };
+            *value = self.number(token)?;
+        }
+        Ok(triple)
+    }
+
+    fn number(&self, token: Token) -> Result<f64, BvhError> {
+        let found = || shown_name(token.text);
+        match token.text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            Ok(_) if token.text.contains(|c: char| c.is_ascii_digit()) => {
+                Err(self.error(token, Kind::Overflow { found: found() }))
+            }
+            Ok(_) => Err(self.error(token, Kind::NotFinite { found: found() })),
+            // Old C libraries print these.
+            Err(_)
+                if token.text.contains("#IND")
+                    || token.text.contains("#QNAN")
+                    || token.text.contains("#INF") =>
+            {
+                Err(self.error(token, Kind::NotFinite { found: found() }))
+            }
+            Err(_) if token.text.replace(',', ".").trim_end_matches('.').split('.').all(is_digits) => {
+                Err(self.error(token, Kind::CommaDecimal { found: found() }))
+            }
+            Err(_) => Err(self.error(token, Kind::NotANumber { found: found() })),
         }
     }
-    Ok(())
+
+    fn motion(mut self) -> Result<Bvh, BvhError> {
+        const HEAD: &str = "MOTION is followed by `Frames: N` and `Frame Time: SECONDS`";
+        if self.lexer.peek().is_none() {
+            return Err(self.error_here(Kind::NoFrames));
+        }
+        self.expect("Frames", HEAD)?;
+        self.expect(":", HEAD)?;
+        let count = self.lexer.next();
+        let Some(count) = count else { return Err(self.unexpected(None, "a number of frames", HEAD)) };
+        let promised: u64 = count
+            .text
+            .parse()
+            .map_err(|_| self.error(count, Kind::FrameCount { found: shown_name(count.text) }))?;
+        self.expect("Frame", HEAD)?;
+        self.expect("Time", HEAD)?;
+        self.expect(":", HEAD)?;
+        let Some(time) = self.lexer.next() else {
+            return Err(self.unexpected(None, "a frame time in seconds", HEAD));
+        };
+        let frame_time_s = self.number(time)?;
+        if !(1e-6..=3600.0).contains(&frame_time_s) {
+            return Err(self.error(time, Kind::FrameTime { found: shown_name(time.text) }));
+        }
+        let values = self.rows(time.line)?;
+        let found = values.len() / self.channels;
+        if found == 0 {
+            return Err(self.error(count, Kind::NoFrames));
+        }
+        if found as u64 != promised {
+            return Err(self.error(count, Kind::FrameCountLies { promised, found }));
+        }
+        let name = self.file.to_string();
+        Ok(Bvh { name, joints: self.joints, channels: self.channels, frame_time_s, values })
+    }
+
+    /// The table: one line a frame; blank lines count for nothing.
+    fn rows(&mut self, header: usize) -> Result<Vec<f64>, BvhError> {
+        let expected = self.channels;
+        let mut values = Vec::new();
+        let mut last: Option<Token> = None;
+        while let Some(token) = self.lexer.next() {
+            let (frame, found) = (values.len() / expected, values.len() % expected);
+            let same_line = last.map_or(token.line == header, |l| l.line == token.line);
+            if same_line && found == 0 {
+                let frame = if last.is_some() { frame } else { 1 };
+                return Err(self.error(token, Kind::TooManyValues { frame, expected }));
+            }
+            if let Some(l) = last.filter(|_| !same_line && found != 0) {
+                let column = l.column + l.text.chars().count();
+                let kind = Kind::TooFewValues { frame: frame + 1, found, expected };
+                return Err(self.error_at(l.line, column, kind));
+            }
+            values.push(self.number(token)?);
+            last = Some(token);
+        }
+        let (frame, found) = (values.len() / expected + 1, values.len() % expected);
+        if found != 0 {
+            return Err(self.error_here(Kind::TooFewValues { frame, found, expected }));
+        }
+        Ok(values)
+    }
 }
 
-/// One frame a line, as every exporter writes it. Frames that go over several lines are taken too, as long as every
-/// frame begins on a line of its own.
-fn frames(lexer: &mut Lexer<'_>, channels: usize) -> Result<Vec<f64>, Fault> {
-    let mut values = Vec::new();
-    let mut in_frame = 0;
-    while let Some(word) = lexer.next() {
-        let line_place = word.place;
-        let mut next = Some(word);
-        while let Some(word) = next {
-            values.push(number(word)?);
-            in_frame += 1;
-            next = lexer.next_on_line();
-        }
-        if in_frame > channels {
-            let frame = (values.len() - in_frame) / channels + 1;
-            return Err((Some(line_place), Problem::Values { frame, found: in_frame, channels }));
-        }
-        if in_frame == channels {
-            in_frame = 0;
-        }
+fn is(token: Token, word: &str) -> bool {
+    token.text.eq_ignore_ascii_case(word)
+}
+
+fn is_digits(part: &str) -> bool {
+    let part = part.trim_start_matches(['-', '+']);
+    part.chars().all(|c| c.is_ascii_digit() || matches!(c, 'e' | 'E' | '-' | '+'))
+}
+
+/// A word of the file, cut to a length that suits a message.
+fn shown_name(text: &str) -> String {
+    let mut shown: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
+    if text.chars().count() > 40 {
+        shown.push('…');
     }
-    if in_frame > 0 {
-        let frame = (values.len() - in_frame) / channels + 1;
-        return Err((Some(lexer.place()), Problem::Values { frame, found: in_frame, channels }));
-    }
-    Ok(values)
+    shown
+}
+
+fn shown(text: &str) -> String {
+    format!("`{}`", shown_name(text))
 }

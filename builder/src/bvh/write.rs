@@ -1,58 +1,65 @@
-//! From [`Bvh`] to text.
+//! A document as text.
+//!
+//! Numbers are printed in the shortest form that reads back as the same `f64`: [`Bvh::to_text`] then
+//! [`Bvh::parse`] is the identity. Indentation is by tabs, one line a joint's word, LF line ends. A frame costs
+//! about ten bytes a channel.
 
 use std::fmt::Write;
 
-use super::Bvh;
+use super::{Bvh, Channel, Joint};
 
 impl Bvh {
-    /// The file's text: tabs, one frame a line, and as many digits as bring every number back to 1e-6.
+    /// The document in the BVH format.
     pub fn to_text(&self) -> String {
-        let mut text = String::from("HIERARCHY\n");
-        // Joints that are still open, deepest last.
+        let mut text = String::with_capacity(self.joints.len() * 120 + self.values.len() * 11);
+        text.push_str("HIERARCHY\n");
         let mut open: Vec<usize> = Vec::new();
         for (index, joint) in self.joints.iter().enumerate() {
             while open.last().copied() != joint.parent {
-                close(&mut text, &mut open);
+                open.pop();
+                line(&mut text, open.len(), "}");
             }
-            let indent = "\t".repeat(open.len());
-            let keyword = if joint.parent.is_none() { "ROOT" } else { "JOINT" };
-            let _ = writeln!(text, "{indent}{keyword} {}\n{indent}{{", joint.name);
-            let [x, y, z] = [joint.offset.x, joint.offset.y, joint.offset.z].map(number);
-            let _ = writeln!(text, "{indent}\tOFFSET {x} {y} {z}");
-            let _ = write!(text, "{indent}\tCHANNELS {}", joint.channels.len());
-            for channel in &joint.channels {
-                let _ = write!(text, " {}", channel.name());
-            }
-            text.push('\n');
-            if let Some(end) = joint.end_site {
-                let [x, y, z] = [end.x, end.y, end.z].map(number);
-                let _ = writeln!(
-                    text,
-                    "{indent}\tEnd Site\n{indent}\t{{\n{indent}\t\tOFFSET {x} {y} {z}\n{indent}\t}}"
-                );
-            }
+            head(&mut text, open.len(), joint);
             open.push(index);
         }
-        while !open.is_empty() {
-            close(&mut text, &mut open);
+        while open.pop().is_some() {
+            line(&mut text, open.len(), "}");
         }
-        let _ = writeln!(text, "MOTION\nFrames: {}\nFrame Time: {}", self.frames(), number(self.frame_time));
-        for frame in self.values.chunks(self.channels().max(1)) {
-            let line: Vec<String> = frame.iter().copied().map(number).collect();
-            text.push_str(&line.join(" "));
+        // Writing to a String cannot fail.
+        let _ = write!(text, "MOTION\nFrames: {}\nFrame Time: {}\n", self.frames(), self.frame_time_s);
+        for row in self.values.chunks_exact(self.channels) {
+            for (i, value) in row.iter().enumerate() {
+                let _ = write!(text, "{}{value}", if i == 0 { "" } else { " " });
+            }
             text.push('\n');
         }
         text
     }
 }
 
-fn close(text: &mut String, open: &mut Vec<usize>) {
-    open.pop();
-    let _ = writeln!(text, "{}}}", "\t".repeat(open.len()));
+fn line(text: &mut String, depth: usize, content: &str) {
+    text.extend(std::iter::repeat_n('\t', depth));
+    text.push_str(content);
+    text.push('\n');
 }
 
-fn number(value: f64) -> String {
-    let text = format!("{value:.8}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+/// A joint from its name to its End Sites, without the brace that closes it.
+fn head(text: &mut String, depth: usize, joint: &Joint) {
+    let word = if joint.parent.is_none() { "ROOT" } else { "JOINT" };
+    line(text, depth, &format!("{word} {}", joint.name));
+    line(text, depth, "{");
+    line(text, depth + 1, &offset(&joint.offset));
+    let words: Vec<&str> = joint.channels.iter().map(|c: &Channel| c.word()).collect();
+    let list = format!("CHANNELS {} {}", words.len(), words.join(" "));
+    line(text, depth + 1, list.trim_end());
+    for site in &joint.end_sites {
+        line(text, depth + 1, "End Site");
+        line(text, depth + 1, "{");
+        line(text, depth + 2, &offset(site));
+        line(text, depth + 1, "}");
+    }
+}
+
+fn offset([x, y, z]: &[f64; 3]) -> String {
+    format!("OFFSET {x} {y} {z}")
 }

@@ -1,0 +1,145 @@
+//! Metres a file unit: BVH doesn't say, so it is given or guessed.
+//!
+//! The guess is by the body's height. The longest chain of bones from the hips to a tip is about 0.65 of it for any
+//! adult, whatever the pose (a rest pose can't be trusted: many files have none); the unit is the one that puts the
+//! height nearest 1.7 m, in ratio. Costs one walk over the joints.
+
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// Unit of length of a BVH file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unit {
+    /// 1 m.
+    Metres,
+    /// 0.01 m.
+    Centimetres,
+    /// 0.001 m.
+    Millimetres,
+    /// 0.0254 m.
+    Inches,
+    /// The CMU library's: inches divided by 0.45, 0.05644 m.
+    Cmu,
+    /// Metres a unit.
+    Other(f64),
+}
+
+impl Unit {
+    const KNOWN: [Unit; 5] = [Unit::Metres, Unit::Centimetres, Unit::Millimetres, Unit::Inches, Unit::Cmu];
+
+    /// Metres a unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Unit::Metres => 1.0,
+            Unit::Centimetres => 0.01,
+            Unit::Millimetres => 0.001,
+            Unit::Inches => 0.0254,
+            Unit::Cmu => 0.0254 / 0.45,
+            Unit::Other(metres) => metres,
+        }
+    }
+
+    /// The name that [`FromStr`] takes.
+    pub fn name(self) -> String {
+        match self {
+            Unit::Metres => "m".to_string(),
+            Unit::Centimetres => "cm".to_string(),
+            Unit::Millimetres => "mm".to_string(),
+            Unit::Inches => "inch".to_string(),
+            Unit::Cmu => "cmu".to_string(),
+            Unit::Other(metres) => format!("{metres}"),
+        }
+    }
+
+    /// Guesses from the longest chain of bones below the hips, in file units.
+    pub fn guess(chain: f64) -> UnitGuess {
+        let height = chain * HEIGHT_OF_CHAIN;
+        let off = |u: Unit| (height * u.metres() / ADULT_M).ln().abs();
+        let mut unit = Unit::Metres;
+        for candidate in Unit::KNOWN {
+            if off(candidate) < off(unit) {
+                unit = candidate;
+            }
+        }
+        UnitGuess { unit, height_m: height * unit.metres(), sure: off(unit) < 1.35f64.ln() }
+    }
+}
+
+/// Height of a body over its longest chain from hips to a tip.
+const HEIGHT_OF_CHAIN: f64 = 1.55;
+/// Height that guesses aim at, metres.
+const ADULT_M: f64 = 1.7;
+
+/// What [`Unit::guess`] found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnitGuess {
+    /// The unit.
+    pub unit: Unit,
+    /// Height of the body in that unit, estimated, metres.
+    pub height_m: f64,
+    /// Whether that is a height of an adult (within 35%).
+    pub sure: bool,
+}
+
+impl std::fmt::Display for UnitGuess {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let UnitGuess { unit, height_m, sure } = self;
+        write!(f, "unit guessed as {} (the body is about {height_m:.2} m tall)", unit.name())?;
+        if !sure {
+            write!(f, "; that is no adult's height, so say the unit if this is wrong")?;
+        }
+        Ok(())
+    }
+}
+
+/// A unit that is not one.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("`{0}` is no unit; expected m, cm, mm, inch, cmu, or metres a unit as a number above zero")]
+pub struct ParseUnitError(pub String);
+
+impl FromStr for Unit {
+    type Err = ParseUnitError;
+
+    fn from_str(text: &str) -> Result<Unit, ParseUnitError> {
+        match text.trim().to_ascii_lowercase().as_str() {
+            "m" | "metre" | "metres" | "meter" | "meters" => Ok(Unit::Metres),
+            "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Ok(Unit::Centimetres),
+            "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => Ok(Unit::Millimetres),
+            "in" | "inch" | "inches" => Ok(Unit::Inches),
+            "cmu" => Ok(Unit::Cmu),
+            other => match other.parse::<f64>() {
+                Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(Unit::Other(metres)),
+                _ => Err(ParseUnitError(text.to_string())),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adult_is_seen_in_every_unit() {
+        for unit in Unit::KNOWN {
+            for height_m in [1.4, 1.7, 2.0] {
+                let guess = Unit::guess(height_m / HEIGHT_OF_CHAIN / unit.metres());
+                assert_eq!(guess.unit, unit);
+                assert!(guess.sure && (guess.height_m - height_m).abs() < 1e-9);
+            }
+        }
+        assert!(!Unit::guess(0.0).sure);
+        assert!(!Unit::guess(f64::INFINITY).sure);
+    }
+
+    #[test]
+    fn names_come_back() {
+        for unit in Unit::KNOWN.into_iter().chain([Unit::Other(0.3048)]) {
+            assert_eq!(unit.name().parse(), Ok(unit));
+        }
+        for bad in ["", "furlong", "-1", "0", "nan", "inf"] {
+            assert!(bad.parse::<Unit>().is_err(), "{bad}");
+        }
+    }
+}
