@@ -5,10 +5,10 @@ use std::path::PathBuf;
 fn main() {
     let a: Vec<String> = std::env::args().collect();
     let list = |s: &str| s.split(',').filter(|s| !s.is_empty()).map(String::from).collect::<Vec<_>>();
-    let sel = Selection {
+    let sel = annotate::Config { data: Some(PathBuf::from("/work/shared/data/bandai-namco-2")),
         actions: list("walk,run,walk-turn-left,walk-turn-right"),
         styles: list("normal,active,elderly,feminine"),
-        ..Selection::default()
+        ..Default::default()
     };
     let l = load(&sel).unwrap();
     if a.iter().any(|s| s == "yaw") {
