@@ -29,4 +29,5 @@ pub mod trace;
 pub mod translate;
 pub mod view;
 pub mod warp;
+pub mod wish;
 pub mod write;

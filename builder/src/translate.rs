@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Config, Database, blob::Names, timing::Timing};
+use gestus_core::Database;
 
 use crate::{
     bvh::{Binding, Bvh, Options},
@@ -104,88 +104,6 @@ pub fn skeleton(database: &Database<'_>) -> Skeleton {
         names: database.manifest().map(|m| m.joints.iter().map(String::from).collect()).unwrap_or_default(),
         parents: joints.iter().map(|j| j.parent).collect(),
         offsets: joints.iter().map(|j| j.offset.map(f64::from).into()).collect(),
-    }
-}
-
-/// What is asked for on a command line, in words.
-#[derive(Debug, Clone, Default)]
-pub struct Wish {
-    /// `proud=1,old=0.5`, or one name.
-    pub style: String,
-    /// Name of the input's action.
-    pub action: Option<String>,
-    /// Name of the input's style.
-    pub input_style: Option<String>,
-    /// Joint groups that the search leaves out.
-    pub mask: Vec<String>,
-    /// `left-arm=0.5`: strength of joint groups.
-    pub strength: Vec<String>,
-    /// Parameters.
-    pub config: Config,
-}
-
-impl Wish {
-    /// The wish in the database's numbers.
-    ///
-    /// # Errors
-    /// Names that the database does not know, and numbers that are none; the message lists what there is.
-    pub fn request(&self, database: &Database<'_>) -> Result<Request> {
-        let manifest = database.manifest()?;
-        let style = self
-            .style
-            .split(',')
-            .filter(|s| !s.trim().is_empty())
-            .map(|part| weighted(part, manifest.styles, "style"))
-            .collect::<Result<Vec<_>>>()?;
-        if style.is_empty() {
-            bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
-        }
-        let label =
-            |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
-        Ok(Request {
-            config: self.config,
-            style,
-            action: label(&self.action, manifest.actions, "action")?,
-            input_style: label(&self.input_style, manifest.styles, "style")?,
-            masked: self
-                .mask
-                .iter()
-                .map(|g| find(g, manifest.groups, "joint group"))
-                .collect::<Result<_>>()?,
-            strength: self
-                .strength
-                .iter()
-                .map(|s| weighted(s, manifest.groups, "joint group"))
-                .collect::<Result<_>>()?,
-        })
-    }
-}
-
-fn listed(names: Names<'_>) -> String {
-    names.iter().collect::<Vec<_>>().join(", ")
-}
-
-fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
-    names
-        .find(name.trim())
-        .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
-}
-
-fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
-    let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
-    let number: f32 = weight
-        .trim()
-        .parse()
-        .with_context(|| format!("`{part}`: `{weight}` is no number; write {what}=0.5"))?;
-    Ok((find(name, names, what)?, number))
-}
-
-/// The timing policy of that name.
-pub fn timing(name: &str) -> Option<Timing> {
-    match name {
-        "free" => Some(Timing::Free),
-        "sync" => Some(Timing::Sync),
-        _ => None,
     }
 }
 

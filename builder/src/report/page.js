@@ -100,7 +100,7 @@
 
   function projector(target, x, y, w, h, reach) {
     const cy = Math.cos(camera.yaw), sy = Math.sin(camera.yaw), cp = Math.cos(camera.pitch), sp = Math.sin(camera.pitch);
-    const distance = reach * 3.1 / camera.zoom;
+    const distance = reach * 2.45 / camera.zoom;
     const focal = 1.25 * Math.min(h, w * 1.3);
     return (px, py, pz) => {
       const dx = px - target[0], dy = py - target[1], dz = pz - target[2];
@@ -253,7 +253,7 @@
   }
 
   // ---- timeline ----
-  const left = 132, rightPad = 18;
+  const left = 172, rightPad = 18;
   const hue = (k, n) => {
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     return `hsl(${(212 + k * 137.508) % 360} ${k % 2 ? 52 : 60}% ${dark ? 60 : 54}%)`;
