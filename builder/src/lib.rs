@@ -22,5 +22,6 @@ pub mod pair;
 pub mod register;
 pub mod segment;
 pub mod stream;
+pub mod synth;
 pub mod warp;
 pub mod write;
