@@ -25,6 +25,7 @@ pub mod register;
 pub mod report;
 pub mod segment;
 pub mod stream;
+pub mod synth;
 pub mod trace;
 pub mod translate;
 pub mod view;
