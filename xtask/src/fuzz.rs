@@ -3,6 +3,8 @@
 //! cargo-fuzz needs a nightly compiler for its coverage flags. The sanitizers stay off: there is no `unsafe` to
 //! watch, and without them a target runs several times as many inputs.
 
+use std::path::Path;
+
 use anyhow::{Result, bail};
 
 use crate::shell::{Outcome, answer, cargo, command, nightly_cargo, root, run as run_command, target_dir};
@@ -41,11 +43,7 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     let corpus = folder.join("corpus").join(target);
     std::fs::create_dir_all(&corpus)?;
     if target == "open" {
-        // A blob that opens: mutation alone would never get past the first check.
-        let seed = corpus.join("seed");
-        run_command(
-            cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(seed),
-        )?;
+        seed_with_blobs(&corpus)?;
     }
     let mut command = nightly_cargo();
     command
@@ -56,6 +54,19 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
         .arg(target);
     command.args(["--", &format!("-max_total_time={seconds}"), "-timeout=10", "-rss_limit_mb=2048"]);
     run_command(command.current_dir(root().join(krate)))
+}
+
+/// Puts a blob that opens into the corpus, for mutation alone would never get past the first checks; and the same
+/// blob with bytes behind it, which the target makes settings and poses of.
+fn seed_with_blobs(corpus: &Path) -> Result<()> {
+    let seed = corpus.join("seed");
+    run_command(
+        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(&seed),
+    )?;
+    let mut bytes = std::fs::read(&seed)?;
+    bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
+    std::fs::write(corpus.join("seed-with-poses"), bytes)?;
+    Ok(())
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.
