@@ -16,7 +16,7 @@ use crate::shell::{Outcome, answer, cargo, command, root, run as run_command, ta
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 /// Sets of features that are built.
-const FEATURES: [&str; 4] = ["", "defmt", "micromath", "defmt,micromath"];
+const FEATURES: [&str; 3] = ["", "defmt", "micromath"];
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
 
@@ -54,6 +54,8 @@ fn build(source: Source, features: &str) -> Command {
         }
     };
     build.args(["build", "--package", "gestus-core", "--target", TARGET, "--no-default-features"]);
+    // The profile's optimised dependencies are for tests; here they would only be waited for.
+    build.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
     if !features.is_empty() {
         build.args(["--features", features]);
     }

@@ -48,7 +48,11 @@ enum Chore {
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
     /// Record the golden digests anew, and show what changed
-    Golden,
+    Golden {
+        /// The golden blob too: where the format or the builder was meant to change
+        #[arg(long)]
+        blob: bool,
+    },
 }
 
 fn main() -> Result<()> {
@@ -57,7 +61,7 @@ fn main() -> Result<()> {
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref())?,
         Chore::Core { setup } => bare_metal::run(setup)?,
         Chore::RealData => real_data::run()?,
-        Chore::Golden => golden()?,
+        Chore::Golden { blob } => golden(blob)?,
     };
     match outcome {
         Outcome::Passed => {}
@@ -68,8 +72,11 @@ fn main() -> Result<()> {
 }
 
 /// Runs the golden tests so that they write what they would compare.
-fn golden() -> Result<Outcome> {
-    shell::run(shell::cargo().args(["test", "-p", "gestus-tests", "golden"]).env("GESTUS_RECORD", "1"))?;
+fn golden(blob: bool) -> Result<Outcome> {
+    let record = if blob { "blob" } else { "1" };
+    let mut tests = shell::cargo();
+    tests.args(["test", "-p", "gestus-tests", "--test", "golden"]).env("GESTUS_RECORD", record);
+    shell::run(&mut tests)?;
     shell::run(shell::command("git").args(["status", "--short", "tests"]))?;
     Ok(Outcome::Passed)
 }
