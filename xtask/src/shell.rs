@@ -85,7 +85,7 @@ fn show(command: &Command) -> String {
 }
 
 fn quote(word: &str) -> String {
-    if word.contains(' ') { format!("'{word}'") } else { word.to_owned() }
+    if word.contains([' ', '*', '"']) { format!("'{word}'") } else { word.to_owned() }
 }
 
 #[cfg(test)]
