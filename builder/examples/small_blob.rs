@@ -92,5 +92,5 @@ fn example(skeleton: &Arc<Skeleton>, style: usize) -> Example {
         .take_while(|c| c.span().1 < FRAMES as f64)
         .collect();
     let contacts = (0..FRAMES).map(|i| [phase(i).sin() > -0.1, phase(i).sin() < 0.1]).collect();
-    Example { clip, action: 0, style, contacts, cycles, licence: "generated".into() }
+    Example { clip, action: 0, style, contacts, cycles, take: String::new(), licence: "generated".into() }
 }

@@ -64,7 +64,7 @@ pub enum BuildError {
     },
     /// No action that is there in every style.
     #[error(
-        "no action has clips in every style ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
+        "not every style has an output ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
     )]
     Unpaired(String),
     /// The blob does not open: a fault of the builder.
@@ -122,7 +122,15 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         class.cycles += example.cycles.len();
         first_rows.push(rows);
         rows += dofs.len();
-        cycles.extend(example.cycles.iter().map(|cycle| CycleData { class: number, clip, cycle, dofs }));
+        let take = &example.take;
+        cycles.extend(example.cycles.iter().enumerate().map(|(index, cycle)| CycleData {
+            class: number,
+            clip,
+            take,
+            index,
+            cycle,
+            dofs,
+        }));
     }
     let frames = rows;
     limits(corpus, &classes, cycles.len(), frames)?;
@@ -157,7 +165,14 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         clouds.par_iter().map(|c| space.code(c)).collect()
     };
     drop(clouds);
-    let flags = flags(&examples, &first_rows, frames);
+    let paired: Vec<bool> = pairing.outputs.iter().map(|o| o.iter().all(Option::is_some)).collect();
+    let flags = flags(&examples, &first_rows, &paired, frames);
+    for c in &classes {
+        if !flags[c.first_row..c.first_row + c.rows].iter().any(|f| f & flag::SEARCHABLE != 0) {
+            let name = format!("{} in {}", corpus.actions[c.action], corpus.styles[c.style]);
+            return Err(BuildError::Unpaired(format!("no cycle of {name} has an output in every style")));
+        }
+    }
     let scales = deviations(&all_rows[..frames]);
     let timing_dofs = timing_metric(&body, &examples, &dofs);
 
@@ -285,8 +300,9 @@ fn limits(corpus: &Corpus, classes: &[ClassRows], cycles: usize, frames: usize) 
     Ok(())
 }
 
-fn flags(examples: &[&Example], first_rows: &[usize], frames: usize) -> Vec<u8> {
+fn flags(examples: &[&Example], first_rows: &[usize], paired: &[bool], frames: usize) -> Vec<u8> {
     let mut flags = vec![0; frames];
+    let mut paired = paired.iter();
     for (example, &first) in examples.iter().zip(first_rows) {
         for (f, contact) in example.contacts.iter().enumerate() {
             let flag = &mut flags[first + f];
@@ -294,7 +310,10 @@ fn flags(examples: &[&Example], first_rows: &[usize], frames: usize) -> Vec<u8> 
             *flag |= if contact[1] { flag::RIGHT_CONTACT } else { 0 };
             *flag |= if f > 0 { flag::FOLLOWS } else { 0 };
         }
-        for cycle in &example.cycles {
+        for (cycle, paired) in example.cycles.iter().zip(paired.by_ref()) {
+            if !paired {
+                continue;
+            }
             let (start, end) = cycle.span();
             let last = (end.ceil() as usize).min(example.clip.frames.len());
             for f in (start.ceil().max(1.0) as usize)..last {

@@ -47,6 +47,8 @@ pub struct Example {
     pub action: usize,
     /// Index of its style.
     pub style: usize,
+    /// Which take it is; clips of one take show the same content in different styles. Empty where nothing is known.
+    pub take: String,
     /// Which foot stands, left and right. Shape [frames].
     pub contacts: Vec<[bool; 2]>,
     /// Its canonical timeline: cycles in order of time, not overlapping.

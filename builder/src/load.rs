@@ -83,7 +83,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             left_out.push(format!("{}: its skeleton differs from that of {other}: {difference}", clip.name));
             continue;
         }
-        let Annotation { action, style, kind, .. } = clip.annotation;
+        let Annotation { action, style, take, kind } = clip.annotation;
         let same = |p: &&Performance| p.action == action && p.style == style;
         if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
             continue;
@@ -92,7 +92,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             units.push(clip.unit);
         }
         let (clip, licence) = (clip.clip.resampled(config.rate_hz), config.licence.clone());
-        performances.push(Performance { clip, kind, action, style, licence });
+        performances.push(Performance { clip, kind, action, style, take, licence });
     }
     if config.strict
         && let Some(note) = left_out.first()

@@ -11,6 +11,7 @@
 //! | [`Scheme::Nearest`] | one real cycle, the best fit |
 //! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles around it, a few dozen a class |
 //! | [`Scheme::Mean`] | one prototype, the mean of all |
+//! | [`Scheme::Take`] | the same cycle of the clip of the same take: for motion recorded or made in pairs |
 //!
 //! Averages lie nearer to any one real cycle than another real cycle does, and move less than any: every step
 //! becomes the same step. `gestus evaluate ablation` shows the trade.
@@ -40,15 +41,18 @@ pub enum Scheme {
     Kernel,
     /// One average a class.
     Mean,
+    /// The same cycle of the clip of the same take.
+    Take,
 }
 
 impl Scheme {
     /// All, with their names.
-    pub const ALL: [(&'static str, Scheme); 4] = [
+    pub const ALL: [(&'static str, Scheme); 5] = [
         ("viterbi", Self::Viterbi),
         ("nearest", Self::Nearest),
         ("kernel", Self::Kernel),
         ("mean", Self::Mean),
+        ("take", Self::Take),
     ];
 
     /// The scheme of that name.
@@ -69,6 +73,10 @@ pub struct CycleData<'a> {
     pub class: usize,
     /// Number of its clip.
     pub clip: usize,
+    /// Take of its clip.
+    pub take: &'a str,
+    /// Which cycle of its clip it is, from 0.
+    pub index: usize,
     /// Its timeline, in frames of the clip.
     pub cycle: &'a Cycle,
     /// Dofs of the whole clip, shape [frames][D].
@@ -131,6 +139,14 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
                 inputs.clone()
             } else {
                 match scheme {
+                    Scheme::Take => {
+                        for &input in inputs {
+                            let (take, index) = (cycles[input].take, cycles[input].index);
+                            let same = |&&o: &&usize| cycles[o].take == take && cycles[o].index == index;
+                            pairing.outputs[input][style] = members[target].iter().find(same).copied();
+                        }
+                        continue;
+                    }
                     Scheme::Viterbi => viterbi(cycles, inputs, &members[target], &content),
                     Scheme::Nearest => inputs
                         .iter()

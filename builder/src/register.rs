@@ -35,6 +35,8 @@ pub struct Performance {
     pub action: String,
     /// Its style.
     pub style: String,
+    /// Which take it is.
+    pub take: String,
     /// How the action gets its timeline.
     pub kind: Kind,
     /// Licence or source.
@@ -88,6 +90,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
             contacts,
             cycles,
             licence: performance.licence,
+            take: performance.take,
         });
     }
     Ok((corpus, warnings))

@@ -117,6 +117,7 @@ pub fn example(action: usize, style: usize, take: usize, frames: usize) -> Examp
         style,
         contacts,
         cycles,
+        take: String::new(),
         licence: "generated".to_owned(),
     }
 }

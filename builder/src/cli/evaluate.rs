@@ -75,6 +75,7 @@ pub fn run(args: &Args) -> Result<()> {
         build: config.build.clone(),
         configs: loo::default_configs(),
         mixtures_only: false,
+        exact: false,
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,

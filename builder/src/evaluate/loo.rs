@@ -36,6 +36,8 @@ pub struct LooOptions {
     pub configs: Vec<(String, Config)>,
     /// Leave out the baselines.
     pub mixtures_only: bool,
+    /// The truth is the clip of the same take: motion made in pairs, whose true answer is known.
+    pub exact: bool,
 }
 
 /// One test clip in one style by one method.
@@ -309,6 +311,14 @@ fn by_content(corpus: &Corpus, body: &Body, test: usize, style: usize) -> Vec<us
     clips.into_iter().map(|c| c.0).collect()
 }
 
+/// The clip of the same take.
+fn by_take(corpus: &Corpus, test: usize, style: usize) -> Vec<usize> {
+    let wanted = &corpus.examples[test];
+    let same =
+        |e: &crate::corpus::Example| e.action == wanted.action && e.style == style && e.take == wanted.take;
+    (0..corpus.examples.len()).filter(|&i| same(&corpus.examples[i])).collect()
+}
+
 fn fold(
     corpus: &Corpus,
     body: &Body,
@@ -444,13 +454,17 @@ impl<'a> Fold<'a> {
         test: usize,
         style: usize,
     ) -> Result<Option<(Self, Vec<u8>)>, BuildError> {
-        let near = by_content(corpus, body, test, style);
+        let near =
+            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
         let Some(&truth) = near.first() else { return Ok(None) };
         let built = build(&corpus.without(&[test, truth]), &options.build)?;
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
-        let shift =
-            best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles);
+        let shift = if options.exact {
+            0
+        } else {
+            best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles)
+        };
         let fold = Self {
             corpus,
             body: body.clone(),

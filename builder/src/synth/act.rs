@@ -77,8 +77,14 @@ const PUNCH: Keys = &[
     (SPINE + 1, &[(0.1, 0.0), (0.36, -0.2), (0.5, 0.22), (0.7, 0.0)]),
     (CHEST + 1, &[(0.1, 0.0), (0.36, -0.3), (0.5, 0.35), (0.7, 0.05), (1.0, 0.0)]),
     (HEAD + 1, &[(0.1, 0.0), (0.36, 0.7), (0.5, -0.7), (0.7, -0.1), (1.0, 0.0)]),
-    (RIGHT + SWING, &[(0.0, 0.0), (0.2, 0.5), (0.36, -0.15), (0.5, 1.45), (0.54, 1.45), (0.72, 0.5), (1.0, 0.0)]),
-    (RIGHT + ELBOW, &[(0.0, 0.0), (0.2, 1.7), (0.36, 1.95), (0.5, -0.2), (0.54, -0.2), (0.72, 1.6), (1.0, 0.0)]),
+    (
+        RIGHT + SWING,
+        &[(0.0, 0.0), (0.2, 0.5), (0.36, -0.15), (0.5, 1.45), (0.54, 1.45), (0.72, 0.5), (1.0, 0.0)],
+    ),
+    (
+        RIGHT + ELBOW,
+        &[(0.0, 0.0), (0.2, 1.7), (0.36, 1.95), (0.5, -0.2), (0.54, -0.2), (0.72, 1.6), (1.0, 0.0)],
+    ),
     (RIGHT + ABDUCT, &[(0.2, 0.0), (0.36, 0.25), (0.5, 0.0)]),
     (RIGHT + TWIST, &[(0.1, 0.0), (0.25, 0.3), (0.42, 0.3), (0.5, 0.1), (0.75, 0.3), (1.0, 0.0)]),
     (RIGHT + FORWARD, &[(0.36, -0.1), (0.5, 0.35), (0.7, 0.0)]),
@@ -189,8 +195,7 @@ impl Act {
     /// Takes the feet from where they stand through the act. Both must stand.
     pub fn step(&self, feet: &mut [Vec<Stance>; 2], path: &Path) {
         let still = |stances: &[Stance]| *stances.last().expect("a foot stands before it acts");
-        let swing =
-            |lift_m: f64, throw| Swing { lift_m, shape: [2.0, 2.0], clearance_m: 0.03, throw };
+        let swing = |lift_m: f64, throw| Swing { lift_m, shape: [2.0, 2.0], clearance_m: 0.03, throw };
         match self.kind {
             Kind::Jump => {
                 for stances in feet.iter_mut() {
@@ -217,7 +222,13 @@ impl Act {
                 let (sin, cos) = last.yaw.sin_cos();
                 let way = self.way_m() + 0.06;
                 let place = [last.place[0] + way * sin, last.place[1] + way * cos];
-                leave(&mut feet[0], self.canonical(0.2), self.canonical(0.26), 0.2, swing(0.05, Vector3::zeros()));
+                leave(
+                    &mut feet[0],
+                    self.canonical(0.2),
+                    self.canonical(0.26),
+                    0.2,
+                    swing(0.05, Vector3::zeros()),
+                );
                 let from = self.canonical(0.44);
                 feet[0].push(Stance { from, flat: from, ..Stance::still(place, last.yaw) });
             }

@@ -217,7 +217,8 @@ impl Performer {
 
     /// Duration of the half cycle from a canonical time, seconds.
     pub fn half_s(&self, from: f64) -> f64 {
-        let limp = if (2.0 * from).round().rem_euclid(2.0) < 0.5 { self.style.limp } else { -self.style.limp };
+        let limp =
+            if (2.0 * from).round().rem_euclid(2.0) < 0.5 { self.style.limp } else { -self.style.limp };
         0.5 * self.gait(from + 0.25).period_s * (1.0 + limp)
     }
 

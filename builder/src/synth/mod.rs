@@ -142,6 +142,7 @@ pub fn corpus(options: &Options) -> Result<Corpus, SynthError> {
                 let mut example = performance(seed, action, style, options.rate_hz, options.seconds)?;
                 (example.action, example.style) = (a, s);
                 example.clip.name = format!("{action}_{style}_{clip:03}");
+                example.take = format!("{clip:03}");
                 example.clip.skeleton = skeleton.clone();
                 examples.push(example);
             }
@@ -243,8 +244,7 @@ fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
     let content = gait::content(seed, start, end);
     let act = Act::new(seed, kind, style, begin);
     let stop = if walking { (1.0, 2.75) } else { (-4.0, -3.0) };
-    let mut performer =
-        Performer { style, content, from: WALK, to: WALK, change: (start, end), stop };
+    let mut performer = Performer { style, content, from: WALK, to: WALK, change: (start, end), stop };
     // Who is about to stop does not run a curve.
     performer.content.turn *= 0.3;
     let going = performer.clone();
@@ -283,7 +283,11 @@ fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
 }
 
 /// Positions of the sole of a posed foot (left 0, right 1) in the world: heel, ball, tip of the toes, metres.
-pub fn sole(frame: &crate::motion::Frame, skeleton: &crate::motion::Skeleton, side: usize) -> [Vector3<f64>; 3] {
+pub fn sole(
+    frame: &crate::motion::Frame,
+    skeleton: &crate::motion::Skeleton,
+    side: usize,
+) -> [Vector3<f64>; 3] {
     let first = joint::UPPER_LEG[side];
     let positions = frame.positions(skeleton);
     let foot = frame.rotations[joint::HIPS]

@@ -167,7 +167,7 @@ impl Plan {
             })
             .collect();
         let clip = Clip { name: String::new(), skeleton: skeleton.clone(), rate_hz, frames };
-        Example { clip, action: 0, style: 0, contacts, cycles, licence: String::new() }
+        Example { clip, action: 0, style: 0, contacts, cycles, take: String::new(), licence: String::new() }
     }
 
     /// Heights of the hips on the grid, metres.
