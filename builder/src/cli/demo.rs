@@ -169,12 +169,13 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
         }));
     }
     for row in &rows {
+        let cm = |key: &str| row[key].as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
         super::say(format_args!(
-            "   {:14} to {:20} {:6.2} cm from the truth, {:6.2} if left unchanged; {:4.0} us a frame",
+            "   {:12} to {:10} {:>5} cm from the truth, {:>5} if left unchanged; {:4.0} us a frame",
             row["action"].as_str().unwrap_or(""),
             row["style"].as_str().unwrap_or(""),
-            row["joint_error_cm"].as_f64().unwrap_or(f64::NAN),
-            row["unchanged_cm"].as_f64().unwrap_or(f64::NAN),
+            cm("joint_error_cm"),
+            cm("unchanged_cm"),
             row["median_us"].as_f64().unwrap_or(0.0),
         ))?;
     }
