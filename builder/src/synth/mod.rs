@@ -1,7 +1,7 @@
 //! Generated motion: a parametric humanoid that does the actions of paper 000's Table 1 in its eight styles.
 //!
 //! Nobody needs captures to try Gestus, and tests need motion whose truth is known. A performance starts as a plan
-//! over canonical time: [`gait`](self) and act say where feet stand and how trunk and arms go, the style scales and
+//! over canonical time: gaits and acts say where feet stand and how trunk and arms go, the style scales and
 //! bends all of it, a timeline says when; then the plan is sampled at the frame rate and the legs follow by inverse
 //! kinematics. Contacts and canonical timelines are read off the plan and are exact.
 //!
@@ -243,8 +243,7 @@ fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
     let content = gait::content(seed, start, end);
     let act = Act::new(seed, kind, style, begin);
     let stop = if walking { (1.0, 2.75) } else { (-4.0, -3.0) };
-    let mut performer =
-        Performer { style, content, from: WALK, to: WALK, change: (start, end), stop };
+    let mut performer = Performer { style, content, from: WALK, to: WALK, change: (start, end), stop };
     // Who is about to stop does not run a curve.
     performer.content.turn *= 0.3;
     let going = performer.clone();
@@ -283,7 +282,11 @@ fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
 }
 
 /// Positions of the sole of a posed foot (left 0, right 1) in the world: heel, ball, tip of the toes, metres.
-pub fn sole(frame: &crate::motion::Frame, skeleton: &crate::motion::Skeleton, side: usize) -> [Vector3<f64>; 3] {
+pub fn sole(
+    frame: &crate::motion::Frame,
+    skeleton: &crate::motion::Skeleton,
+    side: usize,
+) -> [Vector3<f64>; 3] {
     let first = joint::UPPER_LEG[side];
     let positions = frame.positions(skeleton);
     let foot = frame.rotations[joint::HIPS]
