@@ -6,12 +6,14 @@
 //! [`write`](mod@write) puts the blob together.
 
 pub mod annotate;
+pub mod arrays;
 pub mod body;
 pub mod build;
 pub mod bvh;
 pub mod contact;
 pub mod corpus;
 pub mod evaluate;
+pub mod export;
 pub mod features;
 pub mod index;
 pub mod landmarks;
@@ -20,8 +22,13 @@ pub mod motion;
 pub mod pack;
 pub mod pair;
 pub mod register;
+pub mod report;
 pub mod segment;
 pub mod stream;
 pub mod synth;
+pub mod trace;
+pub mod translate;
+pub mod view;
 pub mod warp;
+pub mod wish;
 pub mod write;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gestus_builder::load::{Selection, load};
+use gestus_builder::{annotate::Config, load::load};
 
 /// The folder of real clips, where there is one.
 fn data() -> Option<PathBuf> {
@@ -18,7 +18,7 @@ fn gaits_are_covered_by_plausible_cycles() {
         return;
     };
     let actions = ["walk", "run", "walk-turn-left", "walk-turn-right"].map(String::from).to_vec();
-    let loaded = load(&folder, &Selection { actions, ..Selection::default() }).unwrap();
+    let loaded = load(&Config { data: Some(folder), actions, ..Config::default() }).unwrap();
     let corpus = &loaded.corpus;
     for note in &loaded.notes {
         println!("{note}");

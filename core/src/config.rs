@@ -127,6 +127,11 @@ impl Config {
         (self.k, self.delta)
     }
 
+    /// k, pool, visits and jump: what limits a search.
+    pub const fn search_limits(&self) -> (u16, u8, u16, f32) {
+        (self.k, self.pool, self.visits, self.jump)
+    }
+
     /// The timing policy.
     pub const fn timing_policy(&self) -> Timing {
         self.timing

@@ -1,1 +1,3 @@
-//! Runs the Gestus core as firmware would.
+//! Gestus off the board: the very same core, streamed on the host.
+
+pub mod run;

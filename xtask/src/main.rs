@@ -1,2 +1,82 @@
-//! x
-fn main() {}
+//! Chores of the workspace, as `cargo xtask …`.
+//!
+//! Whatever needs more than stable Rust lives here and not in `cargo test`: without `--setup` it uses what is
+//! installed and skips the rest with a line that says what is missing; with `--setup` it installs it first.
+
+mod bare_metal;
+mod ci;
+mod fuzz;
+mod real_data;
+mod shell;
+
+use anyhow::{Result, bail};
+use clap::{Parser, Subcommand};
+use shell::Outcome;
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Chores of the Gestus workspace", disable_help_subcommand = true)]
+struct Arguments {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    /// All that CI runs beyond `cargo test --workspace`: each step, its time, and a summary
+    Ci {
+        /// Install what is missing: the nightly toolchain, cargo-fuzz, a target or its sources
+        #[arg(long)]
+        setup: bool,
+    },
+    /// Fuzz every target, or one, for a while
+    Fuzz {
+        /// Install the nightly toolchain and cargo-fuzz where they are missing
+        #[arg(long)]
+        setup: bool,
+        /// Seconds for each target
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+        /// One target; all of them unless told
+        target: Option<String>,
+    },
+    /// Build gestus-core alone for a Cortex-M4F, with each of its features
+    Core {
+        /// Install the target, or the sources that it is built from
+        #[arg(long)]
+        setup: bool,
+    },
+    /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
+    RealData,
+    /// Record the golden digests anew, and show what changed
+    Golden {
+        /// The golden blob too: where the format or the builder was meant to change
+        #[arg(long)]
+        blob: bool,
+    },
+}
+
+fn main() -> Result<()> {
+    let outcome = match Arguments::parse().chore {
+        Chore::Ci { setup } => ci::run(setup)?,
+        Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref())?,
+        Chore::Core { setup } => bare_metal::run(setup)?,
+        Chore::RealData => real_data::run()?,
+        Chore::Golden { blob } => golden(blob)?,
+    };
+    match outcome {
+        Outcome::Passed => {}
+        Outcome::Skipped(why) => println!("skipped: {why}"),
+        Outcome::Failed(what) => bail!(what),
+    }
+    Ok(())
+}
+
+/// Runs the golden tests so that they write what they would compare.
+fn golden(blob: bool) -> Result<Outcome> {
+    let record = if blob { "blob" } else { "1" };
+    let mut tests = shell::cargo();
+    tests.args(["test", "-p", "gestus-tests", "--test", "golden"]).env("GESTUS_RECORD", record);
+    shell::run(&mut tests)?;
+    shell::run(shell::command("git").args(["status", "--short", "tests"]))?;
+    Ok(Outcome::Passed)
+}

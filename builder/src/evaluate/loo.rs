@@ -1,9 +1,11 @@
 //! Leave one clip out: every method translates clips that the database has never seen.
 
-use gestus_core::{Config, Database};
+use gestus_core::{Config, Database, blob::layout::dof, regress::Ridge};
 use rayon::prelude::*;
+use serde_json::json;
 
 use super::{
+    Evaluation,
     methods::{self, GlobalModel, Record},
     metrics::{best_shift, centred, joint_distance, matched, row_at, third_difference, variability},
 };
@@ -11,6 +13,11 @@ use crate::{
     body::Body,
     build::{BuildError, BuildOptions, build},
     corpus::{Corpus, Cycle},
+    report::{
+        html::Figure,
+        plot::{self, Labels},
+        progress, table,
+    },
     stream::{Request, Streamed, stream},
 };
 
@@ -54,6 +61,178 @@ pub struct Row {
     pub third_difference: f64,
     /// Cycle-to-cycle variability relative to the truth's; of clips with two cycles or more.
     pub variability: Option<f64>,
+}
+
+/// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
+pub fn default_configs() -> Vec<(String, Config)> {
+    vec![
+        ("mixture".into(), Config::new()),
+        ("mixture-paper".into(), Config::paper()),
+        ("mixture-normalised".into(), Config::new().ridge(Ridge::Normalised).lambda(1.0)),
+    ]
+}
+
+/// Runs the evaluation and draws its plots.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let bar = progress::bar(folds(corpus, options), "leave one out");
+    let results = run(corpus, options, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();
+    let figures = vec![error_bars(corpus, &results), trade_off(&results), one_dof(corpus, options)?];
+    Ok(Evaluation {
+        what: "loo",
+        about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
+                hips-centred and facing ahead, to a held-out clip of the output style at equal canonical time. Mean \
+                error rewards averaging: read it beside variability and third difference, which are relative to the \
+                truth clip's."
+            .into(),
+        keys: vec!["method"],
+        rows,
+        figures,
+    })
+}
+
+fn methods_of(results: &[Row]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for row in results {
+        if !names.contains(&row.method) {
+            names.push(row.method.clone());
+        }
+    }
+    names
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Errors of each method by action: paper 000, Figure 6.
+fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
+    let series: Vec<(String, Vec<f64>)> = methods_of(results)
+        .into_iter()
+        .filter(|m| {
+            [
+                "unchanged",
+                "other-clip",
+                "global-affine",
+                "nearest",
+                "knn",
+                "local-ar",
+                "mixture",
+                "mixture-paper",
+            ]
+            .contains(&m.as_str())
+        })
+        .map(|m| {
+            let of =
+                |a| mean(results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.joint_error_cm));
+            let values = (0..corpus.actions.len()).map(of).collect();
+            (m, values)
+        })
+        .collect();
+    let labels = Labels { title: "Joint error of each method", x: "action", y: "cm" };
+    Figure {
+        name: "errors".into(),
+        caption: "Mean joint error by action, leave one clip out (paper 000, Figure 6).".into(),
+        svg: plot::bars(labels, &corpus.actions, &series),
+    }
+}
+
+/// Error against variability: what averages hide.
+fn trade_off(results: &[Row]) -> Figure {
+    let points: Vec<(String, f64, f64)> = methods_of(results)
+        .into_iter()
+        .filter(|m| m != "unchanged" && m != "global-ar")
+        .map(|m| {
+            let of = || results.iter().filter(|r| r.method == m);
+            (m.clone(), mean(of().filter_map(|r| r.variability)), mean(of().map(|r| r.joint_error_cm)))
+        })
+        .collect();
+    let labels = Labels {
+        title: "Error against variability",
+        x: "cycle-to-cycle variability, real motion = 1",
+        y: "joint error, cm",
+    };
+    Figure {
+        name: "trade-off".into(),
+        caption: "Averages come nearer to the truth than another real clip does, and move less than any."
+            .into(),
+        svg: plot::points(labels, &points),
+    }
+}
+
+/// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
+fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
+    let body = Body::of(corpus)?;
+    let empty = || Figure { name: "dof".into(), caption: String::new(), svg: String::new() };
+    let (Some(&test), Some(&style)) = (test_clips(corpus, options.from, 1).first(), options.to.first())
+    else {
+        return Ok(empty());
+    };
+    let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { return Ok(empty()) };
+    let database = Database::open(&bytes)?;
+    let example = &corpus.examples[test];
+    let request = Request { config: options.configs[0].1, ..Request::style(style as u16) };
+    let mut record = Record::of(&database);
+    let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(empty()) };
+    let predicted = own_dofs(&fold, &database, &record.predicted);
+    let dof = dof::JOINTS + 3 * (body.landmarks.knees[0] - 1);
+    let dof =
+        (dof..dof + 3).max_by(|&a, &b| spread(&fold.x, a).total_cmp(&spread(&fold.x, b))).unwrap_or(dof);
+    let series = |rows: &[Vec<f64>]| {
+        rows.iter().enumerate().map(|(t, r)| (t as f64 / corpus.rate_hz, r[dof])).collect::<Vec<_>>()
+    };
+    let (cycles, truth_cycles) = fold.cycles();
+    let truth: Vec<(f64, f64)> = (0..fold.x.len())
+        .filter_map(|t| {
+            let at = matched(cycles, t, truth_cycles, fold.shift)?;
+            Some((t as f64 / corpus.rate_hz, row_at(&fold.truth_rows, at)[dof]))
+        })
+        .collect();
+    let mut all = vec![
+        ("input".to_owned(), series(&fold.x)),
+        ("mixture".to_owned(), series(&predicted)),
+        ("truth".to_owned(), truth),
+    ];
+    if let Some(class) = class_of(&database, example.action, example.style) {
+        for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
+            let model = GlobalModel::fit(&database, class, style, autoregressive);
+            all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
+        }
+    }
+    let names = body.dof_names();
+    let title = format!("{} of {} in the style {}", names[dof], example.clip.name, corpus.styles[style]);
+    Ok(Figure {
+        name: "dof".into(),
+        caption: "One dof over the input's time, each method against the truth at equal canonical time (paper 000, Figure 3).".into(),
+        svg: plot::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
+    })
+}
+
+fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
+    let mean = rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64;
+    rows.iter().map(|r| (r[d] - mean).powi(2)).sum()
+}
+
+impl Row {
+    fn to_json(&self, corpus: &Corpus) -> table::Row {
+        super::row(json!({
+            "method": self.method,
+            "action": corpus.actions[self.action],
+            "style": corpus.styles[self.style],
+            "clip": self.clip,
+            "truth": self.truth,
+            "joint_error_cm": self.joint_error_cm,
+            "step_error_ms": self.step_error_ms,
+            "duration_error": self.duration_error,
+            "third_difference": self.third_difference,
+            "variability": self.variability,
+        }))
+    }
 }
 
 /// The clip and what it is compared with.
@@ -115,7 +294,6 @@ pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
 /// The clips of an action and style, nearest first in mean speed and yaw rate to a clip; each number divided by its
 /// spread over the clips.
 fn by_content(corpus: &Corpus, body: &Body, test: usize, style: usize) -> Vec<usize> {
-    use gestus_core::blob::layout::dof;
     let content = |i: usize| {
         let rows = body.clip_dofs(&corpus.examples[i].clip);
         [dof::FORWARD, dof::YAW].map(|d| rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64)
@@ -138,23 +316,8 @@ fn fold(
     test: usize,
     style: usize,
 ) -> Result<Vec<Row>, BuildError> {
-    let near = by_content(corpus, body, test, style);
-    let Some(&truth) = near.first() else { return Ok(Vec::new()) };
-    let built = build(&corpus.without(&[test, truth]), &options.build)?;
-    let database = Database::open(&built.bytes)?;
-    let (x, truth_rows) =
-        (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
-    let fold = Fold {
-        corpus,
-        shift: best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles),
-        x,
-        truth_rows,
-        body: body.clone(),
-        test,
-        truth,
-        other: near.get(1).copied(),
-        style,
-    };
+    let Some((fold, bytes)) = Fold::new(corpus, body, options, test, style)? else { return Ok(Vec::new()) };
+    let database = Database::open(&bytes)?;
     let mut rows = Vec::new();
     if !options.mixtures_only {
         baselines(&fold, &database, &mut rows);
@@ -272,7 +435,36 @@ fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &m
     }
 }
 
-impl Fold<'_> {
+impl<'a> Fold<'a> {
+    /// A test clip, its truth, and the database without either; `None` where the style has no clip of the action.
+    fn new(
+        corpus: &'a Corpus,
+        body: &Body,
+        options: &LooOptions,
+        test: usize,
+        style: usize,
+    ) -> Result<Option<(Self, Vec<u8>)>, BuildError> {
+        let near = by_content(corpus, body, test, style);
+        let Some(&truth) = near.first() else { return Ok(None) };
+        let built = build(&corpus.without(&[test, truth]), &options.build)?;
+        let (x, truth_rows) =
+            (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
+        let shift =
+            best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles);
+        let fold = Self {
+            corpus,
+            body: body.clone(),
+            test,
+            truth,
+            other: near.get(1).copied(),
+            style,
+            shift,
+            x,
+            truth_rows,
+        };
+        Ok(Some((fold, built.bytes)))
+    }
+
     fn cycles(&self) -> (&[Cycle], &[Cycle]) {
         (&self.corpus.examples[self.test].cycles, &self.corpus.examples[self.truth].cycles)
     }

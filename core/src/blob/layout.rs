@@ -32,7 +32,7 @@ pub const MAX_GROUPS: usize = 8;
 /// Most styles.
 pub const MAX_STYLES: usize = 32;
 /// Most dofs that the timing metric looks at.
-pub const MAX_TIMING: usize = 16;
+pub const MAX_TIMING: usize = 10;
 /// Dofs that are not a joint's exponential map: height, forward, left, yaw.
 pub const ROOT_DOFS: usize = 4;
 

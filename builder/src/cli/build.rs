@@ -1,0 +1,123 @@
+//! `gestus build`.
+
+use std::{path::PathBuf, time::Instant};
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{annotate::Config, build::build, load::load, pair::Scheme};
+use serde_json::json;
+
+/// Build a database from a folder of BVH files.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of BVH files; its gestus.toml, where it has one, says what they are
+    #[arg(long, required_unless_present = "config")]
+    data: Option<PathBuf>,
+    /// Configuration, as gestus.toml, instead of the folder's own
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Where the database goes
+    #[arg(short, long)]
+    output: PathBuf,
+    #[command(flatten)]
+    selection: Selection,
+    /// How output cycles are chosen: viterbi, nearest, kernel, mean
+    #[arg(long)]
+    pairing: Option<String>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Which clips, and at what rate.
+#[derive(clap::Args, Clone)]
+pub struct Selection {
+    /// Actions to take, a,b; all where left out
+    #[arg(long, value_delimiter = ',')]
+    actions: Vec<String>,
+    /// Styles to take, s,t; all where left out. The first is a stylizer's first output style
+    #[arg(long, value_delimiter = ',')]
+    styles: Vec<String>,
+    /// Frames a second of the database
+    #[arg(long)]
+    rate: Option<f64>,
+    /// Most clips of an action in a style
+    #[arg(long)]
+    limit: Option<usize>,
+    /// A file that can't be used is an error
+    #[arg(long)]
+    strict: bool,
+}
+
+impl Selection {
+    /// The configuration of a folder with the command line's choices over it.
+    pub fn config(&self, data: Option<&PathBuf>, file: Option<&PathBuf>) -> Result<Config> {
+        let mut config = match (file, data) {
+            (Some(file), _) => Config::read(file)?,
+            (None, Some(data)) => Config::of_folder(data)?,
+            (None, None) => bail!("give --data DIR or --config FILE"),
+        };
+        if let Some(data) = data {
+            config.data = Some(data.clone());
+        }
+        if !self.actions.is_empty() {
+            config.actions.clone_from(&self.actions);
+        }
+        if !self.styles.is_empty() {
+            config.styles.clone_from(&self.styles);
+        }
+        if let Some(rate) = self.rate {
+            if !(1.0..=1000.0).contains(&rate) {
+                bail!("--rate {rate}: frames a second from 1 to 1000");
+            }
+            config.rate_hz = rate;
+        }
+        config.limit = self.limit.unwrap_or(config.limit);
+        config.strict |= self.strict;
+        Ok(config)
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    let start = Instant::now();
+    let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
+    if let Some(name) = &args.pairing {
+        config.build.pairing = Scheme::named(name)
+            .with_context(|| format!("--pairing {name}: viterbi, nearest, kernel or mean"))?;
+    }
+    let loaded = load(&config)?;
+    for note in &loaded.notes {
+        eprintln!("{note}");
+    }
+    let built = build(&loaded.corpus, &config.build)?;
+    for note in &built.notes {
+        eprintln!("{note}");
+    }
+    std::fs::write(&args.output, &built.bytes)
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    let database = super::open(&args.output, &built.bytes)?;
+    let figures = super::inspect::figures(&database, built.bytes.len())?;
+    if args.json {
+        let mut figures = figures;
+        figures["skipped"] = json!(loaded.skipped);
+        figures["seconds"] = json!(start.elapsed().as_secs_f64());
+        super::say(&figures)?;
+    } else {
+        super::say(format_args!(
+            "{}: {} frames of {} clips, {} classes, {:.1} bytes a frame, in {:.1} s",
+            args.output.display(),
+            figures["frames"],
+            loaded.corpus.examples.len(),
+            figures["classes"].as_array().map_or(0, Vec::len),
+            figures["bytes_per_frame"].as_f64().unwrap_or(0.0),
+            start.elapsed().as_secs_f64()
+        ))?;
+        if loaded.skipped > 0 {
+            super::say(format_args!(
+                "{} files or clips were left out; the lines above say why (--strict stops at the first)",
+                loaded.skipped
+            ))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,94 @@
+//! `gestus evaluate`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    evaluate::{Evaluation, ablation, compression, knn, loo},
+    load::load,
+};
+use serde_json::json;
+
+use super::build::Selection;
+
+/// Measure: errors, ablations, search, compression.
+#[derive(clap::Args)]
+pub struct Args {
+    /// What to measure: loo, ablation, knn, compression
+    what: String,
+    /// Folder of BVH files
+    #[arg(long)]
+    data: PathBuf,
+    #[command(flatten)]
+    selection: Selection,
+    /// Style of the test clips; `normal` or `neutral` where left out
+    #[arg(long)]
+    from: Option<String>,
+    /// Output styles, u,v; all others where left out
+    #[arg(long, value_delimiter = ',')]
+    to: Vec<String>,
+    /// Test clips an action
+    #[arg(long, default_value_t = 2)]
+    folds: usize,
+    /// A database to judge, where one is judged rather than built
+    #[arg(long)]
+    db: Option<PathBuf>,
+    /// Folder for tables, plots and the report
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    let config = args.selection.config(Some(&args.data), None)?;
+    let loaded = load(&config)?;
+    for note in &loaded.notes {
+        eprintln!("{note}");
+    }
+    let corpus = &loaded.corpus;
+    let style = |name: &str| {
+        corpus.styles.iter().position(|s| s == name).with_context(|| {
+            format!("{} has no style `{name}`: it has {}", args.data.display(), corpus.styles.join(", "))
+        })
+    };
+    let from = match &args.from {
+        Some(name) => style(name)?,
+        None => ["normal", "neutral"].iter().find_map(|n| style(n).ok()).unwrap_or(0),
+    };
+    let to = if args.to.is_empty() {
+        (0..corpus.styles.len()).filter(|&s| s != from).collect()
+    } else {
+        args.to.iter().map(|n| style(n)).collect::<Result<Vec<_>>>()?
+    };
+    if args.folds == 0 {
+        bail!("--folds 0: at least one test clip an action");
+    }
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    let options = loo::LooOptions {
+        from,
+        to,
+        folds: args.folds,
+        build: config.build.clone(),
+        configs: loo::default_configs(),
+        mixtures_only: false,
+    };
+    let evaluation: Evaluation = match args.what.as_str() {
+        "loo" => loo::evaluate(corpus, &options)?,
+        "ablation" => ablation::evaluate(corpus, &options)?,
+        "knn" => knn::evaluate(corpus, &options)?,
+        "compression" => compression::evaluate(corpus, &options)?,
+        other => bail!("`{other}` is not measured by this version: loo, ablation, knn, compression"),
+    };
+    evaluation.write(&args.output)?;
+    if args.json {
+        super::say(json!({ "what": args.what, "rows": evaluation.rows }))?;
+    } else {
+        super::say(format_args!("{}", evaluation.summary()))?;
+        super::say(format_args!("tables, plots and the report are in {}", args.output.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! `gestus inspect` and `gestus export`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use gestus_builder::export;
+use gestus_core::{Database, blob::layout::section};
+use serde_json::{Value, json};
+
+/// Show what is in a database, and verify it.
+#[derive(clap::Args)]
+pub struct InspectArgs {
+    /// The database
+    db: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Write every array of a database as .npy and the manifest as JSON.
+#[derive(clap::Args)]
+pub struct ExportArgs {
+    /// The database
+    db: PathBuf,
+    /// Folder for the arrays
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Sizes and contents of a database.
+pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
+    let counts = database.counts();
+    let manifest = database.manifest()?;
+    let sections: serde_json::Map<String, Value> = database
+        .sections()
+        .iter()
+        .map(|(id, content)| (section::name(*id).unwrap_or("?").to_owned(), json!(content.len())))
+        .collect();
+    let classes: Vec<Value> = database
+        .classes()
+        .map(|c| {
+            json!({
+                "action": manifest.actions.get(usize::from(c.action)),
+                "style": manifest.styles.get(usize::from(c.style)),
+                "frames": c.rows, "searchable": c.searchable, "cycles": c.cycles, "k_cap": c.k_cap,
+            })
+        })
+        .collect();
+    Ok(json!({
+        "frames": counts.frames,
+        "prototype_frames": counts.rows - counts.frames,
+        "classes": classes,
+        "joints": counts.joints,
+        "dofs": counts.dofs,
+        "features": counts.features,
+        "window": counts.window,
+        "rate_hz": database.rate_hz(),
+        "bytes": bytes,
+        "bytes_per_frame": bytes as f64 / counts.frames as f64,
+        "sections": sections,
+        "actions": manifest.actions.iter().collect::<Vec<_>>(),
+        "styles": manifest.styles.iter().collect::<Vec<_>>(),
+        "groups": manifest.groups.iter().collect::<Vec<_>>(),
+        "clips": counts.clips,
+        "cycles": counts.cycles,
+        "licences": manifest.licences.iter().collect::<Vec<_>>(),
+        "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
+        "builder": manifest.builder,
+    }))
+}
+
+/// Runs `inspect`.
+pub fn inspect(args: &InspectArgs) -> Result<()> {
+    let bytes = super::read_blob(&args.db)?;
+    let database = super::open(&args.db, &bytes)?;
+    let figures = figures(&database, bytes.len())?;
+    if args.json {
+        super::say(&figures)?;
+        return Ok(());
+    }
+    let frames = database.counts().frames as f64;
+    super::say(format_args!(
+        "{}: verified, {} bytes, {:.1} a frame",
+        args.db.display(),
+        bytes.len(),
+        bytes.len() as f64 / frames
+    ))?;
+    for key in [
+        "builder",
+        "frames",
+        "prototype_frames",
+        "rate_hz",
+        "joints",
+        "dofs",
+        "clips",
+        "cycles",
+        "actions",
+        "styles",
+        "licences",
+        "parameters",
+    ] {
+        super::say(format_args!("  {key:17} {}", figures[key]))?;
+    }
+    super::say(format_args!("  {:17} {:>10} {:>8}", "section", "bytes", "a frame"))?;
+    for (id, content) in database.sections() {
+        super::say(format_args!(
+            "  {:17} {:>10} {:>8.2}",
+            section::name(id).unwrap_or("?"),
+            content.len(),
+            content.len() as f64 / frames
+        ))?;
+    }
+    super::say(format_args!("  {:17} {:>10} {:>8} {:>8}", "class", "frames", "cycles", "k cap"))?;
+    for class in figures["classes"].as_array().into_iter().flatten() {
+        let name =
+            format!("{} {}", class["action"].as_str().unwrap_or("?"), class["style"].as_str().unwrap_or("?"));
+        super::say(format_args!(
+            "  {name:17} {:>10} {:>8} {:>8}",
+            class["frames"], class["cycles"], class["k_cap"]
+        ))?;
+    }
+    Ok(())
+}
+
+/// Runs `export`.
+pub fn export(args: &ExportArgs) -> Result<()> {
+    let bytes = super::read_blob(&args.db)?;
+    let database = super::open(&args.db, &bytes)?;
+    export::export(&database, &args.output)?;
+    if args.json {
+        super::say(json!({ "frames": database.counts().frames, "output": args.output }))?;
+    } else {
+        super::say(format_args!(
+            "{}: {} frames as arrays, and manifest.json",
+            args.output.display(),
+            database.counts().frames
+        ))?;
+    }
+    Ok(())
+}

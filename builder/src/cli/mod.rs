@@ -1,0 +1,70 @@
+//! The command line. With `--json`, standard output is one JSON object and nothing else; everything for people goes
+//! to standard error.
+
+mod build;
+mod demo;
+mod evaluate;
+mod inspect;
+mod translate;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Generated motion to a database to a stylized clip, with a page to look at: start here
+    Demo(demo::DemoArgs),
+    /// Write generated motion as BVH files
+    Synth(demo::SynthArgs),
+    /// Build a database from a folder of BVH files
+    Build(build::Args),
+    /// Show what is in a database, and verify it
+    Inspect(inspect::InspectArgs),
+    /// Write every array of a database as .npy and the manifest as JSON
+    Export(inspect::ExportArgs),
+    /// Translate a clip into another style
+    Translate(translate::Args),
+    /// Measure: errors, ablations, search, compression
+    Evaluate(evaluate::Args),
+}
+
+/// Runs the command that was asked for.
+pub fn run() -> Result<()> {
+    match Cli::parse().command {
+        Command::Demo(args) => demo::demo(&args),
+        Command::Synth(args) => demo::synth(&args),
+        Command::Build(args) => build::run(&args),
+        Command::Inspect(args) => inspect::inspect(&args),
+        Command::Export(args) => inspect::export(&args),
+        Command::Translate(args) => translate::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+    }
+}
+
+/// Reads a database's bytes; it is opened where they live.
+pub fn read_blob(path: &std::path::Path) -> Result<Vec<u8>> {
+    use anyhow::Context;
+    std::fs::read(path).with_context(|| format!("{} can't be read", path.display()))
+}
+
+/// Opens a database, naming its file where that fails.
+pub fn open<'a>(path: &std::path::Path, bytes: &'a [u8]) -> Result<gestus_core::Database<'a>> {
+    gestus_core::Database::open(bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))
+}
+
+/// Prints a line to standard output. A reader that has gone away (`| head`) is no error.
+pub fn say(line: impl std::fmt::Display) -> Result<()> {
+    use std::io::{ErrorKind, Write};
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,187 @@
+//! The search against brute force over the same features: recall, visits, time.
+
+use std::time::Instant;
+
+use gestus_core::{
+    Config, Database,
+    blob::layout::MAX_FEATURES,
+    knn::{Limits, Metric, Searcher},
+    query::Window,
+};
+use serde_json::json;
+
+use super::{
+    Evaluation,
+    loo::{LooOptions, test_clips},
+};
+use crate::{
+    build::{BuildError, build},
+    corpus::Corpus,
+    index::{ClassFeatures, exact_knn},
+    report::{
+        html::Figure,
+        plot::{self, Labels},
+        progress, table,
+    },
+    stream::to_pose,
+};
+
+/// Neighbors wanted.
+const K: usize = 40;
+type Pose = gestus_core::Pose<{ gestus_core::blob::layout::MAX_JOINTS }>;
+
+/// Streams held-out clips through the search: every frame is a query to every class.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let tests = test_clips(corpus, options.from, options.folds);
+    let built = build(&corpus.without(&tests), &options.build)?;
+    let database = Database::open(&built.bytes)?;
+    let bar = progress::bar(tests.len(), "search");
+    let classes = Classes::of(&database);
+    let mut rows: Vec<table::Row> = Vec::new();
+    let mut after_jump = vec![(0.0, 0.0); 8];
+    for (i, &test) in tests.iter().enumerate() {
+        let clip = &corpus.examples[test].clip;
+        // The stream jumps in the middle: another clip follows, from its own middle.
+        let other = &corpus.examples[tests[(i + tests.len() / 2) % tests.len()]].clip;
+        let jump = clip.frames.len();
+        let poses: Vec<Pose> =
+            clip.frames.iter().chain(&other.frames[other.frames.len() / 3..]).map(to_pose).collect();
+        let (graph, brute) = stream(&database, &classes, &poses, jump, &mut after_jump);
+        for (method, result) in [("graph", graph), ("brute-force", brute)] {
+            rows.push(super::row(json!({
+                "method": method,
+                "action": corpus.actions[corpus.examples[test].action],
+                "style": corpus.styles[corpus.examples[test].style],
+                "clip": clip.name,
+                "recall": result.recall,
+                "visits_mean": result.visits,
+                "us_per_query": result.micros,
+            })));
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let recovery: Vec<(f64, f64)> = after_jump
+        .iter()
+        .enumerate()
+        .map(|(t, (found, wanted))| (t as f64, found / f64::max(*wanted, 1.0)))
+        .collect();
+    for (frame, recall) in &recovery {
+        rows.push(super::row(
+            json!({ "method": "graph-after-jump", "frames_after": frame, "recall": recall }),
+        ));
+    }
+    let labels = Labels {
+        title: "Recall after a jump of the input",
+        x: "frames after the jump",
+        y: "recall of the 40 nearest",
+    };
+    let figures = vec![Figure {
+        name: "jump".into(),
+        caption: "The input jumps into the middle of another clip at frame 0.".into(),
+        svg: plot::lines(labels, &[("graph".into(), recovery)]),
+    }];
+    Ok(Evaluation {
+        what: "knn",
+        about: "Queries are the frames of held-out clips, one query to each class a frame; recall counts how many of \
+                the 40 nearest by brute force over the same stored features the graph finds. Time is that of one query \
+                to one class, on one thread."
+            .into(),
+        keys: vec!["method", "frames_after"],
+        rows,
+        figures,
+    })
+}
+
+/// Stored features of each class, as brute force wants them.
+struct Classes {
+    codes: Vec<Vec<Vec<i8>>>,
+    searchable: Vec<Vec<bool>>,
+    weights: Vec<f32>,
+}
+
+impl Classes {
+    fn of(database: &Database<'_>) -> Self {
+        use gestus_core::blob::layout::flag;
+        let rows = |c: gestus_core::blob::Class| c.first_row..c.first_row + c.rows;
+        let codes = |r: usize| database.feature(r).iter().map(|&b| b as i8).collect();
+        Self {
+            codes: database.classes().map(|c| rows(c).map(codes).collect()).collect(),
+            searchable: database
+                .classes()
+                .map(|c| rows(c).map(|r| database.flags(r) & flag::SEARCHABLE != 0).collect())
+                .collect(),
+            weights: (0..database.counts().features).map(|f| database.feature_scale(f).powi(2)).collect(),
+        }
+    }
+}
+
+#[derive(Default)]
+struct Outcome {
+    recall: f64,
+    visits: f64,
+    micros: f64,
+}
+
+fn stream(
+    database: &Database<'_>,
+    classes: &Classes,
+    poses: &[Pose],
+    jump: usize,
+    after_jump: &mut [(f64, f64)],
+) -> (Outcome, Outcome) {
+    let (k, pool, visits, jump_factor) = Config::new().search_limits();
+    let limits = Limits { k: usize::from(k).min(K), pool: usize::from(pool), visits, jump: jump_factor };
+    let counts = database.counts();
+    let mut window = Box::new(Window::new());
+    let mut searcher = Box::new(Searcher::new());
+    let mut last: Vec<(Vec<u16>, f32)> = vec![(Vec::new(), -1.0); counts.classes];
+    let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
+    let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
+    let mut feature = [0.0; MAX_FEATURES];
+    for (t, pose) in poses.iter().enumerate() {
+        window.push(database, pose);
+        window.feature(database, &mut feature);
+        let metric = Metric::new(database, &feature, u8::MAX);
+        for class in 0..counts.classes {
+            let start = Instant::now();
+            let (near, effort) =
+                searcher.search(database, class, &metric, &limits, &last[class].0, last[class].1);
+            graph.micros += start.elapsed().as_secs_f64() * 1e6;
+            let rows: Vec<u16> = near.iter().map(|n| n.row).collect();
+            let mean = near.iter().map(|n| n.distance2).sum::<f32>() / near.len().max(1) as f32;
+            let query: Vec<f32> =
+                (0..counts.features).map(|f| feature[f] / database.feature_scale(f)).collect();
+            let features = ClassFeatures {
+                codes: &classes.codes[class],
+                weights: &classes.weights,
+                searchable: &classes.searchable[class],
+                follows: &[],
+            };
+            let start = Instant::now();
+            let exact = exact_knn(&features, &query, rows.len());
+            brute.micros += start.elapsed().as_secs_f64() * 1e6;
+            let hits = exact.iter().filter(|(_, r)| rows.contains(&(*r as u16))).count() as f64;
+            if t < jump {
+                found += hits;
+                wanted += exact.len() as f64;
+            } else if let Some(slot) = after_jump.get_mut(t - jump) {
+                slot.0 += hits;
+                slot.1 += exact.len() as f64;
+            }
+            graph.visits += f64::from(effort.visits);
+            brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
+            queries += 1.0;
+            last[class] = (rows, mean);
+        }
+    }
+    for outcome in [&mut graph, &mut brute] {
+        outcome.visits /= queries;
+        outcome.micros /= queries;
+    }
+    (graph.recall, brute.recall) = (found / wanted, 1.0);
+    (graph, brute)
+}

@@ -1,0 +1,183 @@
+//! Everything in a blob as arrays and JSON, for checking by others.
+//!
+//! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians, and those a second; `DESIGN.md` of the
+//! project lists the names.
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result};
+use gestus_core::{
+    Database,
+    blob::{Moment, layout::flag},
+};
+use serde_json::{Value, json};
+
+use crate::arrays::write_npy;
+
+/// Writes the arrays and `manifest.json` to a folder, which is made where it is missing.
+///
+/// # Errors
+/// Where the folder can't be written.
+pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
+    fs::create_dir_all(folder).with_context(|| format!("{} can't be made", folder.display()))?;
+    let save = Saver { folder };
+    let counts = *database.counts();
+    let (n, d, f) = (counts.frames, counts.dofs, counts.features);
+    let rows: Vec<Vec<f32>> = (0..counts.rows).map(|r| row(database, r)).collect();
+    save.array("dofs", &[n, d], &rows[..n].concat())?;
+    let follows = |r: usize| database.flags(r) & flag::FOLLOWS != 0;
+    let previous: Vec<i32> = (0..n).map(|r| if follows(r) { r as i32 - 1 } else { -1 }).collect();
+    save.array("previous", &[n], &previous)?;
+    let scales: Vec<f32> = (0..f).map(|i| database.feature_scale(i)).collect();
+    let features: Vec<f32> = (0..n)
+        .flat_map(|r| {
+            database.feature(r).iter().zip(&scales).map(|(&c, s)| f32::from(c as i8) * s).collect::<Vec<_>>()
+        })
+        .collect();
+    save.array("features", &[n, f], &features)?;
+    let mut class_of = vec![0i32; n];
+    for (c, class) in database.classes().enumerate() {
+        class_of[class.first_row..class.first_row + class.rows].fill(c as i32);
+    }
+    save.array("class", &[n], &class_of)?;
+    let mut clip_of = vec![0i32; n];
+    for i in 0..counts.clips {
+        let (first, length) = database.clip(i);
+        if first < n {
+            clip_of[first..first + length].fill(i as i32);
+        }
+    }
+    save.array("clip", &[n], &clip_of)?;
+    let flags = |bit: u8| (0..n).map(move |r| u8::from(database.flags(r) & bit != 0));
+    save.array("searchable", &[n], &flags(flag::SEARCHABLE).collect::<Vec<u8>>())?;
+    let contacts: Vec<u8> =
+        flags(flag::LEFT_CONTACT).zip(flags(flag::RIGHT_CONTACT)).flat_map(|(l, r)| [l, r]).collect();
+    save.array("contacts", &[n, 2], &contacts)?;
+    let manifest = manifest(database)?;
+    for s in 0..counts.styles {
+        outputs(database, &save, &rows, &class_of, s)?;
+    }
+    fs::write(folder.join("manifest.json"), serde_json::to_string_pretty(&manifest)?)?;
+    Ok(manifest)
+}
+
+/// `output_S`, `output_prev_S`, `output_step_S` and `output_valid_S` of one style.
+fn outputs(
+    database: &Database<'_>,
+    save: &Saver<'_>,
+    rows: &[Vec<f32>],
+    class_of: &[i32],
+    style: usize,
+) -> Result<()> {
+    let counts = database.counts();
+    let (n, d) = (counts.frames, counts.dofs);
+    let (mut now, mut before) = (Vec::with_capacity(n * d), Vec::with_capacity(n * d));
+    let (mut step, mut valid) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    let blend = |m: Moment| -> Vec<f32> {
+        let next = rows.get(m.row + 1).filter(|_| m.fraction > 0.0).unwrap_or(&rows[m.row]);
+        rows[m.row].iter().zip(next).map(|(a, b)| a * (1.0 - m.fraction) + b * m.fraction).collect()
+    };
+    for (r, &class) in class_of.iter().enumerate() {
+        let searchable = database.flags(r) & flag::SEARCHABLE != 0;
+        let cycle = database.cycle_of(class as usize, r).filter(|_| searchable);
+        match cycle.and_then(|c| database.counterpart(c, r, style)) {
+            Some(counterpart) => {
+                now.extend(blend(counterpart.now));
+                before.extend(blend(counterpart.before));
+                step.push(counterpart.step_s);
+                valid.push(1u8);
+            }
+            None => {
+                now.resize(now.len() + d, 0.0);
+                before.resize(before.len() + d, 0.0);
+                step.push(0.0);
+                valid.push(0);
+            }
+        }
+    }
+    let name = database.manifest()?.styles.get(style).unwrap_or_default().to_owned();
+    save.array(&format!("output_{name}"), &[n, d], &now)?;
+    save.array(&format!("output_prev_{name}"), &[n, d], &before)?;
+    save.array(&format!("output_step_{name}"), &[n], &step)?;
+    save.array(&format!("output_valid_{name}"), &[n], &valid)
+}
+
+struct Saver<'a> {
+    folder: &'a Path,
+}
+
+impl Saver<'_> {
+    fn array<T: npyz::AutoSerialize + Clone>(&self, name: &str, shape: &[usize], values: &[T]) -> Result<()> {
+        // Style names become file names.
+        let safe: String =
+            name.chars().map(|c| if c == '/' || c == '\\' || c == '\0' { '_' } else { c }).collect();
+        let path = self.folder.join(format!("{safe}.npy"));
+        write_npy(&path, shape, values).with_context(|| format!("{} can't be written", path.display()))
+    }
+}
+
+/// The dofs of a row.
+pub fn row(database: &Database<'_>, row: usize) -> Vec<f32> {
+    let mut dofs = vec![0.0; database.counts().dofs];
+    database.decode(row, &mut dofs);
+    dofs
+}
+
+/// Names of the dofs of a skeleton, in order.
+pub fn dof_names<'a>(joints: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> =
+        ["hips.height", "hips.tilt.x", "hips.tilt.y", "hips.tilt.z", "root.forward", "root.left", "root.yaw"]
+            .map(String::from)
+            .to_vec();
+    names.extend(joints.skip(1).flat_map(|joint| ["x", "y", "z"].map(|axis| format!("{joint}.{axis}"))));
+    names
+}
+
+/// The manifest as JSON, with the tables that are not arrays.
+///
+/// # Errors
+/// Not after `open`.
+pub fn manifest(database: &Database<'_>) -> Result<Value> {
+    let counts = database.counts();
+    let manifest = database.manifest()?;
+    let list = |names: gestus_core::blob::Names<'_>| names.iter().map(String::from).collect::<Vec<_>>();
+    let joints: Vec<_> = (0..counts.joints).map(|j| database.joint(j)).collect();
+    let classes: Vec<Value> = database
+        .classes()
+        .map(|c| {
+            json!({
+                "action": manifest.actions.get(usize::from(c.action)),
+                "style": manifest.styles.get(usize::from(c.style)),
+                "first_row": c.first_row, "rows": c.rows, "searchable": c.searchable, "k_cap": c.k_cap,
+            })
+        })
+        .collect();
+    let timing: Vec<Value> = (0..counts.timing)
+        .map(|i| database.timing(i))
+        .map(|t| json!({ "dof": t.dof, "pose": t.pose, "change": t.change }))
+        .collect();
+    Ok(json!({
+        "builder": manifest.builder,
+        "unit": manifest.unit,
+        "rate_hz": database.rate_hz(),
+        "joints": list(manifest.joints),
+        "parents": joints.iter().map(|j| j.parent.map_or(-1, |p| p as i64)).collect::<Vec<_>>(),
+        "offsets": joints.iter().map(|j| j.offset).collect::<Vec<_>>(),
+        "mean_rotations": joints.iter().map(|j| j.mean).collect::<Vec<_>>(),
+        "joint_groups": joints.iter().map(|j| j.group).collect::<Vec<_>>(),
+        "groups": list(manifest.groups),
+        "hips_line": database.hips_line(),
+        "dofs": dof_names(manifest.joints.iter()),
+        "scales": (0..counts.dofs).map(|d| database.scale(d)).collect::<Vec<_>>(),
+        "feature_scales": (0..counts.features).map(|f| database.feature_scale(f)).collect::<Vec<_>>(),
+        "feature_groups": (0..counts.features).map(|f| database.feature_group(f)).collect::<Vec<_>>(),
+        "window": counts.window,
+        "timing": timing,
+        "actions": list(manifest.actions),
+        "styles": list(manifest.styles),
+        "classes": classes,
+        "clips": list(manifest.clips),
+        "licences": list(manifest.licences),
+        "parameters": list(manifest.parameters),
+    }))
+}

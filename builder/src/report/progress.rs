@@ -1,0 +1,13 @@
+//! Progress on a terminal, for everything that takes longer than a second.
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar on standard error; silent where that is no terminal.
+pub fn bar(steps: usize, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(steps as u64);
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len}, {eta} left") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.set_message(what.to_owned());
+    bar
+}

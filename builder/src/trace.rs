@@ -1,0 +1,175 @@
+//! Every step of a stream written down, so that a stranger can compute it again: `gestus translate --trace`.
+
+use std::{io, path::Path};
+
+use gestus_core::{Database, Report, knn::Neighbor};
+use serde_json::json;
+
+use crate::{
+    arrays::Archive,
+    stream::{Request, Watcher},
+};
+
+/// What the steps of a stream computed. Shapes: T frames, C classes, K neighbors, D dofs, F features.
+#[derive(Debug)]
+pub struct Trace {
+    classes: usize,
+    k: usize,
+    features: usize,
+    dofs: usize,
+    first_rows: Vec<usize>,
+    input: Vec<f32>,
+    input_prev: Vec<f32>,
+    output_prev: Vec<f32>,
+    predicted: Vec<f32>,
+    query: Vec<f32>,
+    proportion: Vec<f32>,
+    mean_distance2: Vec<f32>,
+    neighbors: Vec<i32>,
+    distance2: Vec<f32>,
+    timing_neighbors: Vec<i32>,
+    timing_weights: Vec<f32>,
+    step_seconds: Vec<f32>,
+    contacts: Vec<u8>,
+    /// Frames are counted here; places of the arrays follow.
+    frames: usize,
+}
+
+impl Trace {
+    /// An empty trace.
+    pub fn of(database: &Database<'_>, request: &Request) -> Self {
+        let counts = database.counts();
+        Self {
+            classes: counts.classes,
+            k: usize::from(request.config.neighborhood().0),
+            features: counts.features,
+            dofs: counts.dofs,
+            first_rows: database.classes().map(|c| c.first_row).collect(),
+            input: Vec::new(),
+            input_prev: Vec::new(),
+            output_prev: Vec::new(),
+            predicted: Vec::new(),
+            query: Vec::new(),
+            proportion: Vec::new(),
+            mean_distance2: Vec::new(),
+            neighbors: Vec::new(),
+            distance2: Vec::new(),
+            timing_neighbors: Vec::new(),
+            timing_weights: Vec::new(),
+            step_seconds: Vec::new(),
+            contacts: Vec::new(),
+            frames: 0,
+        }
+    }
+
+    fn place(&self, class: usize, k: usize) -> usize {
+        (self.frames * self.classes + class) * self.k + k
+    }
+
+    /// Writes the trace as `.npz`.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn write(&self, path: &Path, database: &Database<'_>, request: &Request) -> io::Result<()> {
+        let (t, c, k, d) = (self.frames, self.classes, self.k, self.dofs);
+        let mut archive = Archive::create(path)?;
+        archive.add("input", &[t, d], &self.input)?;
+        archive.add("input_prev", &[t, d], &self.input_prev)?;
+        archive.add("output_prev", &[t, d], &self.output_prev)?;
+        archive.add("predicted", &[t, d], &self.predicted)?;
+        archive.add("query", &[t, self.features], &self.query)?;
+        archive.add("proportion", &[t, c], &self.proportion)?;
+        archive.add("mean_distance2", &[t, c], &self.mean_distance2)?;
+        archive.add("neighbors", &[t, c, k], &self.neighbors)?;
+        archive.add("distance2", &[t, c, k], &self.distance2)?;
+        archive.add("timing_neighbors", &[t, c, k], &self.timing_neighbors)?;
+        archive.add("timing_weights", &[t, c, k], &self.timing_weights)?;
+        archive.add("step_seconds", &[t], &self.step_seconds)?;
+        archive.add("contacts", &[t, 2], &self.contacts)?;
+        let config = config(database, request).to_string().into_bytes();
+        archive.add("config", &[config.len()], &config)
+    }
+}
+
+/// The configuration of a stream as JSON.
+fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
+    let counts = database.counts();
+    let config = &request.config;
+    let (k, delta) = config.neighborhood();
+    let (ridge, lambda) = config.ridge_lambda();
+    let (kappa, rho) = config.bias();
+    let total: f32 = request.style.iter().map(|s| s.1).sum();
+    let mut weights = vec![0.0; counts.styles];
+    for &(style, weight) in &request.style {
+        weights[usize::from(style)] += weight / total;
+    }
+    let strength =
+        |group: usize| request.strength.iter().rev().find(|s| usize::from(s.0) == group).map_or(1.0, |s| s.1);
+    let searched = |group: usize| u8::from(!request.masked.iter().any(|&m| usize::from(m) == group));
+    json!({
+        "k": k,
+        "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(k))).collect::<Vec<_>>(),
+        "lambda": lambda,
+        "ridge_mode": match ridge { gestus_core::regress::Ridge::Raw => "raw", gestus_core::regress::Ridge::Normalised => "norm" },
+        "delta": delta,
+        "kappa": kappa,
+        "rho": rho,
+        "style_weights": weights,
+        "strength": (0..counts.dofs).map(|d| strength(database.group_of_dof(d))).collect::<Vec<_>>(),
+        "metric_mask": (0..counts.features).map(|f| searched(database.feature_group(f))).collect::<Vec<_>>(),
+        "action": request.action,
+        "input_style": request.input_style,
+        "timing": match config.timing_policy() { gestus_core::timing::Timing::Free => "free", gestus_core::timing::Timing::Sync => "sync" },
+    })
+}
+
+impl Watcher for Trace {
+    fn query(&mut self, feature: &[f32]) {
+        // A frame begins: -1 stands where nothing will be written.
+        let (c, k) = (self.classes, self.k);
+        self.query.extend(feature);
+        self.proportion.resize((self.frames + 1) * c, 0.0);
+        self.mean_distance2.resize((self.frames + 1) * c, -1.0);
+        self.neighbors.resize((self.frames + 1) * c * k, -1);
+        self.distance2.resize((self.frames + 1) * c * k, -1.0);
+        self.timing_neighbors.resize((self.frames + 1) * c * k, -1);
+        self.timing_weights.resize((self.frames + 1) * c * k, 0.0);
+    }
+
+    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
+        self.mean_distance2[self.frames * self.classes + class] = mean_distance2;
+        for (i, neighbor) in neighbors.iter().enumerate() {
+            let place = self.place(class, i);
+            self.neighbors[place] = (self.first_rows[class] + usize::from(neighbor.row)) as i32;
+            self.distance2[place] = neighbor.distance2;
+        }
+    }
+
+    fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
+        for (i, (&row, &weight)) in rows.iter().zip(weights).enumerate() {
+            let place = self.place(class, i);
+            self.timing_neighbors[place] = (self.first_rows[class] + usize::from(row)) as i32;
+            self.timing_weights[place] = weight;
+        }
+    }
+
+    fn predicted(&mut self, x: &[f32], x_prev: &[f32], y_prev: &[f32], predicted: &[f32]) {
+        self.input.extend(x);
+        self.input_prev.extend(x_prev);
+        self.output_prev.extend(y_prev);
+        self.predicted.extend(predicted);
+    }
+
+    fn done(&mut self, report: &Report) {
+        if self.input.len() == self.frames * self.dofs {
+            // The input was no pose and nothing was computed.
+            return;
+        }
+        for share in &report.classes {
+            self.proportion[self.frames * self.classes + usize::from(share.class)] = share.proportion;
+        }
+        self.step_seconds.push(report.predicted_step_s);
+        self.contacts.extend(report.contacts.map(u8::from));
+        self.frames += 1;
+    }
+}

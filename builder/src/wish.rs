@@ -1,0 +1,146 @@
+//! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
+
+use anyhow::{Context, Result, bail};
+use gestus_core::{Config, Database, blob::Names, regress::Ridge, timing::Timing};
+
+use crate::stream::Request;
+
+/// Style, labels and parameters, in words.
+#[derive(clap::Args, Clone, Debug)]
+pub struct WishArgs {
+    /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
+    #[arg(long)]
+    pub style: String,
+    /// The input's action, where it is known
+    #[arg(long)]
+    action: Option<String>,
+    /// The input's style, where it is known
+    #[arg(long)]
+    input_style: Option<String>,
+    /// The method: mar, the mixture of autoregressive models
+    #[arg(long, default_value = "mar")]
+    method: String,
+    /// Output time: free (poses keep their predicted times) or sync (one pose a tick)
+    #[arg(long, default_value = "free")]
+    timing: String,
+    /// Leave feet as they come out (they are not locked yet in any case)
+    #[arg(long)]
+    no_contact: bool,
+    /// Joint groups that the search leaves out: body, left-arm, right-arm
+    #[arg(long, value_delimiter = ',')]
+    mask: Vec<String>,
+    /// Strength of the style in a joint group, left-arm=0.5
+    #[arg(long, value_delimiter = ',')]
+    strength: Vec<String>,
+    /// Named parameters to start from: default, paper
+    #[arg(long, default_value = "default")]
+    preset: String,
+    /// Neighbors a class
+    #[arg(long)]
+    k: Option<u16>,
+    /// Weight of the ridge
+    #[arg(long)]
+    lambda: Option<f32>,
+    /// Variables of the ridge: raw or norm
+    #[arg(long)]
+    ridge: Option<String>,
+    /// Width of the mixing kernel
+    #[arg(long)]
+    delta: Option<f32>,
+    /// Weight of classes that may be dropped
+    #[arg(long)]
+    prune: Option<f32>,
+    /// Half width of the interval of trust, in standard deviations
+    #[arg(long)]
+    kappa: Option<f32>,
+    /// How much of what lies outside is kept
+    #[arg(long)]
+    rho: Option<f32>,
+}
+
+impl WishArgs {
+    /// Parameters, checked for their names.
+    fn config(&self) -> Result<Config> {
+        if self.method != "mar" {
+            bail!("--method {}: this version has mar", self.method);
+        }
+        let policy = match self.timing.as_str() {
+            "free" => Timing::Free,
+            "sync" => Timing::Sync,
+            other => bail!("--timing {other}: free or sync"),
+        };
+        let mut config = match self.preset.as_str() {
+            "default" => Config::new(),
+            "paper" => Config::paper(),
+            other => bail!("--preset {other}: default or paper"),
+        }
+        .timing(policy);
+        if let Some(ridge) = &self.ridge {
+            config = match ridge.as_str() {
+                "raw" => config.ridge(Ridge::Raw),
+                "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
+                other => bail!("--ridge {other}: raw or norm"),
+            };
+        }
+        config = self.k.map_or(config, |v| config.k(v));
+        config = self.lambda.map_or(config, |v| config.lambda(v));
+        config = self.delta.map_or(config, |v| config.delta(v));
+        config = self.prune.map_or(config, |v| config.prune(v));
+        config = self.kappa.map_or(config, |v| config.kappa(v));
+        Ok(self.rho.map_or(config, |v| config.rho(v)))
+    }
+
+    /// The request in the database's numbers.
+    ///
+    /// # Errors
+    /// Names that the database does not know, and numbers that are none; the message lists what there is.
+    pub fn request(&self, database: &Database<'_>) -> Result<Request> {
+        let manifest = database.manifest()?;
+        let style = self
+            .style
+            .split(',')
+            .filter(|s| !s.trim().is_empty())
+            .map(|part| weighted(part, manifest.styles, "style"))
+            .collect::<Result<Vec<_>>>()?;
+        if style.is_empty() {
+            bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
+        }
+        let label =
+            |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
+        Ok(Request {
+            config: self.config()?,
+            style,
+            action: label(&self.action, manifest.actions, "action")?,
+            input_style: label(&self.input_style, manifest.styles, "style")?,
+            masked: self
+                .mask
+                .iter()
+                .map(|g| find(g, manifest.groups, "joint group"))
+                .collect::<Result<_>>()?,
+            strength: self
+                .strength
+                .iter()
+                .map(|s| weighted(s, manifest.groups, "joint group"))
+                .collect::<Result<_>>()?,
+        })
+    }
+}
+
+fn listed(names: Names<'_>) -> String {
+    names.iter().collect::<Vec<_>>().join(", ")
+}
+
+fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
+    names
+        .find(name.trim())
+        .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
+}
+
+fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
+    let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
+    let number: f32 = weight
+        .trim()
+        .parse()
+        .with_context(|| format!("`{part}`: `{weight}` is no number; write {what}=0.5"))?;
+    Ok((find(name, names, what)?, number))
+}

@@ -1,0 +1,305 @@
+//! The method once more, slow and obvious, in `f64`: sums over all frames, matrices written out, no graph, no cache, no
+//! shifted sums. Paper 000's equations stand here as they are printed; the core has to agree.
+//!
+//! Only what is stored comes from [`Database`]; counterparts are worked out here from the stored cycles and knots.
+
+use gestus_core::{
+    Database,
+    blob::{
+        layout::{NONE, ROOT_DOFS, cycle, flag, query, section},
+        read::{Record, f32_at, u16_at},
+    },
+};
+use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
+
+use crate::trace;
+
+/// Everything that the method is told.
+#[derive(Debug, Clone)]
+pub struct Parameters {
+    /// Neighbors a class.
+    pub k: usize,
+    /// λ of the ridge.
+    pub lambda: f64,
+    /// Ridge on dofs divided by their standard deviations.
+    pub normalised: bool,
+    /// δ of eq. 4.
+    pub delta: f64,
+    /// Weight that may be dropped.
+    pub prune: f64,
+    /// Most classes.
+    pub classes: usize,
+    /// κ of eq. 6.
+    pub kappa: f64,
+    /// ρ of eq. 7.
+    pub rho: f64,
+    /// Width of the timing kernel.
+    pub timing_width: f64,
+    /// Weight of each output style; they sum to 1.
+    pub styles: Vec<f64>,
+    /// Whether the search looks at a joint group.
+    pub searched: Vec<bool>,
+    /// Strength of each joint group.
+    pub strength: Vec<f64>,
+}
+
+/// The variables of one neighbor.
+#[derive(Debug, Clone)]
+pub struct Example {
+    /// `x[t-1]`.
+    pub x_prev: Vec<f64>,
+    /// `y[t-1]`.
+    pub y_prev: Vec<f64>,
+    /// `x[t]`.
+    pub x: Vec<f64>,
+    /// `y[t]`.
+    pub y: Vec<f64>,
+    /// Seconds from `y[t-1]` to `y[t]`.
+    pub step_s: f64,
+}
+
+/// What a step should have computed.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The prediction, after yaw and strength.
+    pub predicted: Vec<f64>,
+    /// The prediction before strength: what is fed back.
+    pub fed_back: Vec<f64>,
+    /// The predicted time step, seconds.
+    pub step_s: f64,
+    /// Weights of the neighbors in the timing, for each kept class in the order of its rows.
+    pub timing_weights: Vec<Vec<f64>>,
+    /// Part of the vote for each foot that says it stands.
+    pub votes: [f64; 2],
+}
+
+fn bytes<'db>(db: &Database<'db>, id: u16) -> &'db [u8] {
+    db.sections().into_iter().find(|s| s.0 == id).map_or(&[], |s| s.1)
+}
+
+/// The dofs of a stored row.
+pub fn row(db: &Database<'_>, row: usize) -> Vec<f64> {
+    let mut dofs = vec![0.0; db.counts().dofs];
+    db.decode(row, &mut dofs);
+    dofs.into_iter().map(f64::from).collect()
+}
+
+/// Squared distance of a stored frame to a query over the groups that are searched.
+pub fn distance2(db: &Database<'_>, query: &[f32], row: usize, searched: &[bool]) -> f64 {
+    db.feature(row)
+        .iter()
+        .enumerate()
+        .filter(|(f, _)| searched[db.feature_group(*f)])
+        .map(|(f, &code)| {
+            (f64::from(query[f]) - f64::from(code as i8) * f64::from(db.feature_scale(f))).powi(2)
+        })
+        .sum()
+}
+
+/// All rows of a class that may be found, nearest first: row of the class and squared distance.
+pub fn brute_force(db: &Database<'_>, class: usize, query: &[f32], searched: &[bool]) -> Vec<(u16, f64)> {
+    let class = db.class(class);
+    let mut all: Vec<(u16, f64)> = (0..class.rows)
+        .filter(|r| db.flags(class.first_row + r) & flag::SEARCHABLE != 0)
+        .map(|r| (r as u16, distance2(db, query, class.first_row + r, searched)))
+        .collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    all
+}
+
+/// The feature of a window of joint positions (oldest frame first, shape [window][joints]): eq. 1's closed form onto
+/// the mean cloud, then the components.
+pub fn feature(db: &Database<'_>, window: &[Vec<Vector3<f64>>]) -> Vec<f64> {
+    let c = db.counts();
+    let data = db.query_section();
+    let float = |at: usize| f64::from(f32_at(data, at));
+    let mean = |w: usize, j: usize| {
+        let at = 12 * (w * c.joints + j);
+        Vector3::new(float(at), float(at + 4), float(at + 8))
+    };
+    let weight = |j: usize| float(query::weights(c.window, c.joints) + 4 * j);
+    let points = || (0..c.window).flat_map(|w| (0..c.joints).map(move |j| (w, j)));
+    let total: f64 = points().map(|(_, j)| weight(j)).sum();
+    let centre = points().map(|(w, j)| window[w][j] * weight(j)).sum::<Vector3<f64>>() / total;
+    let centre = Vector3::new(centre.x, 0.0, centre.z);
+    let (mut a, mut b) = (0.0, 0.0);
+    for (w, j) in points() {
+        let (m, p) = (mean(w, j), window[w][j] - centre);
+        a += weight(j) * (m.x * p.x + m.z * p.z);
+        b += weight(j) * (m.x * p.z - m.z * p.x);
+    }
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), b.atan2(a));
+    let mut at = query::components(c.window, c.joints, c.features);
+    (0..c.features)
+        .map(|f| {
+            let mut sum = 0.0;
+            for (w, j) in points().filter(|p| db.joint_group(p.1) == db.feature_group(f)) {
+                let d = turn * (window[w][j] - centre) - mean(w, j);
+                sum += d.x * float(at) + d.y * float(at + 4) + d.z * float(at + 8);
+                at += 12;
+            }
+            sum
+        })
+        .collect()
+}
+
+/// The variables of the frame at a row of the database that belongs to `class`.
+pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Example {
+    let record = |i: usize| Record::of(bytes(db, section::CYCLES), i, cycle::LENGTH);
+    let own = db.class(class);
+    let input = (own.first_cycle..own.first_cycle + own.cycles)
+        .rfind(|&i| record(i).u32(cycle::START) as usize <= at)
+        .expect("a frame that may be found lies in a cycle");
+    let knots = |i: usize| -> Vec<f64> {
+        let first = record(i).u32(cycle::FIRST_KNOT) as usize;
+        let count = usize::from(record(i).u16(cycle::KNOTS));
+        (first..first + count).map(|k| f64::from(f32_at(bytes(db, section::KNOTS), 4 * k))).collect()
+    };
+    let clip = |i: usize| db.clip(record(i).u32(cycle::CLIP) as usize);
+    let phase = |knots: &[f64], position: f64| {
+        let last = knots.len() - 2;
+        let i = (1..=last).rfind(|&i| knots[i] <= position).unwrap_or(0);
+        (i as f64 + (position - knots[i]) / (knots[i + 1] - knots[i])) / (knots.len() - 1) as f64
+    };
+    let position = |knots: &[f64], phase: f64| {
+        let u = phase * (knots.len() - 1) as f64;
+        let i = (u.floor().max(0.0) as usize).min(knots.len() - 2);
+        knots[i] + (u - i as f64) * (knots[i + 1] - knots[i])
+    };
+    let dofs_at = |i: usize, position: f64| -> Vec<f64> {
+        let (first, rows) = clip(i);
+        let position = position.clamp(0.0, (rows - 1) as f64);
+        let below = position.floor() as usize;
+        let (a, b) = (row(db, first + below), row(db, first + (below + 1).min(rows - 1)));
+        a.iter().zip(&b).map(|(a, b)| a + position.fract() * (b - a)).collect()
+    };
+    let rate = f64::from(db.rate_hz());
+    let mut result = Example {
+        x_prev: row(db, at - 1),
+        y_prev: vec![0.0; db.counts().dofs],
+        x: row(db, at),
+        y: vec![0.0; db.counts().dofs],
+        step_s: 0.0,
+    };
+    let frame = (at - clip(input).0) as f64;
+    for (style, &weight) in styles.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+        let output = u16_at(bytes(db, section::PAIRS), 2 * (input * db.counts().styles + style));
+        assert_ne!(output, NONE, "row {at} has no output in style {style}");
+        let output = usize::from(output);
+        let (now, before) = if output == input {
+            (frame, frame - 1.0)
+        } else {
+            let there = |f: f64| position(&knots(output), phase(&knots(input), f));
+            (there(frame), there(frame - 1.0))
+        };
+        for (sum, value) in result.y.iter_mut().zip(dofs_at(output, now)) {
+            *sum += weight * value;
+        }
+        for (sum, value) in result.y_prev.iter_mut().zip(dofs_at(output, before)) {
+            *sum += weight * value;
+        }
+        result.step_s += weight * (now - before) / rate;
+    }
+    result
+}
+
+/// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, asked at the biased input.
+pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> f64 {
+    let s = if p.normalised { scale } else { 1.0 };
+    let mut matrix = Matrix4::identity() * p.lambda;
+    let mut right = Vector4::zeros();
+    for e in examples {
+        let v = Vector4::new(e.x_prev[d] / s, e.y_prev[d] / s, e.x[d] / s, 1.0);
+        matrix += v * v.transpose();
+        right += v * (e.y[d] / s);
+    }
+    let beta = matrix.lu().solve(&right).expect("a penalised system is regular");
+    let n = examples.len() as f64;
+    let mean = examples.iter().map(|e| e.x[d]).sum::<f64>() / n;
+    let sigma = (examples.iter().map(|e| (e.x[d] - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let [x_prev, y_prev, x] = input;
+    let outside = (x - (mean + p.kappa * sigma)).max(0.0) + (x - (mean - p.kappa * sigma)).min(0.0);
+    let asked = Vector4::new((x_prev - outside) / s, (y_prev - p.rho * outside) / s, (x - outside) / s, 1.0);
+    beta.dot(&asked) * s + p.rho * outside
+}
+
+/// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape [C].
+pub fn proportions(mean_distance2: &[(usize, f64)], delta: f64) -> Vec<(usize, f64)> {
+    let least = mean_distance2.iter().map(|d| d.1).fold(f64::INFINITY, f64::min);
+    let weights: Vec<(usize, f64)> =
+        mean_distance2.iter().map(|&(c, d)| (c, (-(d - least) / (delta * least)).exp())).collect();
+    let total: f64 = weights.iter().map(|w| w.1).sum();
+    weights.into_iter().map(|(c, w)| (c, w / total)).collect()
+}
+
+/// The step of a frame, given the neighbors that the core found, the classes that it kept, and what it fed back.
+pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
+    let counts = db.counts();
+    let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
+    let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
+    let mut fed_back = vec![0.0; counts.dofs];
+    let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], 0.0);
+    let mut timing_weights = Vec::new();
+    for share in &frame.report.classes {
+        let class = usize::from(share.class);
+        let proportion = f64::from(share.proportion);
+        let mut rows: Vec<usize> = frame
+            .searched
+            .iter()
+            .find(|s| s.0 == class)
+            .expect("a kept class was searched")
+            .1
+            .iter()
+            .map(|n| db.class(class).first_row + usize::from(n.0))
+            .collect();
+        rows.sort_unstable();
+        let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
+        let y: Vec<f64> = (0..counts.dofs)
+            .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p))
+            .collect();
+        for (sum, value) in fed_back.iter_mut().zip(&y) {
+            *sum += proportion * value;
+        }
+        let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
+        step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
+        timing_weights.push(weights);
+        for &r in &rows {
+            let weight = proportion / (distance2(db, &frame.query, r, &p.searched).sqrt() + 1e-4);
+            for (side, bit) in [flag::LEFT_CONTACT, flag::RIGHT_CONTACT].into_iter().enumerate() {
+                stands[side] += if db.flags(r) & bit != 0 { weight } else { 0.0 };
+            }
+            total += weight;
+        }
+    }
+    // The heading is the input's.
+    fed_back[6] = x[6];
+    let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
+    let predicted =
+        fed_back.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
+    Step { predicted, fed_back, step_s, timing_weights, votes: stands.map(|s| s / total) }
+}
+
+/// Weights of the timing kernel: Gaussian in a distance of pose and change, of input and output.
+fn timing(db: &Database<'_>, examples: &[Example], now: [&[f64]; 4], width: f64) -> Vec<f64> {
+    let [x, x_prev, y, y_prev] = now;
+    let distances: Vec<f64> = examples
+        .iter()
+        .map(|e| {
+            (0..db.counts().timing)
+                .map(|i| {
+                    let t = db.timing(i);
+                    let d = t.dof;
+                    let pose = (x[d] - e.x[d]).powi(2) + (y[d] - e.y[d]).powi(2);
+                    let change = ((x[d] - x_prev[d]) - (e.x[d] - e.x_prev[d])).powi(2)
+                        + ((y[d] - y_prev[d]) - (e.y[d] - e.y_prev[d])).powi(2);
+                    f64::from(t.pose) * pose + f64::from(t.change) * change
+                })
+                .sum()
+        })
+        .collect();
+    let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+    let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    let weights: Vec<f64> = distances.iter().map(|d| (-(d - least) / (2.0 * width * mean)).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    weights.iter().map(|w| w / total).collect()
+}

@@ -1,0 +1,56 @@
+//! What a stream computes, frame by frame, as the core shows it.
+
+use gestus_builder::stream::Watcher;
+use gestus_core::{Report, knn::Neighbor};
+
+/// What one step computed.
+#[derive(Debug, Clone, Default)]
+pub struct Frame {
+    /// The query, F numbers.
+    pub query: Vec<f32>,
+    /// Of each class that was searched: its number, its neighbors (row of the class, squared distance), and their mean.
+    pub searched: Vec<(usize, Vec<(u16, f32)>, f32)>,
+    /// Of each class that was kept: its number, its rows and their weights in the timing.
+    pub timed: Vec<(usize, Vec<u16>, Vec<f32>)>,
+    /// `x[t]`.
+    pub x: Vec<f32>,
+    /// `x[t-1]`.
+    pub x_prev: Vec<f32>,
+    /// `y[t-1]`, as fed back.
+    pub y_prev: Vec<f32>,
+    /// The prediction, after yaw and strength.
+    pub predicted: Vec<f32>,
+    /// What the step reported.
+    pub report: Report,
+}
+
+/// Records every step of a stream.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// One entry a step.
+    pub frames: Vec<Frame>,
+    now: Frame,
+}
+
+impl Watcher for Trace {
+    fn query(&mut self, feature: &[f32]) {
+        self.now.query = feature.to_vec();
+    }
+    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
+        let found = neighbors.iter().map(|n| (n.row, n.distance2)).collect();
+        self.now.searched.push((class, found, mean_distance2));
+    }
+    fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
+        self.now.timed.push((class, rows.to_vec(), weights.to_vec()));
+    }
+    fn predicted(&mut self, x: &[f32], x_prev: &[f32], y_prev: &[f32], predicted: &[f32]) {
+        self.now.x = x.to_vec();
+        self.now.x_prev = x_prev.to_vec();
+        self.now.y_prev = y_prev.to_vec();
+        self.now.predicted = predicted.to_vec();
+    }
+    fn done(&mut self, report: &Report) {
+        self.now.report = report.clone();
+        self.frames.push(std::mem::take(&mut self.now));
+    }
+}

@@ -1,0 +1,156 @@
+//! `Database::open` against damaged bytes: it refuses or opens, and never panics; and what it opens can be stepped.
+
+use gestus_builder::stream::to_pose;
+use gestus_core::{BlobError, Config, Database, Pose, Stylizer};
+use gestus_tests::{motion, patch};
+use proptest::prelude::*;
+
+/// Steps through whatever opens: no panic, and output that is a pose.
+fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
+    let database = Database::open(blob)?;
+    let _ = database.manifest();
+    let counts = *database.counts();
+    // A database that fits no stylizer is refused by it, which is not this test's business.
+    let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return Ok(()) };
+    for style in 0..counts.styles {
+        let _ = stylizer.set_style(&[(style as u16, 1.0), (0, 0.5)]);
+    }
+    let mut output = Pose::IDENTITY;
+    for (t, frame) in motion::unseen(0, 0, 12).frames.iter().enumerate() {
+        if t == 4 {
+            let _ = stylizer.set_mask(0, false);
+        }
+        if t == 8 {
+            let _ = stylizer.set_style(&[(0, 1.0)]);
+        }
+        let report = stylizer.step(&to_pose(frame), &mut output);
+        assert!(output.is_valid(counts.joints), "frame {t}: {output:?}");
+        assert!(report.step_s.is_finite(), "frame {t}: {report:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn the_whole_blob_opens() {
+    assert_eq!(open_and_step(motion::tiny()), Ok(()));
+}
+
+/// Every byte is under a checksum, or has to be zero.
+#[test]
+fn any_flipped_byte_is_refused() {
+    let mut blob = motion::tiny().to_vec();
+    // Every byte of header and table, and every 13th of the rest: time.
+    let places = (0..400).chain((400..blob.len()).step_by(13));
+    for at in places {
+        for bits in [1u8, 0x80, 0xff] {
+            blob[at] ^= bits;
+            assert!(Database::open(&blob).is_err(), "byte {at}, bits {bits:02x}");
+            blob[at] ^= bits;
+            if at > 400 {
+                break;
+            }
+        }
+    }
+}
+
+#[test]
+fn any_other_length_is_refused() {
+    let blob = motion::tiny();
+    for length in (0..blob.len()).step_by(61).chain(blob.len() - 40..blob.len()) {
+        assert!(Database::open(&blob[..length]).is_err(), "{length} bytes");
+    }
+    for more in [1, 2, 15, 16, 1000] {
+        let longer = [blob, &vec![0; more]].concat();
+        let (need, have) = (blob.len() as u32, longer.len() as u32);
+        assert_eq!(Database::open(&longer).err(), Some(BlobError::Truncated { need, have }));
+    }
+}
+
+/// Offsets that matter more than their number says: header, table, and the small sections.
+fn place() -> impl Strategy<Value = usize> {
+    let blob = motion::tiny();
+    let small: Vec<std::ops::Range<usize>> =
+        [2u16, 3, 5, 6, 7, 8, 9, 10, 14, 15].map(|id| patch::section(blob, id)).into();
+    prop_oneof![
+        2 => 0..304usize,
+        4 => prop::sample::select(small).prop_flat_map(|r| r),
+        2 => 0..blob.len(),
+    ]
+}
+
+/// Bytes that lie at the edges of what a number may be, or anything.
+fn value() -> impl Strategy<Value = Vec<u8>> {
+    prop_oneof![
+        any::<u8>().prop_map(|b| vec![b]),
+        prop::sample::select(vec![0u16, 1, 2, 255, 256, 0x7fff, 0xfffe, 0xffff])
+            .prop_map(|v| v.to_le_bytes().to_vec()),
+        prop::sample::select(vec![0u32, 1, 0x7fff_ffff, 0xffff_ffff, 0x8000_0000, 1 << 22])
+            .prop_map(|v| v.to_le_bytes().to_vec()),
+        prop::sample::select(vec![
+            0.0f32,
+            -1.0,
+            1e-9,
+            1e3,
+            1e6,
+            1e9,
+            1e30,
+            f32::NAN,
+            f32::INFINITY,
+            -0.0,
+            0.02
+        ])
+        .prop_map(|v| v.to_le_bytes().to_vec()),
+        prop::collection::vec(any::<u8>(), 1..20),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(600) })]
+
+    #[test]
+    fn changed_bytes_with_repaired_checksums_never_panic(
+        changes in prop::collection::vec((place(), value()), 1..4),
+    ) {
+        let mut blob = motion::tiny().to_vec();
+        for (at, value) in changes {
+            let at = at.min(blob.len() - value.len());
+            blob[at..at + value.len()].copy_from_slice(&value);
+        }
+        patch::repair(&mut blob);
+        let _ = open_and_step(&blob);
+    }
+
+    #[test]
+    fn one_number_changed_by_a_little_never_panics(at in place(), by in 1u8..4, up in any::<bool>()) {
+        let mut blob = motion::tiny().to_vec();
+        blob[at] = if up { blob[at].wrapping_add(by) } else { blob[at].wrapping_sub(by) };
+        patch::repair(&mut blob);
+        let _ = open_and_step(&blob);
+    }
+
+    #[test]
+    fn a_cut_and_its_total_repaired_never_panics(length in 64..motion::tiny().len()) {
+        let mut blob = motion::tiny()[..length].to_vec();
+        blob[12..16].copy_from_slice(&(length as u32).to_le_bytes());
+        patch::repair(&mut blob);
+        prop_assert!(Database::open(&blob).is_err());
+    }
+
+    #[test]
+    fn random_bytes_behind_a_true_header_never_panic(
+        head in 16..64usize,
+        rest in prop::collection::vec(any::<u8>(), 0..2000),
+    ) {
+        let mut blob = motion::tiny()[..head].to_vec();
+        blob.extend(rest);
+        let total = blob.len() as u32;
+        blob[12..16].copy_from_slice(&total.to_le_bytes());
+        patch::repair(&mut blob);
+        prop_assert!(open_and_step(&blob).is_err());
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..500)) {
+        prop_assert!(Database::open(&bytes).is_err());
+    }
+}

@@ -1,0 +1,346 @@
+//! The core against the slow `f64` reference, on every frame of streams under many settings.
+
+use gestus_builder::{
+    motion::Clip,
+    stream::{Request, stream},
+};
+use gestus_core::{Config, Database, Degraded, regress::Ridge, timing::Timing};
+use gestus_tests::{
+    motion,
+    reference::{self, Parameters},
+    trace::{Frame, Trace},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Largest difference of a dof, m, rad, m/s and rad/s: the tolerance that the project asks for.
+const DOF: f64 = 1e-4;
+/// Largest difference of a proportion, a timing weight or a vote, all between 0 and 1: f32 sums of some hundred terms
+/// under an exponential.
+const SHARE: f64 = 1e-3;
+/// Largest difference of a time step, seconds: a weight's tolerance times the few milliseconds by which steps differ.
+const STEP_S: f64 = 1e-5;
+/// Largest relative difference of a squared distance: 32 terms of f32.
+const DISTANCE: f64 = 1e-4;
+
+/// A case of the tables below: what the stylizer is asked for.
+#[derive(Clone)]
+struct Case {
+    name: &'static str,
+    style: Vec<(u16, f32)>,
+    action: Option<u16>,
+    input_style: Option<u16>,
+    masked: Vec<u16>,
+    strength: Vec<(u16, f32)>,
+    ridge: (Ridge, f32),
+    bias: (f32, f32),
+    delta: f32,
+    classes: u8,
+    k: u16,
+    timing: Timing,
+}
+
+impl Case {
+    fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            style: vec![(1, 1.0)],
+            action: None,
+            input_style: None,
+            masked: vec![],
+            strength: vec![],
+            ridge: (Ridge::Raw, 0.1),
+            bias: (0.25, 0.5),
+            delta: 0.2,
+            classes: 8,
+            k: 40,
+            timing: Timing::Free,
+        }
+    }
+
+    fn request(&self) -> Request {
+        let config = Config::new()
+            .k(self.k)
+            .ridge(self.ridge.0)
+            .lambda(self.ridge.1)
+            .kappa(self.bias.0)
+            .rho(self.bias.1)
+            .delta(self.delta)
+            .classes(self.classes)
+            .prune(0.01)
+            .timing_width(0.5)
+            .timing(self.timing);
+        Request {
+            config,
+            style: self.style.clone(),
+            action: self.action,
+            input_style: self.input_style,
+            masked: self.masked.clone(),
+            strength: self.strength.clone(),
+        }
+    }
+
+    fn parameters(&self, db: &Database<'_>) -> Parameters {
+        let mut styles = vec![0.0; db.counts().styles];
+        let total: f64 = self.style.iter().map(|s| f64::from(s.1)).sum();
+        self.style.iter().for_each(|s| styles[usize::from(s.0)] += f64::from(s.1) / total);
+        let mut strength = vec![1.0; db.counts().groups];
+        self.strength.iter().for_each(|s| strength[usize::from(s.0)] = f64::from(s.1));
+        Parameters {
+            k: usize::from(self.k),
+            lambda: f64::from(self.ridge.1),
+            normalised: self.ridge.0 == Ridge::Normalised,
+            delta: f64::from(self.delta),
+            prune: 0.01,
+            classes: usize::from(self.classes),
+            kappa: f64::from(self.bias.0),
+            rho: f64::from(self.bias.1),
+            timing_width: 0.5,
+            styles,
+            searched: (0..db.counts().groups).map(|g| !self.masked.contains(&(g as u16))).collect(),
+            strength,
+        }
+    }
+}
+
+/// How much of what brute force finds the search found.
+#[derive(Default)]
+struct Recall {
+    found: usize,
+    wanted: usize,
+}
+
+impl Recall {
+    fn value(&self) -> f64 {
+        self.found as f64 / self.wanted as f64
+    }
+}
+
+fn near(what: &str, case: &str, t: usize, a: f64, b: f64, tolerance: f64) {
+    assert!((a - b).abs() <= tolerance, "{case}, frame {t}, {what}: core {a}, reference {b}");
+}
+
+/// Distances, neighbors and means of a frame.
+fn check_search(
+    db: &Database<'_>,
+    case: &Case,
+    t: usize,
+    frame: &Frame,
+    p: &Parameters,
+    recall: &mut Recall,
+) {
+    let wanted = |c: usize| {
+        let class = db.class(c);
+        case.action.is_none_or(|a| a == class.action) && case.input_style.is_none_or(|s| s == class.style)
+    };
+    let classes: Vec<usize> = (0..db.counts().classes).filter(|&c| wanted(c)).collect();
+    assert_eq!(frame.searched.iter().map(|s| s.0).collect::<Vec<_>>(), classes, "{}, frame {t}", case.name);
+    for (c, found, mean) in &frame.searched {
+        let class = db.class(*c);
+        let k = p.k.min(class.k_cap);
+        assert_eq!(found.len(), k, "{}, frame {t}, class {c}", case.name);
+        let exact = reference::brute_force(db, *c, &frame.query, &p.searched);
+        let farthest = exact[k - 1].1 * (1.0 + DISTANCE);
+        let mut sum = 0.0;
+        for &(row, distance2) in found {
+            let own = reference::distance2(db, &frame.query, class.first_row + usize::from(row), &p.searched);
+            near("distance", case.name, t, f64::from(distance2), own, DISTANCE * own + 1e-9);
+            recall.found += usize::from(own <= farthest);
+            sum += own;
+        }
+        recall.wanted += k;
+        let own = sum / k as f64;
+        near("mean distance", case.name, t, f64::from(*mean), own, DISTANCE * own + 1e-9);
+    }
+}
+
+/// Eq. 4, and that what was dropped may be dropped.
+fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
+    let means: Vec<(usize, f64)> = frame.searched.iter().map(|s| (s.0, f64::from(s.2))).collect();
+    let mut all = reference::proportions(&means, p.delta);
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let kept = &frame.report.classes;
+    let weight: f64 = all.iter().take(kept.len()).map(|s| s.1).sum();
+    let before: f64 = all.iter().take(kept.len() - 1).map(|s| s.1).sum();
+    let enough = weight >= 1.0 - p.prune - SHARE || kept.len() == p.classes.min(all.len());
+    assert!(enough, "{}, frame {t}: {weight} of the weight is kept", case.name);
+    assert!(before <= 1.0 - p.prune + SHARE, "{}, frame {t}: {before} would have done", case.name);
+    let total: f64 = kept.iter().map(|s| f64::from(s.proportion)).sum();
+    near("sum of proportions", case.name, t, total, 1.0, 1e-5);
+    for share in kept {
+        let own = all.iter().find(|a| a.0 == usize::from(share.class)).expect("a kept class was searched").1;
+        near("proportion", case.name, t, f64::from(share.proportion), own / weight, SHARE);
+    }
+}
+
+/// Prediction, timing and contacts.
+fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Parameters) -> Vec<f64> {
+    let step = reference::step(db, frame, p);
+    for (d, (&core, &own)) in frame.predicted.iter().zip(&step.predicted).enumerate() {
+        near(&format!("dof {d}"), case.name, t, f64::from(core), own, DOF);
+    }
+    near("time step", case.name, t, f64::from(frame.report.predicted_step_s), step.step_s, STEP_S);
+    let input_step = 1.0 / f64::from(db.rate_hz());
+    let out = match case.timing {
+        Timing::Sync => input_step,
+        _ => input_step + p.strength[db.joint_group(0)] * (step.step_s - input_step),
+    };
+    near("output step", case.name, t, f64::from(frame.report.step_s), out, STEP_S);
+    assert_eq!(frame.timed.len(), step.timing_weights.len());
+    for ((_, rows, core), own) in frame.timed.iter().zip(&step.timing_weights) {
+        assert!(rows.is_sorted() && rows.len() == own.len(), "{}, frame {t}: {rows:?}", case.name);
+        for (&core, &own) in core.iter().zip(own) {
+            near("timing weight", case.name, t, f64::from(core), own, SHARE);
+        }
+    }
+    for (side, vote) in step.votes.into_iter().enumerate() {
+        let undecided = (vote - 0.5).abs() < SHARE;
+        let core = frame.report.contacts[side];
+        assert!(undecided || core == (vote > 0.5), "{}, frame {t}: foot {side}, vote {vote}", case.name);
+    }
+    assert!(!frame.report.degraded.contains(Degraded::PREDICTION), "{}, frame {t}", case.name);
+    step.fed_back
+}
+
+/// Streams a clip and checks every frame; returns how well the search did.
+fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
+    let mut trace = Trace::default();
+    let streamed = stream(db, clip, &case.request(), &mut trace).expect(case.name);
+    assert_eq!(trace.frames.len(), clip.frames.len());
+    let p = case.parameters(db);
+    let mut recall = Recall::default();
+    let mut fed_back: Option<Vec<f64>> = None;
+    for (t, frame) in trace.frames.iter().enumerate() {
+        check_search(db, case, t, frame, &p, &mut recall);
+        check_mixture(case, t, frame, &p);
+        if let Some(last) = &fed_back {
+            for (d, (&core, &own)) in frame.y_prev.iter().zip(last).enumerate() {
+                near(&format!("fed back dof {d}"), case.name, t, f64::from(core), own, DOF);
+            }
+            assert_eq!(frame.x_prev, trace.frames[t - 1].x, "{}, frame {t}", case.name);
+        }
+        fed_back = Some(check_step(db, case, t, frame, &p));
+        check_pose(db, case, t, frame, &streamed.steps[t].frame);
+    }
+    recall
+}
+
+/// Joint rotations of the output: the mean, then the exponential of the dofs.
+fn check_pose(
+    db: &Database<'_>,
+    case: &Case,
+    t: usize,
+    frame: &Frame,
+    output: &gestus_builder::motion::Frame,
+) {
+    near("height", case.name, t, output.root.y, f64::from(frame.predicted[0]), 1e-6);
+    for j in 1..db.counts().joints {
+        let map = Vector3::from_fn(|i, _| f64::from(frame.predicted[4 + 3 * j + i]));
+        let own = mean(db, j) * UnitQuaternion::from_scaled_axis(map);
+        near("joint angle", case.name, t, own.angle_to(&output.rotations[j]), 0.0, DOF);
+    }
+}
+
+fn mean(db: &Database<'_>, joint: usize) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = db.joint(joint).mean.map(f64::from);
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+}
+
+/// A walk that turns into a turn of another style, neither in the database.
+fn input(frames: usize) -> Clip {
+    motion::joined(&motion::unseen(0, 0, frames), &motion::unseen(1, 1, frames / 2))
+}
+
+#[test]
+fn small_classes_agree_under_every_labelling() {
+    let db = Database::open(motion::small()).unwrap();
+    let labels = [
+        ("no label", None, None),
+        ("action", Some(0), None),
+        ("input style", None, Some(0)),
+        ("both", Some(1), Some(2)),
+    ];
+    for (name, action, input_style) in labels {
+        let recall = check(&db, &input(40), &Case { action, input_style, ..Case::new(name) });
+        assert_eq!(recall.found, recall.wanted, "{name}: small classes are searched whole");
+    }
+}
+
+#[test]
+fn small_classes_agree_under_every_setting() {
+    let db = Database::open(motion::small()).unwrap();
+    let case = Case::new;
+    let cases = [
+        Case { style: vec![(0, 1.0), (2, 3.0)], ..case("two styles") },
+        Case { style: vec![(0, 0.2), (1, 0.3), (2, 0.5)], ..case("three styles") },
+        Case { style: vec![(2, 0.5), (2, 0.5)], ..case("a style said twice") },
+        Case { ridge: (Ridge::Normalised, 1.0), ..case("normalised") },
+        Case { ridge: (Ridge::Normalised, 0.1), style: vec![(1, 1.0), (2, 1.0)], ..case("normalised, two") },
+        Case { ridge: (Ridge::Raw, 1.0), ..case("raw, strong") },
+        Case { bias: (2.0, 0.7), ..case("the paper's bias") },
+        Case { bias: (0.0, 1.0), ..case("all is outside") },
+        Case { bias: (0.25, 0.0), ..case("nothing is kept") },
+        Case { delta: 0.7, ..case("wide mixture") },
+        Case { delta: 20.0, classes: 2, ..case("two classes of many") },
+        Case { masked: vec![1, 2], ..case("arms masked") },
+        Case { masked: vec![0], ..case("arms alone") },
+        Case { strength: vec![(0, 0.5), (1, 0.0), (2, 1.7)], ..case("strength") },
+        Case { timing: Timing::Sync, ..case("sync") },
+        Case { k: 7, ..case("seven neighbors") },
+        Case { k: 1, ..case("one neighbor") },
+    ];
+    for case in cases {
+        let recall = check(&db, &input(24), &case);
+        assert_eq!(recall.found, recall.wanted, "{}", case.name);
+    }
+}
+
+#[test]
+fn large_classes_agree_and_the_graph_finds_them() {
+    let db = Database::open(motion::large()).unwrap();
+    assert!(db.classes().all(|c| c.rows > 320), "the classes have to be too large to be searched whole");
+    let cases = [
+        Case::new("no label"),
+        Case { style: vec![(0, 1.0), (2, 1.0)], masked: vec![2], ..Case::new("two styles, an arm masked") },
+    ];
+    for case in cases {
+        let recall = check(&db, &input(60), &case).value();
+        assert!(recall >= 0.985, "{}: recall {recall}", case.name);
+    }
+}
+
+#[test]
+fn dofs_and_queries_agree() {
+    let db = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(1, 0, 60);
+    let mut trace = Trace::default();
+    stream(&db, &clip, &Request::style(1), &mut trace).unwrap();
+    let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
+    let c = db.counts();
+    let heading = |t: usize| {
+        let line = clip.frames[t].rotations[0] * Vector3::from(db.hips_line().map(f64::from));
+        (-line.z).atan2(line.x)
+    };
+    let y = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    for (t, frame) in trace.frames.iter().enumerate() {
+        let window: Vec<_> =
+            (0..c.window).map(|w| positions[(t + w + 1).saturating_sub(c.window)].clone()).collect();
+        for (f, (&core, own)) in frame.query.iter().zip(reference::feature(&db, &window)).enumerate() {
+            near(&format!("feature {f}"), "query", t, f64::from(core), own, 1e-5);
+        }
+        // The first frame has no velocity; the core takes one from the data.
+        let Some(before) = t.checked_sub(1) else { continue };
+        let rate = f64::from(db.rate_hz());
+        let velocity = y(-heading(before)) * (clip.frames[t].root - clip.frames[before].root) * rate;
+        let turned = (y(heading(t)) * y(heading(before)).inverse()).scaled_axis().y * rate;
+        let tilt = mean(&db, 0).inverse() * y(-heading(t)) * clip.frames[t].rotations[0];
+        let mut own = vec![clip.frames[t].root.y];
+        own.extend(tilt.scaled_axis().iter());
+        own.extend([velocity.z, velocity.x, turned]);
+        for j in 1..c.joints {
+            own.extend((mean(&db, j).inverse() * clip.frames[t].rotations[j]).scaled_axis().iter());
+        }
+        for (d, (&core, own)) in frame.x.iter().zip(own).enumerate() {
+            near(&format!("dof {d}"), "dofs", t, f64::from(core), own, DOF);
+        }
+    }
+}

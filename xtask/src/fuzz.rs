@@ -1,0 +1,107 @@
+//! `cargo xtask fuzz`: every target of `core/fuzz` and `builder/fuzz`, for a while each.
+//!
+//! cargo-fuzz needs a nightly compiler for its coverage flags. The sanitizers stay off: there is no `unsafe` to
+//! watch, and without them a target runs several times as many inputs.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+
+use crate::shell::{Outcome, answer, cargo, command, nightly_cargo, root, run as run_command, target_dir};
+
+/// Crates with a `fuzz` folder.
+const CRATES: [&str; 2] = ["core", "builder"];
+
+/// Runs one target, or all.
+///
+/// # Errors
+/// Where a target finds a crash (cargo-fuzz says how to run it again), does not build, or is not there.
+pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
+    let targets: Vec<(&str, String)> = CRATES
+        .iter()
+        .flat_map(|&c| targets(c).into_iter().map(move |t| (c, t)))
+        .filter(|(_, t)| only.is_none_or(|o| o == t))
+        .collect();
+    if let (Some(only), true) = (only, targets.is_empty()) {
+        bail!("there is no fuzz target `{only}`: they are the files in */fuzz/fuzz_targets");
+    }
+    if let Some(missing) = missing(setup)? {
+        return Ok(Outcome::Skipped(missing));
+    }
+    let mut failed = Vec::new();
+    for (krate, target) in &targets {
+        if let Err(e) = fuzz(krate, target, seconds) {
+            println!("{e:#}");
+            failed.push(format!("{krate}/fuzz {target}"));
+        }
+    }
+    if failed.is_empty() { Ok(Outcome::Passed) } else { Ok(Outcome::Failed(failed.join(", "))) }
+}
+
+fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
+    let folder = root().join(krate).join("fuzz");
+    let corpus = folder.join("corpus").join(target);
+    std::fs::create_dir_all(&corpus)?;
+    if target == "open" {
+        seed_with_blobs(&corpus)?;
+    }
+    let mut command = nightly_cargo();
+    command
+        .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
+        .arg(&folder)
+        .arg("--target-dir")
+        .arg(target_dir().join("fuzz"))
+        .arg(target);
+    command.args(["--", &format!("-max_total_time={seconds}"), "-timeout=10", "-rss_limit_mb=2048"]);
+    run_command(command.current_dir(root().join(krate)))
+}
+
+/// Puts a blob that opens into the corpus, for mutation alone would never get past the first checks; and the same
+/// blob with bytes behind it, which the target makes settings and poses of.
+fn seed_with_blobs(corpus: &Path) -> Result<()> {
+    let seed = corpus.join("seed");
+    run_command(
+        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(&seed),
+    )?;
+    let mut bytes = std::fs::read(&seed)?;
+    bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
+    std::fs::write(corpus.join("seed-with-poses"), bytes)?;
+    Ok(())
+}
+
+/// The targets of a crate: its files in `fuzz/fuzz_targets`.
+fn targets(krate: &str) -> Vec<String> {
+    let Ok(entries) = root().join(krate).join("fuzz/fuzz_targets").read_dir() else { return Vec::new() };
+    let mut names: Vec<String> = entries
+        .flatten()
+        .filter_map(|e| Some(e.file_name().to_str()?.strip_suffix(".rs")?.to_owned()))
+        .collect();
+    names.sort();
+    names
+}
+
+/// What is missing for cargo-fuzz, after installing it where that is wanted.
+fn missing(setup: bool) -> Result<Option<String>> {
+    let nightly = || answer(nightly_cargo().arg("--version")).is_some();
+    let cargo_fuzz = || answer(cargo().args(["fuzz", "--version"])).is_some();
+    if setup && !nightly() {
+        run_command(command("rustup").args(["toolchain", "install", "nightly", "--profile", "minimal"]))?;
+    }
+    if setup && !cargo_fuzz() {
+        run_command(cargo().args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR"))?;
+    }
+    Ok(match (nightly(), cargo_fuzz()) {
+        (true, true) => None,
+        (false, _) => Some("no nightly toolchain (`cargo xtask fuzz --setup` installs it)".into()),
+        (true, false) => Some("no cargo-fuzz (`cargo xtask fuzz --setup` installs it)".into()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn finds_the_targets() {
+        assert!(super::targets("builder").contains(&"bvh".to_owned()));
+        assert!(super::targets("no-such-crate").is_empty());
+    }
+}

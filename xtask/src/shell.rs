@@ -1,0 +1,111 @@
+//! Other programs: started in the repository's root, shown before they run, judged by their exit code.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, bail};
+
+/// How a chore ended.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It did what it says.
+    Passed,
+    /// Something is missing on this machine; what, and how to get it.
+    Skipped(String),
+    /// Some of it failed; what.
+    Failed(String),
+}
+
+/// The repository's root.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// Where build products go: `CARGO_TARGET_DIR`, or `target` in the root.
+pub fn target_dir() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
+}
+
+/// A program, to be run in the root. What `cargo run` set for this program is no concern of others.
+pub fn command(program: &str) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir(root());
+    for (name, _) in env::vars_os() {
+        let name_text = name.to_string_lossy();
+        if name_text.starts_with("CARGO_PKG_") || name_text.starts_with("CARGO_MANIFEST_") {
+            command.env_remove(&name);
+        }
+    }
+    command
+}
+
+/// The cargo that runs this program.
+pub fn cargo() -> Command {
+    command(&env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
+}
+
+/// The cargo of the nightly toolchain.
+pub fn nightly_cargo() -> Command {
+    let mut command = command("rustup");
+    command.args(["run", "nightly", "cargo"]).env_remove("CARGO");
+    command
+}
+
+/// Shows a command, runs it, and fails where it fails.
+///
+/// # Errors
+/// Where the program can't be started or exits with something else than 0.
+pub fn run(command: &mut Command) -> Result<()> {
+    let shown = show(command);
+    println!("$ {shown}");
+    let status = command.status().with_context(|| format!("`{shown}` can't be started"))?;
+    if !status.success() {
+        bail!("`{shown}` failed ({status})");
+    }
+    Ok(())
+}
+
+/// Standard output of a command that succeeds; `None` where it fails or is not there.
+pub fn answer(command: &mut Command) -> Option<String> {
+    let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// A command as a person would type it, with the settings that were made for it.
+fn show(command: &Command) -> String {
+    let set = command
+        .get_envs()
+        .filter_map(|(k, v)| Some(format!("{}={}", k.to_string_lossy(), quote(&v?.to_string_lossy()))));
+    let program = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
+    let words = [program].into_iter().chain(command.get_args()).map(|w| quote(&w.to_string_lossy()));
+    set.chain(words).collect::<Vec<_>>().join(" ")
+}
+
+fn quote(word: &str) -> String {
+    if word.contains([' ', '*', '"']) { format!("'{word}'") } else { word.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_shown_as_it_would_be_typed() {
+        let mut command = Command::new("/somewhere/bin/cargo");
+        command.args(["test", "-p", "two words"]).env("RUSTDOCFLAGS", "-D warnings").env_remove("CARGO");
+        assert_eq!(show(&command), "RUSTDOCFLAGS='-D warnings' cargo test -p 'two words'");
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_has_no_answer() {
+        assert_eq!(answer(&mut command("gestus-no-such-program")), None);
+    }
+
+    #[test]
+    fn the_root_holds_the_workspace() {
+        assert!(root().join("Cargo.toml").is_file() && root().join("core").is_dir());
+    }
+}
