@@ -9,11 +9,12 @@ use nalgebra::Vector3;
 use super::{
     feet::{Stance, Swing, smooth},
     noise::{between, rng},
-    plan::Path,
+    plan::{Path, STAND_M},
     posture::{
         ABDUCT, AHEAD, ARMS, CHEST, ELBOW, FORWARD, HEAD, HEIGHT, LIST, Posture, SIDE, SPINE, SWING, TILT,
         TWIST, YAW,
     },
+    skeleton::{ANKLE_HEIGHT_M, HIP_DROP_M, SHIN_M, THIGH_M},
     style::Style,
 };
 use crate::body::about_y;
@@ -61,8 +62,8 @@ const JUMP: Keys = &[
     (TILT, &[(0.05, 0.0), (0.27, 0.45), (0.42, 0.05), (0.5, 0.1), (0.6, 0.15), (0.72, 0.4), (1.0, 0.0)]),
     (SPINE, &[(0.05, 0.0), (0.27, 0.3), (0.42, -0.1), (0.5, 0.0), (0.72, 0.25), (1.0, 0.0)]),
     (HEAD, &[(0.05, 0.0), (0.27, -0.4), (0.45, 0.0), (0.72, -0.3), (1.0, 0.0)]),
-    (LEFT + SWING, &[(0.02, 0.0), (0.25, -0.9), (0.44, 2.0), (0.58, 1.0), (0.75, 0.3), (1.0, 0.0)]),
-    (RIGHT + SWING, &[(0.02, 0.0), (0.25, -0.9), (0.44, 2.0), (0.58, 1.0), (0.75, 0.3), (1.0, 0.0)]),
+    (LEFT + SWING, &[(0.02, 0.0), (0.25, -0.9), (0.44, 1.6), (0.58, 0.9), (0.75, 0.3), (1.0, 0.0)]),
+    (RIGHT + SWING, &[(0.02, 0.0), (0.25, -0.9), (0.44, 1.6), (0.58, 0.9), (0.75, 0.3), (1.0, 0.0)]),
     (LEFT + ELBOW, &[(0.05, 0.0), (0.3, 0.3), (0.44, 0.1), (0.75, 0.5), (1.0, 0.0)]),
     (RIGHT + ELBOW, &[(0.05, 0.0), (0.3, 0.3), (0.44, 0.1), (0.75, 0.5), (1.0, 0.0)]),
     (LEFT + ABDUCT, &[(0.3, 0.0), (0.5, 0.25), (0.75, 0.25), (1.0, 0.0)]),
@@ -139,7 +140,7 @@ impl Act {
         let reach = 1.0 + 0.2 * self.aim[0];
         match self.kind {
             Kind::Jump => 0.7 * self.strength * reach,
-            Kind::Punch => 0.24 * self.strength * reach,
+            Kind::Punch => 0.20 * self.strength * reach,
             Kind::Kick => 0.0,
         }
     }
@@ -147,8 +148,8 @@ impl Act {
     /// Durations of the twelve parts, seconds.
     pub fn durations(&self) -> [f64; 12] {
         let base = match self.kind {
-            Kind::Jump => [0.13, (8.0 * self.jump_m() / GRAVITY).sqrt() / 2.0, 0.13],
-            Kind::Punch => [0.115, 0.10, 0.12],
+            Kind::Jump => [0.145, (8.0 * self.jump_m() / GRAVITY).sqrt() / 2.0, 0.13],
+            Kind::Punch => [0.135, 0.14, 0.13],
             Kind::Kick => [0.12, 0.13, 0.13],
         };
         let mut durations = [0.0; 12];
@@ -218,10 +219,10 @@ impl Act {
                 }
             }
             Kind::Punch => {
+                // A step in front of where the body will be.
                 let last = still(&feet[0]);
-                let (sin, cos) = last.yaw.sin_cos();
-                let way = self.way_m() + 0.06;
-                let place = [last.place[0] + way * sin, last.place[1] + way * cos];
+                let from = self.canonical(0.44);
+                let place = path.beside(self.canonical(1.0), 0.09, 0.12);
                 leave(
                     &mut feet[0],
                     self.canonical(0.2),
@@ -229,15 +230,17 @@ impl Act {
                     0.2,
                     swing(0.05, Vector3::zeros()),
                 );
-                let from = self.canonical(0.44);
                 feet[0].push(Stance { from, flat: from, ..Stance::still(place, last.yaw) });
             }
             Kind::Kick => {
                 let last = still(&feet[1]);
-                let heading = path.at(self.start).1 + 0.25 * self.aim[1];
-                let forwards = about_y(heading) * Vector3::z();
-                let throw = forwards * 0.72 * (0.7 + 0.3 * self.strength)
-                    + Vector3::y() * (0.62 + 0.12 * self.aim[0]) * self.strength;
+                // In front of the hip joint, as far as a leg reaches at that height.
+                let ([x, z], heading) = path.at(self.canonical(0.5));
+                let height = (0.55 + 0.06 * self.aim[0]) * (0.35 + 0.65 * self.strength);
+                let drop = STAND_M - HIP_DROP_M - ANKLE_HEIGHT_M - height;
+                let away = ((0.93 * (THIGH_M + SHIN_M)).powi(2) - drop.powi(2)).max(0.04).sqrt();
+                let target = about_y(heading + 0.2 * self.aim[1]) * Vector3::new(-0.03, 0.0, away);
+                let throw = Vector3::new(x + target.x - last.place[0], height, z + target.z - last.place[1]);
                 leave(&mut feet[1], self.canonical(0.2), self.canonical(0.28), 0.5, swing(0.16, throw));
                 let from = self.canonical(0.78);
                 feet[1].push(Stance { from, flat: from, ..Stance::still(last.place, last.yaw) });
@@ -265,9 +268,6 @@ impl Act {
                 let there = smooth((x - 0.36) / 0.14) * (1.0 - smooth((x - 0.54) / 0.18));
                 p[RIGHT + SWING] += 0.2 * self.aim[0] * there;
                 p[CHEST + 1] += 0.15 * self.aim[1] * there;
-                // Elbows bend one way only, whatever is added up.
-                let bend = p[RIGHT + ELBOW] + self.style.hold()[RIGHT + ELBOW] + 0.25;
-                p[RIGHT + ELBOW] += (0.04 - bend).max(0.0);
             }
             Kind::Kick => {}
         }

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::{
     posture::{Foot, about_x, sole_height},
-    skeleton::{ANKLE_HEIGHT_M, BALL, BALL_HEIGHT_M, HEEL},
+    skeleton::{ANKLE_HEIGHT_M, BALL, HEEL},
 };
 use crate::body::about_y;
 
@@ -77,12 +77,6 @@ impl Stance {
         } else {
             Foot { ankle: flat, yaw: self.yaw, pitch: 0.0, bend: 0.0 }
         }
-    }
-
-    /// Position of the ball where it stands.
-    pub fn ball(&self) -> Vector3<f64> {
-        let ball = about_y(self.yaw) * BALL;
-        Vector3::new(self.place[0] + ball.x, BALL_HEIGHT_M, self.place[1] + ball.z)
     }
 }
 

@@ -73,7 +73,7 @@ pub const RUN: Gait = Gait {
     stride_m: 2.0,
     duty: 0.34,
     width_m: 0.07,
-    lift_m: 0.20,
+    lift_m: 0.13,
     clearance_m: 0.05,
     land: 0.06,
     push: 0.85,
@@ -85,7 +85,7 @@ pub const RUN: Gait = Gait {
     list: 0.05,
     twist: 0.24,
     lean: 0.12,
-    swing: 0.62,
+    swing: 0.52,
     swing_middle: -0.12,
     abduct: 0.16,
     elbow: 1.45,
@@ -233,7 +233,7 @@ impl Performer {
         let sign = [1.0, -1.0][side];
         let mut stances = Vec::new();
         let mut from = start.floor() + 0.5 * side as f64;
-        let last_strike = 0.5 * (self.stop.0 + self.stop.1) + 0.5;
+        let last_strike = self.stop.1 - 0.2;
         while from < end.min(last_strike) {
             let gait = self.gait(from);
             let middle = from + 0.5 * gait.duty;

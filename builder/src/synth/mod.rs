@@ -1,7 +1,7 @@
 //! Generated motion: a parametric humanoid that does the actions of paper 000's Table 1 in its eight styles.
 //!
 //! Nobody needs captures to try Gestus, and tests need motion whose truth is known. A performance starts as a plan
-//! over canonical time: [`gait`](self) and act say where feet stand and how trunk and arms go, the style scales and
+//! over canonical time: gaits and acts say where feet stand and how trunk and arms go, the style scales and
 //! bends all of it, a timeline says when; then the plan is sampled at the frame rate and the legs follow by inverse
 //! kinematics. Contacts and canonical timelines are read off the plan and are exact.
 //!

@@ -141,7 +141,9 @@ pub fn pose(
         let hang = std::f64::consts::FRAC_PI_2 - arm(ABDUCT);
         rotations[first] = about_y(-sign * arm(FORWARD)) * about_z(sign * arm(RAISE));
         rotations[first + 1] = about_x(-arm(SWING)) * about_z(-sign * hang) * about_x(arm(TWIST));
-        rotations[first + 2] = about_y(-sign * arm(ELBOW));
+        // Elbows bend one way only, however small their sum: never below 0, and smoothly so.
+        let elbow = 0.5 * (arm(ELBOW) + arm(ELBOW).hypot(0.06));
+        rotations[first + 2] = about_y(-sign * elbow);
         rotations[first + 3] = about_z(-sign * arm(HAND));
         leg(skeleton, side, root, heading, &feet[side], &mut rotations);
     }

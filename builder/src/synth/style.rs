@@ -182,7 +182,7 @@ const CHILDLIKE: Style = Style {
     width_m: 0.04,
     duty: -0.03,
     timing: [0.8, 0.9, 0.9],
-    rough: 0.040,
+    rough: 0.034,
     tremor: 4.0,
     variability: 0.09,
     trunk: &[(TILT, 0.04), (SPINE, -0.05), (CHEST, 0.03), (HEAD, -0.12)],
