@@ -35,12 +35,10 @@ pub fn run(setup: bool) -> Result<Outcome> {
         steps.push(Step { name, outcome, time });
     };
     step("format", &|| passed(cargo().args(["fmt", "--all", "--check"])));
-    step("clippy", &|| {
-        passed(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
-    });
-    step("docs", &|| {
-        passed(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
-    });
+    let clippy = ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
+    step("clippy", &|| passed(cargo().args(clippy)));
+    let docs = ["doc", "--workspace", "--no-deps", "--keep-going"];
+    step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| bare_metal::run(setup));
     step("real data", &real_data::run);
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
