@@ -9,7 +9,9 @@ mod fuzz;
 mod real_data;
 mod shell;
 
-use anyhow::{Result, bail};
+use std::process::ExitCode;
+
+use anyhow::Result;
 use clap::{Parser, Subcommand};
 use shell::Outcome;
 
@@ -55,20 +57,29 @@ enum Chore {
     },
 }
 
-fn main() -> Result<()> {
-    let outcome = match Arguments::parse().chore {
-        Chore::Ci { setup } => ci::run(setup)?,
-        Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref())?,
-        Chore::Core { setup } => bare_metal::run(setup)?,
-        Chore::RealData => real_data::run()?,
-        Chore::Golden { blob } => golden(blob)?,
-    };
+fn main() -> ExitCode {
+    let outcome = run(Arguments::parse().chore).unwrap_or_else(|e| Outcome::Failed(format!("{e:#}")));
     match outcome {
-        Outcome::Passed => {}
-        Outcome::Skipped(why) => println!("skipped: {why}"),
-        Outcome::Failed(what) => bail!(what),
+        Outcome::Passed => ExitCode::SUCCESS,
+        Outcome::Skipped(why) => {
+            println!("skipped: {why}");
+            ExitCode::SUCCESS
+        }
+        Outcome::Failed(what) => {
+            eprintln!("failed: {what}");
+            ExitCode::FAILURE
+        }
     }
-    Ok(())
+}
+
+fn run(chore: Chore) -> Result<Outcome> {
+    match chore {
+        Chore::Ci { setup } => Ok(ci::run(setup)),
+        Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
+        Chore::Core { setup } => Ok(bare_metal::run(setup)),
+        Chore::RealData => real_data::run(),
+        Chore::Golden { blob } => golden(blob),
+    }
 }
 
 /// Runs the golden tests so that they write what they would compare.
