@@ -66,7 +66,7 @@ pub const SMALL: Size = Size { actions: 2, styles: 3, takes: 3, frames: 96 };
 /// Classes large enough for the search by graph.
 pub const LARGE: Size = Size { actions: 2, styles: 3, takes: 3, frames: 260 };
 /// The least that has more than one class: for tests that open a blob very often.
-pub const TINY: Size = Size { actions: 1, styles: 2, takes: 1, frames: 84 };
+pub const TINY: Size = Size { actions: 1, styles: 2, takes: 1, frames: 120 };
 
 /// The skeleton, joints named as in the databases.
 pub fn skeleton() -> Arc<Skeleton> {

@@ -246,9 +246,9 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         let mut rows: Vec<usize> = frame
             .searched
             .iter()
-            .find(|s| s.0 == class)
+            .find(|s| s.class == class)
             .expect("a kept class was searched")
-            .1
+            .neighbors
             .iter()
             .map(|n| db.class(class).first_row + usize::from(n.0))
             .collect();

@@ -3,15 +3,37 @@
 use gestus_builder::stream::Watcher;
 use gestus_core::{Report, knn::Neighbor};
 
+/// What the search found in a class.
+#[derive(Debug, Clone)]
+pub struct Searched {
+    /// The class.
+    pub class: usize,
+    /// Row of the class and squared distance, nearest first.
+    pub neighbors: Vec<(u16, f32)>,
+    /// Mean squared distance.
+    pub mean_distance2: f32,
+}
+
+/// How the timing weighed the neighbors of a class.
+#[derive(Debug, Clone)]
+pub struct Timed {
+    /// The class.
+    pub class: usize,
+    /// Rows of the class.
+    pub rows: Vec<u16>,
+    /// Their weights.
+    pub weights: Vec<f32>,
+}
+
 /// What one step computed.
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
     /// The query, F numbers.
     pub query: Vec<f32>,
-    /// Of each class that was searched: its number, its neighbors (row of the class, squared distance), and their mean.
-    pub searched: Vec<(usize, Vec<(u16, f32)>, f32)>,
-    /// Of each class that was kept: its number, its rows and their weights in the timing.
-    pub timed: Vec<(usize, Vec<u16>, Vec<f32>)>,
+    /// The classes that were searched.
+    pub searched: Vec<Searched>,
+    /// The classes that were kept.
+    pub timed: Vec<Timed>,
     /// `x[t]`.
     pub x: Vec<f32>,
     /// `x[t-1]`.
@@ -37,11 +59,11 @@ impl Watcher for Trace {
         self.now.query = feature.to_vec();
     }
     fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
-        let found = neighbors.iter().map(|n| (n.row, n.distance2)).collect();
-        self.now.searched.push((class, found, mean_distance2));
+        let neighbors = neighbors.iter().map(|n| (n.row, n.distance2)).collect();
+        self.now.searched.push(Searched { class, neighbors, mean_distance2 });
     }
     fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
-        self.now.timed.push((class, rows.to_vec(), weights.to_vec()));
+        self.now.timed.push(Timed { class, rows: rows.to_vec(), weights: weights.to_vec() });
     }
     fn predicted(&mut self, x: &[f32], x_prev: &[f32], y_prev: &[f32], predicted: &[f32]) {
         self.now.x = x.to_vec();

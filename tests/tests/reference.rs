@@ -8,7 +8,7 @@ use gestus_core::{Config, Database, Degraded, regress::Ridge, timing::Timing};
 use gestus_tests::{
     motion,
     reference::{self, Parameters},
-    trace::{Frame, Trace},
+    trace::{Frame, Searched, Timed, Trace},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -133,8 +133,13 @@ fn check_search(
         case.action.is_none_or(|a| a == class.action) && case.input_style.is_none_or(|s| s == class.style)
     };
     let classes: Vec<usize> = (0..db.counts().classes).filter(|&c| wanted(c)).collect();
-    assert_eq!(frame.searched.iter().map(|s| s.0).collect::<Vec<_>>(), classes, "{}, frame {t}", case.name);
-    for (c, found, mean) in &frame.searched {
+    assert_eq!(
+        frame.searched.iter().map(|s| s.class).collect::<Vec<_>>(),
+        classes,
+        "{}, frame {t}",
+        case.name
+    );
+    for Searched { class: c, neighbors: found, mean_distance2: mean } in &frame.searched {
         let class = db.class(*c);
         let k = p.k.min(class.k_cap);
         assert_eq!(found.len(), k, "{}, frame {t}, class {c}", case.name);
@@ -155,7 +160,8 @@ fn check_search(
 
 /// Eq. 4, and that what was dropped may be dropped.
 fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
-    let means: Vec<(usize, f64)> = frame.searched.iter().map(|s| (s.0, f64::from(s.2))).collect();
+    let means: Vec<(usize, f64)> =
+        frame.searched.iter().map(|s| (s.class, f64::from(s.mean_distance2))).collect();
     let mut all = reference::proportions(&means, p.delta);
     all.sort_by(|a, b| b.1.total_cmp(&a.1));
     let kept = &frame.report.classes;
@@ -186,9 +192,9 @@ fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Param
     };
     near("output step", case.name, t, f64::from(frame.report.step_s), out, STEP_S);
     assert_eq!(frame.timed.len(), step.timing_weights.len());
-    for ((_, rows, core), own) in frame.timed.iter().zip(&step.timing_weights) {
+    for (Timed { rows, weights, .. }, own) in frame.timed.iter().zip(&step.timing_weights) {
         assert!(rows.is_sorted() && rows.len() == own.len(), "{}, frame {t}: {rows:?}", case.name);
-        for (&core, &own) in core.iter().zip(own) {
+        for (&core, &own) in weights.iter().zip(own) {
             near("timing weight", case.name, t, f64::from(core), own, SHARE);
         }
     }
