@@ -67,22 +67,63 @@ impl Metric {
     /// and scalar ones agree bit for bit.
     #[inline]
     pub fn distance2(&self, stored: &[u8]) -> f32 {
-        const LANES: usize = 8;
+        self.distance2_below(stored, f32::INFINITY).unwrap_or(f32::INFINITY)
+    }
+
+    /// The squared distance, if it is below a bound. Half of the components often tell that it is not: no term is
+    /// negative, and rounding keeps the order of sums, so the answer is that of the whole sum.
+    #[inline]
+    fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
+        let (chunks, rest) = stored.as_chunks::<LANES>();
         let mut sums = [0.0f32; LANES];
-        let queries = self.query.chunks_exact(LANES).zip(self.weight.chunks_exact(LANES));
-        for (codes, (query, weight)) in stored.chunks(LANES).zip(queries) {
-            for (((sum, &code), &q), &w) in sums.iter_mut().zip(codes).zip(query).zip(weight) {
-                let difference = q - f32::from(code as i8);
-                *sum += w * (difference * difference);
+        let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.weight.as_chunks::<LANES>().0);
+        let mut parts = chunks.iter().zip(queries);
+        for (codes, (query, weight)) in parts.by_ref().take(2) {
+            add(&mut sums, codes, query, weight);
+        }
+        if total(&sums) >= bound {
+            return None;
+        }
+        for (codes, (query, weight)) in parts {
+            add(&mut sums, codes, query, weight);
+        }
+        if !rest.is_empty() {
+            // Components beyond the last are 0 in the query and weigh nothing.
+            let mut codes = [0; LANES];
+            for (slot, &code) in codes.iter_mut().zip(rest) {
+                *slot = code;
+            }
+            let at = chunks.len() * LANES;
+            let query = self.query.get(at..).and_then(|q| q.first_chunk::<LANES>());
+            let weight = self.weight.get(at..).and_then(|w| w.first_chunk::<LANES>());
+            if let (Some(query), Some(weight)) = (query, weight) {
+                add(&mut sums, &codes, query, weight);
             }
         }
-        ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+        let sum = total(&sums);
+        if sum < bound { Some(sum) } else { None }
     }
 
     /// Bytes read for one distance.
     pub fn bytes(&self) -> usize {
         self.features
     }
+}
+
+/// Sums that a distance adds up side by side.
+const LANES: usize = 8;
+
+#[inline]
+fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], weight: &[f32; LANES]) {
+    for (((sum, &code), &q), &w) in sums.iter_mut().zip(codes).zip(query).zip(weight) {
+        let difference = q - f32::from(code as i8);
+        *sum += w * (difference * difference);
+    }
+}
+
+#[inline]
+fn total(sums: &[f32; LANES]) -> f32 {
+    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
 }
 
 /// How a search went.
@@ -149,6 +190,7 @@ impl Searcher {
             visited: &mut self.visited,
             effort: Effort::default(),
             left: 0,
+            next: 0,
         };
         if record.rows <= usize::from(limits.visits) {
             walk.start();
@@ -201,11 +243,14 @@ struct Walk<'a, 'db> {
     visited: &'a mut [u16; SLOTS],
     effort: Effort,
     left: u16,
+    /// Place in the pool before which every frame is expanded.
+    next: usize,
 }
 
 impl Walk<'_, '_> {
     fn start(&mut self) {
         self.pool.clear();
+        self.next = 0;
         *self.visited = [NONE; SLOTS];
         self.left = self.limits.visits.min(MAX_VISITS);
     }
@@ -242,7 +287,11 @@ impl Walk<'_, '_> {
     }
 
     fn run(&mut self) {
-        while let Some(nearest) = self.pool.iter_mut().find(|n| !n.expanded) {
+        while let Some(nearest) = self.pool.get_mut(self.next) {
+            self.next += 1;
+            if nearest.expanded {
+                continue;
+            }
             nearest.expanded = true;
             let row = usize::from(nearest.row);
             self.effort.bytes += 16;
@@ -296,14 +345,18 @@ impl Walk<'_, '_> {
     fn measure(&mut self, row: u16) {
         self.effort.visits += 1;
         self.effort.bytes += self.metric.bytes() as u32;
-        let distance2 = self.metric.distance2(self.database.feature(self.class.first_row + usize::from(row)));
-        if self.pool.len() == self.limits.pool {
-            match self.pool.last() {
-                Some(worst) if distance2 < worst.distance2 => drop(self.pool.pop()),
-                _ => return,
-            }
+        let full = self.pool.len() >= self.limits.pool;
+        let bound = match self.pool.last() {
+            Some(worst) if full => worst.distance2,
+            _ => f32::INFINITY,
+        };
+        let stored = self.database.feature(self.class.first_row + usize::from(row));
+        let Some(distance2) = self.metric.distance2_below(stored, bound) else { return };
+        if full {
+            let _ = self.pool.pop();
         }
         let at = self.pool.partition_point(|n| n.distance2 <= distance2);
+        self.next = self.next.min(at);
         // There is room: the pool is shorter than its limit, which is at most its capacity.
         let _ = self.pool.insert(at, Neighbor { distance2, row, expanded: false });
     }
