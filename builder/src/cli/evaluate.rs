@@ -14,7 +14,7 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, ablation, knn, compression
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -79,10 +79,11 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,
+        "exact" => loo::exact(corpus, &options)?,
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, ablation, knn, compression"),
+        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression"),
     };
     evaluation.write(&args.output)?;
     if args.json {

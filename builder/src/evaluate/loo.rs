@@ -13,12 +13,14 @@ use crate::{
     body::Body,
     build::{BuildError, BuildOptions, build},
     corpus::{Corpus, Cycle},
+    pair::Scheme,
     report::{
         html::Figure,
         plot::{self, Labels},
         progress, table,
     },
     stream::{Request, Streamed, stream},
+    synth::affine,
 };
 
 /// What is held out, and what is compared.
@@ -70,7 +72,7 @@ pub fn default_configs() -> Vec<(String, Config)> {
     vec![
         ("mixture".into(), Config::new()),
         ("mixture-paper".into(), Config::paper()),
-        ("mixture-normalised".into(), Config::new().ridge(Ridge::Normalised).lambda(1.0)),
+        ("mixture-normalised".into(), Config::new().ridge(Ridge::Normalised).lambda(1.0).kappa(4.0).rho(0.7)),
     ]
 }
 
@@ -94,6 +96,24 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         keys: vec!["method"],
         rows,
         figures,
+    })
+}
+
+/// The same on pairs made by rule from the clips of one style: the true answer is known.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn exact(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let pairs = affine::pairs(corpus, options.from, &affine::Options::default())?;
+    let build = BuildOptions { pairing: Scheme::Take, ..options.build.clone() };
+    let options = LooOptions { from: 0, to: vec![1], exact: true, build, ..options.clone() };
+    let evaluation = evaluate(&pairs.corpus, &options)?;
+    Ok(Evaluation {
+        what: "exact",
+        about: "Every clip of the style has an output made by rule: an affine map of each dof on a warped timeline. The \
+                truth is exact, so a method that averages gains nothing by it."
+            .into(),
+        ..evaluation
     })
 }
 
