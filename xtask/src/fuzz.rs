@@ -3,7 +3,7 @@
 //! cargo-fuzz needs a nightly compiler for its coverage flags. The sanitizers stay off: there is no `unsafe` to
 //! watch, and without them a target runs several times as many inputs.
 
-use std::path::Path;
+use std::{path::Path, process::Command};
 
 use anyhow::{Result, bail};
 
@@ -25,7 +25,7 @@ pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
     if let (Some(only), true) = (only, targets.is_empty()) {
         bail!("there is no fuzz target `{only}`: they are the files in */fuzz/fuzz_targets");
     }
-    if let Some(missing) = missing(setup)? {
+    if let Some(missing) = missing(setup) {
         return Ok(Outcome::Skipped(missing));
     }
     let mut failed = Vec::new();
@@ -80,21 +80,31 @@ fn targets(krate: &str) -> Vec<String> {
     names
 }
 
-/// What is missing for cargo-fuzz, after installing it where that is wanted.
-fn missing(setup: bool) -> Result<Option<String>> {
+/// What is missing for cargo-fuzz, after trying to install it where that is wanted.
+fn missing(setup: bool) -> Option<String> {
     let nightly = || answer(nightly_cargo().arg("--version")).is_some();
     let cargo_fuzz = || answer(cargo().args(["fuzz", "--version"])).is_some();
+    let install = |mut command: Command| {
+        if let Err(e) = run_command(&mut command) {
+            println!("{e:#}");
+        }
+    };
     if setup && !nightly() {
-        run_command(command("rustup").args(["toolchain", "install", "nightly", "--profile", "minimal"]))?;
+        let mut rustup = command("rustup");
+        rustup.args(["toolchain", "install", "nightly", "--profile", "minimal"]);
+        install(rustup);
     }
     if setup && !cargo_fuzz() {
-        run_command(cargo().args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR"))?;
+        let mut cargo = cargo();
+        // Built apart from the workspace's products, and kept by nobody.
+        cargo.args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR");
+        install(cargo);
     }
-    Ok(match (nightly(), cargo_fuzz()) {
+    match (nightly(), cargo_fuzz()) {
         (true, true) => None,
         (false, _) => Some("no nightly toolchain (`cargo xtask fuzz --setup` installs it)".into()),
         (true, false) => Some("no cargo-fuzz (`cargo xtask fuzz --setup` installs it)".into()),
-    })
+    }
 }
 
 #[cfg(test)]
