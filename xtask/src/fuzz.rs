@@ -1,7 +1,8 @@
 //! `cargo xtask fuzz`: every target of `core/fuzz` and `builder/fuzz`, for a while each.
 //!
 //! cargo-fuzz needs a nightly compiler for its coverage flags. The sanitizers stay off: there is no `unsafe` to
-//! watch, and without them a target runs several times as many inputs.
+//! watch, and without them a target runs several times as many inputs. A target starts from the files in
+//! `fuzz/seeds/TARGET` and puts the words of `fuzz/TARGET.dict` into its inputs, where there are such.
 
 use std::{path::Path, process::Command};
 
@@ -51,8 +52,17 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
         .arg(&folder)
         .arg("--target-dir")
         .arg(target_dir().join("fuzz"))
-        .arg(target);
+        .arg(target)
+        .arg(corpus);
+    let seeds = folder.join("seeds").join(target);
+    if seeds.is_dir() {
+        command.arg(seeds);
+    }
     command.args(["--", &format!("-max_total_time={seconds}"), "-timeout=10", "-rss_limit_mb=2048"]);
+    let dictionary = folder.join(target).with_extension("dict");
+    if dictionary.is_file() {
+        command.arg(format!("-dict={}", dictionary.display()));
+    }
     run_command(command.current_dir(root().join(krate)))
 }
 
