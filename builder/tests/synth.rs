@@ -4,7 +4,9 @@
 use gestus_builder::{
     build::{BuildOptions, build},
     corpus::Example,
+    landmarks::Landmarks,
     motion::Frame,
+    segment::gait_cycles,
     synth::{
         self, ACTIONS, BALL_HEIGHT_M, Options, STYLES, SynthError,
         affine::{self, pairs},
@@ -170,6 +172,26 @@ fn timelines_are_whole_and_strikes_alternate() {
 }
 
 #[test]
+fn segmentation_finds_the_strikes_of_walks() {
+    let landmarks = Landmarks::find(&synth::skeleton()).unwrap();
+    for style in STYLES {
+        let example = one(23, "walk", style);
+        let found = gait_cycles(&example.clip, &landmarks);
+        let errors: Vec<f64> = found
+            .iter()
+            .map(|f| {
+                let nearest = example.cycles.iter().map(|c| (c.knots[0] - f.knots[0]).abs());
+                nearest.fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        assert!(found.len() + 2 >= example.cycles.len(), "{style}: {} found", found.len());
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        // The feet are farthest apart about when the heel strikes: within a tenth of a second.
+        assert!(mean < 3.0, "{style}: {mean} frames");
+    }
+}
+
+#[test]
 fn runs_fly_and_walks_do_not() {
     let flight =
         |e: &Example| e.contacts.iter().filter(|c| !c[0] && !c[1]).count() as f64 / e.contacts.len() as f64;
@@ -320,10 +342,11 @@ fn affine_answers_are_exact() {
             }
         }
         // The output clip passes through them, when it should.
-        for (frame, &position) in answer.frames.iter().zip(&answer.positions) {
+        let last = (output.clip.frames.len() - 1) as f64;
+        for (frame, &position) in answer.frames.iter().zip(&answer.positions).filter(|p| *p.1 <= last) {
             let shown = output.clip.at(position).positions(&output.clip.skeleton);
             for (a, b) in shown.iter().zip(frame.positions(&output.clip.skeleton)) {
-                assert!((a - b).norm() < 0.06);
+                assert!((a - b).norm() < 0.03);
             }
         }
         // And cycles say the same as the warp, to a tenth of a frame.

@@ -450,6 +450,15 @@ fn flags_and_graph() {
     flags("unknown", 0, 0x80);
     flags("a first row that follows", own.first_row, flag::FOLLOWS);
     flags("a row from nowhere", row + 1, database().flags(row + 1) & !flag::FOLLOWS);
+    // A row before the first cycle that a search may return, and that is counted.
+    let early = own.first_row + 1;
+    assert!(database().cycle_of(1, early).is_none());
+    let mut counted = blob().to_vec();
+    counted[patch::section(blob(), section::FLAGS).start + early] |= flag::SEARCHABLE;
+    let count = patch::section(blob(), section::CLASSES).start + class::LENGTH + class::SEARCHABLE.start;
+    counted[count..count + 2].copy_from_slice(&(own.searchable as u16 + 1).to_le_bytes());
+    patch::repair(&mut counted);
+    refuses("in no cycle", &counted, value(section::FLAGS, early));
     // Its cycle has no output in one style.
     let cycle = database().cycle_of(1, row).unwrap();
     let unpaired = patched(blob(), section::PAIRS, 2 * (cycle * 2 + 1), &NONE.to_le_bytes());

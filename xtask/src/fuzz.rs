@@ -1,9 +1,10 @@
 //! `cargo xtask fuzz`: every target of `core/fuzz` and `builder/fuzz`, for a while each.
 //!
 //! cargo-fuzz needs a nightly compiler for its coverage flags. The sanitizers stay off: there is no `unsafe` to
-//! watch, and without them a target runs several times as many inputs.
+//! watch, and without them a target runs several times as many inputs. A target starts from the files in
+//! `fuzz/seeds/TARGET` and puts the words of `fuzz/TARGET.dict` into its inputs, where there are such.
 
-use std::path::Path;
+use std::{path::Path, process::Command};
 
 use anyhow::{Result, bail};
 
@@ -25,7 +26,7 @@ pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
     if let (Some(only), true) = (only, targets.is_empty()) {
         bail!("there is no fuzz target `{only}`: they are the files in */fuzz/fuzz_targets");
     }
-    if let Some(missing) = missing(setup)? {
+    if let Some(missing) = missing(setup) {
         return Ok(Outcome::Skipped(missing));
     }
     let mut failed = Vec::new();
@@ -51,8 +52,17 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
         .arg(&folder)
         .arg("--target-dir")
         .arg(target_dir().join("fuzz"))
-        .arg(target);
+        .arg(target)
+        .arg(corpus);
+    let seeds = folder.join("seeds").join(target);
+    if seeds.is_dir() {
+        command.arg(seeds);
+    }
     command.args(["--", &format!("-max_total_time={seconds}"), "-timeout=10", "-rss_limit_mb=2048"]);
+    let dictionary = folder.join(target).with_extension("dict");
+    if dictionary.is_file() {
+        command.arg(format!("-dict={}", dictionary.display()));
+    }
     run_command(command.current_dir(root().join(krate)))
 }
 
@@ -80,21 +90,31 @@ fn targets(krate: &str) -> Vec<String> {
     names
 }
 
-/// What is missing for cargo-fuzz, after installing it where that is wanted.
-fn missing(setup: bool) -> Result<Option<String>> {
+/// What is missing for cargo-fuzz, after trying to install it where that is wanted.
+fn missing(setup: bool) -> Option<String> {
     let nightly = || answer(nightly_cargo().arg("--version")).is_some();
     let cargo_fuzz = || answer(cargo().args(["fuzz", "--version"])).is_some();
+    let install = |mut command: Command| {
+        if let Err(e) = run_command(&mut command) {
+            println!("{e:#}");
+        }
+    };
     if setup && !nightly() {
-        run_command(command("rustup").args(["toolchain", "install", "nightly", "--profile", "minimal"]))?;
+        let mut rustup = command("rustup");
+        rustup.args(["toolchain", "install", "nightly", "--profile", "minimal"]);
+        install(rustup);
     }
     if setup && !cargo_fuzz() {
-        run_command(cargo().args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR"))?;
+        let mut cargo = cargo();
+        // Built apart from the workspace's products, and kept by nobody.
+        cargo.args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR");
+        install(cargo);
     }
-    Ok(match (nightly(), cargo_fuzz()) {
+    match (nightly(), cargo_fuzz()) {
         (true, true) => None,
         (false, _) => Some("no nightly toolchain (`cargo xtask fuzz --setup` installs it)".into()),
         (true, false) => Some("no cargo-fuzz (`cargo xtask fuzz --setup` installs it)".into()),
-    })
+    }
 }
 
 #[cfg(test)]

@@ -238,7 +238,7 @@ impl Act {
                 let ([x, z], heading) = path.at(self.canonical(0.5));
                 let height = (0.55 + 0.06 * self.aim[0]) * (0.35 + 0.65 * self.strength);
                 let drop = STAND_M - HIP_DROP_M - ANKLE_HEIGHT_M - height;
-                let away = ((0.93 * (THIGH_M + SHIN_M)).powi(2) - drop.powi(2)).max(0.04).sqrt();
+                let away = ((0.96 * (THIGH_M + SHIN_M)).powi(2) - drop.powi(2)).max(0.04).sqrt();
                 let target = about_y(heading + 0.2 * self.aim[1]) * Vector3::new(-0.03, 0.0, away);
                 let throw = Vector3::new(x + target.x - last.place[0], height, z + target.z - last.place[1]);
                 leave(&mut feet[1], self.canonical(0.2), self.canonical(0.28), 0.5, swing(0.16, throw));

@@ -156,7 +156,9 @@ fn answer(input: &Example, body: &Body, map: &Map, options: &Options, shift: f64
             ground = [ground[0] + way.x, ground[1] + way.z];
             heading += y[dof::YAW] / rate_hz;
         }
-        answer.frames.push(body.pose(&y, ground, heading));
+        // The map may turn the hips line a little: the pose is turned back, so that velocities stay exact.
+        let turned = body.heading(&body.pose(&y, ground, 0.0));
+        answer.frames.push(body.pose(&y, ground, heading - turned));
         answer.positions.push(position);
         answer.steps_s.push(step / rate_hz);
     }

@@ -141,13 +141,17 @@ pub fn pose(
         let hang = std::f64::consts::FRAC_PI_2 - arm(ABDUCT);
         rotations[first] = about_y(-sign * arm(FORWARD)) * about_z(sign * arm(RAISE));
         rotations[first + 1] = about_x(-arm(SWING)) * about_z(-sign * hang) * about_x(arm(TWIST));
-        // Elbows bend one way only, however small their sum: never below 0, and smoothly so.
-        let elbow = 0.5 * (arm(ELBOW) + arm(ELBOW).hypot(0.06));
-        rotations[first + 2] = about_y(-sign * elbow);
+        rotations[first + 2] = about_y(-sign * elbow(arm(ELBOW)));
         rotations[first + 3] = about_z(-sign * arm(HAND));
         leg(skeleton, side, root, heading, &feet[side], &mut rotations);
     }
     Frame { root, rotations }
+}
+
+/// A sum of elbow angles as an elbow can show it: never below 0, never far above 2.3, smoothly so.
+fn elbow(sum: f64) -> f64 {
+    let bent = 0.5 * (sum + sum.hypot(0.06));
+    if bent < 1.6 { bent } else { 1.6 + 0.7 * ((bent - 1.6) / 0.7).tanh() }
 }
 
 /// Sets the rotations of a leg so that its ankle is where the foot is planned.
@@ -164,13 +168,14 @@ fn leg(
     let reach = foot.ankle - hip;
     let distance = reach.norm().clamp(0.2, 0.9999 * (THIGH_M + SHIN_M));
     let along = reach.normalize();
-    // Knees point between where the body and where the foot faces.
-    let facing = about_y(heading + 0.5 * crate::body::wrap(foot.yaw - heading)) * Vector3::z();
-    let front = (facing - along * facing.dot(&along)).normalize();
+    // Knees point between where the body and where the foot faces: the hinge lies across that, so that a leg kicked
+    // forwards is no special case.
+    let across = about_y(heading + 0.5 * crate::body::wrap(foot.yaw - heading)) * Vector3::x();
+    let hinge = (across - along * across.dot(&along)).normalize();
+    let front = along.cross(&hinge);
     let share = (THIGH_M.powi(2) + distance.powi(2) - SHIN_M.powi(2)) / (2.0 * distance);
     let forwards = (THIGH_M.powi(2) - share.powi(2)).max(0.0).sqrt();
     let knee = along * share + front * forwards;
-    let hinge = (-along).cross(&front);
     let bone = |direction: Vector3<f64>| {
         let y = -direction.normalize();
         let basis = Matrix3::from_columns(&[hinge, y, hinge.cross(&y)]);

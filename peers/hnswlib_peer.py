@@ -1,0 +1,78 @@
+"""hnswlib on the points and queries that `peers --export DIR` writes.
+
+    pip install hnswlib numpy
+    cargo run --release -- --data FOLDER --export DIR
+    python hnswlib_peer.py DIR --recall 0.995
+
+Finds the smallest ef that reaches the recall (core's, from the table of `peers`) and prints
+`{"rows": [{"method": "hnswlib", ...}]}`. All queries of a class go to the library in one call on one thread, which
+spares it Python's share; the quickest of the rounds counts. Without hnswlib the list of rows is empty.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+import numpy as np
+
+try:
+    import hnswlib
+except ImportError:
+    hnswlib = None
+
+BREADTHS = [40, 44, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 384, 512, 1024]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--recall", type=float, default=0.985, help="recall to reach")
+    parser.add_argument("--rounds", type=int, default=5)
+    arguments = parser.parse_args()
+    if hnswlib is None:
+        print("hnswlib is not installed (pip install hnswlib): left out", file=sys.stderr)
+        print(json.dumps({"rows": []}))
+        return
+    points, of_class, ks, queries = (
+        np.load(arguments.folder / f"{name}.npy") for name in ["points", "class", "k", "queries"]
+    )
+    classes = []
+    for number, k in enumerate(ks.astype(int)):
+        mine = points[of_class == number]
+        if k == 0 or len(mine) == 0:
+            continue
+        index = hnswlib.Index(space="l2", dim=points.shape[1])
+        index.init_index(max_elements=len(mine), ef_construction=128, M=16, random_seed=1)
+        index.add_items(mine, num_threads=1)
+        index.set_num_threads(1)
+        exact = ((queries**2).sum(1)[:, None] - 2.0 * queries @ mine.T) + (mine**2).sum(1)
+        nearest = np.argpartition(exact, k - 1, axis=1)[:, :k]
+        distance = ((queries[:, None] - mine[nearest]) ** 2).sum(2)
+        classes.append((index, k, mine, distance.max(1) * (1 + 1e-5)))
+    recall = 0.0
+    for ef in BREADTHS:
+        hits = wanted = 0
+        for index, k, mine, radius in classes:
+            index.set_ef(max(ef, k))
+            found, _ = index.knn_query(queries, k=k, num_threads=1)
+            distance = ((queries[:, None] - mine[found.astype(int)]) ** 2).sum(2)
+            hits += np.minimum((distance <= radius[:, None]).sum(1), k).sum() / k
+            wanted += len(queries)
+        recall = hits / wanted
+        if recall >= arguments.recall:
+            break
+    best = np.full(len(classes), np.inf)
+    for _ in range(arguments.rounds):
+        for at, (index, k, _, _) in enumerate(classes):
+            start = time.perf_counter()
+            index.knn_query(queries, k=k, num_threads=1)
+            best[at] = min(best[at], time.perf_counter() - start)
+    us = best.sum() * 1e6 / (len(classes) * len(queries))
+    row = {"method": "hnswlib", "recall": round(float(recall), 4), "us_per_query": round(float(us), 3), "ef": ef}
+    print(json.dumps({"rows": [row]}))
+
+
+if __name__ == "__main__":
+    main()
