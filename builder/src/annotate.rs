@@ -432,8 +432,8 @@ mod tests {
         let cases = [
             ("ratee = 3", "unknown field `ratee`"),
             ("rate_hz = 0", "`rate_hz` is 0; expected frames a second"),
-            ("k = 0", "at least one neighbor"),
-            ("features = 0", "at least one component"),
+            ("build.window = 0", "1 to 8 frames"),
+            ("build.block_rows = 5", "a power of two"),
             ("unit = 'foot'", "`unit` is foot; expected m, cm"),
             ("patterns = ['{action}']", "both {action} and {style}"),
             ("patterns = ['{action}{style}']", "touch"),
@@ -441,7 +441,7 @@ mod tests {
             ("patterns = ['{action}_{style']", "without a closing one"),
             ("patterns = ['{action}_style}']", "without an opening one"),
             ("patterns = ['{action}_{action}_{style}']", "twice"),
-            ("pairing = 'best'", "unknown variant `best`"),
+            ("build.pairing = 'best'", "unknown variant `best`"),
             ("files.a = { action = '', style = 'x' }", "without action or style for a"),
         ];
         for (text, words) in cases {

@@ -19,7 +19,7 @@ pub struct Body {
     pub skeleton: Arc<Skeleton>,
     /// Joints that matter: feet, hips, groups.
     pub landmarks: Landmarks,
-    /// Mean local rotation of each joint; the root's without its heading. Shape [joints].
+    /// Mean local rotation of each joint; the root's without its heading. Shape `[joints]`.
     pub means: Vec<UnitQuaternion<f64>>,
     /// Direction from the right to the left hip joint in the root's frame, unit length.
     pub hips_line: Vector3<f64>,
@@ -65,7 +65,7 @@ impl Body {
         (-line.z).atan2(line.x)
     }
 
-    /// Dofs of every frame of a clip, shape [frames][D]. The velocities of the first frame are those of the second.
+    /// Dofs of every frame of a clip, shape `[frames][D]`. The velocities of the first frame are those of the second.
     pub fn clip_dofs(&self, clip: &Clip) -> Vec<Vec<f64>> {
         let headings: Vec<f64> = clip.frames.iter().map(|f| self.heading(f)).collect();
         (0..clip.frames.len())

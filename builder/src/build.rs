@@ -261,8 +261,9 @@ fn too_many(what: impl Into<String>, have: usize, most: usize, cure: &'static st
 
 /// The examples of actions that have every style, sorted by class and name.
 fn complete<'a>(corpus: &'a Corpus, notes: &mut Vec<String>) -> Result<Vec<&'a Example>, BuildError> {
-    let there =
-        |action: usize, style: usize| corpus.examples.iter().any(|e| (e.action, e.style) == (action, style));
+    let there = |action: usize, style: usize| {
+        corpus.examples.iter().any(|e| (e.action, e.style) == (action, style) && !e.cycles.is_empty())
+    };
     let mut kept = Vec::new();
     let mut missing = Vec::new();
     for (a, action) in corpus.actions.iter().enumerate() {

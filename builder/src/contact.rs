@@ -5,7 +5,7 @@
 
 use crate::{landmarks::Landmarks, motion::Clip};
 
-/// Which foot stands, left and right, in every frame. Shape [frames].
+/// Which foot stands, left and right, in every frame. Shape `[frames]`.
 pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
     let frames = positions.len();

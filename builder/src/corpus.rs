@@ -49,7 +49,7 @@ pub struct Example {
     pub style: usize,
     /// Which take it is; clips of one take show the same content in different styles. Empty where nothing is known.
     pub take: String,
-    /// Which foot stands, left and right. Shape [frames].
+    /// Which foot stands, left and right. Shape `[frames]`.
     pub contacts: Vec<[bool; 2]>,
     /// Its canonical timeline: cycles in order of time, not overlapping.
     pub cycles: Vec<Cycle>,

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
 use crate::{body::Body, motion::Clip};
 
-/// A window of joint positions, oldest frame first: shape [window · joints], metres.
+/// A window of joint positions, oldest frame first: shape `[window · joints]`, metres.
 pub type Cloud = Vec<Vector3<f64>>;
 
 /// The windows of a clip, one a frame, ending with that frame. The first frame stands in for those before it.
@@ -24,15 +24,15 @@ pub fn clouds(clip: &Clip, window: usize) -> Vec<Cloud> {
 pub struct FeatureSpace {
     /// Frames of a window.
     pub window: usize,
-    /// Mean cloud: weighted ground centroid at the origin, facing +Z. Shape [window · joints].
+    /// Mean cloud: weighted ground centroid at the origin, facing +Z. Shape `[window · joints]`.
     pub mean: Cloud,
-    /// Weight of each joint in the alignment, shape [joints].
+    /// Weight of each joint in the alignment, shape `[joints]`.
     pub align_weights: Vec<f64>,
     /// Joint group that each component looks at, ascending.
     pub groups: Vec<usize>,
-    /// Components, weights folded in; zero outside their group. Shape [features][window · joints · 3].
+    /// Components, weights folded in; zero outside their group. Shape `[features][window · joints · 3]`.
     pub components: Vec<Vec<f64>>,
-    /// Metres for one step of a stored i8, shape [features].
+    /// Metres for one step of a stored i8, shape `[features]`.
     pub scales: Vec<f64>,
 }
 

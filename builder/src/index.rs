@@ -16,13 +16,13 @@ const SLACK: f32 = 1.0;
 /// Stored features of a class and which of its frames a search may return.
 #[derive(Debug, Clone, Copy)]
 pub struct ClassFeatures<'a> {
-    /// Codes, shape [rows][features].
+    /// Codes, shape `[rows][features]`.
     pub codes: &'a [Vec<i8>],
-    /// Squared metres for a squared step, shape [features].
+    /// Squared metres for a squared step, shape `[features]`.
     pub weights: &'a [f32],
-    /// Shape [rows].
+    /// Shape `[rows]`.
     pub searchable: &'a [bool],
-    /// Whether the row before is the frame before, shape [rows].
+    /// Whether the row before is the frame before, shape `[rows]`.
     pub follows: &'a [bool],
 }
 

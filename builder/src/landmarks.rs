@@ -19,7 +19,7 @@ pub struct Landmarks {
     pub feet: [usize; 2],
     /// Toes, where the skeleton has them; the ankles otherwise.
     pub toes: [usize; 2],
-    /// Group of each joint: 0 trunk, legs and head, 1 left arm, 2 right arm. Shape [joints].
+    /// Group of each joint: 0 trunk, legs and head, 1 left arm, 2 right arm. Shape `[joints]`.
     pub groups: Vec<usize>,
 }
 

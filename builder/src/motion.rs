@@ -36,12 +36,12 @@ impl Skeleton {
 pub struct Frame {
     /// Root position in the world, metres.
     pub root: Vector3<f64>,
-    /// Joint rotations, [joints]; entry 0 is the root's orientation in the world.
+    /// Joint rotations, `[joints]`; entry 0 is the root's orientation in the world.
     pub rotations: Vec<UnitQuaternion<f64>>,
 }
 
 impl Frame {
-    /// World positions of all joints, metres, by forward kinematics. Shape [joints].
+    /// World positions of all joints, metres, by forward kinematics. Shape `[joints]`.
     pub fn positions(&self, skeleton: &Skeleton) -> Vec<Vector3<f64>> {
         let mut world = Vec::with_capacity(skeleton.joints());
         let mut positions = Vec::with_capacity(skeleton.joints());

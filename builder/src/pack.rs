@@ -37,7 +37,7 @@ pub struct PackedRows {
     pub bytes: Vec<u8>,
 }
 
-/// Packs rows, shape [rows][D], with one quantisation step a dof, in blocks of `block_rows` (a power of two).
+/// Packs rows, shape `[rows][D]`, with one quantisation step a dof, in blocks of `block_rows` (a power of two).
 ///
 /// # Errors
 /// [`PackError`] where a value is out of range.

@@ -79,7 +79,7 @@ pub struct CycleData<'a> {
     pub index: usize,
     /// Its timeline, in frames of the clip.
     pub cycle: &'a Cycle,
-    /// Dofs of the whole clip, shape [frames][D].
+    /// Dofs of the whole clip, shape `[frames][D]`.
     pub dofs: &'a [Vec<f64>],
 }
 
@@ -88,7 +88,7 @@ pub struct CycleData<'a> {
 pub struct Prototype {
     /// Class whose cycles it averages.
     pub class: usize,
-    /// Dofs, shape [frames][D]; two frames before phase 0 and one behind phase 1 belong to it.
+    /// Dofs, shape `[frames][D]`; two frames before phase 0 and one behind phase 1 belong to it.
     pub rows: Vec<Vec<f64>>,
     /// Its timeline in those rows.
     pub cycle: Cycle,

@@ -135,7 +135,7 @@ fn whole(clip: &Clip, reference: &Clip) -> Cycle {
     if knots.windows(2).all(|w| w[0] < w[1]) { Cycle { knots } } else { straight }
 }
 
-/// Mean rotation of each joint: the normalised sum of quaternions, each on the first one's side. Shape [joints].
+/// Mean rotation of each joint: the normalised sum of quaternions, each on the first one's side. Shape `[joints]`.
 fn middles(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
     (0..frames[0].rotations.len())
         .map(|j| {
@@ -151,7 +151,7 @@ fn middles(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
 }
 
 /// What is warped: height of the hips, and exponential maps of the joints about their means; where the body is and which
-/// way it faces don't count. Shape [frames x dofs].
+/// way it faces don't count. Shape `[frames x dofs]`.
 fn angles(frames: &[Frame], means: &[UnitQuaternion<f64>]) -> Vec<Vec<f64>> {
     frames
         .iter()

@@ -31,7 +31,7 @@ pub fn gait_cycles(clip: &Clip, landmarks: &Landmarks) -> Vec<Cycle> {
         .collect()
 }
 
-/// Left foot minus right foot along the heading, smoothed, metres. Shape [frames].
+/// Left foot minus right foot along the heading, smoothed, metres. Shape `[frames]`.
 pub fn separation(clip: &Clip, landmarks: &Landmarks) -> Vec<f64> {
     let raw: Vec<f64> = clip
         .frames

@@ -12,6 +12,8 @@ use crate::{
     translate::figures,
 };
 
+type Contacts = Vec<[bool; 2]>;
+
 /// A translated clip.
 #[derive(Debug)]
 pub struct Scene<'a> {
@@ -39,7 +41,7 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
         })
         .collect();
     // What the tracks borrow has to live until the page is rendered.
-    let parts: Vec<(Vec<[bool; 2]>, Vec<Frame>, Vec<[bool; 2]>)> = scenes
+    let parts: Vec<(Contacts, Vec<Frame>, Contacts)> = scenes
         .iter()
         .map(|scene| {
             let input =

@@ -6,7 +6,7 @@ use crate::{
     quaternion::{self, IDENTITY, Vector},
 };
 
-/// World positions of the joints, metres, shape [joints] (the first of `positions`; the rest is left alone).
+/// World positions of the joints, metres, shape `[joints]` (the first of `positions`; the rest is left alone).
 /// Cost: one quaternion product and one rotated vector a joint.
 pub fn positions<const J: usize>(database: &Database<'_>, pose: &Pose<J>, positions: &mut [Vector; J]) {
     let mut world = [IDENTITY; J];

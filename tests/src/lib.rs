@@ -1,6 +1,6 @@
 //! Whole-system tests of Gestus; helpers that they share.
 //!
-//! [`motion`] generates walks and databases of them, [`trace`] records what a stream computes, [`reference`] computes
+//! [`motion`] generates walks and databases of them, [`trace`] records what a stream computes, [`mod@reference`] computes
 //! the same slowly in `f64`, [`patch`] changes bytes of a blob and repairs its checksums.
 
 pub mod motion;

@@ -107,7 +107,7 @@ pub fn brute_force(db: &Database<'_>, class: usize, query: &[f32], searched: &[b
     all
 }
 
-/// The feature of a window of joint positions (oldest frame first, shape [window][joints]): eq. 1's closed form onto
+/// The feature of a window of joint positions (oldest frame first, shape `[window][joints]`): eq. 1's closed form onto
 /// the mean cloud, then the components.
 pub fn feature(db: &Database<'_>, window: &[Vec<Vector3<f64>>]) -> Vec<f64> {
     let c = db.counts();
@@ -223,7 +223,7 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     beta.dot(&asked) * s + p.rho * outside
 }
 
-/// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape [C].
+/// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.
 pub fn proportions(mean_distance2: &[(usize, f64)], delta: f64) -> Vec<(usize, f64)> {
     let least = mean_distance2.iter().map(|d| d.1).fold(f64::INFINITY, f64::min);
     let weights: Vec<(usize, f64)> =

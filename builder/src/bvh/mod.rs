@@ -151,12 +151,12 @@ impl Bvh {
         if (rate - rate.round()).abs() <= 1e-4 * rate { rate.round() } else { rate }
     }
 
-    /// The motion table, degrees and file units. Shape [frames x channels].
+    /// The motion table, degrees and file units. Shape `[frames x channels]`.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// One row of the motion table. Shape [channels].
+    /// One row of the motion table. Shape `[channels]`.
     pub fn row(&self, frame: usize) -> &[f64] {
         &self.values[frame * self.channels..(frame + 1) * self.channels]
     }

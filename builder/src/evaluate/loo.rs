@@ -270,7 +270,7 @@ struct Fold<'a> {
     truth_rows: Vec<Vec<f64>>,
 }
 
-/// Test clips: of each action in the style `from`, the first `folds` by name that are long enough to have a cycle.
+/// Test clips: of each action in the style `from`, the first `folds` by name.
 pub fn test_clips(corpus: &Corpus, from: usize, folds: usize) -> Vec<usize> {
     let mut tests = Vec::new();
     for action in 0..corpus.actions.len() {
@@ -313,8 +313,7 @@ pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
     test_clips(corpus, options.from, options.folds).len() * options.to.len()
 }
 
-/// The clips of an action and style, nearest first in mean speed and yaw rate to a clip; each number divided by its
-/// spread over the clips.
+/// The clips of an action and style, nearest first in mean speed (m/s) and yaw rate (rad/s) to a clip.
 fn by_content(corpus: &Corpus, body: &Body, test: usize, style: usize) -> Vec<usize> {
     let content = |i: usize| {
         let rows = body.clip_dofs(&corpus.examples[i].clip);

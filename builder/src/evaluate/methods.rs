@@ -4,17 +4,20 @@ use gestus_core::{Database, blob::Moment, knn::Neighbor};
 
 use crate::stream::Watcher;
 
+/// Neighbors of a class: its number, and row of the database and squared distance of each.
+pub type ClassNeighbors = (usize, Vec<(usize, f32)>);
+
 /// Keeps, for every frame, the neighbors of each class and the frame's variables.
 #[derive(Debug, Default)]
 pub struct Record {
     /// Neighbors of each class of each frame: row of the database, squared distance.
-    pub neighbors: Vec<Vec<(usize, Vec<(usize, f32)>)>>,
+    pub neighbors: Vec<Vec<ClassNeighbors>>,
     /// `x[t]` of each frame.
     pub x: Vec<Vec<f64>>,
     /// What was predicted, each frame.
     pub predicted: Vec<Vec<f64>>,
     first_rows: Vec<usize>,
-    current: Vec<(usize, Vec<(usize, f32)>)>,
+    current: Vec<ClassNeighbors>,
 }
 
 impl Record {

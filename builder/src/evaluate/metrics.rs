@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::{body::Body, corpus::Cycle};
 
-/// Joint positions of a pose, hips-centred and facing +Z, metres. Shape [joints].
+/// Joint positions of a pose, hips-centred and facing +Z, metres. Shape `[joints]`.
 pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
     let frame = body.pose(dofs, [0.0; 2], 0.0);
     let root = frame.root;

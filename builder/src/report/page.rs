@@ -35,7 +35,7 @@ pub struct Track<'a> {
 pub struct Proportions {
     /// Name of each class.
     pub labels: Vec<String>,
-    /// One row a frame of the last track, one value a class, each 0 to 1. Shape [frames x classes].
+    /// One row a frame of the last track, one value a class, each 0 to 1. Shape `[frames x classes]`.
     pub values: Vec<Vec<f32>>,
 }
 
@@ -120,7 +120,7 @@ struct TrackData<'a> {
     parents: Vec<i64>,
     /// Units of 100 microseconds; the first, then differences.
     times: Vec<i64>,
-    /// Millimetres, [frames x joints x 3]; the first frame, then differences.
+    /// Millimetres, `[frames x joints x 3]`; the first frame, then differences.
     positions: Vec<i64>,
     /// One digit a frame: left 1, right 2.
     contacts: String,
@@ -142,7 +142,7 @@ impl Serialize for TrackData<'_> {
 #[derive(Serialize)]
 struct ProportionsData<'a> {
     labels: &'a [String],
-    /// Thousandths, [frames x classes].
+    /// Thousandths, `[frames x classes]`.
     values: Vec<i64>,
 }
 

@@ -91,7 +91,7 @@ pub fn lines(labels: Labels<'_>, series: &[Series]) -> String {
     })
 }
 
-/// Bars: one group a name, one bar a series in each. `values` has shape [series][groups].
+/// Bars: one group a name, one bar a series in each. `values` has shape `[series][groups]`.
 pub fn bars(labels: Labels<'_>, groups: &[String], series: &[(String, Vec<f64>)]) -> String {
     let high =
         series.iter().flat_map(|s| &s.1).copied().filter(|v| v.is_finite()).fold(1e-9, f64::max) * 1.08;

@@ -52,9 +52,9 @@ impl Default for Options {
 /// The map: a scale and an offset for each dof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
-    /// Scales, shape [D].
+    /// Scales, shape `[D]`.
     pub scales: Vec<f64>,
-    /// Offsets in radians, metres for the height. Shape [D].
+    /// Offsets in radians, metres for the height. Shape `[D]`.
     pub offsets: Vec<f64>,
 }
 
@@ -88,9 +88,9 @@ impl Map {
 pub struct Answer {
     /// The pose, frame by frame of the input.
     pub frames: Vec<Frame>,
-    /// Where each input frame is in the output clip, in frames; ascending from 0. Shape [frames].
+    /// Where each input frame is in the output clip, in frames; ascending from 0. Shape `[frames]`.
     pub positions: Vec<f64>,
-    /// Output seconds from the frame before; those of the first frame are those of the second. Shape [frames].
+    /// Output seconds from the frame before; those of the first frame are those of the second. Shape `[frames]`.
     pub steps_s: Vec<f64>,
 }
 

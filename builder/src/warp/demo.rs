@@ -12,9 +12,9 @@ use super::{
 /// Two motions and the warp between them.
 #[derive(Debug, Clone)]
 pub struct KnownPair {
-    /// The first motion, [frames x dofs].
+    /// The first motion, `[frames x dofs]`.
     pub u: Vec<Vec<f64>>,
-    /// The second, [frames x dofs].
+    /// The second, `[frames x dofs]`.
     pub y: Vec<Vec<f64>>,
     /// Where each frame of the first is in the second.
     pub truth: Warp,

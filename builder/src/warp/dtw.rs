@@ -22,7 +22,7 @@ impl Constraint {
     }
 }
 
-/// Warps `u` onto `y`; both are [frames x dofs].
+/// Warps `u` onto `y`; both are `[frames x dofs]`.
 ///
 /// # Errors
 /// [`WarpError`] for motions that don't fit each other.

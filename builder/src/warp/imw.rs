@@ -1,7 +1,7 @@
 //! Iterative motion warping (paper 001, section 3).
 //!
 //! Minimises `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1) by turns: the time warp `W` over all dofs at once
-//! ([`repeat`](super::repeat)), then scale `a` and offset `b` of each dof alone ([`space`](super::space)). Each stage finds
+//! ([`repeat`]), then scale `a` and offset `b` of each dof alone ([`space`]). Each stage finds
 //! its global optimum, so that the objective never rises; it stops where it no longer falls. The differential time
 //! warp is the repetition vector divided by the slope limit (section 3.4); its integral is the [`Warp`].
 //!
@@ -33,13 +33,13 @@ pub struct Solution {
     pub warp: Warp,
     /// Differential time warp: frames of the second motion for each frame of the first, 1/s to s.
     pub differential: Vec<f64>,
-    /// The first motion under its space warp, not yet warped in time. Shape [frames x dofs].
+    /// The first motion under its space warp, not yet warped in time. Shape `[frames x dofs]`.
     pub warped: Vec<Vec<f64>>,
     /// The objective after each time warp; never rises but by rounding.
     pub objective: Vec<f64>,
 }
 
-/// Warps `u` onto `y`; both are [frames x dofs], and begin and end at the same moments.
+/// Warps `u` onto `y`; both are `[frames x dofs]`, and begin and end at the same moments.
 ///
 /// # Errors
 /// [`WarpError`] for motions that don't fit each other.

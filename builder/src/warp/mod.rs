@@ -1,6 +1,6 @@
 //! Time warps: which moment of one motion is which moment of another.
 //!
-//! A motion is a matrix of dofs, [frames x dofs], each dof scaled so that a difference of 1 means as much in one as in
+//! A motion is a matrix of dofs, `[frames x dofs]`, each dof scaled so that a difference of 1 means as much in one as in
 //! another ([`standardised`]). Both motions have to begin and end at the same moment of the action.
 //!
 //! - [`dtw`] is dynamic time warping: frames correspond where they are numerically alike. It is here to be

@@ -12,8 +12,8 @@ const HOLD: f64 = 1e-6;
 
 /// Scales and offsets of one dof, `[a, b]` a frame.
 ///
-/// `u`: the dof, [frames]; `counts`: repetitions, [frames]; `sums`: the sum of the lengthened `y` over each frame's
-/// repetitions, [frames]; `weights`: of the squared differences of scale and offset from frame to frame.
+/// `u`: the dof, `[frames]`; `counts`: repetitions, `[frames]`; `sums`: the sum of the lengthened `y` over each frame's
+/// repetitions, `[frames]`; `weights`: of the squared differences of scale and offset from frame to frame.
 pub fn fit(u: &[f64], counts: &[usize], sums: &[f64], weights: [f64; 2]) -> Vec<Vector2<f64>> {
     let frames = u.len();
     let smooth = Matrix2::new(weights[0], 0.0, 0.0, weights[1]);
