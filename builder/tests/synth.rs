@@ -3,6 +3,7 @@
 
 use gestus_builder::{
     build::{BuildOptions, build},
+    contact::contacts,
     corpus::Example,
     landmarks::Landmarks,
     motion::Frame,
@@ -186,8 +187,28 @@ fn segmentation_finds_the_strikes_of_walks() {
             .collect();
         assert!(found.len() + 2 >= example.cycles.len(), "{style}: {} found", found.len());
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        println!("{style}: {mean:.2} frames");
         // The feet are farthest apart about when the heel strikes: within a tenth of a second.
         assert!(mean < 3.0, "{style}: {mean} frames");
+    }
+}
+
+#[test]
+fn contacts_are_found_as_they_are() {
+    let landmarks = Landmarks::find(&synth::skeleton()).unwrap();
+    for action in ["walk", "run"] {
+        for style in STYLES {
+            let example = one(29, action, style);
+            let found = contacts(&example.clip, &landmarks);
+            let both = |of: &dyn Fn(&[bool; 2], &[bool; 2], usize) -> bool| {
+                let pairs = found.iter().zip(&example.contacts);
+                pairs.flat_map(|(f, c)| [of(f, c, 0), of(f, c, 1)]).filter(|&b| b).count() as f64
+            };
+            let (hits, said) = (both(&|f, c, s| f[s] && c[s]), both(&|f, _, s| f[s]));
+            let score = 2.0 * hits / (said + both(&|_, c, s| c[s]));
+            println!("{action} {style}: F1 {score:.3}");
+            assert!(score > 0.8, "{action} {style}: F1 {score}");
+        }
     }
 }
 
