@@ -3,6 +3,7 @@
 
 use gestus_builder::{
     build::{BuildOptions, build},
+    contact::contacts,
     corpus::Example,
     landmarks::Landmarks,
     motion::Frame,
@@ -188,6 +189,27 @@ fn segmentation_finds_the_strikes_of_walks() {
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         // The feet are farthest apart about when the heel strikes: within a tenth of a second.
         assert!(mean < 3.0, "{style}: {mean} frames");
+    }
+}
+
+#[test]
+fn contacts_are_found_as_they_are() {
+    let landmarks = Landmarks::find(&synth::skeleton()).unwrap();
+    for action in ["walk", "run"] {
+        for style in STYLES {
+            let example = one(29, action, style);
+            let found = contacts(&example.clip, &landmarks);
+            let (mut hits, mut said, mut there) = (0.0, 0.0, 0.0);
+            for (f, c) in found.iter().zip(&example.contacts) {
+                for side in [0, 1] {
+                    hits += f64::from(f[side] && c[side]);
+                    said += f64::from(f[side]);
+                    there += f64::from(c[side]);
+                }
+            }
+            let score = 2.0 * hits / (said + there);
+            assert!(score > 0.8, "{action} {style}: F1 {score}");
+        }
     }
 }
 

@@ -6,7 +6,8 @@
 //!
 //! Motion goes on: the successors of the last frame's neighbors are most of this frame's neighbors (82% on real
 //! clips), so the pool starts with them and a few fixed entry points. Where they turn out far away (the input
-//! has jumped) the class is searched again, from frames spread evenly over it.
+//! has jumped), or few of the neighbors found come from them (the stream has come from elsewhere), the search goes on
+//! from frames spread evenly over the class.
 //!
 //! Cost: at most `visits` distances a class, twice that after a jump; a distance reads one byte a component.
 
@@ -27,6 +28,8 @@ pub const MAX_VISITS: u16 = 448;
 const SLOTS: usize = 512;
 /// Frames that a search without neighbors to go on from starts with.
 const SPREAD: usize = 96;
+/// A stream is lost where fewer than one in so many neighbors are the successors of the last ones.
+const LOST: usize = 2;
 
 /// A frame seen by the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +40,8 @@ pub struct Neighbor {
     /// Row within the class.
     pub row: u16,
     expanded: bool,
+    /// It is where a neighbor of the last frame went.
+    followed: bool,
 }
 
 /// The query, ready to be compared with stored features.
@@ -191,6 +196,7 @@ impl Searcher {
             effort: Effort::default(),
             left: 0,
             next: 0,
+            following: false,
         };
         if record.rows <= usize::from(limits.visits) {
             walk.start();
@@ -200,14 +206,16 @@ impl Searcher {
             let mut fresh = last.is_empty();
             if !fresh {
                 walk.start();
+                walk.following = true;
                 walk.seed_successors(last);
+                walk.following = false;
                 walk.seed_all(database.entries(class));
                 walk.run();
-                fresh = mean(walk.pool, k) > limits.jump * last_mean;
+                fresh = mean(walk.pool, k) > limits.jump * last_mean || walk.is_lost(k);
                 walk.effort.restarted = fresh;
             }
             if fresh {
-                walk.start();
+                walk.start_again();
                 walk.seed_all(database.entries(class));
                 walk.seed_spread();
                 walk.run();
@@ -245,6 +253,8 @@ struct Walk<'a, 'db> {
     left: u16,
     /// Place in the pool before which every frame is expanded.
     next: usize,
+    /// What is visited now is where the neighbors of the last frame went.
+    following: bool,
 }
 
 impl Walk<'_, '_> {
@@ -253,6 +263,17 @@ impl Walk<'_, '_> {
         self.next = 0;
         *self.visited = [NONE; SLOTS];
         self.left = self.limits.visits.min(MAX_VISITS);
+    }
+
+    /// Leave for as many visits again. What was seen stays, as long as the visited set has room.
+    fn start_again(&mut self) {
+        let seen = u16::try_from(self.effort.visits).unwrap_or(u16::MAX);
+        let room = MAX_VISITS.saturating_sub(seen);
+        if seen == 0 || room < MAX_VISITS / 2 {
+            self.start();
+        } else {
+            self.left = self.limits.visits.min(room);
+        }
     }
 
     fn pool_whole(&mut self) {
@@ -284,6 +305,12 @@ impl Walk<'_, '_> {
                 self.visit(row as u16);
             }
         }
+    }
+
+    /// Hardly any neighbor is where those of the last frame went: the stream has come from elsewhere.
+    fn is_lost(&self, k: usize) -> bool {
+        let nearest = self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]);
+        nearest.iter().filter(|n| n.followed).count() * LOST < k
     }
 
     fn run(&mut self) {
@@ -358,6 +385,34 @@ impl Walk<'_, '_> {
         let at = self.pool.partition_point(|n| n.distance2 <= distance2);
         self.next = self.next.min(at);
         // There is room: the pool is shorter than its limit, which is at most its capacity.
-        let _ = self.pool.insert(at, Neighbor { distance2, row, expanded: false });
+        let _ = self.pool.insert(at, Neighbor { distance2, row, expanded: false, followed: self.following });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn early_exit_tells_the_same_as_the_whole_sum() {
+        for features in [7, 8, 16, 17, 24, 31, 32] {
+            let mut metric = Metric { query: [0.0; MAX_FEATURES], weight: [0.0; MAX_FEATURES], features };
+            let mut codes = [0u8; MAX_FEATURES];
+            for f in 0..features {
+                metric.query[f] = (f as f32 * 2.7).sin() * 100.0;
+                metric.weight[f] = 1.0 / (1.0 + f as f32);
+                codes[f] = ((f as f32 * 1.3).cos() * 120.0) as i8 as u8;
+            }
+            let stored = codes.get(..features).unwrap_or(&[]);
+            let whole = metric.distance2(stored);
+            let plain: f32 = (0..features)
+                .map(|f| metric.weight[f] * (metric.query[f] - f32::from(codes[f] as i8)).powi(2))
+                .sum();
+            assert!((whole - plain).abs() <= 1e-5 * plain, "{features}: {whole} against {plain}");
+            for bound in [0.0, whole * 0.3, whole * 0.9, whole, whole * 1.000_001, whole * 2.0] {
+                let expected = (whole < bound).then_some(whole);
+                assert_eq!(metric.distance2_below(stored, bound), expected, "{features} features, {bound}");
+            }
+        }
     }
 }

@@ -16,7 +16,8 @@
 //! pairs whose answer is also an affine map of the dofs.
 //!
 //! Everything is drawn from ChaCha8 streams of the seed: the same seed gives the same corpus, on any machine up to
-//! the last bits of its trigonometric functions. Cost: about 20 microseconds a frame.
+//! the last bits of its trigonometric functions. Cost: about 25 microseconds a
+//! frame in a debug build.
 
 use nalgebra::Vector3;
 use thiserror::Error;
