@@ -31,7 +31,7 @@ struct Arguments {
     #[arg(long, default_value_t = 40)]
     k: usize,
     /// Pool of core's search.
-    #[arg(long, default_value_t = 64)]
+    #[arg(long, default_value_t = 40)]
     pool: usize,
     /// Most visits of core's search.
     #[arg(long, default_value_t = 320)]
