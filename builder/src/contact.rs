@@ -3,7 +3,11 @@
 //! A foot stands where the lower of ankle and toe, less its usual height over the floor, is low and slow; with
 //! hysteresis, so that noise does not make it flicker. Thresholds follow the size of the body.
 
-use crate::{landmarks::Landmarks, motion::Clip};
+use crate::{
+    corpus::{Cycle, Example},
+    landmarks::Landmarks,
+    motion::Clip,
+};
 
 /// Which foot stands, left and right, in every frame. Shape `[frames]`.
 pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
@@ -61,4 +65,54 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
             }
         }
     }
+}
+
+/// Marks of a canonical timeline.
+const MARKS: usize = 48;
+
+/// Annotates the canonical timeline of every action in every style, and carries it to the clips: at each phase a foot
+/// stands where it stands in most cycles (paper 000, section 4). Outside of the cycles the clip's own contacts stay.
+///
+/// One clip's noise then labels no frame of its own; what a style does at a phase, it does in all its cycles.
+pub fn carry(examples: &mut [Example]) {
+    let mut classes: Vec<(usize, usize)> = examples.iter().map(|e| (e.action, e.style)).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    for class in classes {
+        let mut stands = [[0.0f64; 2]; MARKS];
+        let mut seen = [0.0f64; MARKS];
+        for example in examples.iter().filter(|e| (e.action, e.style) == class) {
+            for (frame, phase) in phases(example) {
+                let mark = mark(phase);
+                seen[mark] += 1.0;
+                for side in [0, 1] {
+                    stands[mark][side] += f64::from(u8::from(example.contacts[frame][side]));
+                }
+            }
+        }
+        for example in examples.iter_mut().filter(|e| (e.action, e.style) == class) {
+            for (frame, phase) in phases(example) {
+                let mark = mark(phase);
+                // A few cycles leave no majority to speak of.
+                if seen[mark] >= 3.0 {
+                    example.contacts[frame] = stands[mark].map(|s| s > 0.5 * seen[mark]);
+                }
+            }
+        }
+    }
+}
+
+fn mark(phase: f64) -> usize {
+    ((phase * MARKS as f64) as usize).min(MARKS - 1)
+}
+
+/// The frames of a clip that lie in a cycle, with their phases.
+fn phases(example: &Example) -> Vec<(usize, f64)> {
+    let frames = example.clip.frames.len();
+    let of = |c: &Cycle| {
+        let (start, end) = c.span();
+        let range = start.ceil().max(0.0) as usize..(end.ceil().max(0.0) as usize).min(frames);
+        range.map(|f| (f, c.phase(f as f64))).collect::<Vec<_>>()
+    };
+    example.cycles.iter().flat_map(of).collect()
 }

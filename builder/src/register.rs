@@ -93,6 +93,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
             take: performance.take,
         });
     }
+    contact::carry(&mut corpus.examples);
     Ok((corpus, warnings))
 }
 

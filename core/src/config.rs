@@ -99,7 +99,7 @@ impl Config {
             kappa: 0.25,
             rho: 0.5,
             visits: 320,
-            pool: 64,
+            pool: 40,
             jump: 4.0,
             timing: Timing::Free,
             timing_width: 0.5,

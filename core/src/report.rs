@@ -16,7 +16,7 @@ impl Degraded {
     pub const CLASSES: Self = Self(4);
     /// A prediction was not finite or far out of range: the input was passed through in its place.
     pub const PREDICTION: Self = Self(8);
-    /// A class was searched anew, because the input has jumped.
+    /// A class that has weight was searched anew, because the input has jumped.
     pub const JUMP: Self = Self(16);
 
     /// The flags, by name.

@@ -291,8 +291,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             jump: self.config.jump,
         };
         let counts = *self.database.counts();
-        let slots = self.neighbors.iter_mut().zip(&mut self.mean_distance2);
-        for (class, (neighbors, mean)) in slots.enumerate().take(counts.classes) {
+        let mut jumps = [false; C];
+        let slots = self.neighbors.iter_mut().zip(&mut self.mean_distance2).zip(&mut jumps);
+        for (class, ((neighbors, mean), jumped)) in slots.enumerate().take(counts.classes) {
             if !matches(self.database.class(class), self.action, self.input_style) {
                 neighbors.clear();
                 *mean = NOT_SEARCHED;
@@ -311,7 +312,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             report.visits += effort.visits;
             report.bytes_read += effort.bytes;
             report.degraded.set(Degraded::VISITS, effort.capped);
-            report.degraded.set(Degraded::JUMP, effort.restarted);
+            *jumped = effort.restarted;
             observer.searched(class, found, *mean);
         }
         let (most, means) =
@@ -319,6 +320,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let cut =
             mixture::proportions(means, self.config.delta, self.config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
+        // Far classes are found anew all the time; that counts where it is heard.
+        let jumped = report.classes.iter().any(|s| jumps.get(usize::from(s.class)).copied().unwrap_or(false));
+        report.degraded.set(Degraded::JUMP, jumped);
         report.distance2 =
             report.classes.first().and_then(|s| means.get(usize::from(s.class))).copied().unwrap_or(0.0);
         self.reader.start();

@@ -1,0 +1,182 @@
+//! Real clips: what only they can show. Skipped where `../shared/data` is not beside the repository.
+
+use std::path::{Path, PathBuf};
+
+use gestus_builder::{
+    annotate::Config as Clips,
+    body::{Body, wrap},
+    build::{BuildOptions, build},
+    corpus::Corpus,
+    evaluate::metrics::{centred, joint_distance},
+    load::load,
+    motion::{Clip, Frame},
+    stream::{Request, Streamed, stream},
+};
+use gestus_core::{Config, Database, blob::layout::dof};
+
+/// The clips of the figures in METHODS, where they are.
+fn corpus(actions: &[&str]) -> Option<Corpus> {
+    let root = std::env::var_os("GESTUS_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
+    let data = root.join("bandai-namco-2");
+    if !data.is_dir() {
+        println!("skipped: real clips are missing (set GESTUS_DATA to their folder)");
+        return None;
+    }
+    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+    let styles = list(&["normal", "active", "elderly", "feminine"]);
+    let loaded = load(&Clips { data: Some(data), actions: list(actions), styles, ..Clips::default() });
+    Some(loaded.expect("the real clips load").corpus)
+}
+
+fn find(corpus: &Corpus, name: &str) -> usize {
+    corpus.examples.iter().position(|e| e.clip.name.ends_with(name)).expect("the clip is there")
+}
+
+/// Poses of dofs, walked on from the origin.
+fn walked(body: &Body, like: &Clip, rows: &[Vec<f64>]) -> Clip {
+    let (mut ground, mut heading) = ([0.0, 0.0], 0.0);
+    let frames: Vec<Frame> = rows
+        .iter()
+        .map(|row| {
+            let (s, c) = f64::sin_cos(heading);
+            let seconds = 1.0 / like.rate_hz;
+            ground[0] += (s * row[dof::FORWARD] + c * row[dof::LEFT]) * seconds;
+            ground[1] += (c * row[dof::FORWARD] - s * row[dof::LEFT]) * seconds;
+            heading = wrap(heading + row[dof::YAW] * seconds);
+            body.pose(row, ground, heading)
+        })
+        .collect();
+    Clip { frames, ..like.clone() }
+}
+
+fn output_rows(body: &Body, like: &Clip, streamed: &Streamed) -> Vec<Vec<f64>> {
+    body.clip_dofs(&Clip { frames: streamed.steps.iter().map(|s| s.frame.clone()).collect(), ..like.clone() })
+}
+
+#[test]
+fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
+    let Some(corpus) = corpus(&["walk"]) else { return };
+    let body = Body::of(&corpus).unwrap();
+    let test = find(&corpus, "walk_normal_001");
+    let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
+    let database = Database::open(&built.bytes).unwrap();
+    let clip = &corpus.examples[test].clip;
+    let plain = body.clip_dofs(clip);
+    let arm = corpus.skeleton.find("UpperArm_L").unwrap();
+    let at = 4 + 3 * arm;
+    let gesture = |amplitude: f64| -> Vec<Vec<f64>> {
+        let mut rows = plain.clone();
+        for (t, row) in rows.iter_mut().enumerate() {
+            // In and out over a second, held for three.
+            let rise = |from: f64| ((t as f64 - from) / 30.0).clamp(0.0, 1.0);
+            let share = rise(60.0) - rise(180.0);
+            // Lifted sideways: across the swing of the walk. Along the swing, κ leaves more of it to the model.
+            row[at + 2] += amplitude * share;
+        }
+        rows
+    };
+    let held = 100..170;
+    let hand = corpus.skeleton.find("Hand_L").unwrap();
+    let moved = |rows: &[Vec<f64>], other: &[Vec<f64>], joint: usize| {
+        let one = |t: usize| (centred(&body, &rows[t])[joint] - centred(&body, &other[t])[joint]).norm();
+        100.0 * held.clone().map(one).sum::<f64>() / held.len() as f64
+    };
+    // The amplitude that moves the hand by 33 cm.
+    let (mut low, mut high) = (0.0, 3.0);
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if moved(&gesture(middle), &plain, hand) < 33.0 { low = middle } else { high = middle }
+    }
+    let amplitude = low;
+    let masked =
+        Request { config: Config::new().kappa(2.0).rho(1.0), masked: vec![1, 2], ..Request::style(2) };
+    let run = |rows: &[Vec<f64>], request: &Request| {
+        let clip = walked(&body, clip, rows);
+        output_rows(&body, &clip, &stream(&database, &clip, request, &mut ()).unwrap())
+    };
+    let (with, without) = (run(&gesture(amplitude), &masked), run(&plain, &masked));
+    // What should come out: the output without the gesture, and the gesture on it.
+    let mut wanted = without.clone();
+    for (row, (g, p)) in wanted.iter_mut().zip(gesture(amplitude).iter().zip(&plain)) {
+        for i in at..at + 3 {
+            row[i] += g[i] - p[i];
+        }
+    }
+    let arm_error = moved(&with, &wanted, hand);
+    let others: Vec<usize> =
+        (0..corpus.skeleton.joints()).filter(|&j| body.landmarks.groups[j] == 0).collect();
+    let rest = others.iter().map(|&j| moved(&with, &without, j)).sum::<f64>() / others.len() as f64;
+    let unbiased = Request { config: Config::new().kappa(1e6), ..Request::style(2) };
+    let lost = moved(&run(&gesture(amplitude), &unbiased), &wanted, hand);
+    println!(
+        "gesture of 33 cm: hand {arm_error:.2} cm from where it should be, rest {rest:.4} cm; {lost:.1} cm without bias and mask"
+    );
+    assert!(arm_error <= 5.0, "{arm_error}");
+    assert!(rest <= 0.1, "{rest}");
+    assert!(lost > 2.0 * arm_error, "{lost}");
+}
+
+#[test]
+fn a_minute_of_walk_and_of_run_does_not_drift() {
+    let Some(corpus) = corpus(&["walk", "run"]) else { return };
+    let body = Body::of(&corpus).unwrap();
+    for name in ["walk_normal_001", "run_normal_001"] {
+        let test = find(&corpus, name);
+        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
+        let database = Database::open(&built.bytes).unwrap();
+        let example = &corpus.examples[test];
+        let rows = body.clip_dofs(&example.clip);
+        let start = example.cycles[0].span().0.round() as usize;
+        let end = example.cycles[example.cycles.len() - 1].span().1.round() as usize;
+        let lap: Vec<Vec<f64>> = rows[start..end].to_vec();
+        let laps = (60 * 30usize).div_ceil(lap.len());
+        let long: Vec<Vec<f64>> = (0..laps).flat_map(|_| lap.iter().cloned()).collect();
+        let clip = walked(&body, &example.clip, &long);
+        let streamed = stream(&database, &clip, &Request::style(1), &mut ()).unwrap();
+        let output = output_rows(&body, &clip, &streamed);
+        // Lap after lap the same input: the last output lap is the third one.
+        let lap_of = |n: usize| &output[n * lap.len()..(n + 1) * lap.len()];
+        let apart = lap_of(2)
+            .iter()
+            .zip(lap_of(laps - 1))
+            .map(|(a, b)| joint_distance(&centred(&body, a), &centred(&body, b)));
+        let drift = 100.0 * apart.sum::<f64>() / lap.len() as f64;
+        println!("{name}: {:.0} s, last lap {drift:.4} cm from the third", long.len() as f64 / 30.0);
+        assert!(drift < 0.1, "{name}: {drift}");
+    }
+}
+
+#[test]
+fn a_change_of_style_is_over_in_thirty_frames() {
+    let Some(corpus) = corpus(&["walk", "run"]) else { return };
+    let body = Body::of(&corpus).unwrap();
+    let test = find(&corpus, "walk_normal_001");
+    let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
+    let database = Database::open(&built.bytes).unwrap();
+    let clip = &corpus.examples[test].clip;
+    // From frame 100 on, elderly: streamed so far in active, or in elderly all along. The fed-back output differs.
+    let mut late = gestus_core::Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap();
+    let mut always = late.clone();
+    late.set_style(&[(1, 1.0)]).unwrap();
+    always.set_style(&[(2, 1.0)]).unwrap();
+    let (mut a, mut b) = (gestus_core::Pose::IDENTITY, gestus_core::Pose::IDENTITY);
+    let mut differences = Vec::new();
+    for (t, frame) in clip.frames.iter().enumerate().take(150) {
+        if t == 100 {
+            late.set_style(&[(2, 1.0)]).unwrap();
+        }
+        let pose = gestus_builder::stream::to_pose::<22>(frame);
+        let _ = late.step(&pose, &mut a);
+        let _ = always.step(&pose, &mut b);
+        let joints = body.skeleton.joints();
+        let angle = |j: usize| {
+            let dot: f32 = a.rotations[j].iter().zip(&b.rotations[j]).map(|(x, y)| x * y).sum();
+            2.0 * f64::from(dot.abs().min(1.0)).acos()
+        };
+        differences.push((1..joints).map(angle).fold(0.0, f64::max));
+    }
+    let (before, after) = (differences[99], differences[130]);
+    println!("largest joint difference {before:.3} rad before the change, {after:.4} rad thirty frames on");
+    assert!(before > 0.3 && after < 0.02, "{before} {after}");
+}
