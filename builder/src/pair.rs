@@ -2,8 +2,7 @@
 //!
 //! The papers assume an output example for every input example; recorded data has none (METHODS, "Registration and
 //! pairing"). A cycle's counterpart is a cycle of the same action in the other style with about the same content:
-//! speed, turn and tempo **relative to their style's own** mean and spread, since an old walk is slower than a
-//! proud one and still the same walk.
+//! speed and turn, and about the same swing of the hips **relative to their style's own** mean and spread.
 //!
 //! | scheme | output of a cycle |
 //! |---|---|
@@ -181,10 +180,11 @@ fn distance2(a: &[f64], b: &[f64]) -> f64 {
 /// Numbers that say what a cycle is about.
 const CONTENT: usize = 3;
 /// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
-const WEIGHTS: [f64; CONTENT] = [1.0, 1.0, 0.5];
+const WEIGHTS: [f64; CONTENT] = [1.0, 0.5, 1.0];
 
-/// Mean speed, mean yaw rate and spread of the yaw rate of each cycle. Speed and spread are counted from the mean of
-/// the class, in its spreads; a turn is a turn in every style, so its rate is counted in spreads over all classes.
+/// Mean speed, mean yaw rate and spread of the yaw rate of each cycle. A speed is a speed and a turn is a turn in every
+/// style: they are counted in spreads over all cycles of the database. The spread of the yaw rate is mostly the swing
+/// of the hips, a matter of style, and counted from the mean of the class, in its spreads.
 fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
     use gestus_core::blob::layout::dof;
     let mut content: Vec<Vec<f64>> = cycles
@@ -201,7 +201,7 @@ fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
         .collect();
     let everything: Vec<usize> = (0..cycles.len()).collect();
     for (k, weight) in WEIGHTS.into_iter().enumerate() {
-        let groups: Vec<&Vec<usize>> = if k == 1 { vec![&everything] } else { members.iter().collect() };
+        let groups: Vec<&Vec<usize>> = if k <= 1 { vec![&everything] } else { members.iter().collect() };
         for group in groups {
             let count = group.len().max(1) as f64;
             let mean = group.iter().map(|&i| content[i][k]).sum::<f64>() / count;
