@@ -4,11 +4,12 @@
 
 use std::sync::Arc;
 
+use gestus_core::Database;
 use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 
 use crate::{
     corpus::Corpus,
-    landmarks::{LandmarkError, Landmarks},
+    landmarks::{LandmarkError, Landmarks, rest_positions},
     motion::{Clip, Frame, Skeleton},
 };
 
@@ -104,22 +105,36 @@ impl Body {
 
     /// Names of the dofs, in order.
     pub fn dof_names(&self) -> Vec<String> {
-        let mut names: Vec<String> = [
-            "hips.height",
-            "hips.tilt.x",
-            "hips.tilt.y",
-            "hips.tilt.z",
-            "root.forward",
-            "root.left",
-            "root.yaw",
-        ]
-        .map(String::from)
-        .to_vec();
-        for name in &self.skeleton.names[1..] {
-            names.extend(["x", "y", "z"].map(|axis| format!("{name}.{axis}")));
-        }
-        names
+        dof_names(self.skeleton.names.iter().map(String::as_str))
     }
+
+    /// The same body with a database's means: its dofs are the database's.
+    pub fn with_means_of(&self, database: &Database<'_>) -> Self {
+        let mean = |j: usize| {
+            let [x, y, z, w] = database.joint(j).mean.map(f64::from);
+            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+        };
+        Self { means: (0..database.counts().joints).map(mean).collect(), ..self.clone() }
+    }
+}
+
+/// Names of the dofs of a skeleton with those joints, in order.
+pub fn dof_names<'a>(joints: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> =
+        ["hips.height", "hips.tilt.x", "hips.tilt.y", "hips.tilt.z", "root.forward", "root.left", "root.yaw"]
+            .map(String::from)
+            .to_vec();
+    names.extend(joints.skip(1).flat_map(|joint| ["x", "y", "z"].map(|axis| format!("{joint}.{axis}"))));
+    names
+}
+
+/// The pose between two rows of dofs at a fractional position, held at both ends.
+pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
+    let position = position.clamp(0.0, (rows.len() - 1) as f64);
+    let i = (position as usize).min(rows.len() - 1);
+    let next = (i + 1).min(rows.len() - 1);
+    let t = position - i as f64;
+    rows[i].iter().zip(&rows[next]).map(|(a, b)| a + t * (b - a)).collect()
 }
 
 /// Rotation vector of a rotation, along the short way, radians.
@@ -136,12 +151,8 @@ pub fn wrap(angle: f64) -> f64 {
 
 /// The hips line at rest: from the right to the left hip joint, as the root sees them.
 fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
-    let mut positions = vec![Vector3::zeros(); skeleton.joints()];
-    for j in 1..skeleton.joints() {
-        // Hip joints hang on the root by offsets alone in every skeleton that landmarks accept; bones between
-        // them and the root count as stiff.
-        positions[j] = skeleton.offsets[j] + skeleton.parents[j].map_or(Vector3::zeros(), |p| positions[p]);
-    }
+    // Bones between the root and the hip joints count as stiff.
+    let positions = rest_positions(skeleton);
     let [left, right] = landmarks.hip_joints;
     (positions[left] - positions[right]).try_normalize(1e-9).unwrap_or_else(Vector3::x)
 }

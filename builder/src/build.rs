@@ -181,14 +181,8 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let weights: Vec<f32> = space.scales.iter().map(|s| (s * s) as f32).collect();
     for c in &classes {
         let range = c.first_row..c.first_row + c.rows;
-        let has = |bit: u8| flags[range.clone()].iter().map(|f| f & bit != 0).collect::<Vec<bool>>();
-        let (searchable, follows) = (has(flag::SEARCHABLE), has(flag::FOLLOWS));
-        let features = ClassFeatures {
-            codes: &codes[range.clone()],
-            weights: &weights,
-            searchable: &searchable,
-            follows: &follows,
-        };
+        let searchable: Vec<bool> = flags[range.clone()].iter().map(|f| f & flag::SEARCHABLE != 0).collect();
+        let features = ClassFeatures { codes: &codes[range], weights: &weights, searchable: &searchable };
         let built = build_graph(&features);
         graph.extend(built.edges.iter().flatten().flat_map(|e| e.to_le_bytes()));
         let count = searchable.iter().filter(|s| **s).count();

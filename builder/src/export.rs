@@ -12,7 +12,7 @@ use gestus_core::{
 };
 use serde_json::{Value, json};
 
-use crate::arrays::write_npy;
+use crate::{arrays::write_npy, body::dof_names};
 
 /// Writes the arrays and `manifest.json` to a folder, which is made where it is missing.
 ///
@@ -121,16 +121,6 @@ pub fn row(database: &Database<'_>, row: usize) -> Vec<f32> {
     let mut dofs = vec![0.0; database.counts().dofs];
     database.decode(row, &mut dofs);
     dofs
-}
-
-/// Names of the dofs of a skeleton, in order.
-pub fn dof_names<'a>(joints: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut names: Vec<String> =
-        ["hips.height", "hips.tilt.x", "hips.tilt.y", "hips.tilt.z", "root.forward", "root.left", "root.yaw"]
-            .map(String::from)
-            .to_vec();
-    names.extend(joints.skip(1).flat_map(|joint| ["x", "y", "z"].map(|axis| format!("{joint}.{axis}"))));
-    names
 }
 
 /// The manifest as JSON, with the tables that are not arrays.

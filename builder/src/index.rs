@@ -23,8 +23,6 @@ pub struct ClassFeatures<'a> {
     pub weights: &'a [f32],
     /// Shape `[rows]`.
     pub searchable: &'a [bool],
-    /// Whether the row before is the frame before, shape `[rows]`.
-    pub follows: &'a [bool],
 }
 
 /// The graph of a class.
@@ -236,7 +234,6 @@ mod tests {
     struct Motion {
         codes: Vec<Vec<i8>>,
         searchable: Vec<bool>,
-        follows: Vec<bool>,
     }
 
     const WEIGHTS: [f32; 16] = [1.0; 16];
@@ -245,24 +242,18 @@ mod tests {
         /// Clips of a cyclic motion, each with its own speed, size and posture; the ends of a clip are not
         /// searchable.
         fn new(clips: usize, frames: usize) -> Self {
-            let mut motion = Self { codes: Vec::new(), searchable: Vec::new(), follows: Vec::new() };
+            let mut motion = Self { codes: Vec::new(), searchable: Vec::new() };
             for clip in 0..clips {
                 for t in 0..frames {
                     motion.codes.push(pose(clip as f32, t as f32).map(|v| v.round() as i8).to_vec());
                     motion.searchable.push(t > 2 && t + 3 < frames);
-                    motion.follows.push(t > 0);
                 }
             }
             motion
         }
 
         fn class(&self) -> ClassFeatures<'_> {
-            ClassFeatures {
-                codes: &self.codes,
-                weights: &WEIGHTS,
-                searchable: &self.searchable,
-                follows: &self.follows,
-            }
+            ClassFeatures { codes: &self.codes, weights: &WEIGHTS, searchable: &self.searchable }
         }
     }
 
@@ -312,7 +303,7 @@ mod tests {
             }
         };
         let next = |r: usize| {
-            let follows = r + 1 < class.codes.len() && class.follows[r + 1] && class.searchable[r + 1];
+            let follows = r + 1 < class.codes.len() && class.searchable[r + 1];
             if follows { r + 1 } else { r }
         };
         let entries = graph.entries.iter().filter(|&&e| e != NONE).map(|&e| usize::from(e));
@@ -362,9 +353,7 @@ mod tests {
         let count = 3 * DEGREE;
         let codes: Vec<Vec<i8>> = (0..2 * count).map(|r| vec![(r / 2) as i8; 16]).collect();
         let searchable: Vec<bool> = (0..2 * count).map(|r| r % 2 == 0).collect();
-        let follows = vec![false; 2 * count];
-        let class =
-            ClassFeatures { codes: &codes, weights: &WEIGHTS, searchable: &searchable, follows: &follows };
+        let class = ClassFeatures { codes: &codes, weights: &WEIGHTS, searchable: &searchable };
         let rows: Vec<usize> = class.rows().collect();
         let mut edges = vec![Vec::new(); 2 * count];
         edges[0] = rows[1..=DEGREE].to_vec();
@@ -381,9 +370,7 @@ mod tests {
     fn islands_of_equal_rows_are_reached() {
         let codes = vec![vec![7i8; 16]; 400];
         let searchable: Vec<bool> = (0..400).map(|r| r % 2 == 0).collect();
-        let follows = vec![false; 400];
-        let class =
-            ClassFeatures { codes: &codes, weights: &WEIGHTS, searchable: &searchable, follows: &follows };
+        let class = ClassFeatures { codes: &codes, weights: &WEIGHTS, searchable: &searchable };
         let graph = build_graph(&class);
         assert_eq!(reached(&class, &graph.entries, &edges_of(&graph)), searchable);
     }
@@ -392,13 +379,8 @@ mod tests {
     fn small_classes_have_small_graphs() {
         for count in 0..4 {
             let codes = vec![vec![1i8; 16]; count];
-            let (searchable, follows) = (vec![true; count], vec![false; count]);
-            let class = ClassFeatures {
-                codes: &codes,
-                weights: &WEIGHTS,
-                searchable: &searchable,
-                follows: &follows,
-            };
+            let searchable = vec![true; count];
+            let class = ClassFeatures { codes: &codes, weights: &WEIGHTS, searchable: &searchable };
             let graph = build_graph(&class);
             assert_eq!(graph.edges.len(), count);
             assert_eq!(graph.entries.iter().any(|&e| e != NONE), count > 0);

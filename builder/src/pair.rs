@@ -17,7 +17,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::corpus::Cycle;
+use crate::{body::row_at, corpus::Cycle};
 
 /// Cycles that a prototype averages.
 const KERNEL_CYCLES: usize = 12;
@@ -266,14 +266,6 @@ fn viterbi(
 /// Dofs of a cycle at a phase, interpolated.
 fn at(cycle: &CycleData<'_>, phase: f64) -> Vec<f64> {
     row_at(cycle.dofs, cycle.cycle.position(phase))
-}
-
-fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
-    let position = position.clamp(0.0, (rows.len() - 1) as f64);
-    let i = (position as usize).min(rows.len() - 1);
-    let next = (i + 1).min(rows.len() - 1);
-    let t = position - i as f64;
-    rows[i].iter().zip(&rows[next]).map(|(a, b)| a + t * (b - a)).collect()
 }
 
 /// Centres spread over the contents of a class: the first is the mean, each further one lies farthest from those

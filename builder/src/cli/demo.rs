@@ -4,11 +4,11 @@ use std::{fs, path::PathBuf, time::Instant};
 
 use anyhow::{Context, Result};
 use gestus_builder::{
-    body::Body,
+    body::{Body, row_at},
     build::{BuildOptions, build},
     bvh::{Bvh, Unit},
     corpus::{Corpus, Example},
-    evaluate::metrics::{centred, joint_distance, matched, row_at},
+    evaluate::metrics::{centred, joint_distance, matched},
     motion::Clip,
     report::{
         plot::{self, Labels},

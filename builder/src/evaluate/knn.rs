@@ -159,7 +159,6 @@ fn stream(
                 codes: &classes.codes[class],
                 weights: &classes.weights,
                 searchable: &classes.searchable[class],
-                follows: &[],
             };
             let start = Instant::now();
             let exact = exact_knn(&features, &query, rows.len());

@@ -7,10 +7,10 @@ use serde_json::json;
 use super::{
     Evaluation,
     methods::{self, GlobalModel, Record},
-    metrics::{best_shift, centred, joint_distance, matched, row_at, third_difference, variability},
+    metrics::{best_shift, centred, joint_distance, matched, third_difference, variability},
 };
 use crate::{
-    body::Body,
+    body::{Body, row_at},
     build::{BuildError, BuildOptions, build},
     corpus::{Corpus, Cycle},
     pair::Scheme,
@@ -381,13 +381,7 @@ fn fold(
 
 /// Dofs relative to the database's means as dofs relative to the evaluation's.
 fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let means: Vec<_> = (0..database.counts().joints)
-        .map(|j| {
-            let [x, y, z, w] = database.joint(j).mean.map(f64::from);
-            nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
-        })
-        .collect();
-    let theirs = Body { means, ..fold.body.clone() };
+    let theirs = fold.body.with_means_of(database);
     rows.iter()
         .map(|row| {
             let frame = theirs.pose(row, [0.0; 2], 0.0);
@@ -423,20 +417,12 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     }
     let example = &fold.corpus.examples[fold.test];
     let Some(class) = class_of(database, example.action, example.style) else { return };
-    let x: Vec<Vec<f64>> = {
-        // The models live in the database's dofs.
-        let means: Vec<_> = (0..database.counts().joints)
-            .map(|j| {
-                let [x, y, z, w] = database.joint(j).mean.map(f64::from);
-                nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
-            })
-            .collect();
-        Body { means, ..fold.body.clone() }.clip_dofs(&example.clip)
-    };
-    for (name, autoregressive) in [("global-ar", true), ("global-affine", false)] {
-        let model = GlobalModel::fit(database, class, fold.style, autoregressive);
-        let affine = GlobalModel::fit(database, class, fold.style, false);
-        let first = affine.run(&x[..1], &x[0]);
+    // The models live in the database's dofs.
+    let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
+    let affine = GlobalModel::fit(database, class, fold.style, false);
+    let autoregressive = GlobalModel::fit(database, class, fold.style, true);
+    let first = affine.run(&x[..1], &x[0]);
+    for (name, model) in [("global-ar", &autoregressive), ("global-affine", &affine)] {
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row(name, &predicted, None));
     }

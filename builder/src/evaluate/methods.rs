@@ -2,7 +2,7 @@
 
 use gestus_core::{Database, blob::Moment, knn::Neighbor};
 
-use crate::stream::Watcher;
+use crate::{export, stream::Watcher};
 
 /// Neighbors of a class: its number, and row of the database and squared distance of each.
 pub type ClassNeighbors = (usize, Vec<(usize, f32)>);
@@ -44,9 +44,7 @@ impl Watcher for Record {
 
 /// A row of the database, unpacked.
 pub fn row(database: &Database<'_>, row: usize) -> Vec<f64> {
-    let mut dofs = vec![0.0; database.counts().dofs];
-    database.decode(row, &mut dofs);
-    dofs.iter().map(|&v| f64::from(v)).collect()
+    export::row(database, row).into_iter().map(f64::from).collect()
 }
 
 /// The pose at a moment, unpacked.

@@ -3,7 +3,10 @@
 use gestus_core::blob::layout::dof;
 use nalgebra::Vector3;
 
-use crate::{body::Body, corpus::Cycle};
+use crate::{
+    body::{Body, row_at},
+    corpus::Cycle,
+};
 
 /// Joint positions of a pose, hips-centred and facing +Z, metres. Shape `[joints]`.
 pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
@@ -15,15 +18,6 @@ pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
 /// Mean distance of the joints of two poses, metres.
 pub fn joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len() as f64
-}
-
-/// The pose between two rows at a fractional position.
-pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
-    let position = position.clamp(0.0, (rows.len() - 1) as f64);
-    let i = (position as usize).min(rows.len() - 1);
-    let next = (i + 1).min(rows.len() - 1);
-    let t = position - i as f64;
-    rows[i].iter().zip(&rows[next]).map(|(a, b)| a + t * (b - a)).collect()
 }
 
 /// Where the frames of one clip are in another: at equal canonical time. Gaits repeat, so canonical time is known
