@@ -8,6 +8,7 @@
 
 use crate::{
     blob::{Database, Moment, layout::MAX_STYLES},
+    contact::Stands,
     pose::Dofs,
     regress::Variables,
 };
@@ -29,6 +30,8 @@ pub struct Reader<const J: usize> {
     pub variables: Variables<J>,
     /// Seconds from its `y[t-1]` to its `y[t]`.
     pub step_s: f32,
+    /// Which foot stands in its `y[t]`.
+    pub stands: Stands,
     /// Bytes of rows read since [`start`](Self::start).
     pub bytes: u32,
 }
@@ -42,6 +45,7 @@ impl<const J: usize> Reader<J> {
             next: 0,
             variables: Variables::ZERO,
             step_s: 0.0,
+            stands: Stands([0.0; 2]),
             bytes: 0,
         }
     }
@@ -59,11 +63,13 @@ impl<const J: usize> Reader<J> {
         self.variables.y_prev = [[0.0; 4]; J];
         self.variables.y = [[0.0; 4]; J];
         self.step_s = 0.0;
+        self.stands = Stands::default();
         let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
         for (style, &weight) in weighted {
             // `open` has checked that a searchable row has its counterparts.
             let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
             self.step_s += weight * counterpart.step_s;
+            self.stands.add(database, counterpart.now, row, weight);
             self.blend(database, counterpart.before, weight, true);
             self.blend(database, counterpart.now, weight, false);
         }

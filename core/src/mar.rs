@@ -14,9 +14,10 @@ use heapless::Vec;
 use crate::{
     Config, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
-    contact::Votes,
+    contact::{self, Votes},
     examples::Reader,
     knn::{Limits, Metric, Searcher},
+    math::clamp,
     mixture,
     query::{Feature, Window},
     regress::{Examples, Parameters},
@@ -180,6 +181,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) -> Vec<u16, K> {
         let Frame { database, settings, .. } = frame;
         let first_row = database.class(class).first_row;
+        let legs = database.legs();
+        let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let mut sorted = self.neighbors.get(class).cloned().unwrap_or_default();
         insertion_sort(&mut sorted);
         self.examples.clear();
@@ -190,7 +193,19 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             self.examples.add(&self.reader.variables, database.counts().dofs);
             let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
             self.steps.add(database, x, x_prev, &self.reader.variables, self.reader.step_s);
-            votes.add(database, row, metric.distance2(database.feature(row)), proportion);
+            let leg_distances = match &legs {
+                Some(legs) => legs.map(|leg| {
+                    contact::distance2(&leg, database.rate_hz(), x, x_prev, &self.reader.variables)
+                }),
+                // A blob that names no legs: the whole body.
+                None => [metric.distance2(database.feature(row)); 2],
+            };
+            let (input, output) = (contact::of(database, row), self.reader.stands.0);
+            let label = [0, 1].map(|i: usize| {
+                let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);
+                of(input) + strength * (of(output) - of(input))
+            });
+            votes.add(label, leg_distances, proportion);
         }
         sorted
     }
@@ -229,7 +244,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.timed(class, &rows, self.steps.weights());
         }
         report.bytes_read += self.reader.bytes;
-        report.contacts = votes.result();
+        report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }

@@ -63,8 +63,10 @@ pub struct Report {
     pub visits: u32,
     /// Bytes of the blob's features, graph and rows that were read.
     pub bytes_read: u32,
-    /// Left and right foot: does it stand?
+    /// Left and right foot of the output: does it stand?
     pub contacts: [bool; 2],
+    /// How likely it is that they stand, 0 to 1, by this frame's neighbors alone.
+    pub contact_likelihood: [f32; 2],
     /// Time from the last output pose to this one, seconds, under the timing policy.
     pub step_s: f32,
     /// The same as predicted from the neighbors, whatever the policy and the strength of the style.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo},
+    evaluate::{Evaluation, ablation, compression, contacts, knn, loo},
     load::load,
 };
 use serde_json::json;
@@ -14,7 +14,8 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
+    /// contacts (which foot stands)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -83,7 +84,10 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression"),
+        "contacts" => contacts::evaluate(corpus, &options)?,
+        other => bail!(
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts"
+        ),
     };
     evaluation.write(&args.output)?;
     if args.json {

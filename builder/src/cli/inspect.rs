@@ -36,8 +36,9 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
     let manifest = database.manifest()?;
     let sections: serde_json::Map<String, Value> = database
         .sections()
-        .iter()
-        .map(|(id, content)| (section::name(*id).unwrap_or("?").to_owned(), json!(content.len())))
+        .into_iter()
+        .chain(database.optional_sections())
+        .map(|(id, content)| (section::name(id).unwrap_or("?").to_owned(), json!(content.len())))
         .collect();
     let classes: Vec<Value> = database
         .classes()
@@ -105,7 +106,7 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         super::say(format_args!("  {key:17} {}", figures[key]))?;
     }
     super::say(format_args!("  {:17} {:>10} {:>8}", "section", "bytes", "a frame"))?;
-    for (id, content) in database.sections() {
+    for (id, content) in database.sections().into_iter().chain(database.optional_sections()) {
         super::say(format_args!(
             "  {:17} {:>10} {:>8.2}",
             section::name(id).unwrap_or("?"),

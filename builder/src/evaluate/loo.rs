@@ -308,6 +308,30 @@ pub fn run(
     Ok(rows.into_iter().flatten().collect())
 }
 
+/// A test clip and the truth clip for it in a style: what a fold leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HeldOut {
+    /// The test clip.
+    pub test: usize,
+    /// The clip of the output style that is nearest in content.
+    pub truth: usize,
+    /// The output style.
+    pub style: usize,
+}
+
+/// The folds that [`run`] goes through, with their clips.
+pub fn held_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<HeldOut> {
+    let mut folds = Vec::new();
+    for test in test_clips(corpus, options.from, options.folds) {
+        for &style in &options.to {
+            if let Some(&truth) = by_content(corpus, body, test, style).first() {
+                folds.push(HeldOut { test, truth, style });
+            }
+        }
+    }
+    folds
+}
+
 /// How many folds [`run`] goes through.
 pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
     test_clips(corpus, options.from, options.folds).len() * options.to.len()

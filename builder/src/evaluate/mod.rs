@@ -6,6 +6,7 @@
 
 pub mod ablation;
 pub mod compression;
+pub mod contacts;
 pub mod knn;
 pub mod loo;
 pub mod methods;

@@ -7,8 +7,8 @@ use super::{
     crc::crc32c,
     layout::{
         self, ALIGNMENT, DEGREE, ENTRIES, MAGIC, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES,
-        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
-        joint, query, section, timing,
+        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, foot,
+        header, joint, query, section, timing,
     },
     read::{Record, f32_at, floats, u16_at, u32_at},
 };
@@ -53,6 +53,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     }
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
+    let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
     let mut end = table_end;
     for i in 0..count {
         let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
@@ -75,7 +76,10 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
-        let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
+        let slot = match section::REQUIRED.iter().position(|&r| r == id) {
+            Some(i) => found.get_mut(i),
+            None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
+        };
         if slot.is_some_and(|slot| slot.replace(content).is_some()) {
             return Err(misplaced);
         }
@@ -125,6 +129,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         graph,
         flags,
         timing,
+        optional,
     })
 }
 
@@ -182,7 +187,8 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     cycles(db)?;
     classes(db)?;
     blocks(db)?;
-    timing_section(db)
+    timing_section(db)?;
+    feet(db)
 }
 
 fn lengths(db: &Database<'_>) -> Checked {
@@ -254,6 +260,28 @@ fn skeleton(db: &Database<'_>) -> Checked {
     check(section::SKELETON, c.joints, unit && toes_fit)?;
     let trailer = Record(db.skeleton.get(c.joints * joint::LENGTH..).unwrap_or(&[]));
     reserved(section::SKELETON, trailer.zero(joint::TOES.end..joint::TRAILER))
+}
+
+/// Legs: four joints, each a child of the one before, at heights that a body has.
+fn feet(db: &Database<'_>) -> Checked {
+    let (Some(content), Some(legs)) = (db.optional(section::FEET), db.legs()) else { return Ok(()) };
+    if content.len() != 2 * foot::LENGTH {
+        return Err(BlobError::Section { section: section::FEET });
+    }
+    let child =
+        |joint: usize, parent: usize| joint < db.counts.joints && db.joint(joint).parent == Some(parent);
+    for (side, leg) in legs.iter().enumerate() {
+        let chain = leg.hip > 0
+            && leg.hip < db.counts.joints
+            && child(leg.knee, leg.hip)
+            && child(leg.ankle, leg.knee)
+            && leg.toe.is_none_or(|toe| child(toe, leg.ankle));
+        let heights = leg.heights.iter().all(|h| (-10.0..=10.0).contains(h));
+        check(section::FEET, side, chain && heights)?;
+        let record = Record::of(content, side, foot::LENGTH);
+        reserved(section::FEET, record.zero(foot::RESERVED))?;
+    }
+    Ok(())
 }
 
 struct Joint {

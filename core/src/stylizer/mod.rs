@@ -11,6 +11,7 @@ use crate::{
         layout::{ROOT_DOFS, dof},
     },
     config::Yaw,
+    contact::Filter,
     mar::{Frame, Mar},
     pose::{self, Anchor, Dofs},
     timing::Timing,
@@ -46,6 +47,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     signals: Signals<J>,
     input_anchor: Anchor,
     output_anchor: Anchor,
+    contacts: Filter,
     last: Option<Pose<J>>,
 }
 
@@ -74,6 +76,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
+            contacts: Filter::new(),
             last: None,
         })
     }
@@ -91,6 +94,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.method.reset();
+        self.contacts = Filter::new();
         self.last = None;
     }
 
@@ -118,6 +122,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.take_in(input, first);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         self.method.predict(frame, input, &mut self.signals, &mut report, observer);
+        report.contacts = self.contacts.take(report.contact_likelihood);
         self.put_out(first, &mut report, output);
 
         let signals = &mut self.signals;
@@ -159,7 +164,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 root_strength
             } else {
                 let group = self.database.joint_group((d - ROOT_DOFS) / 3);
-                self.settings.strength.get(group).copied().unwrap_or(1.0)
+                self.settings.strength_of(group)
             };
             *last = x + strength * (*predicted - x);
         }

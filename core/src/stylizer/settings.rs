@@ -29,6 +29,11 @@ impl Settings {
         Self { styles, action: None, input_style: None, mask: u8::MAX, strength: [1.0; MAX_GROUPS] }
     }
 
+    /// Strength of a joint group.
+    pub fn strength_of(&self, group: usize) -> f32 {
+        self.strength.get(group).copied().unwrap_or(1.0)
+    }
+
     /// Whether the labels allow a class.
     pub fn allow(&self, class: Class) -> bool {
         matches(class, self.action, self.input_style)
@@ -123,7 +128,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     /// Strength of a joint group.
     pub fn strength(&self, group: usize) -> f32 {
-        self.settings.strength.get(group).copied().unwrap_or(1.0)
+        self.settings.strength_of(group)
     }
 
     /// The labelled action and input style.
