@@ -73,13 +73,19 @@ impl Input {
     /// they did.
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let mut whole = streamed.clone();
-        for (step, input) in whole.steps.iter_mut().zip(&self.clip.frames) {
+        let fill = |pose: &mut Frame, input: &Frame| {
             let mut frame = input.clone();
-            frame.root = step.frame.root;
-            for (&joint, rotation) in self.joints.iter().zip(&step.frame.rotations) {
+            frame.root = pose.root;
+            for (&joint, rotation) in self.joints.iter().zip(&pose.rotations) {
                 frame.rotations[joint] = *rotation;
             }
-            step.frame = frame;
+            *pose = frame;
+        };
+        for (step, input) in whole.steps.iter_mut().zip(&self.clip.frames) {
+            fill(&mut step.frame, input);
+        }
+        for (pose, input) in whole.retimed.iter_mut().flat_map(|r| &mut r.frames).zip(&self.clip.frames) {
+            fill(pose, input);
         }
         whole.clip(&self.clip, self.clip.rate_hz)
     }
@@ -139,7 +145,8 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
             ((*name).to_owned(), frames.into())
         })
         .collect();
-    serde_json::json!({
+    let lags = || streamed.retimed.iter().flat_map(|r| &r.ticks).map(|t| t.lag_s);
+    let mut figures = serde_json::json!({
         "frames": steps.len(),
         "seconds": streamed.times().last().copied().unwrap_or(0.0),
         "median_us": quantile(0.5),
@@ -153,5 +160,13 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
         "degraded_by": by,
         "ram_bytes": streamed.ram_bytes,
         "digest": format!("{:08x}", streamed.digest),
-    })
+        "held": steps.iter().filter(|s| s.report.held != [false; 2]).count(),
+        "held_cm_max": steps.iter().flat_map(|s| s.report.held_m).fold(0.0, f32::max) * 100.0,
+    });
+    if let Some(retimed) = &streamed.retimed {
+        figures["lag_s_max"] = lags().fold(0.0, f32::max).into();
+        figures["lead_s_max"] = lags().map(|l| -l).fold(0.0, f32::max).into();
+        figures["latency_s"] = retimed.latency_s.into();
+    }
+    figures
 }

@@ -1,7 +1,7 @@
 //! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Config, Database, blob::Names, regress::Ridge, timing::Timing};
+use gestus_core::{Config, Database, blob::Names, regress::Ridge, retime::Bounds, timing::Timing};
 
 use crate::stream::Request;
 
@@ -20,10 +20,17 @@ pub struct WishArgs {
     /// The method: mar, the mixture of autoregressive models
     #[arg(long, default_value = "mar")]
     method: String,
-    /// Output time: free (poses keep their predicted times) or sync (one pose a tick)
+    /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
+    /// (predicted times, within --lead and --lag of the input)
     #[arg(long, default_value = "free")]
     timing: String,
-    /// Leave feet as they come out (they are not locked yet in any case)
+    /// With --timing bounded: most seconds by which a pose may come early. A live stream is delayed by it
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// With --timing bounded: most seconds by which a pose may come late
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
+    /// Leave feet as they come out: those that stand are not held
     #[arg(long)]
     no_contact: bool,
     /// Joint groups that the search leaves out: body, left-arm, right-arm
@@ -65,16 +72,17 @@ impl WishArgs {
             bail!("--method {}: this version has mar", self.method);
         }
         let policy = match self.timing.as_str() {
-            "free" => Timing::Free,
+            "free" | "bounded" => Timing::Free,
             "sync" => Timing::Sync,
-            other => bail!("--timing {other}: free or sync"),
+            other => bail!("--timing {other}: free, sync or bounded"),
         };
         let mut config = match self.preset.as_str() {
             "default" => Config::new(),
             "paper" => Config::paper(),
             other => bail!("--preset {other}: default or paper"),
         }
-        .timing(policy);
+        .timing(policy)
+        .contacts(!self.no_contact);
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
@@ -108,6 +116,7 @@ impl WishArgs {
         let label =
             |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
         Ok(Request {
+            bounds: (self.timing == "bounded").then_some(Bounds { lead_s: self.lead, lag_s: self.lag }),
             config: self.config()?,
             style,
             action: label(&self.action, manifest.actions, "action")?,

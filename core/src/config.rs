@@ -38,6 +38,9 @@ pub struct Config {
     pub(crate) timing: Timing,
     pub(crate) timing_width: f32,
     pub(crate) yaw: Yaw,
+    pub(crate) contacts: bool,
+    pub(crate) release_m: f32,
+    pub(crate) ease_s: f32,
 }
 
 macro_rules! settings {
@@ -84,6 +87,12 @@ settings! {
     timing_width: f32;
     /// Where the output's heading comes from.
     yaw: Yaw;
+    /// Whether feet that stand are held where they stand. Default true.
+    contacts: bool;
+    /// A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+    release_m: f32;
+    /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+    ease_s: f32;
 }
 
 impl Config {
@@ -104,6 +113,9 @@ impl Config {
             timing: Timing::Free,
             timing_width: 0.5,
             yaw: Yaw::Input,
+            contacts: true,
+            release_m: 0.2,
+            ease_s: 0.2,
         }
     }
 
@@ -151,7 +163,9 @@ impl Config {
             && (64..=MAX_VISITS).contains(&self.visits)
             && (1..=POOL).contains(&usize::from(self.pool))
             && (1.0..=1e9).contains(&self.jump)
-            && (1e-3..=1e3).contains(&self.timing_width);
+            && (1e-3..=1e3).contains(&self.timing_width)
+            && (0.01..=1.0).contains(&self.release_m)
+            && (0.01..=2.0).contains(&self.ease_s);
         if fits { Ok(()) } else { Err(ConfigError::Parameter) }
     }
 }

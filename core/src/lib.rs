@@ -12,7 +12,8 @@
 //! 5. [`examples`] unpacks the neighbors and their counterparts in the output style ([`blob`]);
 //! 6. [`regress`] fits a local autoregressive model a dof, solved by [`ridge`], and asks it once;
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
-//! 8. [`pose`] takes the result back to a [`Pose`]; the [`Report`] says what happened.
+//! 8. [`pose`] takes the result back to a [`Pose`]; [`lock`] holds the feet that stand, by [`ik`]; the [`Report`]
+//!    says what happened.
 //!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
 //! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
@@ -42,7 +43,9 @@ pub mod contact;
 pub mod digest;
 mod error;
 pub mod examples;
+pub mod ik;
 pub mod knn;
+pub mod lock;
 mod mar;
 pub mod math;
 pub mod mixture;
@@ -52,6 +55,7 @@ pub mod quaternion;
 pub mod query;
 pub mod regress;
 pub mod report;
+pub mod retime;
 pub mod ridge;
 pub mod skeleton;
 mod stylizer;

@@ -67,6 +67,10 @@ pub struct Report {
     pub contacts: [bool; 2],
     /// How likely it is that they stand, 0 to 1, by this frame's neighbors alone.
     pub contact_likelihood: [f32; 2],
+    /// Left and right foot: is it held where it stands?
+    pub held: [bool; 2],
+    /// How far each foot is from where the prediction has it, metres.
+    pub held_m: [f32; 2],
     /// Time from the last output pose to this one, seconds, under the timing policy.
     pub step_s: f32,
     /// The same as predicted from the neighbors, whatever the policy and the strength of the style.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, contacts, knn, loo},
+    evaluate::{Evaluation, ablation, compression, contacts, knn, loo, skate},
     load::load,
 };
 use serde_json::json;
@@ -15,7 +15,7 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// contacts (which foot stands)
+    /// contacts (which foot stands), skate (how far standing feet slide)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -85,8 +85,9 @@ pub fn run(args: &Args) -> Result<()> {
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
         "contacts" => contacts::evaluate(corpus, &options)?,
+        "skate" => skate::evaluate(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts, skate"
         ),
     };
     evaluation.write(&args.output)?;

@@ -11,6 +11,7 @@ pub mod knn;
 pub mod loo;
 pub mod methods;
 pub mod metrics;
+pub mod skate;
 
 use std::{fs, path::Path};
 

@@ -12,6 +12,7 @@ use crate::{
     },
     config::Yaw,
     contact::Filter,
+    lock::{self, Lock},
     mar::{Frame, Mar},
     pose::{self, Anchor, Dofs},
     timing::Timing,
@@ -48,6 +49,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     input_anchor: Anchor,
     output_anchor: Anchor,
     contacts: Filter,
+    lock: Lock,
     last: Option<Pose<J>>,
 }
 
@@ -77,6 +79,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             contacts: Filter::new(),
+            lock: Lock::new(),
             last: None,
         })
     }
@@ -95,6 +98,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     pub fn reset(&mut self) {
         self.method.reset();
         self.contacts = Filter::new();
+        self.lock.reset();
         self.last = None;
     }
 
@@ -187,5 +191,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
+        if self.config.contacts {
+            let tuning = lock::Tuning { release_m: self.config.release_m, ease_s: self.config.ease_s };
+            self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
+            (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
+        }
     }
 }

@@ -131,6 +131,19 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.settings.strength_of(group)
     }
 
+    /// Heights of the floor under the left and the right foot, metres over the floor of the database. May change with
+    /// every pose: the body follows.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for heights beyond 10 m or that are none; those in force stay.
+    pub fn set_floor(&mut self, heights: [f32; 2]) -> Result<(), ConfigError> {
+        if !heights.iter().all(|h| (-10.0..=10.0).contains(h)) {
+            return Err(ConfigError::Parameter);
+        }
+        self.lock.set_floor(heights);
+        Ok(())
+    }
+
     /// The labelled action and input style.
     pub fn labels(&self) -> (Option<u16>, Option<u16>) {
         (self.settings.action, self.settings.input_style)
