@@ -236,7 +236,6 @@ fn the_default_can_be_recomputed_from_files() {
 fn every_setting_can_be_recomputed_from_files() {
     let config = Config::new().ridge(Ridge::Normalised).lambda(1.0).kappa(1.0).rho(0.9).delta(0.7).k(12);
     let request = Request {
-        bounds: None,
         style: vec![(0, 1.0), (2, 3.0)],
         action: Some(1),
         masked: vec![2],

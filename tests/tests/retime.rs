@@ -72,7 +72,7 @@ fn styles_forty_percent_slower_and_faster_stay_within_bounds_and_in_order() {
         assert!(least >= -6.0 - 1e-3 && most <= 9.0 + 1e-3, "tempo {tempo}: {least} to {most}");
         assert!(ticks.iter().all(|t| !t.2), "waited");
         // It does follow the style: at first at its speed, then at the bound's edge.
-        let speed = (ticks[16].0 - ticks[8].0) / 8.0;
+        let speed = (ticks[10].0 - ticks[7].0) / 3.0;
         assert!((speed - 1.0 / tempo).abs() < 0.12 * (1.0 / tempo), "tempo {tempo}: speed {speed}");
         let settled = lags[599];
         assert!(if tempo > 1.0 { settled > 4.0 } else { settled < -3.0 }, "tempo {tempo}: {settled}");
@@ -190,7 +190,7 @@ fn late_input_is_waited_for_and_caught_up_with() {
     let mut output = Pose::IDENTITY;
     let mut places = Vec::new();
     let mut waited = 0;
-    for t in 0..200_usize {
+    for t in 0..500_usize {
         // The ticks go on; ten inputs come late, all at once.
         if !(50..60).contains(&t) {
             let from = if t == 60 { 50 } else { t };
@@ -206,7 +206,7 @@ fn late_input_is_waited_for_and_caught_up_with() {
     for w in places.windows(2) {
         assert!(w[1] >= w[0] - 1e-4 && w[1] - w[0] < 3.1, "{w:?}");
     }
-    assert!((places[199] - 199.0).abs() < 0.2, "{}", places[199]);
+    assert!((places[499] - 499.0).abs() < 0.2, "{}", places[499]);
 }
 
 #[test]

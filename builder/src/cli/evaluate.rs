@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, contacts, knn, loo, skate},
+    evaluate::{Evaluation, ablation, compression, contacts, knn, loo, skate, timing},
     load::load,
 };
+use gestus_core::retime::Bounds;
 use serde_json::json;
 
 use super::build::Selection;
@@ -15,7 +16,8 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// contacts (which foot stands), skate (how far standing feet slide)
+    /// contacts (which foot stands), skate (how far standing feet slide),
+    /// timing (the output's time)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -34,6 +36,12 @@ pub struct Args {
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
+    /// timing: most seconds by which a pose may come early
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// timing: most seconds by which a pose may come late
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
     /// Folder for tables, plots and the report
     #[arg(short, long)]
     output: PathBuf,
@@ -86,8 +94,9 @@ pub fn run(args: &Args) -> Result<()> {
         "compression" => compression::evaluate(corpus, &options)?,
         "contacts" => contacts::evaluate(corpus, &options)?,
         "skate" => skate::evaluate(corpus, &options)?,
+        "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts, skate"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts, skate, timing"
         ),
     };
     evaluation.write(&args.output)?;

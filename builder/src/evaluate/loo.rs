@@ -258,10 +258,10 @@ impl Row {
 }
 
 /// The clip and what it is compared with.
-struct Fold<'a> {
+pub(super) struct Fold<'a> {
     corpus: &'a Corpus,
     body: Body,
-    test: usize,
+    pub(super) test: usize,
     truth: usize,
     other: Option<usize>,
     style: usize,
@@ -476,7 +476,7 @@ fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &m
 
 impl<'a> Fold<'a> {
     /// A test clip, its truth, and the database without either; `None` where the style has no clip of the action.
-    fn new(
+    pub(super) fn new(
         corpus: &'a Corpus,
         body: &Body,
         options: &LooOptions,
@@ -506,6 +506,18 @@ impl<'a> Fold<'a> {
             truth_rows,
         };
         Ok(Some((fold, built.bytes)))
+    }
+
+    /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
+    pub(super) fn true_steps(&self) -> Vec<Option<f64>> {
+        let (cycles, truth_cycles) = self.cycles();
+        let at = |t: usize| matched(cycles, t, truth_cycles, self.shift);
+        (0..self.x.len())
+            .map(|t| {
+                let (now, before) = (at(t)?, at(t.checked_sub(1)?)?);
+                (now > before).then_some((now - before) / self.corpus.rate_hz)
+            })
+            .collect()
     }
 
     fn cycles(&self) -> (&[Cycle], &[Cycle]) {

@@ -12,6 +12,7 @@ pub mod loo;
 pub mod methods;
 pub mod metrics;
 pub mod skate;
+pub mod timing;
 
 use std::{fs, path::Path};
 
