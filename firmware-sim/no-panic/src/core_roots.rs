@@ -70,7 +70,11 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .jump(floats[5])
         .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
         .timing_width(floats[6])
-        .yaw(if numbers[6] == 1 { gestus_core::config::Yaw::Input } else { gestus_core::config::Yaw::Predicted })
+        .yaw(if numbers[6] == 1 {
+            gestus_core::config::Yaw::Input
+        } else {
+            gestus_core::config::Yaw::Predicted
+        })
 }
 
 /// Reads of a database with indices that refer to nothing.
@@ -85,6 +89,7 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
     sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
-    let floats = [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
+    let floats =
+        [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
     floats.iter().fold(sum as u32, |sum, f| sum ^ f.to_bits())
 }

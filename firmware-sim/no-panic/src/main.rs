@@ -8,9 +8,10 @@
 #![no_std]
 #![no_main]
 
+mod capi_roots;
 mod core_roots;
 
-use core::panic::PanicInfo;
+use core::{ffi::c_void, panic::PanicInfo};
 
 /// What comes from outside.
 #[repr(C)]
@@ -20,6 +21,7 @@ pub struct Outside {
     /// Numbers that settings are made of.
     numbers: [u32; 32],
     floats: [f32; 256],
+    pointers: [*mut c_void; 8],
 }
 
 /// The root: everything that has to be free of panics is reached from here, and nothing else.
@@ -33,7 +35,9 @@ pub unsafe extern "C" fn _start(outside: *const Outside, sink: *mut u32) {
         let outside = &*outside;
         (outside, core::slice::from_raw_parts(outside.bytes, outside.length))
     };
-    let result = core_roots::reach(blob, &outside.numbers, &outside.floats);
+    let mut result = core_roots::reach(blob, &outside.numbers, &outside.floats);
+    // SAFETY: as above.
+    result ^= unsafe { capi_roots::reach(outside) };
     // SAFETY: as above.
     unsafe { sink.write_volatile(result) };
     #[cfg(feature = "control")]
