@@ -155,14 +155,16 @@ pub mod section {
         MANIFEST, SKELETON, DOFS, QUERY, CLASSES, CLIPS, CYCLES, KNOTS, PAIRS, BLOCKS, ROWS, FEATURES, GRAPH,
         FLAGS, TIMING,
     ];
-    /// Reserved for linear time-invariant models (paper 001).
+    /// Linear time-invariant models (paper 001): see [`lti`](super::lti).
     pub const LTI: u16 = 32;
-    /// Reserved for statistical transfer (paper 002).
+    /// Tables of statistical transfer (paper 002): see [`statistic`](super::statistic).
     pub const STATISTIC: u16 = 33;
     /// Reserved for the effort dial (paper 003).
     pub const EFFORT: u16 = 34;
     /// Reserved for retargeting maps.
     pub const RETARGET: u16 = 35;
+    /// The sections that a blob may have besides, in the order in which they are written.
+    pub const OPTIONAL: [u16; 4] = [LTI, STATISTIC, EFFORT, RETARGET];
 
     /// Name of a section, for people.
     pub const fn name(id: u16) -> Option<&'static str> {

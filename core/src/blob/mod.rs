@@ -122,6 +122,7 @@ pub struct Database<'db> {
     graph: &'db [u8],
     flags: &'db [u8],
     timing: &'db [u8],
+    optional: [Option<&'db [u8]>; section::OPTIONAL.len()],
 }
 
 impl<'db> Database<'db> {
@@ -298,7 +299,19 @@ impl<'db> Database<'db> {
         }
     }
 
-    /// Every section that this core knows: number and bytes, in the order of [`section::REQUIRED`].
+    /// The bytes of one of [`section::OPTIONAL`]; `None` where the blob has no such section.
+    #[inline]
+    pub fn optional(&self, id: u16) -> Option<&'db [u8]> {
+        let index = section::OPTIONAL.iter().position(|&o| o == id)?;
+        self.optional.get(index).copied().flatten()
+    }
+
+    /// The optional sections that the blob has: number and bytes, in the order of [`section::OPTIONAL`].
+    pub fn optional_sections(&self) -> impl Iterator<Item = (u16, &'db [u8])> + '_ {
+        section::OPTIONAL.iter().zip(self.optional).filter_map(|(&id, bytes)| bytes.map(|b| (id, b)))
+    }
+
+    /// The sections that every blob has: number and bytes, in the order of [`section::REQUIRED`].
     pub fn sections(&self) -> [(u16, &'db [u8]); section::REQUIRED.len()] {
         [
             (section::MANIFEST, self.manifest),

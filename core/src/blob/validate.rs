@@ -53,6 +53,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     }
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
+    let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
     let mut end = table_end;
     for i in 0..count {
         let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
@@ -75,7 +76,11 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
-        let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
+        // `name` knows the section, so it is in one of the two lists.
+        let slot = match section::REQUIRED.iter().position(|&r| r == id) {
+            Some(i) => found.get_mut(i),
+            None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
+        };
         if slot.is_some_and(|slot| slot.replace(content).is_some()) {
             return Err(misplaced);
         }
@@ -125,6 +130,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         graph,
         flags,
         timing,
+        optional,
     })
 }
 
