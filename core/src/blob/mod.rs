@@ -7,12 +7,14 @@
 pub mod crc;
 pub mod layout;
 mod manifest;
+mod models;
 mod pairs;
 pub mod read;
 mod rows;
 mod validate;
 
 pub use manifest::{Manifest, Names};
+pub use models::{LinearModel, Numbers, Table, Unit};
 pub use pairs::{Counterpart, Moment};
 
 use crate::{BlobError, quaternion::Quaternion, quaternion::Vector};
@@ -39,7 +41,8 @@ pub struct Counts {
     pub classes: usize,
     /// Joint groups.
     pub groups: usize,
-    /// Captured frames, the rows that a search returns.
+    /// Captured frames, the rows that a search returns; 0 in a blob that was cut to its models, which then holds
+    /// nothing that is about frames.
     pub frames: usize,
     /// Captured frames and the prototypes' frames behind them.
     pub rows: usize,
