@@ -61,7 +61,7 @@ pub use blob::Database;
 pub use config::Config;
 pub use digest::Digest;
 pub use error::{BlobError, ConfigError};
-pub use observe::Observer;
+pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
 pub use stylizer::Stylizer;

@@ -18,6 +18,7 @@ use crate::{
     examples::Reader,
     knn::{Limits, Metric, Searcher},
     mixture,
+    observe::Stage,
     query::{Feature, Window},
     regress::{Examples, Parameters},
     stylizer::{Settings, Signals},
@@ -82,6 +83,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Query);
         self.window.push(frame.database, input);
         let mut feature: Feature = [0.0; _];
         self.window.feature(frame.database, &mut feature);
@@ -89,7 +91,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let metric = Metric::new(frame.database, &feature, frame.settings.mask);
         self.search(frame, &metric, report, observer);
         if frame.first {
-            self.settle(frame, &metric, signals, report);
+            self.settle(frame, &metric, signals, report, observer);
         }
         self.regress(frame, &metric, signals, report, observer);
     }
@@ -102,6 +104,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
         let limits = Limits {
             k: usize::from(config.k),
@@ -133,6 +136,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             *jumped = effort.restarted;
             observer.searched(class, found, *mean);
         }
+        observer.stage(Stage::Rest);
         let (most, means) = (usize::from(config.classes), self.mean_distance2.get(..classes).unwrap_or(&[]));
         let cut = mixture::proportions(means, config.delta, config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
@@ -145,14 +149,22 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// A first pose has no frame before it: what the neighbors came from stands in for it.
-    fn settle(&mut self, frame: Frame<'_, '_>, metric: &Metric, signals: &mut Signals<J>, report: &Report) {
+    fn settle(
+        &mut self,
+        frame: Frame<'_, '_>,
+        metric: &Metric,
+        signals: &mut Signals<J>,
+        report: &Report,
+        observer: &mut impl Observer<J>,
+    ) {
         let dofs = frame.database.counts().dofs;
         signals.x_prev = [[0.0; 4]; J];
         signals.y_prev = [[0.0; 4]; J];
         let mut rates = [0.0; 3];
         for share in &report.classes {
             let class = usize::from(share.class);
-            self.gather(frame, metric, class, share.proportion, signals, &mut Votes::default());
+            let mut unheard = Votes::default();
+            self.gather(frame, metric, class, share.proportion, signals, &mut unheard, observer);
             let outputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.y_prev.as_flattened_mut());
             for (d, (x_prev, y_prev)) in outputs.enumerate().take(dofs) {
                 let [mean_x_prev, mean_y_prev, mean_x] = self.examples.means(d);
@@ -169,6 +181,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// Reads the neighbors of a class into the regression and the timing. Returns their rows, sorted.
+    #[allow(clippy::too_many_arguments)]
     fn gather(
         &mut self,
         frame: Frame<'_, '_>,
@@ -177,6 +190,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         proportion: f32,
         signals: &Signals<J>,
         votes: &mut Votes,
+        observer: &mut impl Observer<J>,
     ) -> Vec<u16, K> {
         let Frame { database, settings, .. } = frame;
         let first_row = database.class(class).first_row;
@@ -186,10 +200,14 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         self.steps.clear();
         for &row in &sorted {
             let row = first_row + usize::from(row);
+            observer.stage(Stage::Decode);
             self.reader.read(database, class, row, &settings.styles);
+            observer.stage(Stage::Regression);
             self.examples.add(&self.reader.variables, database.counts().dofs);
+            observer.stage(Stage::Timing);
             let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
             self.steps.add(database, x, x_prev, &self.reader.variables, self.reader.step_s);
+            observer.stage(Stage::Rest);
             votes.add(database, row, metric.distance2(database.feature(row)), proportion);
         }
         sorted
@@ -212,7 +230,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         signals.predicted = [[0.0; 4]; J];
         for share in &report.classes {
             let class = usize::from(share.class);
-            let rows = self.gather(frame, metric, class, share.proportion, signals, &mut votes);
+            let rows = self.gather(frame, metric, class, share.proportion, signals, &mut votes, observer);
+            observer.stage(Stage::Regression);
             let (x, x_prev, y_prev) =
                 (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
             let inputs = x_prev.iter().zip(y_prev).zip(x);
@@ -224,8 +243,10 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 *one = self.examples.predict(d, [x_prev, y_prev, x], database.scale(d), &parameters);
                 *all += share.proportion * *one;
             }
+            observer.stage(Stage::Timing);
             let y = signals.output.as_flattened();
             step_s += share.proportion * self.steps.predict(database, y, y_prev, config.timing_width);
+            observer.stage(Stage::Rest);
             observer.timed(class, &rows, self.steps.weights());
         }
         report.bytes_read += self.reader.bytes;
