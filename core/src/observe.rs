@@ -8,8 +8,6 @@ use crate::{knn::Neighbor, pose::Dofs, query::Feature};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
-    /// Pose to dofs and back, proportions of the classes, contacts, and what no other stage is.
-    Rest,
     /// Window of poses to search feature ([`crate::query`]).
     Query,
     /// Nearest frames in every class ([`crate::knn`]).
@@ -20,11 +18,13 @@ pub enum Stage {
     Regression,
     /// Time step ([`crate::timing`]).
     Timing,
+    /// Pose to dofs and back, proportions of the classes, contacts, and what no other stage is.
+    Rest,
 }
 
 impl Stage {
     /// Every stage, by name, in the order of their numbers (`stage as usize`).
-    pub const NAMES: [&'static str; 6] = ["rest", "query", "search", "decode", "regression", "timing"];
+    pub const NAMES: [&'static str; 6] = ["query", "search", "decode", "regression", "timing", "rest"];
 }
 
 /// Sees what a step computes, in the order in which it does.

@@ -4,20 +4,25 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let target = env::var("TARGET")?;
-    let (map, script) = match target.as_str() {
-        "thumbv7em-none-eabihf" => ("an386.x", "link.x"),
-        "thumbv8m.main-none-eabihf" => ("an505.x", "link.x"),
-        "thumbv6m-none-eabi" => ("microbit.x", "link.x"),
-        t if t.starts_with("riscv32") => ("virt.x", "link.x"),
+    // The AN500 has the AN386's map; who builds for it says so.
+    let (map, board) = match target.as_str() {
+        "thumbv7em-none-eabihf" => ("an386.x", "mps2-an386"),
+        "thumbv8m.main-none-eabihf" => ("an505.x", "mps2-an505"),
+        "thumbv6m-none-eabi" => ("microbit.x", "microbit"),
+        t if t.starts_with("riscv32") => ("virt.x", "virt"),
         other => return Err(format!("no board has the target {other}: see the README").into()),
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::copy(PathBuf::from("memory").join(map), out.join("memory.x"))?;
     println!("cargo:rerun-if-changed=memory/{map}");
     println!("cargo:rustc-link-search={}", out.display());
-    println!("cargo:rustc-link-arg-bins=-T{script}");
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
     // Sections lie as close as they can: no page of a system to align to.
     println!("cargo:rustc-link-arg-bins=--nmagic");
+    println!("cargo:rerun-if-env-changed=GESTUS_BOARD");
+    let board = env::var("GESTUS_BOARD").unwrap_or_else(|_| board.into());
+    println!("cargo:rustc-env=GESTUS_BOARD={board}");
+    println!("cargo:rustc-env=GESTUS_BUILD={} {target}", env::var("CARGO_PKG_VERSION")?);
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }

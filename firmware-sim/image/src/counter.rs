@@ -12,6 +12,12 @@ pub trait Counter {
     /// Instructions are ticks times the first over the second.
     const RATIO: (u32, u32);
 
+    /// Instructions of so many ticks.
+    fn instructions(ticks: u64) -> u64 {
+        let (more, less) = Self::RATIO;
+        ticks * u64::from(more) / u64::from(less)
+    }
+
     /// Ticks from one reading to another, less than one wrap later.
     fn since(&self, start: u32, end: u32) -> u32 {
         end.wrapping_sub(start) & Self::RANGE

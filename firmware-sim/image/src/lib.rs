@@ -1,8 +1,81 @@
-//! What the boards share.
+//! What the boards share: a database is opened, a stylizer made, and a host served over a serial port.
+//!
+//! A board's binary brings its port and counter and calls [`serve`]. Memory is static: the stack carries calls alone.
 #![no_std]
 
+pub mod board;
 pub mod counter;
+#[cfg(not(target_abi = "eabi"))]
 pub mod flash;
+pub mod log;
+pub mod memory;
 pub mod stack;
 pub mod stages;
 pub mod uart;
+
+use gestus_core::{Config, Database, Stylizer, link::Server};
+use static_cell::StaticCell;
+
+use board::Firmware;
+use counter::Counter;
+use uart::Uart;
+
+/// Exit codes of an image, for the emulator.
+pub mod exit {
+    /// The database can't be opened.
+    pub const DATABASE: i32 = 2;
+    /// The database does not fit the stylizer's capacities.
+    pub const CAPACITY: i32 = 3;
+    /// A panic.
+    pub const PANIC: i32 = 101;
+}
+
+/// Room for a stylizer.
+pub type Room<const J: usize, const K: usize, const C: usize> = StaticCell<Stylizer<'static, J, K, C>>;
+/// Room for a server of a board that counts with `T`.
+pub type Desk<T, const J: usize, const K: usize, const C: usize, const N: usize> =
+    StaticCell<Server<'static, 'static, Firmware<T>, J, K, C, N>>;
+
+/// Opens the database and serves it over the port, for ever. Ends the emulation where the database is none, or does
+/// not fit.
+pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
+    mut port: impl Uart,
+    counter: T,
+    blob: &'static [u8],
+    room: &'static Room<J, K, C>,
+    desk: &'static Desk<T, J, K, C, N>,
+    config: Config,
+) -> ! {
+    let start = counter.now();
+    let database = match Database::open(blob) {
+        Ok(database) => database,
+        Err(error) => {
+            log::refused(error);
+            semihosting::process::exit(exit::DATABASE)
+        }
+    };
+    let open = counter.since(start, counter.now());
+    log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
+    let stylizer = room.init_with(|| match Stylizer::new(database, config) {
+        Ok(stylizer) => stylizer,
+        Err(error) => {
+            log::unfit(error);
+            semihosting::process::exit(exit::CAPACITY)
+        }
+    });
+    let server = desk.init_with(|| Server::new(stylizer, Firmware::new(counter, open)));
+    loop {
+        let Some(byte) = port.read() else { continue };
+        for &byte in server.receive(byte).unwrap_or(&[]) {
+            port.write(byte);
+        }
+    }
+}
+
+/// What every image does in a panic, which the core has none of: it ends.
+#[panic_handler]
+fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
+    #[cfg(feature = "defmt")]
+    defmt::error!("{}", defmt::Display2Format(_info));
+    semihosting::process::exit(exit::PANIC)
+}

@@ -6,26 +6,16 @@
 
 use core::hint::black_box;
 
-use gestus_core::{Observer, Stage};
+use gestus_core::Stage;
 
 use crate::counter::Counter;
 
-const STAGES: usize = Stage::NAMES.len();
+/// Number of stages.
+pub const STAGES: usize = Stage::NAMES.len();
 const READINGS: u32 = 256;
 
-/// Instructions of a frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Instructions {
-    /// By stage, in the order of [`Stage::NAMES`].
-    pub stages: [u32; STAGES],
-}
-
-impl Instructions {
-    /// All stages together.
-    pub fn total(&self) -> u32 {
-        self.stages.iter().sum()
-    }
-}
+/// Instructions by stage, in the order of [`Stage::NAMES`].
+pub type Instructions = [u32; STAGES];
 
 /// Counts a step by stage.
 #[derive(Debug)]
@@ -52,6 +42,11 @@ impl<C: Counter> Stages<C> {
         stages
     }
 
+    /// The counter.
+    pub fn counter(&self) -> &C {
+        &self.counter
+    }
+
     /// A step begins.
     pub fn begin(&mut self) {
         self.ticks = [0; STAGES];
@@ -63,18 +58,18 @@ impl<C: Counter> Stages<C> {
     /// The step is done: what it took.
     pub fn end(&mut self) -> Instructions {
         self.enter(Stage::Rest);
-        let (more, less) = C::RATIO;
         let mut stages = [0; STAGES];
         for ((sum, &ticks), &entered) in stages.iter_mut().zip(&self.ticks).zip(&self.entered) {
             let readings = u64::from(self.overhead) * u64::from(entered) / u64::from(READINGS);
             let ticks = u64::from(ticks).saturating_sub(readings);
-            *sum = (ticks * u64::from(more) / u64::from(less)) as u32;
+            *sum = C::instructions(ticks) as u32;
         }
-        Instructions { stages }
+        stages
     }
 
+    /// The work of a stage begins.
     #[inline(always)]
-    fn enter(&mut self, stage: Stage) {
+    pub fn enter(&mut self, stage: Stage) {
         let now = self.counter.now();
         let place = self.stage.min(STAGES - 1);
         self.ticks[place] += self.counter.since(self.last, now);
@@ -84,9 +79,3 @@ impl<C: Counter> Stages<C> {
     }
 }
 
-impl<const J: usize, C: Counter> Observer<J> for Stages<C> {
-    #[inline(always)]
-    fn stage(&mut self, stage: Stage) {
-        self.enter(stage);
-    }
-}
