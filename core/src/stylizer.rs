@@ -1,5 +1,7 @@
 //! One step: a pose in, the same pose in another style out.
 
+mod configure;
+
 use heapless::Vec;
 
 use crate::{
