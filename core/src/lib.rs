@@ -43,6 +43,7 @@ pub mod digest;
 mod error;
 pub mod examples;
 pub mod knn;
+pub mod link;
 mod mar;
 pub mod math;
 pub mod mixture;

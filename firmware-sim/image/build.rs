@@ -19,6 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     // Sections lie as close as they can: no page of a system to align to.
     println!("cargo:rustc-link-arg-bins=--nmagic");
+    println!("cargo:rustc-check-cfg=cfg(an505)");
+    if map == "an505.x" {
+        println!("cargo:rustc-cfg=an505");
+    }
     println!("cargo:rerun-if-env-changed=GESTUS_BOARD");
     let board = env::var("GESTUS_BOARD").unwrap_or_else(|_| board.into());
     println!("cargo:rustc-env=GESTUS_BOARD={board}");

@@ -1,5 +1,6 @@
 //! One step: a pose in, the same pose in another style out.
 
+mod configure;
 mod settings;
 
 pub(crate) use settings::Settings;
