@@ -35,6 +35,7 @@ pub struct Reader<const J: usize> {
 
 impl<const J: usize> Reader<J> {
     /// A reader that has read nothing.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             rows: [NOTHING; CACHED],

@@ -53,6 +53,7 @@ pub(crate) struct Frame<'a, 'db> {
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     /// No frame seen yet.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             window: Window::new(),

@@ -86,6 +86,7 @@ pub struct Examples<const J: usize> {
 
 impl<const J: usize> Examples<J> {
     /// No examples.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { first: Variables::ZERO, sums: [[[0.0; 4]; SUMS]; J], count: 0 }
     }

@@ -45,6 +45,7 @@ pub struct Steps<const K: usize> {
 
 impl<const K: usize> Steps<K> {
     /// No neighbors.
+    #[inline(never)]
     pub const fn new() -> Self {
         const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
         Self { memories: [EMPTY; K], weights: [0.0; K], count: 0 }

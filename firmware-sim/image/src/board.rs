@@ -20,13 +20,16 @@ pub struct Firmware<C> {
     most: u32,
     /// Instructions of `Database::open`.
     open: u64,
+    /// Bytes of stylizer and server, which are no calls' but lie on the stack.
+    state: usize,
 }
 
 impl<C: Counter> Firmware<C> {
-    /// A board that has opened its database in `open` ticks of its counter.
-    pub fn new(counter: C, open: u32) -> Self {
+    /// A board that has opened its database in `open` ticks of its counter, and keeps `state` bytes in
+    /// the frame of its main loop.
+    pub fn new(counter: C, open: u32, state: usize) -> Self {
         let open = C::instructions(u64::from(open));
-        Self { stages: Stages::new(counter), last: [0; STAGES], sums: [0; STAGES], most: 0, open }
+        Self { stages: Stages::new(counter), last: [0; STAGES], sums: [0; STAGES], most: 0, open, state }
     }
 
     /// Instructions of the last step.
@@ -71,8 +74,8 @@ impl<const J: usize, C: Counter> Board<J> for Firmware<C> {
     fn statistic(&mut self, index: u16) -> Option<Statistic> {
         let [query, search, decode, regression, timing, rest] = self.sums;
         Some(match index {
-            0 => (counter::STATIC_BYTES, memory::static_bytes() as u64),
-            1 => (counter::STACK_BYTES, stack::used() as u64),
+            0 => (counter::STATIC_BYTES, (memory::static_bytes() + self.state) as u64),
+            1 => (counter::STACK_BYTES, stack::used().saturating_sub(self.state) as u64),
             2 => (counter::INSTRUCTIONS, self.sums.iter().sum()),
             3 => (counter::INSTRUCTIONS_MAX, u64::from(self.most)),
             4 => (counter::INSTRUCTIONS_QUERY, query),

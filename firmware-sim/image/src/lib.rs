@@ -1,6 +1,8 @@
 //! What the boards share: a database is opened, a stylizer made, and a host served over a serial port.
 //!
-//! A board's binary brings its port and counter and calls [`serve`]. Memory is static: the stack carries calls alone.
+//! A board's binary brings its port and counter and calls [`serve`], which never returns: stylizer and server are
+//! locals of it, written to their place once. (In a `static` they would be copied there, and a second stylizer would
+//! have to fit the stack.)
 #![no_std]
 
 pub mod board;
@@ -13,9 +15,7 @@ pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{Config, Database, Stylizer, link::Server};
-use static_cell::StaticCell;
-
+use gestus_core::{Config, Database, Fit, link::Server};
 use board::Firmware;
 use counter::Counter;
 use uart::Uart;
@@ -30,20 +30,12 @@ pub mod exit {
     pub const PANIC: i32 = 101;
 }
 
-/// Room for a stylizer.
-pub type Room<const J: usize, const K: usize, const C: usize> = StaticCell<Stylizer<'static, J, K, C>>;
-/// Room for a server of a board that counts with `T`.
-pub type Desk<T, const J: usize, const K: usize, const C: usize, const N: usize> =
-    StaticCell<Server<'static, 'static, Firmware<T>, J, K, C, N>>;
-
 /// Opens the database and serves it over the port, for ever. Ends the emulation where the database is none, or does
 /// not fit.
 pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
     mut port: impl Uart,
     counter: T,
     blob: &'static [u8],
-    room: &'static Room<J, K, C>,
-    desk: &'static Desk<T, J, K, C, N>,
     config: Config,
 ) -> ! {
     let start = counter.now();
@@ -56,14 +48,16 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     };
     let open = counter.since(start, counter.now());
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
-    let stylizer = room.init_with(|| match Stylizer::new(database, config) {
-        Ok(stylizer) => stylizer,
+    let fit = match Fit::<J, K, C>::new(database, config) {
+        Ok(fit) => fit,
         Err(error) => {
             log::unfit(error);
             semihosting::process::exit(exit::CAPACITY)
         }
-    });
-    let server = desk.init_with(|| Server::new(stylizer, Firmware::new(counter, open)));
+    };
+    let mut stylizer = fit.stylizer();
+    let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
+    let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, Firmware::new(counter, open, state));
     loop {
         let Some(byte) = port.read() else { continue };
         for &byte in server.receive(byte).unwrap_or(&[]) {

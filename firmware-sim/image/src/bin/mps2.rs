@@ -6,7 +6,7 @@ use cortex_m_rt::entry;
 #[cfg(feature = "defmt")]
 use defmt_semihosting as _;
 use gestus_core::{Config, link::buffer_length};
-use gestus_firmware::{Desk, Room, counter::SysTick, flash, serve, stack, uart::cmsdk::Cmsdk};
+use gestus_firmware::{counter::SysTick, flash, serve, stack, uart::cmsdk::Cmsdk};
 
 /// The M33's board has its ports elsewhere, and runs at 20 MHz in place of 25.
 const AN505: bool = cfg!(an505);
@@ -14,15 +14,12 @@ const UART0: usize = if AN505 { 0x5020_0000 } else { 0x4000_4000 };
 const TICK_PS: u32 = if AN505 { 50_000 } else { 40_000 };
 const BUFFER: usize = buffer_length(22);
 
-static ROOM: Room<22, 40, 28> = Room::new();
-static DESK: Desk<SysTick<TICK_PS>, 22, 40, 28, BUFFER> = Desk::new();
-
 #[entry]
 fn main() -> ! {
     stack::paint();
     let Some(peripherals) = cortex_m::Peripherals::take() else { semihosting::process::exit(1) };
-    let counter = SysTick::start(peripherals.SYST);
+    let counter = SysTick::<TICK_PS>::start(peripherals.SYST);
     // SAFETY: this is the address of the board's first UART, and nothing else in the image uses it.
     let port = unsafe { Cmsdk::new(UART0) };
-    serve(port, counter, flash::blob(), &ROOM, &DESK, Config::new())
+    serve::<_, 22, 40, 28, BUFFER>(port, counter, flash::blob(), Config::new())
 }
