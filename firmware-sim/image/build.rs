@@ -16,6 +16,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::copy(PathBuf::from("memory").join(map), out.join("memory.x"))?;
     println!("cargo:rerun-if-changed=memory/{map}");
     println!("cargo:rustc-link-search={}", out.display());
+    if target.starts_with("riscv32") {
+        // riscv-rt's script does not ask for it.
+        println!("cargo:rustc-link-arg-bins=-Tmemory.x");
+    }
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     // Sections lie as close as they can: no page of a system to align to.
     println!("cargo:rustc-link-arg-bins=--nmagic");

@@ -15,12 +15,14 @@ pub trait Uart {
     fn write(&mut self, byte: u8);
 }
 
-/// A block of device registers.
+/// A block of device registers, a word each.
+#[cfg(target_arch = "arm")]
 #[derive(Debug)]
 struct Registers {
     base: usize,
 }
 
+#[cfg(target_arch = "arm")]
 impl Registers {
     /// # Safety
     /// `base` is the address of the device's registers, on a word boundary, and every offset read or written is one
