@@ -201,10 +201,19 @@ impl StepReport {
             bytes_read: report.bytes_read,
             contacts: left | right << 1,
             degraded: u32::from(report.degraded.bits()),
-            classes: report.classes.iter().map(|s| (s.class, s.proportion)).collect(),
-            stages: stages.iter().copied().take(MAX_STAGES).collect(),
+            classes: taken(report.classes.iter().map(|s| (s.class, s.proportion))),
+            stages: taken(stages.iter().copied()),
         }
     }
+}
+
+/// The first items, as many as there is room for. (`collect` panics where there is none.)
+pub(super) fn taken<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T, M> {
+    let mut list = Vec::new();
+    for item in items.take(M) {
+        let _ = list.push(item);
+    }
+    list
 }
 
 /// Decodes a message; `None` where the bytes are none, or more than one.
