@@ -7,7 +7,10 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::{Fault, board::Statistic};
-use crate::{Pose, Report, mixture::MAX_KEPT};
+use crate::{
+    Degraded, Pose, Report,
+    mixture::{MAX_KEPT, Share},
+};
 
 /// Most pairs of a number and a value in a message.
 pub const MAX_PAIRS: usize = 16;
@@ -204,6 +207,24 @@ impl StepReport {
             classes: taken(report.classes.iter().map(|s| (s.class, s.proportion))),
             stages: taken(stages.iter().copied()),
         }
+    }
+
+    /// The report that was sent. Flags that this core does not know are left out.
+    pub fn report(&self) -> Report {
+        let mut report = Report {
+            distance2: self.distance2,
+            visits: self.visits,
+            bytes_read: self.bytes_read,
+            contacts: [self.contacts & 1 != 0, self.contacts & 2 != 0],
+            step_s: self.step_s,
+            predicted_step_s: self.predicted_step_s,
+            ..Report::default()
+        };
+        report.classes = taken(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
+        for (flag, _) in Degraded::NAMES {
+            report.degraded.set(flag, self.degraded & u32::from(flag.bits()) != 0);
+        }
+        report
     }
 }
 
