@@ -3,7 +3,10 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use gestus_firmware_sim::run::{self, RunArgs};
+use gestus_firmware_sim::{
+    link::command::{self as link, LinkArgs},
+    run::{self, RunArgs},
+};
 
 /// Gestus off the board: the very same core on this machine.
 #[derive(Parser)]
@@ -17,11 +20,16 @@ struct Cli {
 enum Command {
     /// Stream a clip through the core on this machine
     Run(RunArgs),
+    /// Stream a clip through a board at the other end of a line, and compare every bit
+    Link(LinkArgs),
 }
 
 fn main() -> ExitCode {
-    let Command::Run(args) = Cli::parse().command;
-    match run::run(&args) {
+    let outcome = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Link(args) => link::run(&args),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

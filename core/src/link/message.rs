@@ -7,7 +7,10 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::{Fault, board::Statistic};
-use crate::{Pose, Report, mixture::MAX_KEPT};
+use crate::{
+    Degraded, Pose, Report,
+    mixture::{MAX_KEPT, Share},
+};
 
 /// Most pairs of a number and a value in a message.
 pub const MAX_PAIRS: usize = 16;
@@ -201,10 +204,37 @@ impl StepReport {
             bytes_read: report.bytes_read,
             contacts: left | right << 1,
             degraded: u32::from(report.degraded.bits()),
-            classes: report.classes.iter().map(|s| (s.class, s.proportion)).collect(),
-            stages: stages.iter().copied().take(MAX_STAGES).collect(),
+            classes: taken(report.classes.iter().map(|s| (s.class, s.proportion))),
+            stages: taken(stages.iter().copied()),
         }
     }
+
+    /// The report that was sent. Flags that this core does not know are left out.
+    pub fn report(&self) -> Report {
+        let mut report = Report {
+            distance2: self.distance2,
+            visits: self.visits,
+            bytes_read: self.bytes_read,
+            contacts: [self.contacts & 1 != 0, self.contacts & 2 != 0],
+            step_s: self.step_s,
+            predicted_step_s: self.predicted_step_s,
+            ..Report::default()
+        };
+        report.classes = taken(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
+        for (flag, _) in Degraded::NAMES {
+            report.degraded.set(flag, self.degraded & u32::from(flag.bits()) != 0);
+        }
+        report
+    }
+}
+
+/// The first items, as many as there is room for. (`collect` panics where there is none.)
+pub(super) fn taken<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T, M> {
+    let mut list = Vec::new();
+    for item in items.take(M) {
+        let _ = list.push(item);
+    }
+    list
 }
 
 /// Decodes a message; `None` where the bytes are none, or more than one.

@@ -2,7 +2,7 @@
 
 use super::{
     Board, Direction, Fault, Frame, Full, Header, Identity, LinkCounts, PAGE, Pairs, PoseBuffer, PoseBytes,
-    Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, parameter,
+    Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken, parameter,
 };
 use crate::{Config, ConfigError, Pose, Stylizer, blob::layout::MAX_GROUPS};
 
@@ -271,7 +271,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         ];
         let board = (0..u16::MAX).map_while(|index| self.board.statistic(index));
         let mut all = self.counts.statistics().into_iter().chain(sizes).chain(board).skip(usize::from(skip));
-        let page = all.by_ref().take(PAGE).collect();
+        let page = taken::<_, PAGE>(all.by_ref());
         let more = all.next().is_some();
         drop(all);
         self.reply(header, &Reply::Statistics { more, page })
