@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use gestus_firmware_sim::{
+    board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs},
     run::{self, RunArgs},
 };
@@ -22,12 +23,15 @@ enum Command {
     Run(RunArgs),
     /// Stream a clip through a board at the other end of a line, and compare every bit
     Link(LinkArgs),
+    /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine
+    Board(BoardArgs),
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Link(args) => link::run(&args),
+        Command::Board(args) => board::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

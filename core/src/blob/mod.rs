@@ -9,7 +9,7 @@ pub mod layout;
 mod manifest;
 mod pairs;
 pub mod read;
-mod rows;
+pub(crate) mod rows;
 mod validate;
 
 pub use manifest::{Manifest, Names};

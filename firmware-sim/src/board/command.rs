@@ -50,8 +50,7 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         Some(name) => vec![boards::find(name)?],
         None => BOARDS.iter().filter(|b| b.blob_address.is_some()).collect(),
     };
-    let bytes =
-        std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
+    let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database =
         Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", args.db.display()))?;
     let mut clip = Input::read(&args.input, &database)?.mapped;
@@ -92,7 +91,16 @@ pub fn run(args: &BoardArgs) -> Result<()> {
 pub fn table(measured: &[Measured]) -> String {
     let mut text = format!(
         "{:10} {:>9} {:>6}  {:>12} {:>12}  {:>6} {:>6} {:>7}  {:>10}  {}\n",
-        "board", "bit-exact", "frames", "instructions", "worst", "RAM", "stack", "flash", "bytes read", "digest"
+        "board",
+        "bit-exact",
+        "frames",
+        "instructions",
+        "worst",
+        "RAM",
+        "stack",
+        "flash",
+        "bytes read",
+        "digest"
     );
     for one in measured {
         let instructions = one.linked.instructions();

@@ -73,7 +73,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}")).env_remove("RUSTFLAGS");
     cargo.env("GESTUS_BOARD", board.reported);
     if board.blob_address.is_none() {
-        let blob = options.blob.with_context(|| format!("the {} board needs a database to hold", board.name))?;
+        let blob =
+            options.blob.with_context(|| format!("the {} board needs a database to hold", board.name))?;
         cargo.env("GESTUS_BLOB", fs::canonicalize(blob).with_context(|| blob.display().to_string())?);
     }
     for (name, _) in env::vars_os() {
@@ -82,7 +83,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
             cargo.env_remove(&name);
         }
     }
-    let output = cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
+    let output =
+        cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
     let said = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
         bail!("the image of {} can't be built:\n{}", board.name, said.trim_end());
@@ -121,9 +123,7 @@ fn has_core(target: &str) -> bool {
 pub fn flash_bytes(image: &Path) -> Result<u64> {
     let bytes = fs::read(image).with_context(|| format!("{} can't be read", image.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
-    let loaded = |flags: SectionFlags| {
-        matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0)
-    };
+    let loaded = |flags: SectionFlags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
     Ok(file
         .sections()
         .filter(|s| s.kind() != SectionKind::UninitializedData && loaded(s.flags()))

@@ -162,8 +162,7 @@ pub fn measure(
         session.wish(job.request)?;
         let linked = stream(session, job.clip, false, progress)?;
         let statistics = session.board().statistics()?;
-        let mut bytes_read: Vec<u32> =
-            linked.streamed.steps.iter().map(|s| s.report.bytes_read).collect();
+        let mut bytes_read: Vec<u32> = linked.streamed.steps.iter().map(|s| s.report.bytes_read).collect();
         bytes_read.sort_unstable();
         let ram_bytes = session.identity().ram_bytes;
         Ok(Measured { board, linked, statistics, ram_bytes, flash_bytes, bytes_read })
