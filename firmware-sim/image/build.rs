@@ -4,8 +4,10 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let target = env::var("TARGET")?;
-    // The AN500 has the AN386's map; who builds for it says so.
+    println!("cargo:rerun-if-env-changed=GESTUS_BOARD");
+    let wanted = env::var("GESTUS_BOARD").unwrap_or_default();
     let (map, board) = match target.as_str() {
+        "thumbv7em-none-eabihf" if wanted == "mps2-an500" => ("an500.x", "mps2-an500"),
         "thumbv7em-none-eabihf" => ("an386.x", "mps2-an386"),
         "thumbv8m.main-none-eabihf" => ("an505.x", "mps2-an505"),
         "thumbv6m-none-eabi" => ("microbit.x", "microbit"),
@@ -27,8 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if map == "an505.x" {
         println!("cargo:rustc-cfg=an505");
     }
-    println!("cargo:rerun-if-env-changed=GESTUS_BOARD");
-    let board = env::var("GESTUS_BOARD").unwrap_or_else(|_| board.into());
+    let board = if wanted.is_empty() { board } else { &wanted };
     println!("cargo:rustc-env=GESTUS_BOARD={board}");
     println!("cargo:rustc-env=GESTUS_BUILD={} {target}", env::var("CARGO_PKG_VERSION")?);
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {

@@ -8,9 +8,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on.
     ///
     /// # Errors
-    /// [`ConfigError`] where a parameter is out of its range; those in force stay.
+    /// [`ConfigError`] where a parameter is out of its range, or the method another one, which is for a new
+    /// stylizer; those in force stay.
     pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
         config.check(K)?;
+        if config.method != self.config.method {
+            return Err(ConfigError::Method);
+        }
         self.config = config;
         Ok(())
     }

@@ -6,14 +6,16 @@ mod settings;
 pub(crate) use settings::Settings;
 
 use crate::{
-    Config, ConfigError, Degraded, Observer, Pose, Report,
+    Config, ConfigError, Degraded, Method, Observer, Pose, Report,
     blob::{
         Database,
         layout::{ROOT_DOFS, dof},
     },
     config::Yaw,
+    lti::Lti,
     mar::{Frame, Mar},
     pose::{self, Anchor, Dofs},
+    statistic::Statistic,
     timing::Timing,
 };
 
@@ -49,7 +51,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
     /// Compares what is needed with the capacities.
     ///
     /// # Errors
-    /// [`ConfigError`] where the database does not fit the capacities, or a parameter is out of its range.
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
     pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
         let counts = *database.counts();
         let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
@@ -61,6 +64,14 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
         }
         config.check(K)?;
+        let held = match config.method {
+            Method::Mar => counts.frames > 0,
+            Method::Lti => database.linear_from().is_some(),
+            Method::Statistic => database.statistic_from().is_some(),
+        };
+        if !held {
+            return Err(ConfigError::Method);
+        }
         Ok(Self { database, config })
     }
 
@@ -72,11 +83,41 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             database: self.database,
             config: self.config,
             settings: Settings::new(),
-            method: Mar::new(),
+            engine: Engine::new(self.config.method),
             signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             last: None,
+        }
+    }
+}
+
+/// The method and its state: all lie in the same place, which is as large as the largest, the mixture's.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
+enum Engine<const J: usize, const K: usize, const C: usize> {
+    Mar(Mar<J, K, C>),
+    Lti(Lti<J>),
+    Statistic(Statistic<J>),
+}
+
+impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
+    // A function of its own is given the place to write to; inlined, the state would be copied there.
+    #[inline(never)]
+    fn new(method: Method) -> Self {
+        match method {
+            Method::Mar => Self::Mar(Mar::new()),
+            Method::Lti => Self::Lti(Lti::new()),
+            Method::Statistic => Self::Statistic(Statistic::new()),
+        }
+    }
+
+    fn reset(&mut self) {
+        match self {
+            Self::Mar(mar) => mar.reset(),
+            Self::Lti(lti) => lti.reset(),
+            // A first frame starts its statistics.
+            Self::Statistic(_) => {}
         }
     }
 }
@@ -89,7 +130,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
     config: Config,
     settings: Settings,
-    method: Mar<J, K, C>,
+    engine: Engine<J, K, C>,
     signals: Signals<J>,
     input_anchor: Anchor,
     output_anchor: Anchor,
@@ -100,7 +141,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// A stylizer that puts out the database's first style until told otherwise.
     ///
     /// # Errors
-    /// [`ConfigError`] where the database does not fit the capacities, or a parameter is out of its range.
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
     pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
         Ok(Fit::new(database, config)?.stylizer())
     }
@@ -117,7 +159,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
-        self.method.reset();
+        self.engine.reset();
         self.last = None;
     }
 
@@ -144,7 +186,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let first = self.last.is_none();
         self.take_in(input, first);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
-        self.method.predict(frame, input, &mut self.signals, &mut report, observer);
+        let signals = &mut self.signals;
+        match &mut self.engine {
+            Engine::Mar(mar) => mar.predict(frame, input, signals, &mut report, observer),
+            Engine::Lti(lti) => lti.predict(frame, signals, &mut report),
+            Engine::Statistic(statistic) => statistic.predict(frame, input, signals, &mut report),
+        }
         self.put_out(first, &mut report, output);
 
         let signals = &mut self.signals;

@@ -57,7 +57,7 @@ pub const BOARDS: [Board; 6] = [
         cpu: Some("cortex-m7"),
         binary: "mps2",
         reported: "mps2-an500",
-        blob_address: Some(0x2100_0000),
+        blob_address: Some(0x6000_0000),
         icount_shift: 6,
     },
     Board {
