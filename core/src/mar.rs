@@ -52,6 +52,8 @@ pub(crate) struct Frame<'a, 'db> {
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     /// No frame seen yet.
+    // A function of its own is given the place to write to; inlined, 20 KB would be copied there.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             window: Window::new(),

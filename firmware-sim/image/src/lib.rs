@@ -15,7 +15,7 @@ pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{Config, Database, Fit, link::Server};
+use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use board::Firmware;
 use counter::Counter;
 use uart::Uart;
@@ -39,7 +39,7 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     config: Config,
 ) -> ! {
     let start = counter.now();
-    let database = match Database::open(blob) {
+    let database = match open(blob) {
         Ok(database) => database,
         Err(error) => {
             log::refused(error);
@@ -60,10 +60,25 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, Firmware::new(counter, open, state));
     loop {
         let Some(byte) = port.read() else { continue };
-        for &byte in server.receive(byte).unwrap_or(&[]) {
+        for &byte in receive(&mut server, byte).unwrap_or(&[]) {
             port.write(byte);
         }
     }
+}
+
+// Functions of their own, so that the frames of the one are off the stack while the other runs.
+
+#[inline(never)]
+fn open(blob: &'static [u8]) -> Result<Database<'static>, BlobError> {
+    Database::open(blob)
+}
+
+#[inline(never)]
+fn receive<'s, T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
+    server: &'s mut Server<'_, '_, Firmware<T>, J, K, C, N>,
+    byte: u8,
+) -> Option<&'s [u8]> {
+    server.receive(byte)
 }
 
 /// What every image does in a panic, which the core has none of: it ends.
