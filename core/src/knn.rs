@@ -167,6 +167,7 @@ pub struct Searcher {
 
 impl Searcher {
     /// Room for a search.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { pool: Vec::new(), visited: [NONE; SLOTS] }
     }

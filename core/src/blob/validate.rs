@@ -114,6 +114,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let counts = counts(head)?;
     Ok(Database {
         counts,
+        identity: head.u32(header::CRC),
         rate_hz: head.f32(header::RATE),
         block_shift: counts.block_rows.trailing_zeros(),
         manifest,
