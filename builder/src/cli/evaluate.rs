@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo},
+    build::BuildOptions,
+    evaluate::{Evaluation, ablation, compression, correspondence, knn, loo},
     load::load,
 };
 use serde_json::json;
@@ -14,7 +15,8 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
+    /// correspondence
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -72,7 +74,8 @@ pub fn run(args: &Args) -> Result<()> {
         from,
         to,
         folds: args.folds,
-        build: config.build.clone(),
+        // Models are built by those measures that look at them.
+        build: BuildOptions { models: false, ..config.build.clone() },
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
@@ -83,7 +86,10 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression"),
+        "correspondence" => correspondence::evaluate(corpus, from)?,
+        other => bail!(
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence"
+        ),
     };
     evaluation.write(&args.output)?;
     if args.json {
