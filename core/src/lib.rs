@@ -51,6 +51,7 @@ pub mod quaternion;
 pub mod query;
 pub mod regress;
 pub mod report;
+pub mod retarget;
 pub mod ridge;
 pub mod skeleton;
 mod stylizer;

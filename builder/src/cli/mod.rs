@@ -5,6 +5,7 @@ mod build;
 mod demo;
 mod evaluate;
 mod inspect;
+mod retarget;
 mod translate;
 
 use anyhow::Result;
@@ -32,6 +33,8 @@ enum Command {
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),
+    /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
+    Retarget(retarget::Args),
     /// Measure: errors, ablations, search, compression
     Evaluate(evaluate::Args),
 }
@@ -45,6 +48,7 @@ pub fn run() -> Result<()> {
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Export(args) => inspect::export(&args),
         Command::Translate(args) => translate::run(&args),
+        Command::Retarget(args) => retarget::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }
