@@ -10,6 +10,7 @@ pub mod knn;
 pub mod loo;
 pub mod methods;
 pub mod metrics;
+pub mod retarget;
 
 use std::{fs, path::Path};
 

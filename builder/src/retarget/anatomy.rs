@@ -9,7 +9,8 @@
 //! | feet | up is the floor's normal while they stand; ahead, the toes |
 //! | hands, collarbones | as they lie on average on lower arm and chest |
 //! | toes | as the foot, while it stands |
-//! | trunk, head | upright at rest, where zero rotations are an upright body; by the bones and the hip and shoulder lines where they are not |
+//! | trunk | along the bones of the spine; across, left at rest where zero rotations are an upright body, the lines of hips and shoulders where they are not |
+//! | head | upright at rest; level on average where there is no upright rest |
 //!
 //! Axes: X left, Y up, Z ahead for the trunk; Y along the bone and X across for limbs.
 
@@ -73,7 +74,7 @@ impl Anatomy {
             upright: upright_axes.is_some(),
             doubts: Vec::new(),
         };
-        let mut measure = Measure { skeleton, parts, worlds: &worlds, zero: upright_axes, body: &mut this };
+        let mut measure = Measure { parts, worlds: &worlds, zero: upright_axes, body: &mut this };
         measure.hips();
         measure.trunk();
         for side in Side::BOTH {
@@ -93,7 +94,6 @@ impl Anatomy {
 }
 
 struct Measure<'a> {
-    skeleton: &'a Skeleton,
     parts: &'a Parts,
     worlds: &'a [World],
     zero: Option<UnitQuaternion<f64>>,
@@ -129,25 +129,26 @@ impl Measure<'_> {
         chain.extend(&self.parts.spine);
         let chest = *chain.last().unwrap_or(&0);
         chain.extend(&self.parts.neck);
-        if let Some(axes) = self.zero {
-            for &j in &chain {
-                self.body.frames.insert(j, axes);
-            }
-            return;
-        }
         for (i, &j) in chain.iter().enumerate() {
             let share = if chest == 0 { 1.0 } else { (i as f64 / self.parts.spine.len() as f64).min(1.0) };
-            let left = self.seen(j, |w| {
-                self.left(w, Part::UpperLeg) * (1.0 - share) + self.left(w, Part::UpperArm) * share
-            });
-            // Along the bone to the next that has a length; the head is held level on average.
-            let next = chain[i + 1..].iter().map(|&n| self.skeleton.offsets[n]).find(|o| o.norm() > 1e-3);
-            let up = match next {
-                Some(bone) => bone,
-                None => self.seen(j, |_| Vector3::y()),
+            let left = match self.zero {
+                Some(axes) if i > 0 => axes * Vector3::x(),
+                _ => self.seen(j, |w| {
+                    self.left(w, Part::UpperLeg) * (1.0 - share) + self.left(w, Part::UpperArm) * share
+                }),
             };
-            let axes = axes(up, left, i == 0);
-            self.body.frames.insert(j, axes);
+            // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
+            // a joint of no length above it tilt back, and then its own axes say nothing about the spine.
+            let next = chain[i + 1..].iter().copied().find(|&n| {
+                self.mean(|w| Vector3::repeat((w.places[n] - w.places[j]).norm())).x > 0.02 * self.body.leg_m
+            });
+            let up = match (next, self.zero) {
+                (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),
+                (None, Some(axes)) => axes * Vector3::y(),
+                // Heads are held level, on average.
+                (None, None) => self.seen(j, |_| Vector3::y()),
+            };
+            self.body.frames.insert(j, axes(up, left, i == 0));
         }
     }
 
