@@ -53,6 +53,7 @@ pub mod regress;
 pub mod report;
 pub mod retarget;
 pub mod ridge;
+pub mod robot;
 pub mod skeleton;
 mod stylizer;
 pub mod timing;

@@ -161,8 +161,10 @@ pub mod section {
     pub const STATISTIC: u16 = 33;
     /// Reserved for the effort dial (paper 003).
     pub const EFFORT: u16 = 34;
-    /// Reserved for retargeting maps.
+    /// Retargeting maps, in a blob of their own: see [`retarget::layout`](crate::retarget::layout).
     pub const RETARGET: u16 = 35;
+    /// Robots, in a blob of their own: see [`robot::layout`](crate::robot::layout).
+    pub const ROBOT: u16 = 36;
 
     /// Name of a section, for people.
     pub const fn name(id: u16) -> Option<&'static str> {
@@ -186,6 +188,7 @@ pub mod section {
             STATISTIC => "statistic",
             EFFORT => "effort",
             RETARGET => "retarget",
+            ROBOT => "robot",
             _ => return None,
         })
     }
