@@ -25,6 +25,7 @@ pub mod pack;
 pub mod pair;
 pub mod register;
 pub mod report;
+pub mod retarget;
 pub mod segment;
 pub mod stream;
 pub mod synth;

@@ -7,6 +7,7 @@ mod cycle;
 mod demo;
 mod evaluate;
 mod inspect;
+mod retarget;
 mod transfer;
 mod translate;
 
@@ -41,6 +42,8 @@ enum Command {
     Transfer(transfer::Args),
     /// Walk for ever, with a dial for style and a dial for speed
     Loop(cycle::Args),
+    /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
+    Retarget(retarget::Args),
     /// Measure: errors, ablations, search, compression
     Evaluate(evaluate::Args),
 }
@@ -57,6 +60,7 @@ pub fn run() -> Result<()> {
         Command::Translate(args) => translate::run(&args),
         Command::Transfer(args) => transfer::run(&args),
         Command::Loop(args) => cycle::run(&args),
+        Command::Retarget(args) => retarget::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }

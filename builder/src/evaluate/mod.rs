@@ -12,6 +12,7 @@ pub mod loo;
 pub mod methods;
 pub mod metrics;
 pub mod models;
+pub mod retarget;
 
 use std::{fs, path::Path};
 
