@@ -14,6 +14,8 @@
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
 //! 8. [`pose`] takes the result back to a [`Pose`]; the [`Report`] says what happened.
 //!
+//! Between frames the style may be set by name and weight, or by an [`effort`].
+//!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
 //! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
 //!
@@ -40,6 +42,7 @@ pub mod blob;
 pub mod config;
 pub mod contact;
 pub mod digest;
+pub mod effort;
 mod error;
 pub mod examples;
 pub mod knn;
@@ -59,6 +62,7 @@ pub mod timing;
 pub use blob::Database;
 pub use config::Config;
 pub use digest::Digest;
+pub use effort::Effort;
 pub use error::{BlobError, ConfigError};
 pub use observe::Observer;
 pub use pose::Pose;

@@ -122,6 +122,8 @@ pub struct Database<'db> {
     graph: &'db [u8],
     flags: &'db [u8],
     timing: &'db [u8],
+    /// In the order of [`section::OPTIONAL`]; empty where the blob has none.
+    optional: [&'db [u8]; section::OPTIONAL.len()],
 }
 
 impl<'db> Database<'db> {
@@ -296,6 +298,22 @@ impl<'db> Database<'db> {
             pose: record.f32(layout::timing::POSE),
             change: record.f32(layout::timing::CHANGE),
         }
+    }
+
+    /// A section that not every blob has.
+    fn optional(&self, id: u16) -> Option<&'db [u8]> {
+        let place = section::OPTIONAL.iter().position(|&o| o == id)?;
+        self.optional.get(place).copied().filter(|bytes| !bytes.is_empty())
+    }
+
+    /// The effort section, as [`layout::effort`] divides it.
+    pub(crate) fn effort(&self) -> Option<&'db [u8]> {
+        self.optional(section::EFFORT)
+    }
+
+    /// The sections that not every blob has, of those that it has: number and bytes.
+    pub fn optional_sections(&self) -> impl Iterator<Item = (u16, &'db [u8])> + use<'db> {
+        section::OPTIONAL.into_iter().zip(self.optional).filter(|(_, bytes)| !bytes.is_empty())
     }
 
     /// Every section that this core knows: number and bytes, in the order of [`section::REQUIRED`].

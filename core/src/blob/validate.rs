@@ -7,8 +7,8 @@ use super::{
     crc::crc32c,
     layout::{
         self, ALIGNMENT, DEGREE, ENTRIES, MAGIC, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES,
-        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
-        joint, query, section, timing,
+        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag,
+        header, joint, query, section, timing,
     },
     read::{Record, f32_at, floats, u16_at, u32_at},
 };
@@ -53,6 +53,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     }
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
+    let mut optional: [&[u8]; section::OPTIONAL.len()] = [&[]; section::OPTIONAL.len()];
     let mut end = table_end;
     for i in 0..count {
         let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
@@ -78,6 +79,14 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
         if slot.is_some_and(|slot| slot.replace(content).is_some()) {
             return Err(misplaced);
+        }
+        if let Some(slot) = section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i))
+        {
+            // An empty section is as good as none, and would hide a second one.
+            if !slot.is_empty() || content.is_empty() {
+                return Err(misplaced);
+            }
+            *slot = content;
         }
         end = start + length;
     }
@@ -125,6 +134,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         graph,
         flags,
         timing,
+        optional,
     })
 }
 
@@ -182,7 +192,8 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     cycles(db)?;
     classes(db)?;
     blocks(db)?;
-    timing_section(db)
+    timing_section(db)?;
+    db.effort().map_or(Ok(()), |section| effort_section(section, db.counts.styles))
 }
 
 fn lengths(db: &Database<'_>) -> Checked {
@@ -446,6 +457,48 @@ fn timing_section(db: &Database<'_>) -> Checked {
         let weights_fit = (0.0..=1e9).contains(&entry.pose) && (0.0..=1e9).contains(&entry.change);
         check(section::TIMING, i, entry.dof < db.counts.dofs && weights_fit)?;
         reserved(section::TIMING, record.zero(timing::RESERVED))?;
+    }
+    Ok(())
+}
+
+fn effort_section(bytes: &[u8], styles: usize) -> Checked {
+    let head = Record(bytes);
+    let bad = |record, fits| check(section::EFFORT, record, fits);
+    let short =
+        |need| BlobError::Length { section: section::EFFORT, need: as_u32(need), have: as_u32(bytes.len()) };
+    if bytes.len() < effort::table(styles) {
+        return Err(short(effort::table(styles)));
+    }
+    let mut nodes = 1usize;
+    for k in 0..3 {
+        let count = usize::from(u16_at(bytes, effort::NODES.start + 2 * k));
+        bad(k, (2..=effort::MAX_NODES).contains(&count))?;
+        nodes = nodes.saturating_mul(count);
+    }
+    bad(3, [effort::ESTIMATED, effort::GIVEN].contains(&head.u8(effort::LABELS)))?;
+    reserved(section::EFFORT, head.zero(effort::RESERVED))?;
+    let factor = |at| {
+        let value = f32_at(bytes, at);
+        (-10.0..=10.0).contains(&value).then_some(value)
+    };
+    for k in 0..3 {
+        let at = effort::AXES.start + 8 * k;
+        let ends = factor(at).zip(factor(at + 4));
+        // A hundredth at least: places on the axis stay finite.
+        bad(4 + k, ends.is_some_and(|(low, high)| high - low >= 0.01))?;
+        bad(7 + k, factor(effort::REST.start + 4 * k).is_some())?;
+    }
+    for i in 0..3 * styles {
+        bad(10 + i, factor(effort::styles() + 4 * i).is_some())?;
+    }
+    let need = effort::table(styles) + nodes * styles;
+    if bytes.len() != need {
+        return Err(short(need));
+    }
+    let table = bytes.get(effort::table(styles)..).unwrap_or(&[]);
+    for node in 0..nodes {
+        let sum: u16 = Record::of(table, node, styles).0.iter().map(|&w| u16::from(w)).sum();
+        bad(10 + 3 * styles + node, sum == effort::WHOLE)?;
     }
     Ok(())
 }
