@@ -46,6 +46,7 @@ pub mod effort;
 mod error;
 pub mod examples;
 pub mod knn;
+mod mar;
 pub mod math;
 pub mod mixture;
 pub mod observe;
