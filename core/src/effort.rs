@@ -28,7 +28,7 @@
 use crate::{
     ConfigError, Database, Stylizer,
     blob::{
-        layout::{MAX_STYLES, effort},
+        layout::{MAX_STYLES, effort, section},
         read::{Record, f32_at, u16_at},
     },
 };
@@ -196,7 +196,7 @@ impl<'db> Dial<'db> {
 impl<'db> Database<'db> {
     /// The effort dial, where the builder has put one in.
     pub fn dial(&self) -> Option<Dial<'db>> {
-        self.effort().map(|section| Dial::of(section, self.counts().styles))
+        self.optional(section::EFFORT).map(|bytes| Dial::of(bytes, self.counts().styles))
     }
 }
 

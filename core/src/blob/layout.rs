@@ -163,7 +163,7 @@ pub mod section {
     pub const EFFORT: u16 = 34;
     /// Reserved for retargeting maps.
     pub const RETARGET: u16 = 35;
-    /// The sections that a database may have, behind the required ones.
+    /// The sections that a blob may have besides, in the order in which they are written.
     pub const OPTIONAL: [u16; 4] = [LTI, STATISTIC, EFFORT, RETARGET];
 
     /// Name of a section, for people.

@@ -122,8 +122,7 @@ pub struct Database<'db> {
     graph: &'db [u8],
     flags: &'db [u8],
     timing: &'db [u8],
-    /// In the order of [`section::OPTIONAL`]; empty where the blob has none.
-    optional: [&'db [u8]; section::OPTIONAL.len()],
+    optional: [Option<&'db [u8]>; section::OPTIONAL.len()],
 }
 
 impl<'db> Database<'db> {
@@ -300,23 +299,19 @@ impl<'db> Database<'db> {
         }
     }
 
-    /// A section that not every blob has.
-    fn optional(&self, id: u16) -> Option<&'db [u8]> {
-        let place = section::OPTIONAL.iter().position(|&o| o == id)?;
-        self.optional.get(place).copied().filter(|bytes| !bytes.is_empty())
+    /// The bytes of one of [`section::OPTIONAL`]; `None` where the blob has no such section.
+    #[inline]
+    pub fn optional(&self, id: u16) -> Option<&'db [u8]> {
+        let index = section::OPTIONAL.iter().position(|&o| o == id)?;
+        self.optional.get(index).copied().flatten()
     }
 
-    /// The effort section, as [`layout::effort`] divides it.
-    pub(crate) fn effort(&self) -> Option<&'db [u8]> {
-        self.optional(section::EFFORT)
+    /// The optional sections that the blob has: number and bytes, in the order of [`section::OPTIONAL`].
+    pub fn optional_sections(&self) -> impl Iterator<Item = (u16, &'db [u8])> + '_ {
+        section::OPTIONAL.iter().zip(self.optional).filter_map(|(&id, bytes)| bytes.map(|b| (id, b)))
     }
 
-    /// The sections that not every blob has, of those that it has: number and bytes.
-    pub fn optional_sections(&self) -> impl Iterator<Item = (u16, &'db [u8])> + use<'db> {
-        section::OPTIONAL.into_iter().zip(self.optional).filter(|(_, bytes)| !bytes.is_empty())
-    }
-
-    /// Every section that this core knows: number and bytes, in the order of [`section::REQUIRED`].
+    /// The sections that every blob has: number and bytes, in the order of [`section::REQUIRED`].
     pub fn sections(&self) -> [(u16, &'db [u8]); section::REQUIRED.len()] {
         [
             (section::MANIFEST, self.manifest),

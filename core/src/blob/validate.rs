@@ -53,7 +53,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     }
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
-    let mut optional: [&[u8]; section::OPTIONAL.len()] = [&[]; section::OPTIONAL.len()];
+    let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
     let mut end = table_end;
     for i in 0..count {
         let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
@@ -76,17 +76,12 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
-        let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
+        let slot = match section::REQUIRED.iter().position(|&r| r == id) {
+            Some(i) => found.get_mut(i),
+            None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
+        };
         if slot.is_some_and(|slot| slot.replace(content).is_some()) {
             return Err(misplaced);
-        }
-        if let Some(slot) = section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i))
-        {
-            // An empty section is as good as none, and would hide a second one.
-            if !slot.is_empty() || content.is_empty() {
-                return Err(misplaced);
-            }
-            *slot = content;
         }
         end = start + length;
     }
@@ -193,7 +188,7 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     classes(db)?;
     blocks(db)?;
     timing_section(db)?;
-    db.effort().map_or(Ok(()), |section| effort_section(section, db.counts.styles))
+    db.optional(section::EFFORT).map_or(Ok(()), |bytes| effort_section(bytes, db.counts.styles))
 }
 
 fn lengths(db: &Database<'_>) -> Checked {
@@ -464,10 +459,14 @@ fn timing_section(db: &Database<'_>) -> Checked {
 fn effort_section(bytes: &[u8], styles: usize) -> Checked {
     let head = Record(bytes);
     let bad = |record, fits| check(section::EFFORT, record, fits);
-    let short =
-        |need| BlobError::Length { section: section::EFFORT, need: as_u32(need), have: as_u32(bytes.len()) };
+    let length = |need| match bytes.len() == need {
+        true => Ok(()),
+        false => {
+            Err(BlobError::Length { section: section::EFFORT, need: as_u32(need), have: as_u32(bytes.len()) })
+        }
+    };
     if bytes.len() < effort::table(styles) {
-        return Err(short(effort::table(styles)));
+        return length(effort::table(styles));
     }
     let mut nodes = 1usize;
     for k in 0..3 {
@@ -491,10 +490,7 @@ fn effort_section(bytes: &[u8], styles: usize) -> Checked {
     for i in 0..3 * styles {
         bad(10 + i, factor(effort::styles() + 4 * i).is_some())?;
     }
-    let need = effort::table(styles) + nodes * styles;
-    if bytes.len() != need {
-        return Err(short(need));
-    }
+    length(effort::table(styles) + nodes * styles)?;
     let table = bytes.get(effort::table(styles)..).unwrap_or(&[]);
     for node in 0..nodes {
         let sum: u16 = Record::of(table, node, styles).0.iter().map(|&w| u16::from(w)).sum();
