@@ -155,9 +155,9 @@ pub mod section {
         MANIFEST, SKELETON, DOFS, QUERY, CLASSES, CLIPS, CYCLES, KNOTS, PAIRS, BLOCKS, ROWS, FEATURES, GRAPH,
         FLAGS, TIMING,
     ];
-    /// Reserved for linear time-invariant models (paper 001).
+    /// Linear time-invariant models (paper 001): see [`lti`](super::lti).
     pub const LTI: u16 = 32;
-    /// Reserved for statistical transfer (paper 002).
+    /// Tables of statistical transfer (paper 002): see [`statistic`](super::statistic).
     pub const STATISTIC: u16 = 33;
     /// The effort dial (paper 003): see [`effort`](super::effort).
     pub const EFFORT: u16 = 34;

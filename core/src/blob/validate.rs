@@ -76,6 +76,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
+        // `name` knows the section, so it is in one of the two lists.
         let slot = match section::REQUIRED.iter().position(|&r| r == id) {
             Some(i) => found.get_mut(i),
             None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
