@@ -84,6 +84,20 @@ impl Input {
         whole.clip(&self.clip, self.clip.rate_hz)
     }
 
+    /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
+    /// do in the input at each pose's `sources`, in frames.
+    pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
+        let carry = |(pose, &source): (&Frame, &f64)| {
+            let mut frame = self.clip.at(source);
+            frame.root = pose.root;
+            for (&joint, rotation) in self.joints.iter().zip(&pose.rotations) {
+                frame.rotations[joint] = *rotation;
+            }
+            frame
+        };
+        Clip { frames: frames.iter().zip(sources).map(carry).collect(), ..self.clip.clone() }
+    }
+
     /// The output in the form of the input's file.
     ///
     /// # Errors

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo},
+    effort::{fragment::Library, labels, model::Model},
+    evaluate::{Evaluation, ablation, compression, effort, knn, loo},
     load::load,
 };
 use serde_json::json;
@@ -14,7 +15,8 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression, effort,
+    /// gaussian-process (its accuracy, time and memory as the data grows)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -30,6 +32,15 @@ pub struct Args {
     /// Test clips an action
     #[arg(long, default_value_t = 2)]
     folds: usize,
+    /// Efforts that people gave, for `effort`: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
+    /// Random splits, for `effort`
+    #[arg(long, default_value_t = 500)]
+    splits: usize,
+    /// Gaussian process regression among the methods of `loo`: it takes seconds a fold
+    #[arg(long)]
+    gaussian_process: bool,
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
@@ -76,6 +87,7 @@ pub fn run(args: &Args) -> Result<()> {
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
+        gaussian_process: args.gaussian_process,
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,
@@ -83,7 +95,26 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression"),
+        "effort" => {
+            let given = match &args.labels {
+                Some(path) => {
+                    let rows = labels::read(path, corpus.rate_hz)?;
+                    Some(Model::given(&rows, &path.display().to_string(), |spans| {
+                        Library::annotated(corpus, spans)
+                    })?)
+                }
+                None => None,
+            };
+            effort::evaluate(
+                corpus,
+                &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
+            )?
+        }
+        "gaussian-process" => loo::growth(corpus, &options)?,
+        other => bail!(
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, effort, \
+             gaussian-process"
+        ),
     };
     evaluation.write(&args.output)?;
     if args.json {

@@ -1,10 +1,14 @@
 //! `gestus inspect` and `gestus export`.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::Result;
 use gestus_builder::export;
-use gestus_core::{Database, blob::layout::section};
+use gestus_core::{
+    Database, Effort,
+    blob::layout::section,
+    effort::{Dial, Labels},
+};
 use serde_json::{Value, json};
 
 /// Show what is in a database, and verify it.
@@ -69,7 +73,24 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "licences": manifest.licences.iter().collect::<Vec<_>>(),
         "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
         "builder": manifest.builder,
+        "effort": database.dial().map(|dial| effort(&dial, &manifest.styles.iter().collect::<Vec<_>>())),
     }))
+}
+
+/// What the effort dial reaches, and whose word it has for it.
+fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
+    let factors = |values: [f32; 3]| Effort::NAMES.iter().zip(values).collect::<BTreeMap<_, _>>();
+    let low = dial.range().map(|r| r.0);
+    let high = dial.range().map(|r| r.1);
+    let styles: BTreeMap<&str, _> =
+        styles.iter().enumerate().map(|(s, name)| (*name, factors(dial.of_style(s).factors()))).collect();
+    json!({
+        "labels": match dial.labels() {
+            Labels::Given => "given",
+            Labels::Estimated => "estimated",
+        },
+        "low": factors(low), "high": factors(high), "rest": factors(dial.rest().factors()), "styles": styles,
+    })
 }
 
 /// Runs `inspect`.
@@ -101,11 +122,12 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         "styles",
         "licences",
         "parameters",
+        "effort",
     ] {
         super::say(format_args!("  {key:17} {}", figures[key]))?;
     }
     super::say(format_args!("  {:17} {:>10} {:>8}", "section", "bytes", "a frame"))?;
-    for (id, content) in database.sections() {
+    for (id, content) in database.sections().into_iter().chain(database.optional_sections()) {
         super::say(format_args!(
             "  {:17} {:>10} {:>8.2}",
             section::name(id).unwrap_or("?"),

@@ -3,6 +3,7 @@
 
 mod build;
 mod demo;
+mod effort;
 mod evaluate;
 mod inspect;
 mod translate;
@@ -32,7 +33,9 @@ enum Command {
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),
-    /// Measure: errors, ablations, search, compression
+    /// Laban effort: a table of fragments for people to label
+    Effort(effort::Args),
+    /// Measure: errors, ablations, search, compression, effort
     Evaluate(evaluate::Args),
 }
 
@@ -45,6 +48,7 @@ pub fn run() -> Result<()> {
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Export(args) => inspect::export(&args),
         Command::Translate(args) => translate::run(&args),
+        Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }

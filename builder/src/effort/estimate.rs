@@ -27,6 +27,9 @@ use crate::{body::Body, segment::smooth};
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
 const SMOOTH_S: f64 = 0.04;
 
+/// Length of the stretches that a whole clip is judged by, seconds.
+const STRETCH_S: f64 = 1.2;
+
 /// Logarithms of the three descriptors of a stretch of motion, in the order of the factors. `None` of fewer than eight
 /// frames.
 pub fn descriptors(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
@@ -109,6 +112,26 @@ impl Estimator {
         action: Option<usize>,
     ) -> Option<Factors> {
         Some(self.factors(action, &descriptors(body, rows, rate_hz)?))
+    }
+
+    /// The estimated Effort of a whole clip: the mean over stretches about as long as a fragment, since the greatest
+    /// energy of a clip grows with its length.
+    pub fn clip(
+        &self,
+        body: &Body,
+        rows: &[Vec<f64>],
+        rate_hz: f64,
+        action: Option<usize>,
+    ) -> Option<Factors> {
+        let count = (rows.len() as f64 / (STRETCH_S * rate_hz)).round().max(1.0) as usize;
+        let edge = |i: usize| i * rows.len() / count;
+        let found: Vec<Factors> =
+            (0..count).filter_map(|i| descriptors(body, &rows[edge(i)..edge(i + 1)], rate_hz)).collect();
+        if found.is_empty() {
+            return None;
+        }
+        let mean = std::array::from_fn(|k| found.iter().map(|d| d[k]).sum::<f64>() / found.len() as f64);
+        Some(self.factors(action, &mean))
     }
 }
 

@@ -187,6 +187,30 @@ impl Library {
         })
     }
 
+    /// The fragments that a person marked, of the clips that a database holds.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] where the skeleton has no legs.
+    pub fn marked(database: &Database<'_>, spans: &[Span]) -> Result<Self, LandmarkError> {
+        let mut library = Self::of_database(database)?;
+        library.fragments.clear();
+        let clips = database.manifest().ok().map(|m| m.clips);
+        for span in spans {
+            let Some(clip) = clips.and_then(|c| c.find(&span.clip)) else { continue };
+            let (first, rows) = database.clip(usize::from(clip));
+            let class = database.classes().find(|c| (c.first_row..c.first_row + c.rows).contains(&first));
+            let to = span.to.min(rows);
+            // Prototypes are clips of no class.
+            let Some(class) = class.filter(|_| to >= span.from + 2) else { continue };
+            let wide = |r| export::row(database, r).into_iter().map(f64::from).collect();
+            let span = Span { to, ..span.clone() };
+            let rows = (first + span.from..first + to).map(wide).collect();
+            let (action, style) = (usize::from(class.action), usize::from(class.style));
+            library.fragments.push(Fragment::new(span, action, style, rows));
+        }
+        Ok(library)
+    }
+
     fn empty(corpus: &Corpus) -> Result<Self, LandmarkError> {
         Ok(Self {
             body: Body::of(corpus)?,

@@ -86,6 +86,9 @@ pub enum LabelError {
         /// How many it takes.
         need: usize,
     },
+    /// The skeleton.
+    #[error(transparent)]
+    Landmark(#[from] crate::landmarks::LandmarkError),
     /// The clips.
     #[error("{file}: none of its fragments are in clips of the data folder")]
     Clips {

@@ -1,5 +1,6 @@
 //! All that is learned from a library: Efforts of its fragments, labelled blends, and the function between them.
 
+use gestus_core::Database;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -14,10 +15,12 @@ use super::{
     labels::{LabelError, Row},
     learn::{Example, Known, Learner, Method},
 };
-use crate::corpus::Corpus;
+use crate::landmarks::LandmarkError;
 
 /// Blends that are drawn, as in paper 003, section 8.
 pub const BLENDS: usize = 105;
+/// Seed of the blends that are drawn without being asked for.
+const SEED: u64 = 2006;
 /// Fewest labelled blends to learn from.
 const FEWEST: usize = 20;
 
@@ -93,12 +96,27 @@ impl Model {
         })
     }
 
+    /// A model with estimated Efforts of the cycles that a database holds.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] where the skeleton has no legs.
+    pub fn of_database(database: &Database<'_>) -> Result<Self, LandmarkError> {
+        let library = Library::of_database(database)?;
+        let draws = draw(&library, BLENDS, SEED);
+        Ok(Self::estimated(library, &draws))
+    }
+
     /// A model of a table that people have filled in. Rows without labels are passed over; so are blends of fragments
     /// without.
     ///
     /// # Errors
-    /// [`LabelError`] where too few are filled in, or the clips are not the corpus's. `file` is named in messages.
-    pub fn given(corpus: &Corpus, rows: &[Row], file: &str) -> Result<Self, LabelError> {
+    /// [`LabelError`] where too few are filled in, or the clips are not the library's. `file` is named in messages;
+    /// `library` gives the fragments that are marked, of a corpus or a database.
+    pub fn given(
+        rows: &[Row],
+        file: &str,
+        library: impl FnOnce(&[Span]) -> Result<Library, LandmarkError>,
+    ) -> Result<Self, LabelError> {
         let seeds: Vec<(&Span, Factors)> =
             rows.iter().filter(|r| r.second.is_none()).filter_map(|r| Some((&r.first, r.effort?))).collect();
         let few = |what, have, need| LabelError::Few { file: file.to_owned(), what, have, need };
@@ -107,8 +125,7 @@ impl Model {
         }
         let spans: Vec<Span> = seeds.iter().map(|s| s.0.clone()).collect();
         let clips = || LabelError::Clips { file: file.to_owned() };
-        // A skeleton that has been registered has legs.
-        let library = Library::annotated(corpus, &spans).map_err(|_| clips())?;
+        let library = library(&spans)?;
         if library.fragments.is_empty() {
             return Err(clips());
         }

@@ -152,11 +152,13 @@ mod tests {
         assert!(sheet.html.contains("b0030") && sheet.html.contains("f0009"));
         let mut rows = parse(sheet.csv.as_bytes(), "sheet.csv", 30.0).unwrap();
         assert!(rows.iter().all(|r| r.effort.is_none()));
-        assert!(Model::given(&corpus, &rows, "sheet.csv").unwrap_err().to_string().contains("0 fragments"));
+        let given =
+            |rows: &[Row]| Model::given(rows, "sheet.csv", |spans| Library::annotated(&corpus, spans));
+        assert!(given(&rows).unwrap_err().to_string().contains("0 fragments"));
         for (i, row) in rows.iter_mut().enumerate().skip(1) {
             row.effort = Some([i as f64 / 20.0, 1.0, -1.0]);
         }
-        let model = Model::given(&corpus, &rows, "sheet.csv").unwrap();
+        let model = given(&rows).unwrap();
         assert_eq!((model.source, model.library.fragments.len()), (Source::Given, 8));
         assert_eq!(model.known.efforts[0], [0.05, 1.0, -1.0]);
         // Blends of the fragment without a label are passed over.

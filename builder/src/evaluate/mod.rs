@@ -5,7 +5,10 @@
 //! figure.
 
 pub mod ablation;
+pub mod annotator;
 pub mod compression;
+pub mod effort;
+pub mod gaussian_process;
 pub mod knn;
 pub mod loo;
 pub mod methods;
