@@ -189,7 +189,7 @@ pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelErr
             _ => Err(bad(c, need)),
         };
         let span = |clip: usize| -> Result<Span, LabelError> {
-            let frame = |c| Ok((number(c, (0.0, 1e6), SECONDS)? * rate_hz).round() as usize);
+            let frame = |c| number(c, (0.0, 1e6), SECONDS).map(|s| (s * rate_hz).round() as usize);
             let (from, to) = (frame(clip + 1)?, frame(clip + 2)?);
             if to <= from {
                 Err(bad(clip + 2, AFTER))

@@ -147,9 +147,9 @@ mod tests {
         for style in 0..3 {
             assert_eq!(library.fragments.iter().filter(|f| f.style == style).count(), 3);
         }
-        let sheet = sheet(&library, 30, 1);
-        assert_eq!((sheet.fragments, sheet.blends), (9, 30));
-        assert!(sheet.html.contains("b0030") && sheet.html.contains("f0009"));
+        let sheet = sheet(&library, 60, 1);
+        assert_eq!((sheet.fragments, sheet.blends), (9, 60));
+        assert!(sheet.html.contains("b0060") && sheet.html.contains("f0009"));
         let mut rows = parse(sheet.csv.as_bytes(), "sheet.csv", 30.0).unwrap();
         assert!(rows.iter().all(|r| r.effort.is_none()));
         let given =

@@ -69,7 +69,7 @@ fn covariance(hyper: &[f64], a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn matrix(hyper: &[f64], x: &[Vec<f64>]) -> DMatrix<f64> {
-    let noise = (2.0 * hyper[hyper.len() - 1]).exp() + 1e-8;
+    let noise = (2.0 * hyper[hyper.len() - 1]).exp() + 1e-6;
     let mut k = DMatrix::zeros(x.len(), x.len());
     for i in 0..x.len() {
         for j in 0..=i {
@@ -195,9 +195,17 @@ impl Process {
         let inputs: Vec<Vec<f64>> = kept.iter().map(|&i| inputs[i].clone()).collect();
         let y =
             DMatrix::from_fn(kept.len(), means.len(), |i, d| (outputs[kept[i]][d] - means[d]) / scales[d]);
-        let factor = Cholesky::new(matrix(&hyper, &inputs))?;
-        let weights = factor.solve(&y);
-        Some(Self { inputs, hyper, factor, weights, means, scales })
+        // What is smooth enough on the subset may be singular in rounding on more: then there is more noise.
+        let mut hyper = hyper;
+        for _ in 0..12 {
+            if let Some(factor) = Cholesky::new(matrix(&hyper, &inputs)) {
+                let weights = factor.solve(&y);
+                return Some(Self { inputs, hyper, factor, weights, means, scales });
+            }
+            let last = hyper.len() - 1;
+            hyper[last] = hyper[last].max(-8.0) + 0.5;
+        }
+        None
     }
 
     /// Mean of every output, and the variance as a share of the outputs' own.
