@@ -20,6 +20,19 @@ pub enum Yaw {
     Predicted,
 }
 
+/// The method of translation, chosen when a stylizer is made. The blob has to hold what it needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Method {
+    /// The mixture of local autoregressive models over the database's frames (paper 000).
+    #[default]
+    Mar,
+    /// Linear time-invariant models (paper 001).
+    Lti,
+    /// Transfer of means and spreads (paper 002).
+    Statistic,
+}
+
 /// Parameters of the method. Build one by chaining: `Config::new().k(32).lambda(0.2)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -41,6 +54,10 @@ pub struct Config {
     pub(crate) contacts: bool,
     pub(crate) release_m: f32,
     pub(crate) ease_s: f32,
+    pub(crate) method: Method,
+    pub(crate) confidence: f32,
+    pub(crate) preference: f32,
+    pub(crate) halflife_s: f32,
 }
 
 macro_rules! settings {
@@ -93,6 +110,15 @@ settings! {
     release_m: f32;
     /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
     ease_s: f32;
+    /// The method of translation.
+    method: Method;
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8).
+    confidence: f32;
+    /// How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
+    preference: f32;
+    /// Half-life of the input's running statistics in statistical transfer, seconds; 0 (the default): those stored
+    /// in the blob.
+    halflife_s: f32;
 }
 
 impl Config {
@@ -116,6 +142,10 @@ impl Config {
             contacts: true,
             release_m: 0.2,
             ease_s: 0.2,
+            method: Method::Mar,
+            confidence: 3.0,
+            preference: 8.0,
+            halflife_s: 0.0,
         }
     }
 
@@ -144,6 +174,11 @@ impl Config {
         (self.k, self.pool, self.visits, self.jump)
     }
 
+    /// The method of translation.
+    pub const fn method_chosen(&self) -> Method {
+        self.method
+    }
+
     /// The timing policy.
     pub const fn timing_policy(&self) -> Timing {
         self.timing
@@ -165,7 +200,10 @@ impl Config {
             && (1.0..=1e9).contains(&self.jump)
             && (1e-3..=1e3).contains(&self.timing_width)
             && (0.01..=1.0).contains(&self.release_m)
-            && (0.01..=2.0).contains(&self.ease_s);
+            && (0.01..=2.0).contains(&self.ease_s)
+            && (1e-3..=1e6).contains(&self.confidence)
+            && (1e-3..=1e3).contains(&self.preference)
+            && (0.0..=1e6).contains(&self.halflife_s);
         if fits { Ok(()) } else { Err(ConfigError::Parameter) }
     }
 }

@@ -22,7 +22,7 @@ use crate::{
         layout::{dof, flag},
     },
     math::clamp,
-    regress::Variables,
+    regress::{X, X_PREV},
 };
 
 /// Seconds τ by which rates of leg dofs count against the dofs.
@@ -90,13 +90,7 @@ impl Votes {
 }
 
 /// Squared distance of a leg from an example's: pose and rate of its nine dofs, rad².
-pub fn distance2<const J: usize>(
-    leg: &Leg,
-    rate_hz: f32,
-    x: &[f32],
-    x_prev: &[f32],
-    example: &Variables<J>,
-) -> f32 {
+pub fn distance2(leg: &Leg, rate_hz: f32, x: &[f32], x_prev: &[f32], example: &[[f32; 4]]) -> f32 {
     let rate_weight = RATE_WEIGHT_S * rate_hz;
     let mut sum = 0.0;
     for joint in [leg.hip, leg.knee, leg.ankle] {
@@ -104,8 +98,9 @@ pub fn distance2<const J: usize>(
         let first = dof::JOINTS + 3 * joint.saturating_sub(1);
         let of = |values: &'_ [f32], i: usize| values.get(first + i).copied().unwrap_or(0.0);
         for i in 0..3 {
-            let pose = of(x, i) - of(example.x.as_flattened(), i);
-            let before = of(x_prev, i) - of(example.x_prev.as_flattened(), i);
+            let Some(theirs) = example.get(first + i) else { continue };
+            let pose = of(x, i) - theirs[X];
+            let before = of(x_prev, i) - theirs[X_PREV];
             let rate = rate_weight * (pose - before);
             sum += pose * pose + rate * rate;
         }

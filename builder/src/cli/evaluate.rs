@@ -4,7 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, contacts, knn, loo, skate, timing},
+    build::BuildOptions,
+    effort::{fragment::Library, labels, model::Model},
+    evaluate::{
+        Evaluation, ablation, compression, contacts, correspondence, effort, knn, loo, retarget, skate,
+        timing,
+    },
     load::load,
 };
 use gestus_core::retime::Bounds;
@@ -16,8 +21,9 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// contacts (which foot stands), skate (how far standing feet slide),
-    /// timing (the output's time)
+    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
+    /// skeletons through --db and back), contacts (which foot stands), skate (how far standing feet slide), timing (the
+    /// output's time)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -33,6 +39,15 @@ pub struct Args {
     /// Test clips an action
     #[arg(long, default_value_t = 2)]
     folds: usize,
+    /// Efforts that people gave, for `effort`: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
+    /// Random splits, for `effort`
+    #[arg(long, default_value_t = 500)]
+    splits: usize,
+    /// Gaussian process regression among the methods of `loo`: it takes seconds a fold
+    #[arg(long)]
+    gaussian_process: bool,
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
@@ -52,6 +67,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    if args.what == "retarget" {
+        return on_database(args);
+    }
     let config = args.selection.config(Some(&args.data), None)?;
     let loaded = load(&config)?;
     for note in &loaded.notes {
@@ -81,10 +99,12 @@ pub fn run(args: &Args) -> Result<()> {
         from,
         to,
         folds: args.folds,
-        build: config.build.clone(),
+        // Models are built by those measures that look at them.
+        build: BuildOptions { models: false, ..config.build.clone() },
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
+        gaussian_process: args.gaussian_process,
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,
@@ -95,10 +115,42 @@ pub fn run(args: &Args) -> Result<()> {
         "contacts" => contacts::evaluate(corpus, &options)?,
         "skate" => skate::evaluate(corpus, &options)?,
         "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
+        "correspondence" => correspondence::evaluate(corpus, from)?,
+        "effort" => {
+            let given = match &args.labels {
+                Some(path) => {
+                    let rows = labels::read(path, corpus.rate_hz)?;
+                    Some(Model::given(&rows, &path.display().to_string(), |spans| {
+                        Library::annotated(corpus, spans)
+                    })?)
+                }
+                None => None,
+            };
+            effort::evaluate(
+                corpus,
+                &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
+            )?
+        }
+        "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, contacts, skate, timing"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
+             effort, gaussian-process, retarget, contacts, skate, timing"
         ),
     };
+    say(args, &evaluation)
+}
+
+/// What judges a database with clips of any skeleton.
+fn on_database(args: &Args) -> Result<()> {
+    let Some(path) = &args.db else { bail!("evaluate {} judges a database: give --db DB.gestus", args.what) };
+    let bytes = super::read_blob(path)?;
+    let database = super::open(path, &bytes)?;
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    say(args, &retarget::evaluate(&database, &args.data)?)
+}
+
+fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {
     evaluation.write(&args.output)?;
     if args.json {
         super::say(json!({ "what": args.what, "rows": evaluation.rows }))?;

@@ -159,12 +159,14 @@ pub mod section {
     pub const LTI: u16 = 32;
     /// Tables of statistical transfer (paper 002): see [`statistic`](super::statistic).
     pub const STATISTIC: u16 = 33;
-    /// Reserved for the effort dial (paper 003).
+    /// The effort dial (paper 003): see [`effort`](super::effort).
     pub const EFFORT: u16 = 34;
-    /// Reserved for retargeting maps.
+    /// Retargeting maps, in a blob of their own: see [`retarget::layout`](crate::retarget::layout).
     pub const RETARGET: u16 = 35;
     /// Legs: joints from hip to toe, and how high ankle and toe are over the floor of a foot that stands.
     pub const FEET: u16 = 36;
+    /// Robots, in a blob of their own: see [`robot::layout`](crate::robot::layout).
+    pub const ROBOT: u16 = 37;
     /// The sections that a blob may have besides, in the order in which they are written.
     pub const OPTIONAL: [u16; 5] = [LTI, STATISTIC, EFFORT, RETARGET, FEET];
 
@@ -191,6 +193,7 @@ pub mod section {
             EFFORT => "effort",
             RETARGET => "retarget",
             FEET => "feet",
+            ROBOT => "robot",
             _ => return None,
         })
     }
@@ -384,6 +387,163 @@ pub mod foot {
     pub const TOE_HEIGHT: Range<usize> = 8..12;
     /// Zero.
     pub const RESERVED: Range<usize> = 12..16;
+}
+
+/// Most states of one unit of a linear model.
+pub const MAX_ORDER: usize = 8;
+
+/// Byte ranges of the section of linear time-invariant models.
+///
+/// ```text
+/// header      16 bytes
+/// directory   16 bytes a model
+/// models      each: dofs [D][4] f32, step [2] f32, feet [2][1 + states] f32, units
+/// unit        8 bytes, then A [n][n], B [n][m], C [p][n], D [p][m], f32, row by row
+/// ```
+pub mod lti {
+    use super::Range;
+    /// Length of the header.
+    pub const HEADER: usize = 16;
+    /// Style that the models take, u16.
+    pub const FROM: Range<usize> = 0..2;
+    /// Number of models, u16.
+    pub const MODELS: Range<usize> = 2..4;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 4..16;
+    /// Length of an entry of the directory. Models lie side by side behind it, in its order.
+    pub const ENTRY: usize = 16;
+    /// In an entry: style that the model gives, u16.
+    pub const STYLE: Range<usize> = 0..2;
+    /// In an entry: action that it was estimated from, u16; [`NONE`](super::NONE): all.
+    pub const ACTION: Range<usize> = 2..4;
+    /// In an entry: number of units, u16.
+    pub const UNITS: Range<usize> = 4..6;
+    /// In an entry: states of all units together, u16.
+    pub const STATES: Range<usize> = 6..8;
+    /// In an entry: where the model starts, from the start of the section, u32.
+    pub const OFFSET: Range<usize> = 8..12;
+    /// In an entry: bytes of the model, u32.
+    pub const BYTES: Range<usize> = 12..16;
+    /// Length of a dof: mean and standard deviation of the input, then of the output.
+    pub const DOF: usize = 16;
+    /// Length of a unit's header.
+    pub const UNIT: usize = 8;
+    /// In a unit: states n, u8.
+    pub const ORDER: usize = 0;
+    /// In a unit: inputs m, u8, 1 to 4.
+    pub const INPUTS: usize = 1;
+    /// In a unit: outputs p, u8, 1 to 4.
+    pub const OUTPUTS: usize = 2;
+    /// In a unit: zero.
+    pub const UNIT_RESERVED: usize = 3;
+    /// In a unit: first input dof, u16; the others follow it.
+    pub const FIRST_INPUT: Range<usize> = 4..6;
+    /// In a unit: first output dof, u16; the others follow it. Dof D is the logarithm of the time warp.
+    pub const FIRST_OUTPUT: Range<usize> = 6..8;
+
+    /// Where the time step's mean and deviation are in a model.
+    pub const fn step(dofs: usize) -> usize {
+        DOF * dofs
+    }
+
+    /// Where the footplants are: for the left, then the right foot, the boundary and the projection of the states.
+    pub const fn feet(dofs: usize) -> usize {
+        step(dofs) + 8
+    }
+
+    /// Where the units are.
+    pub const fn units(dofs: usize, states: usize) -> usize {
+        feet(dofs) + 8 * (1 + states)
+    }
+
+    /// Numbers of a unit with n states, m inputs and p outputs.
+    pub const fn numbers(n: usize, m: usize, p: usize) -> usize {
+        (n + p) * (n + m)
+    }
+}
+
+/// Byte ranges of the section of statistical transfer.
+///
+/// ```text
+/// header   16 bytes
+/// tables   each: 16 bytes, root [3][2] f32, feet [2][1 + D] f32, joints [J][5] f32
+/// ```
+pub mod statistic {
+    use super::Range;
+    /// Length of the header.
+    pub const HEADER: usize = 16;
+    /// Style whose statistics stand for the input's where it is not labelled, u16.
+    pub const FROM: Range<usize> = 0..2;
+    /// Number of tables, u16.
+    pub const TABLES: Range<usize> = 2..4;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 4..16;
+    /// In a table: its style, u16.
+    pub const STYLE: Range<usize> = 0..2;
+    /// In a table: its action, u16; [`NONE`](super::NONE): all.
+    pub const ACTION: Range<usize> = 2..4;
+    /// In a table: zero.
+    pub const TABLE_RESERVED: Range<usize> = 4..16;
+    /// Mean and standard deviation of height, forward and left velocity.
+    pub const ROOT: usize = 16;
+    /// For the left, then the right foot: boundary and projection of the dofs.
+    pub const FEET: usize = ROOT + 24;
+    /// Length of a joint: mean rotation, quaternion, and standard deviation, radians.
+    pub const JOINT: usize = 20;
+
+    /// Where the joints are in a table.
+    pub const fn joints(dofs: usize) -> usize {
+        FEET + 8 * (1 + dofs)
+    }
+
+    /// Length of a table.
+    pub const fn length(joints: usize) -> usize {
+        self::joints(super::dofs(joints)) + JOINT * joints
+    }
+}
+
+/// Places in the effort section.
+///
+/// ```text
+/// nodes   [3] u16           of the grid along flow, weight and time
+/// labels  u8, reserved u8
+/// axes    [3][2] f32        least and greatest value of each factor
+/// rest    [3] f32           the factors where nobody turns them
+/// efforts [styles][3] f32   flow, weight and time of each style
+/// table   [flow][weight][time][styles] u8   weights of the styles, of sum 255
+/// ```
+pub mod effort {
+    use super::Range;
+    /// Nodes along each axis, u16, 2 to [`MAX_NODES`].
+    pub const NODES: Range<usize> = 0..6;
+    /// Where the labels come from, u8: [`ESTIMATED`] or [`GIVEN`].
+    pub const LABELS: usize = 6;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 7..8;
+    /// Ends of the axes, f32, low and high of each.
+    pub const AXES: Range<usize> = 8..32;
+    /// Effort at rest, 3 f32.
+    pub const REST: Range<usize> = 32..44;
+    /// Length of a style's Effort.
+    pub const STYLE_LENGTH: usize = 12;
+    /// Most nodes along an axis.
+    pub const MAX_NODES: usize = 33;
+    /// The styles' Efforts were estimated from the motion.
+    pub const ESTIMATED: u8 = 0;
+    /// The styles' Efforts were given by people.
+    pub const GIVEN: u8 = 1;
+    /// What the weights of a node add up to.
+    pub const WHOLE: u16 = 255;
+
+    /// Where the styles' Efforts start.
+    pub const fn styles() -> usize {
+        REST.end
+    }
+
+    /// Where the table starts.
+    pub const fn table(styles: usize) -> usize {
+        self::styles() + styles * STYLE_LENGTH
+    }
 }
 
 /// Degrees of freedom of a skeleton with that many joints.
