@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{
-    Config, Database, Effort, Method, blob::Names, effort::Labels, regress::Ridge, retime::Bounds,
+    Config, Database, Effort, Method, Safety, blob::Names, effort::Labels, regress::Ridge, retime::Bounds,
     timing::Timing,
 };
 
@@ -38,6 +38,9 @@ pub struct WishArgs {
     /// With --timing bounded: most seconds by which a pose may come late
     #[arg(long, default_value_t = 0.2)]
     lag: f32,
+    /// What is put out where the input is no pose or leaps: follow, hold (the last output) or rest (ease to it)
+    #[arg(long, default_value = "follow")]
+    safety: String,
     /// Leave feet as they come out: those that stand are not held
     #[arg(long)]
     no_contact: bool,
@@ -105,7 +108,13 @@ impl WishArgs {
         }
         .timing(policy)
         .method(method)
-        .contacts(!self.no_contact);
+        .contacts(!self.no_contact)
+        .safety(match self.safety.as_str() {
+            "follow" => Safety::Follow,
+            "hold" => Safety::Hold,
+            "rest" => Safety::Rest,
+            other => bail!("--safety {other}: follow, hold or rest"),
+        });
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),

@@ -2,7 +2,7 @@
 //! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
 
 use crate::{
-    ConfigError,
+    ConfigError, Safety,
     knn::{MAX_VISITS, POOL},
     mixture::MAX_KEPT,
     regress::Ridge,
@@ -52,6 +52,7 @@ pub struct Config {
     pub(crate) timing_width: f32,
     pub(crate) yaw: Yaw,
     pub(crate) contacts: bool,
+    pub(crate) safety: Safety,
     pub(crate) release_m: f32,
     pub(crate) ease_s: f32,
     pub(crate) method: Method,
@@ -104,6 +105,8 @@ settings! {
     timing_width: f32;
     /// Where the output's heading comes from.
     yaw: Yaw;
+    /// What is put out where the input fails.
+    safety: Safety;
     /// Whether feet that stand are held where they stand. Default true.
     contacts: bool;
     /// A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
@@ -140,6 +143,7 @@ impl Config {
             timing_width: 0.5,
             yaw: Yaw::Input,
             contacts: true,
+            safety: Safety::Follow,
             release_m: 0.2,
             ease_s: 0.2,
             method: Method::Mar,

@@ -79,4 +79,4 @@ pub use error::{BlobError, ConfigError};
 pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::{Fit, Stylizer};
+pub use stylizer::{Fit, Safety, Stylizer};

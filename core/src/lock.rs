@@ -355,6 +355,11 @@ fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
     [ankle, toe]
 }
 
+/// Height of a foot over the floor of the database, metres.
+pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
+    lower(over_floor(leg, chain, 0.0))
+}
+
 fn lower(over: [f32; 2]) -> f32 {
     if over[1] <= over[0] { over[1] } else { over[0] }
 }

@@ -19,13 +19,23 @@ impl Degraded {
     /// A class that has weight was searched anew, because the input has jumped.
     pub const JUMP: Self = Self(16);
 
+    /// No input had come; by the policy of safety.
+    pub const STALE: Self = Self(32);
+    /// The input was older than one before, or the same; by the policy of safety.
+    pub const ORDER: Self = Self(64);
+    /// The input moved faster than any body; by the policy of safety.
+    pub const LEAP: Self = Self(128);
+
     /// The flags, by name.
-    pub const NAMES: [(Self, &'static str); 5] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::INPUT, "input"),
         (Self::VISITS, "visits"),
         (Self::CLASSES, "classes"),
         (Self::PREDICTION, "prediction"),
         (Self::JUMP, "jump"),
+        (Self::STALE, "stale"),
+        (Self::ORDER, "order"),
+        (Self::LEAP, "leap"),
     ];
 
     /// True where nothing was degraded.

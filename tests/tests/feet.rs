@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use gestus_builder::{
     build::{BuildOptions, build},
+    cleanup::clean_up,
     evaluate::skate::{Performance, peak_speeds, skate_cm_s},
     motion::{Clip, Frame},
     stream::{Request, Streamed, from_pose, stream, to_pose},
@@ -134,6 +135,37 @@ fn standing_feet_stay_and_joints_turn_no_faster_for_it() {
         assert!(skate(&raw) > 2.0, "{}: nothing to hold", skate(&raw));
         assert!(skate(&held) <= 1.0, "{}", skate(&held));
         assert!(peak(&held) <= 1.2 * peak(&raw), "{} {}", peak(&held), peak(&raw));
+    }
+}
+
+#[test]
+fn a_whole_clip_is_cleaned_up_without_a_pop() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    let style = database.manifest().unwrap().styles.find("old").unwrap();
+    let request = Request { config: Config::new().contacts(false), ..Request::style(style) };
+    let mut streamed = stream(&database, clip, &request, &mut ()).unwrap();
+    let raw = Performance::of_stream(&streamed);
+    clean_up(&database, &mut streamed, 8);
+    let cleaned = Performance::of_stream(&streamed);
+    let skate = |p: &Performance| skate_cm_s(&clip.skeleton, &legs, p);
+    let peak = |p: &Performance| peak_speeds(p).into_iter().fold(0.0, f64::max);
+    println!(
+        "whole clip: skate {:.1} -> {:.2} cm/s, fastest joint {:.2} -> {:.2} rad/s",
+        skate(&raw),
+        skate(&cleaned),
+        peak(&raw),
+        peak(&cleaned)
+    );
+    assert!(skate(&cleaned) <= 1.0 && skate(&raw) > 5.0, "{} {}", skate(&raw), skate(&cleaned));
+    assert!(peak(&cleaned) <= 1.2 * peak(&raw), "{} {}", peak(&raw), peak(&cleaned));
+    // Arms and trunk are as they were.
+    let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
+    for (a, b) in raw.frames.iter().zip(&cleaned.frames) {
+        for j in (0..a.rotations.len()).filter(|j| !leg_joints.contains(j)) {
+            assert!(a.rotations[j].angle_to(&b.rotations[j]) < 1e-5);
+        }
     }
 }
 

@@ -1,9 +1,13 @@
 //! One step: a pose in, the same pose in another style out.
 
 mod configure;
+mod guard;
 mod settings;
 
+pub use guard::Safety;
 pub(crate) use settings::Settings;
+
+use guard::Guard;
 
 use crate::{
     Config, ConfigError, Degraded, Method, Observer, Pose, Report,
@@ -91,6 +95,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             output_anchor: Anchor::ORIGIN,
             contacts: Filter::new(),
             lock: Lock::new(),
+            guard: Guard::new(),
             last: None,
         }
     }
@@ -140,6 +145,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     output_anchor: Anchor,
     contacts: Filter,
     lock: Lock,
+    guard: Guard,
     last: Option<Pose<J>>,
 }
 
@@ -168,6 +174,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.engine.reset();
         self.contacts = Filter::new();
         self.lock.reset();
+        self.guard = Guard::new();
         self.last = None;
     }
 
@@ -187,12 +194,19 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let input_step = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s: input_step, predicted_step_s: input_step, ..Report::default() };
         if !input.is_valid(self.database.counts().joints) {
-            *output = self.last.unwrap_or(Pose::IDENTITY);
-            report.degraded.set(Degraded::INPUT, true);
-            return report;
+            return self.make_do(Degraded::INPUT, output);
         }
         let first = self.last.is_none();
+        let anchor = self.input_anchor;
         self.take_in(input, first);
+        if self.config.safety != Safety::Follow && !first && self.leaps() {
+            report.degraded.set(Degraded::LEAP, true);
+            if self.is_glitch() {
+                self.input_anchor = anchor;
+                return self.make_do(Degraded::LEAP, output);
+            }
+        }
+        self.accept(report.degraded.contains(Degraded::LEAP));
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         match &mut self.engine {
@@ -206,6 +220,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
         }
         self.put_out(first, &mut report, output);
+        self.mend(report.step_s, output);
 
         let signals = &mut self.signals;
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
