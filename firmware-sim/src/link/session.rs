@@ -306,7 +306,7 @@ pub fn stream<L: Line>(
     }
     let ram_bytes = session.identity.ram_bytes as usize;
     Ok(Linked {
-        streamed: Streamed { steps, digest: digest.value(), ram_bytes },
+        streamed: Streamed { steps, digest: digest.value(), ram_bytes, retimed: None },
         host_digest: host_digest.value(),
         differing,
         first_difference,
