@@ -284,7 +284,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
-        if self.config.contacts {
+        // At strength 0 the input is put out as it is.
+        if self.config.contacts && root_strength > 0.0 {
             let tuning = lock::Tuning { release_m: self.config.release_m, ease_s: self.config.ease_s };
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
