@@ -190,7 +190,7 @@ fn trade_off(results: &[Row]) -> Figure {
 }
 
 /// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
-fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
+pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
     let body = Body::of(corpus)?;
     let empty = || Figure { name: "dof".into(), caption: String::new(), svg: String::new() };
     let (Some(&test), Some(&style)) = (test_clips(corpus, options.from, 1).first(), options.to.first())
@@ -243,7 +243,7 @@ fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
 }
 
 impl Row {
-    fn to_json(&self, corpus: &Corpus) -> table::Row {
+    pub(super) fn to_json(&self, corpus: &Corpus) -> table::Row {
         super::row(json!({
             "method": self.method,
             "action": corpus.actions[self.action],
@@ -264,7 +264,7 @@ pub(super) struct Fold<'a> {
     pub(super) corpus: &'a Corpus,
     pub(super) body: Body,
     pub(super) test: usize,
-    truth: usize,
+    pub(super) truth: usize,
     pub(super) other: Option<usize>,
     pub(super) style: usize,
     shift: usize,
@@ -462,16 +462,28 @@ impl<'a> Fold<'a> {
         test: usize,
         style: usize,
     ) -> Result<Option<(Self, Vec<u8>)>, BuildError> {
-        let near =
-            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
-        let Some(&truth) = near.first() else { return Ok(None) };
+        let Some(fold) = Self::of(corpus, body, options, test, style) else { return Ok(None) };
         let wanted = BuildOptions {
             models: !options.mixtures_only,
             models_by_action: true,
             from: corpus.styles.get(options.from).cloned(),
             ..options.build.clone()
         };
-        let built = build(&corpus.without(&[test, truth]), &wanted)?;
+        let built = build(&corpus.without(&[test, fold.truth]), &wanted)?;
+        Ok(Some((fold, built.bytes)))
+    }
+
+    /// A test clip and its truth.
+    pub(super) fn of(
+        corpus: &'a Corpus,
+        body: &Body,
+        options: &LooOptions,
+        test: usize,
+        style: usize,
+    ) -> Option<Self> {
+        let near =
+            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
+        let &truth = near.first()?;
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
         let shift = if options.exact {
@@ -479,18 +491,8 @@ impl<'a> Fold<'a> {
         } else {
             best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles)
         };
-        let fold = Self {
-            corpus,
-            body: body.clone(),
-            test,
-            truth,
-            other: near.get(1).copied(),
-            style,
-            shift,
-            x,
-            truth_rows,
-        };
-        Ok(Some((fold, built.bytes)))
+        let (body, other) = (body.clone(), near.get(1).copied());
+        Some(Self { corpus, body, test, truth, other, style, shift, x, truth_rows })
     }
 
     fn cycles(&self) -> (&[Cycle], &[Cycle]) {

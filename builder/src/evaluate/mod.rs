@@ -5,6 +5,7 @@
 //! figure.
 
 pub mod ablation;
+pub mod comparison;
 pub mod compression;
 pub mod correspondence;
 pub mod knn;
