@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Why a blob was refused by [`Database::open`](crate::Database::open).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -116,7 +118,9 @@ impl fmt::Display for Name {
 }
 
 /// Why a stylizer refused a database or a setting. The setting in force before stays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// It travels over the [`link`](crate::link): new variants go to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {

@@ -10,7 +10,7 @@ mod manifest;
 mod models;
 mod pairs;
 pub mod read;
-mod rows;
+pub(crate) mod rows;
 mod validate;
 
 pub use manifest::{Manifest, Names};
@@ -108,6 +108,7 @@ pub struct TimingDof {
 #[derive(Debug, Clone, Copy)]
 pub struct Database<'db> {
     counts: Counts,
+    identity: u32,
     rate_hz: f32,
     block_shift: u32,
     manifest: &'db [u8],
@@ -144,6 +145,13 @@ impl<'db> Database<'db> {
     #[inline]
     pub fn counts(&self) -> &Counts {
         &self.counts
+    }
+
+    /// CRC-32C of header and section table. The table holds the sections' own checksums, so that two databases with
+    /// the same identity are the same bytes, short of a collision: how a board and its host know each other's.
+    #[inline]
+    pub fn identity(&self) -> u32 {
+        self.identity
     }
 
     /// Frames a second of the motion, and of the stream that a stylizer expects.

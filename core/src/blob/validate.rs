@@ -114,6 +114,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let counts = counts(head)?;
     Ok(Database {
         counts,
+        identity: head.u32(header::CRC),
         rate_hz: head.f32(header::RATE),
         block_shift: counts.block_rows.trailing_zeros(),
         manifest,
@@ -219,7 +220,7 @@ fn lengths(db: &Database<'_>) -> Checked {
         (section::CLIPS, db.clips, c.clips * clip::LENGTH),
         (section::CYCLES, db.cycles, c.cycles * cycle::LENGTH),
         (section::PAIRS, db.pairs, c.cycles * c.styles * 2),
-        (section::BLOCKS, db.blocks, c.rows.div_ceil(c.block_rows) * 4),
+        (section::BLOCKS, db.blocks, blocks_of(db) * 4),
         (section::FEATURES, db.features, c.frames * c.features),
         (section::GRAPH, db.graph, c.frames * 2 * DEGREE),
         (section::FLAGS, db.flags, c.frames),
@@ -239,6 +240,11 @@ fn lengths(db: &Database<'_>) -> Checked {
         });
     }
     Ok(())
+}
+
+/// Number of blocks that the rows fill; a block holds a power of two of them.
+fn blocks_of(db: &Database<'_>) -> usize {
+    (db.counts.rows + db.counts.block_rows - 1) >> db.block_shift
 }
 
 fn joints_of_group(db: &Database<'_>, group: usize) -> usize {
@@ -439,7 +445,7 @@ fn rows_of_class(db: &Database<'_>, index: usize) -> Checked {
 fn blocks(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let mut next = 0;
-    for b in 0..c.rows.div_ceil(c.block_rows) {
+    for b in 0..blocks_of(db) {
         let start = u32_at(db.blocks, 4 * b) as usize;
         check(section::BLOCKS, b, start == next)?;
         let bytes = db.rows.get(start..).unwrap_or(&[]);
