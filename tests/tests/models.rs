@@ -41,7 +41,7 @@ fn without_yaw(row: &[f64]) -> impl Iterator<Item = f64> + '_ {
 fn the_stream_of_a_linear_model_is_the_papers_recursion() {
     let blob = motion::small();
     let database = Database::open(blob).unwrap();
-    for (confidence, style) in [(3.0, 1), (1.5, 2), (1e6, 1)] {
+    for (confidence, style) in [(5.0, 1), (1.5, 2), (1e6, 1)] {
         let (trace, streamed) = run(blob, LTI.confidence(confidence), &[(style, 1.0)], 150);
         let model = Model::of(&database, database.linear_model_of(style, None).unwrap());
         let x: Vec<Vec<f64>> = trace.frames.iter().map(|f| wide(&f.x)).collect();

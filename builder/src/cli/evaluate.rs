@@ -76,10 +76,7 @@ pub fn run(args: &Args) -> Result<()> {
         folds: args.folds,
         // Models are built by those measures that look at them.
         build: BuildOptions { models: false, ..config.build.clone() },
-        configs: loo::default_configs()
-            .into_iter()
-            .take(if std::env::var("G_FAST").is_ok() { 1 } else { 9 })
-            .collect(),
+        configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
     };

@@ -44,13 +44,6 @@ pub(super) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>
         ("statistic-labelled", statistic, action),
         ("statistic-running", statistic.halflife_s(2.0), None),
     ];
-    let e = |n: &str, d: f32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let streams: Vec<_> = streams
-        .into_iter()
-        .map(|(n, c, a)| {
-            (n, if n == "lti" { c.confidence(e("G_KC", 3.0)).preference(e("G_KP", 8.0)) } else { c }, a)
-        })
-        .collect();
     for (name, config, action) in streams {
         let request = Request { config, action, ..Request::style(fold.style as u16) };
         let mut record = Record::of(database);

@@ -75,16 +75,7 @@ pub fn sections(
 /// A model for each output style; or the first style that has none.
 fn linear(pairs: &Pairs<'_>, wanted: &Wanted) -> Result<Vec<Labelled>, usize> {
     let mut models = Vec::new();
-    let e = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let o = n4sid::Options::default();
-    let options = n4sid::Options {
-        radius: e("G_RADIUS", o.radius),
-        most: e("G_MOST", o.most as f64) as usize,
-        noise: e("G_NOISE", o.noise),
-        horizon: e("G_HORIZON", o.horizon as f64) as usize,
-        rounds: e("G_ROUNDS", o.rounds as f64) as usize,
-        ..o
-    };
+    let options = n4sid::Options::default();
     for style in (0..wanted.styles).filter(|&s| s != wanted.from) {
         let stretches = correspond::align(pairs, wanted.from, style);
         let estimate = |stretches: &[Aligned]| {

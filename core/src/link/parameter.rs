@@ -43,6 +43,12 @@ parameters! {
     TIMING_WIDTH = 12, "timing_width";
     /// [`Config::yaw`]: 0 the input's, 1 predicted.
     YAW = 13, "yaw";
+    /// [`Config::confidence`].
+    CONFIDENCE = 14, "confidence";
+    /// [`Config::preference`].
+    PREFERENCE = 15, "preference";
+    /// [`Config::halflife_s`].
+    HALFLIFE = 16, "halflife_s";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -63,6 +69,9 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         TIMING => choice(config.timing == Timing::Sync),
         TIMING_WIDTH => config.timing_width,
         YAW => choice(config.yaw == Yaw::Predicted),
+        CONFIDENCE => config.confidence,
+        PREFERENCE => config.preference,
+        HALFLIFE => config.halflife_s,
         _ => return None,
     })
 }
@@ -93,6 +102,9 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         TIMING => config.timing(if choice()? { Timing::Sync } else { Timing::Free }),
         TIMING_WIDTH => config.timing_width(value),
         YAW => config.yaw(if choice()? { Yaw::Predicted } else { Yaw::Input }),
+        CONFIDENCE => config.confidence(value),
+        PREFERENCE => config.preference(value),
+        HALFLIFE => config.halflife_s(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -127,7 +139,10 @@ mod tests {
             .jump(9.0)
             .timing(Timing::Sync)
             .timing_width(0.75)
-            .yaw(Yaw::Predicted);
+            .yaw(Yaw::Predicted)
+            .confidence(2.5)
+            .preference(4.0)
+            .halflife_s(1.5);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -147,8 +162,8 @@ mod tests {
         {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 14, have: 14 };
-        assert_eq!(set(config, 14, 0.0), Err(unknown));
-        assert_eq!(value(&config, 14), None);
+        let unknown = ConfigError::Unknown { id: 17, have: 17 };
+        assert_eq!(set(config, 17, 0.0), Err(unknown));
+        assert_eq!(value(&config, 17), None);
     }
 }
