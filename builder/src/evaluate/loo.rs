@@ -65,6 +65,8 @@ pub struct Row {
     pub third_difference: f64,
     /// Cycle-to-cycle variability relative to the truth's; of clips with two cycles or more.
     pub variability: Option<f64>,
+    /// F1 of standing feet against the truth's; of methods that say which foot stands.
+    pub contact_f1: Option<f64>,
 }
 
 /// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
@@ -255,6 +257,7 @@ impl Row {
             "duration_error": self.duration_error,
             "third_difference": self.third_difference,
             "variability": self.variability,
+            "contact_f1": self.contact_f1,
         }))
     }
 }
@@ -505,6 +508,8 @@ impl<'a> Fold<'a> {
         let rate = self.corpus.rate_hz;
         let (mut error, mut count) = (0.0, 0.0);
         let (mut step_error, mut steps, mut predicted_s, mut truth_s) = (0.0, 0.0, 0.0, 0.0);
+        let truth_contacts = &self.corpus.examples[self.truth].contacts;
+        let (mut hit, mut off) = (0.0, 0.0);
         for (t, row) in output.iter().enumerate() {
             let Some(at) = matched(cycles, t, truth_cycles, self.shift) else { continue };
             error += joint_distance(
@@ -512,6 +517,12 @@ impl<'a> Fold<'a> {
                 &centred(&self.body, &row_at(&self.truth_rows, at)),
             );
             count += 1.0;
+            if let (Some(streamed), Some(truth)) = (streamed, truth_contacts.get(at.round() as usize)) {
+                for (said, stands) in streamed.steps[t].report.contacts.iter().zip(truth) {
+                    hit += f64::from(u8::from(*said && *stands));
+                    off += f64::from(u8::from(said != stands));
+                }
+            }
             if let (Some(streamed), Some(before)) =
                 (streamed, t.checked_sub(1).and_then(|b| matched(cycles, b, truth_cycles, self.shift)))
                 && at > before
@@ -540,6 +551,7 @@ impl<'a> Fold<'a> {
             duration_error: (truth_s > 0.0).then(|| (predicted_s - truth_s).abs() / truth_s),
             third_difference: third_difference(&poses(resampled.as_deref().unwrap_or(output))) / truth_third,
             variability: variability(&self.body, output, cycles).zip(truth_variability).map(|(a, b)| a / b),
+            contact_f1: (hit + off > 0.0).then(|| 2.0 * hit / (2.0 * hit + off)),
         }
     }
 }
