@@ -138,6 +138,13 @@ pub enum ConfigError {
         /// The stylizer's capacity.
         have: u16,
     },
+    /// The robot has more hinges than the drive's `H`.
+    Hinges {
+        /// Hinges of the robot.
+        need: u16,
+        /// The drive's capacity.
+        have: u16,
+    },
     /// `k` is zero or larger than the stylizer's `K`.
     Neighbors {
         /// Neighbors asked for.
@@ -160,6 +167,8 @@ pub enum ConfigError {
     Weights,
     /// A parameter is out of its range or not finite.
     Parameter,
+    /// The database has no effort dial.
+    NoDial,
 }
 
 impl fmt::Display for ConfigError {
@@ -170,6 +179,9 @@ impl fmt::Display for ConfigError {
             }
             Self::Classes { need, have } => {
                 write!(f, "the database has {need} classes, this stylizer takes {have}: raise C")
+            }
+            Self::Hinges { need, have } => {
+                write!(f, "the robot has {need} hinges, this drive takes {have}: raise H")
             }
             Self::Neighbors { need, have } => {
                 write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")
@@ -183,6 +195,9 @@ impl fmt::Display for ConfigError {
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),
+            Self::NoDial => f.write_str(
+                "the database has no effort dial: build it again with two styles or more, without `--no-effort`",
+            ),
         }
     }
 }

@@ -5,8 +5,10 @@ mod build;
 mod cut;
 mod cycle;
 mod demo;
+mod effort;
 mod evaluate;
 mod inspect;
+mod retarget;
 mod transfer;
 mod translate;
 
@@ -41,7 +43,11 @@ enum Command {
     Transfer(transfer::Args),
     /// Walk for ever, with a dial for style and a dial for speed
     Loop(cycle::Args),
-    /// Measure: errors, ablations, search, compression
+    /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
+    Retarget(retarget::Args),
+    /// Laban effort: a table of fragments for people to label
+    Effort(effort::Args),
+    /// Measure: errors, ablations, search, compression, effort
     Evaluate(evaluate::Args),
 }
 
@@ -57,6 +63,8 @@ pub fn run() -> Result<()> {
         Command::Translate(args) => translate::run(&args),
         Command::Transfer(args) => transfer::run(&args),
         Command::Loop(args) => cycle::run(&args),
+        Command::Retarget(args) => retarget::run(&args),
+        Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }
