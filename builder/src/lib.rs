@@ -18,6 +18,7 @@ pub mod features;
 pub mod index;
 pub mod landmarks;
 pub mod load;
+pub mod models;
 pub mod motion;
 pub mod pack;
 pub mod pair;

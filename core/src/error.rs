@@ -154,6 +154,8 @@ pub enum ConfigError {
     },
     /// No class has the labelled action in the labelled style.
     NoClass,
+    /// The database does not hold what the method needs: frames, linear models or statistics.
+    Method,
     /// A weight is negative or not finite, or all are zero.
     Weights,
     /// A parameter is out of its range or not finite.
@@ -175,6 +177,9 @@ impl fmt::Display for ConfigError {
             Self::Unknown { id, have } => write!(f, "there is no number {id}: the database has {have}"),
             Self::NoClass => f.write_str(
                 "the database does not hold that action in that style: label one of them, or neither",
+            ),
+            Self::Method => f.write_str(
+                "the database does not hold what the method needs: choose another, or build it with the models in it",
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),

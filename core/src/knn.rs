@@ -190,7 +190,7 @@ impl Searcher {
             database,
             class: record,
             metric,
-            limits: Limits { pool: limits.pool.clamp(k, POOL), ..*limits },
+            limits: Limits { pool: limits.pool.max(k).min(POOL), ..*limits },
             pool: &mut self.pool,
             visited: &mut self.visited,
             effort: Effort::default(),

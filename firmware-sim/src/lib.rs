@@ -1,4 +1,5 @@
 //! Gestus off the board: the very same core, streamed on the host.
 
 pub mod link;
+pub mod recording;
 pub mod run;

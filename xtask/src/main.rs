@@ -6,8 +6,10 @@
 mod bare_metal;
 mod ci;
 mod fuzz;
+mod no_panic;
 mod real_data;
 mod shell;
+mod target;
 
 use std::process::ExitCode;
 
@@ -47,6 +49,12 @@ enum Chore {
         #[arg(long)]
         setup: bool,
     },
+    /// Prove, by linking, that neither the core nor the C interface can reach a panic
+    NoPanic {
+        /// Install the targets, or the sources that they are built from
+        #[arg(long)]
+        setup: bool,
+    },
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
     /// Record the golden digests anew, and show what changed
@@ -77,6 +85,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Ci { setup } => Ok(ci::run(setup)),
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
         Chore::Core { setup } => Ok(bare_metal::run(setup)),
+        Chore::NoPanic { setup } => no_panic::run(setup),
         Chore::RealData => real_data::run(),
         Chore::Golden { blob } => golden(blob),
     }

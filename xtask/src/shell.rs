@@ -68,6 +68,19 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
+/// Shows a command and runs it. Answers whether it succeeded, and all that it wrote, which is not shown.
+///
+/// # Errors
+/// Where the program can't be started.
+pub fn run_captured(command: &mut Command) -> Result<(bool, String)> {
+    let shown = show(command);
+    println!("$ {shown}");
+    let output = command.stdin(Stdio::null()).output();
+    let output = output.with_context(|| format!("`{shown}` can't be started"))?;
+    let text = [&output.stdout, &output.stderr].map(|t| String::from_utf8_lossy(t).into_owned()).concat();
+    Ok((output.status.success(), text))
+}
+
 /// Standard output of a command that succeeds; `None` where it fails or is not there.
 pub fn answer(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;

@@ -1,19 +1,20 @@
 //! Parameters that change while a stylizer runs: a board that misses its deadline lowers the cap on visits, a host
 //! at the other end of a link sets them all.
 
-use super::Stylizer;
-use crate::{
-    Config, ConfigError,
-    blob::layout::{MAX_GROUPS, MAX_STYLES},
-};
+use super::{Settings, Stylizer};
+use crate::{Config, ConfigError};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on.
     ///
     /// # Errors
-    /// [`ConfigError`] where a parameter is out of its range; those in force stay.
+    /// [`ConfigError`] where a parameter is out of its range, or the method another one, which is for a new
+    /// stylizer; those in force stay.
     pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
         config.check(K)?;
+        if config.method != self.config.method {
+            return Err(ConfigError::Method);
+        }
         self.config = config;
         Ok(())
     }
@@ -35,11 +36,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
         self.set_config(config)?;
-        self.styles = [0.0; MAX_STYLES];
-        self.styles[0] = 1.0;
-        (self.action, self.input_style) = (None, None);
-        self.mask = u8::MAX;
-        self.strength = [1.0; MAX_GROUPS];
+        self.settings = Settings::new();
         self.reset();
         Ok(())
     }

@@ -1,0 +1,1 @@
+//! Statistical transfer (paper 002).

@@ -1,0 +1,231 @@
+//! One step: a pose in, the same pose in another style out.
+
+mod configure;
+mod settings;
+
+pub(crate) use settings::Settings;
+
+use crate::{
+    Config, ConfigError, Degraded, Method, Observer, Pose, Report,
+    blob::{
+        Database,
+        layout::{ROOT_DOFS, dof},
+    },
+    config::Yaw,
+    lti::Lti,
+    mar::{Frame, Mar},
+    pose::{self, Anchor, Dofs},
+    statistic::Statistic,
+    timing::Timing,
+};
+
+/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
+const BEYOND_ANY_BODY: f32 = 1e3;
+
+/// What a method of translation sees of the stream, and where it puts its answer.
+#[derive(Debug, Clone)]
+pub(crate) struct Signals<const J: usize> {
+    /// `x[t]`, the input.
+    pub x: Dofs<J>,
+    /// `x[t-1]`.
+    pub x_prev: Dofs<J>,
+    /// `y[t-1]`: the last prediction, before strength; what a regression is fed back.
+    pub y_prev: Dofs<J>,
+    /// `y[t]`.
+    pub predicted: Dofs<J>,
+    /// The dofs put out, after strength; until then room for what one class predicts.
+    pub output: Dofs<J>,
+}
+
+/// The method and its state: all lie in the same place, which is as large as the largest, the mixture's.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
+enum Engine<const J: usize, const K: usize, const C: usize> {
+    Mar(Mar<J, K, C>),
+    Lti(Lti<J>),
+    Statistic(Statistic<J>),
+}
+
+impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
+    fn new(method: Method) -> Self {
+        match method {
+            Method::Mar => Self::Mar(Mar::new()),
+            Method::Lti => Self::Lti(Lti::new()),
+            Method::Statistic => Self::Statistic(Statistic::new()),
+        }
+    }
+
+    fn reset(&mut self) {
+        match self {
+            Self::Mar(mar) => mar.reset(),
+            Self::Lti(lti) => lti.reset(),
+            // A first frame starts its statistics.
+            Self::Statistic(_) => {}
+        }
+    }
+}
+
+/// Turns a stream of poses into another style. Owns all the RAM it needs, whose size is a constant.
+///
+/// `J` joints, `K` neighbors a class, `C` classes: capacities, at least those of the database and configuration.
+#[derive(Debug, Clone)]
+pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
+    database: Database<'db>,
+    config: Config,
+    settings: Settings,
+    engine: Engine<J, K, C>,
+    signals: Signals<J>,
+    input_anchor: Anchor,
+    output_anchor: Anchor,
+    last: Option<Pose<J>>,
+}
+
+impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
+    /// A stylizer that puts out the database's first style until told otherwise.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
+    pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
+        let counts = *database.counts();
+        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
+        // Dofs<J> has room for 3 J + 4 numbers from J = 4 on.
+        if counts.joints > J || counts.dofs > 4 * J {
+            return Err(ConfigError::Joints { need: short(counts.joints), have: short(J) });
+        }
+        if counts.classes > C {
+            return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
+        }
+        config.check(K)?;
+        let held = match config.method {
+            Method::Mar => counts.frames > 0,
+            Method::Lti => database.linear_from().is_some(),
+            Method::Statistic => database.statistic_from().is_some(),
+        };
+        if !held {
+            return Err(ConfigError::Method);
+        }
+        let zero = [[0.0; 4]; J];
+        Ok(Self {
+            database,
+            config,
+            settings: Settings::new(),
+            engine: Engine::new(config.method),
+            signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
+            input_anchor: Anchor::ORIGIN,
+            output_anchor: Anchor::ORIGIN,
+            last: None,
+        })
+    }
+
+    /// The database.
+    pub fn database(&self) -> &Database<'db> {
+        &self.database
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Forgets the stream; the next pose is a first pose. Settings stay.
+    pub fn reset(&mut self) {
+        self.engine.reset();
+        self.last = None;
+    }
+
+    /// Takes one pose at the database's rate, gives it the style, and says what happened. Cannot fail: input that
+    /// is no pose is answered with the last output, and reported.
+    pub fn step(&mut self, input: &Pose<J>, output: &mut Pose<J>) -> Report {
+        self.step_observed(input, output, &mut ())
+    }
+
+    /// [`step`](Self::step), looked into.
+    pub fn step_observed(
+        &mut self,
+        input: &Pose<J>,
+        output: &mut Pose<J>,
+        observer: &mut impl Observer<J>,
+    ) -> Report {
+        let input_step = 1.0 / self.database.rate_hz();
+        let mut report = Report { step_s: input_step, predicted_step_s: input_step, ..Report::default() };
+        if !input.is_valid(self.database.counts().joints) {
+            *output = self.last.unwrap_or(Pose::IDENTITY);
+            report.degraded.set(Degraded::INPUT, true);
+            return report;
+        }
+        let first = self.last.is_none();
+        self.take_in(input, first);
+        let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
+        let signals = &mut self.signals;
+        match &mut self.engine {
+            Engine::Mar(mar) => mar.predict(frame, input, signals, &mut report, observer),
+            Engine::Lti(lti) => lti.predict(frame, signals, &mut report),
+            Engine::Statistic(statistic) => statistic.predict(frame, input, signals, &mut report),
+        }
+        self.put_out(first, &mut report, output);
+
+        let signals = &mut self.signals;
+        observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
+        signals.y_prev = signals.predicted;
+        signals.x_prev = signals.x;
+        self.last = Some(*output);
+        report
+    }
+
+    /// Input pose to dofs.
+    fn take_in(&mut self, input: &Pose<J>, first: bool) {
+        if first {
+            let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
+            self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
+        }
+        self.input_anchor =
+            pose::to_dofs(&self.database, input, self.input_anchor, self.signals.x.as_flattened_mut());
+    }
+
+    /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
+    fn put_out(&mut self, first: bool, report: &mut Report, pose: &mut Pose<J>) {
+        let dofs = self.database.counts().dofs;
+        let root_strength = self.strength(self.database.joint_group(0));
+        let variables =
+            self.signals.predicted.as_flattened_mut().iter_mut().zip(self.signals.x.as_flattened());
+        for (d, ((predicted, &x), last)) in
+            variables.zip(self.signals.output.as_flattened_mut()).enumerate().take(dofs)
+        {
+            // NaN is in no range.
+            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
+                *predicted = x;
+                report.degraded.set(Degraded::PREDICTION, true);
+            }
+            if d == dof::YAW && self.config.yaw == Yaw::Input {
+                *predicted = x;
+            }
+            let strength = if d < dof::JOINTS {
+                root_strength
+            } else {
+                let group = self.database.joint_group((d - ROOT_DOFS) / 3);
+                self.settings.strength.get(group).copied().unwrap_or(1.0)
+            };
+            *last = x + strength * (*predicted - x);
+        }
+        let input_step = 1.0 / self.database.rate_hz();
+        let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
+        report.step_s = match self.config.timing {
+            Timing::Free => step_s,
+            Timing::Sync => input_step,
+        };
+
+        let at = |d: usize| self.signals.output.as_flattened().get(d).copied().unwrap_or(0.0);
+        if first {
+            self.output_anchor = self.input_anchor;
+        } else {
+            self.output_anchor.ground = self.output_anchor.moved(at(dof::FORWARD), at(dof::LEFT), step_s);
+            self.output_anchor.heading = match self.config.yaw {
+                Yaw::Input => self.input_anchor.heading,
+                Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
+            };
+        }
+        *pose = Pose::IDENTITY;
+        pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
+    }
+}

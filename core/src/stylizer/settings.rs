@@ -1,0 +1,156 @@
+//! What a stylizer is told while it runs: output style, labels of the input, masks and strengths of joint groups.
+
+use super::Stylizer;
+use crate::{
+    ConfigError, Method,
+    blob::{
+        Class,
+        layout::{MAX_GROUPS, MAX_STYLES},
+    },
+    examples::StyleWeights,
+};
+
+/// The settings in force. Every change is checked against the database; a refused one leaves them as they are.
+#[derive(Debug, Clone)]
+pub(crate) struct Settings {
+    pub styles: StyleWeights,
+    pub action: Option<u16>,
+    pub input_style: Option<u16>,
+    /// One bit a joint group: does the search look at it?
+    pub mask: u8,
+    pub strength: [f32; MAX_GROUPS],
+}
+
+impl Settings {
+    /// The first style, no labels, everything searched, full strength.
+    pub fn new() -> Self {
+        let mut styles = [0.0; MAX_STYLES];
+        styles[0] = 1.0;
+        Self { styles, action: None, input_style: None, mask: u8::MAX, strength: [1.0; MAX_GROUPS] }
+    }
+
+    /// Whether the labels allow a class.
+    pub fn allow(&self, class: Class) -> bool {
+        matches(class, self.action, self.input_style)
+    }
+}
+
+impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
+    /// The output style: numbers of styles and their weights, which are brought to sum 1. May change while running.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for unknown styles and for weights that are negative, not finite or all zero; the style in
+    /// force stays.
+    pub fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
+        let mut styles: StyleWeights = [0.0; MAX_STYLES];
+        for &(style, weight) in weights {
+            known(Some(style), self.database.counts().styles)?;
+            let slot = styles.get_mut(usize::from(style)).ok_or(ConfigError::Weights)?;
+            if !(0.0..=1e6).contains(&weight) {
+                return Err(ConfigError::Weights);
+            }
+            *slot += weight;
+        }
+        let total: f32 = styles.iter().sum();
+        if total <= 1e-6 {
+            return Err(ConfigError::Weights);
+        }
+        self.settings.styles = styles.map(|w| w / total);
+        Ok(())
+    }
+
+    /// The output style's weights, by number of the style; they sum to 1.
+    pub fn style(&self) -> &[f32] {
+        self.settings.styles.get(..self.database.counts().styles).unwrap_or(&[])
+    }
+
+    /// The input's action, where the caller knows it.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database has no such action, or not in the labelled input style.
+    pub fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError> {
+        known(action, self.database.counts().actions)?;
+        self.label(action, self.settings.input_style)
+    }
+
+    /// The input's style, where the caller knows it.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database has no such style, or not in the labelled action.
+    pub fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError> {
+        known(style, self.database.counts().styles)?;
+        self.label(self.settings.action, style)
+    }
+
+    /// Whether the search looks at a joint group. At least one group is always looked at.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for an unknown group, or where no group would be left.
+    pub fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError> {
+        let groups = self.database.counts().groups;
+        known(Some(group), groups)?;
+        let bit = 1 << group;
+        let mask = if searched { self.settings.mask | bit } else { self.settings.mask & !bit };
+        let all = if groups >= 8 { u8::MAX } else { (1 << groups) - 1 };
+        // What counts is whether a component is left to compare.
+        let features = self.database.counts().features;
+        if !(0..features).any(|f| (mask & all) >> self.database.feature_group(f) & 1 == 1) {
+            return Err(ConfigError::Parameter);
+        }
+        self.settings.mask = mask;
+        Ok(())
+    }
+
+    /// True where the search looks at the group.
+    pub fn searches(&self, group: usize) -> bool {
+        group < MAX_GROUPS && self.settings.mask >> group & 1 == 1
+    }
+
+    /// How much of the style a joint group takes on: 0 leaves the input as it is, 1 is the style, up to 2 goes beyond.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for an unknown group or a strength outside 0 to 2.
+    pub fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
+        known(Some(group), self.database.counts().groups)?;
+        if !(0.0..=2.0).contains(&strength) {
+            return Err(ConfigError::Parameter);
+        }
+        if let Some(slot) = self.settings.strength.get_mut(usize::from(group)) {
+            *slot = strength;
+        }
+        Ok(())
+    }
+
+    /// Strength of a joint group.
+    pub fn strength(&self, group: usize) -> f32 {
+        self.settings.strength.get(group).copied().unwrap_or(1.0)
+    }
+
+    /// The labelled action and input style.
+    pub fn labels(&self) -> (Option<u16>, Option<u16>) {
+        (self.settings.action, self.settings.input_style)
+    }
+
+    fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
+        // Only the mixture has to find frames; other methods take labels where they have something for them.
+        let searches = self.config.method == Method::Mar;
+        if searches && !self.database.classes().any(|c| matches(c, action, style)) {
+            return Err(ConfigError::NoClass);
+        }
+        (self.settings.action, self.settings.input_style) = (action, style);
+        Ok(())
+    }
+}
+
+fn known(id: Option<u16>, have: usize) -> Result<(), ConfigError> {
+    match id {
+        Some(id) if usize::from(id) >= have => {
+            Err(ConfigError::Unknown { id, have: u16::try_from(have).unwrap_or(u16::MAX) })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn matches(class: Class, action: Option<u16>, style: Option<u16>) -> bool {
+    action.is_none_or(|a| a == class.action) && style.is_none_or(|s| s == class.style)
+}
