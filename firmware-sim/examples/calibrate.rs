@@ -76,11 +76,17 @@ fn report(name: &str, samples: &[Sample]) {
     for stage in STAGES {
         let at = stage as usize;
         let error = relative(held.iter().map(|(_, s)| (prices.stages(&s.units)[at], s.stages[at])));
-        println!("  {:<12} error median {:.1}%, worst {:.1}%", Stage::NAMES[at], error.0, error.1);
+        println!(
+            "  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%",
+            Stage::NAMES[at],
+            error[0],
+            error[1],
+            error[2]
+        );
     }
     let totals = |s: &Sample| (prices.total(&s.units), s.stages.iter().sum());
     let error = relative(held.iter().map(|(_, s)| totals(s)));
-    println!("  {:<12} error median {:.1}%, worst {:.1}%", "total", error.0, error.1);
+    println!("  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%", "total", error[0], error[1], error[2]);
     for run in samples.chunks(FRAMES) {
         let mut totals: Vec<(f64, f64)> = run.iter().map(totals).collect();
         totals.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -89,27 +95,36 @@ fn report(name: &str, samples: &[Sample]) {
     }
 }
 
-/// Least squares, stage by stage.
+/// Least squares, stage by stage. A term that would come out negative is left out.
 fn fit(samples: &[(usize, &Sample)]) -> Prices {
     let mut prices = [0.0; TERMS];
     for stage in STAGES {
-        let terms: Vec<usize> = (0..TERMS).filter(|&t| STAGE_OF[t] == stage).collect();
-        let matrix =
-            DMatrix::from_fn(samples.len(), terms.len(), |row, column| samples[row].1.units[terms[column]]);
+        let mut terms: Vec<usize> = (0..TERMS).filter(|&t| STAGE_OF[t] == stage).collect();
         let right = DVector::from_fn(samples.len(), |row, _| samples[row].1.stages[stage as usize]);
-        if let Ok(solution) = matrix.svd(true, true).solve(&right, 1e-9) {
+        loop {
+            let unit = |row: usize, column: usize| samples[row].1.units[terms[column]];
+            let matrix = DMatrix::from_fn(samples.len(), terms.len(), unit);
+            let Ok(solution) = matrix.svd(true, true).solve(&right, 1e-9) else { break };
+            if let Some(negative) = solution.iter().position(|&price| price < 0.0) {
+                terms.remove(negative);
+                continue;
+            }
             for (&term, &price) in terms.iter().zip(solution.iter()) {
                 prices[term] = price;
             }
+            break;
         }
     }
     Prices(prices)
 }
 
-/// Median and worst relative error, percent.
-fn relative(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+/// Median relative error, that of nine of ten, and the worst, percent.
+fn relative(pairs: impl Iterator<Item = (f64, f64)>) -> [f64; 3] {
     let mut errors: Vec<f64> =
         pairs.map(|(model, measured)| 100.0 * (model / measured.max(1.0) - 1.0).abs()).collect();
     errors.sort_by(f64::total_cmp);
-    (errors.get(errors.len() / 2).copied().unwrap_or(0.0), errors.last().copied().unwrap_or(0.0))
+    [0.5, 0.9, 1.0].map(|q| {
+        let at = ((errors.len() as f64 * q) as usize).min(errors.len().saturating_sub(1));
+        errors.get(at).copied().unwrap_or(0.0)
+    })
 }

@@ -52,8 +52,9 @@ impl FromStr for Faults {
     fn from_str(text: &str) -> Result<Self> {
         let mut faults = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (name, value) =
-                part.split_once('=').with_context(|| format!("`{part}`: write NAME=VALUE, as in drop=0.01"))?;
+            let (name, value) = part
+                .split_once('=')
+                .with_context(|| format!("`{part}`: write NAME=VALUE, as in drop=0.01"))?;
             match name {
                 "drop" => faults.drop = probability(part, value)?,
                 "repeat" => faults.repeat = probability(part, value)?,
@@ -63,11 +64,10 @@ impl FromStr for Faults {
                         .split_once(':')
                         .with_context(|| format!("`{part}`: write delay=PROBABILITY:FRAMES"))?;
                     faults.delay = probability(part, p)?;
-                    faults.delay_frames = frames
-                        .parse()
-                        .ok()
-                        .filter(|n| (1..=1000).contains(n))
-                        .with_context(|| format!("`{part}`: `{frames}` is no number of frames from 1 to 1000"))?;
+                    faults.delay_frames =
+                        frames.parse().ok().filter(|n| (1..=1000).contains(n)).with_context(|| {
+                            format!("`{part}`: `{frames}` is no number of frames from 1 to 1000")
+                        })?;
                 }
                 "seed" => {
                     faults.seed =
@@ -110,7 +110,7 @@ impl Faults {
     /// What arrives of so many frames with so many joints.
     pub fn arrivals(&self, frames: usize, joints: usize) -> Arrivals {
         let mut dice = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut hits = |p: f64, dice: &mut ChaCha8Rng| p > 0.0 && dice.random_bool(p);
+        let hits = |p: f64, dice: &mut ChaCha8Rng| p > 0.0 && dice.random_bool(p);
         let mut arrivals =
             Arrivals { all: Vec::new(), sent: frames, dropped: 0, repeated: 0, delayed: 0, corrupted: 0 };
         // Frames with the time of their arrival: behind the frames that were sent until then.
@@ -195,7 +195,11 @@ impl Disturbance {
         arrivals: &Arrivals,
     ) -> Self {
         let pairs = || {
-            arrivals.all.iter().zip(&disturbed.steps).map(|(a, s)| (&undisturbed.steps[a.frame].frame, &s.frame))
+            arrivals
+                .all
+                .iter()
+                .zip(&disturbed.steps)
+                .map(|(a, s)| (&undisturbed.steps[a.frame].frame, &s.frame))
         };
         let error_m: Vec<f64> = pairs()
             .map(|(a, b)| {
@@ -203,9 +207,8 @@ impl Disturbance {
                 a.iter().zip(&b).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len().max(1) as f64
             })
             .collect();
-        let drift_m = pairs()
-            .last()
-            .map_or(0.0, |(a, b)| f64::hypot(a.root.x - b.root.x, a.root.z - b.root.z));
+        let drift_m =
+            pairs().last().map_or(0.0, |(a, b)| f64::hypot(a.root.x - b.root.x, a.root.z - b.root.z));
         let mut runs = Vec::new();
         let mut length = 0;
         for &error in &error_m {
@@ -278,8 +281,10 @@ mod tests {
 
     #[test]
     fn a_specification_is_read_and_wrong_ones_are_explained() {
-        let faults: Faults = "drop=0.01, repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7".parse().expect("it is right");
-        let expected = Faults { drop: 0.01, repeat: 0.02, delay: 0.05, delay_frames: 3, corrupt: 0.01, seed: 7 };
+        let faults: Faults =
+            "drop=0.01, repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7".parse().expect("it is right");
+        let expected =
+            Faults { drop: 0.01, repeat: 0.02, delay: 0.05, delay_frames: 3, corrupt: 0.01, seed: 7 };
         assert_eq!(faults, expected);
         for (text, reason) in [
             ("drop", "NAME=VALUE"),

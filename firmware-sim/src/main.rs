@@ -31,6 +31,14 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    // The table of parts needs neither database nor clip, which the parser would ask for.
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
+        && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
+    {
+        run::list(rest.contains(&"--json"));
+        return ExitCode::SUCCESS;
+    }
     let outcome = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Link(args) => link::run(&args),

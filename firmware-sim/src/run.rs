@@ -28,8 +28,8 @@ pub struct RunArgs {
     input: PathBuf,
     #[command(flatten)]
     wish: WishArgs,
-    /// A part to reckon with: whether the database fits, and how many frames a second it would give; all of them
-    /// with `all`, and `gestus-sim parts` has the table
+    /// A part to reckon with: whether the database fits, and how many frames a second it would give. `all` of them, or
+    /// `list`, which prints the table and needs nothing else
     #[arg(long)]
     board: Option<String>,
     /// Faults of the stream, such as drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7: probabilities a frame,
@@ -96,6 +96,15 @@ pub fn run(args: &RunArgs) -> Result<()> {
         say(&figures, &estimates);
     }
     Ok(())
+}
+
+/// Prints the table of parts.
+pub fn list(json: bool) {
+    if json {
+        println!("{}", json!({ "parts": PARTS.iter().map(table::json).collect::<Vec<_>>() }));
+    } else {
+        print!("{}", table::words());
+    }
 }
 
 /// Streams what faults leave of an input, which becomes what arrived; and compares with the undisturbed stream.

@@ -36,21 +36,13 @@ impl Isa {
                 error_percent: 0.0,
                 measured_on: "mps2-an386 (Cortex-M4F)",
             },
-            Self::RiscVFpu => Calibration {
-                prices: Prices([0.0; 11]),
-                error_percent: 0.0,
-                measured_on: "virt-rv32imafc",
-            },
-            Self::RiscV => Calibration {
-                prices: Prices([0.0; 11]),
-                error_percent: 0.0,
-                measured_on: "virt-rv32imac",
-            },
-            Self::Armv6M => Calibration {
-                prices: Prices([0.0; 11]),
-                error_percent: 0.0,
-                measured_on: "",
-            },
+            Self::RiscVFpu => {
+                Calibration { prices: Prices([0.0; 11]), error_percent: 0.0, measured_on: "virt-rv32imafc" }
+            }
+            Self::RiscV => {
+                Calibration { prices: Prices([0.0; 11]), error_percent: 0.0, measured_on: "virt-rv32imac" }
+            }
+            Self::Armv6M => Calibration { prices: Prices([0.0; 11]), error_percent: 0.0, measured_on: "" },
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The parts, with what their datasheets say that counts here.
 
 use anyhow::{Result, bail};
+use serde_json::{Value, json};
 
 use super::prices::Isa;
 
@@ -307,6 +308,51 @@ pub fn find(name: &str) -> Result<&'static Part> {
             PARTS.map(|p| p.name).join(", ")
         ),
     }
+}
+
+/// A part's row, for a program.
+pub fn json(part: &Part) -> Value {
+    json!({
+        "name": part.name,
+        "core": part.core.name(),
+        "fpu": part.core.has_fpu(),
+        "clock_mhz": part.clock_mhz,
+        "ram_bytes": u64::from(part.ram_kib) * 1024,
+        "flash_bytes": u64::from(part.flash_kib) * 1024,
+        "flash_mb_s": part.flash_mb_s,
+        "external_bytes": part.external.map(|e| e.bytes),
+        "external_mb_s": part.external.map(|e| e.bandwidth_mb_s()),
+        "external_is_ram": part.external.is_some_and(|e| e.ram),
+        "cycles_per_instruction": part.core.cycles_per_instruction()[1],
+        "source": part.source,
+    })
+}
+
+/// The table, for people. Bandwidths are of reads at random places.
+pub fn words() -> String {
+    let mut text = format!(
+        "{:<10} {:<12} {:>5} {:>4} {:>8} {:>9} {:>9} {:>10} {:>9}  {}\n",
+        "part", "core", "MHz", "FPU", "RAM KB", "flash KB", "MB/s", "outside MB", "MB/s", "source"
+    );
+    for part in &PARTS {
+        let external = |value: fn(&External) -> f64, digits: usize| {
+            part.external.as_ref().map_or_else(|| "-".to_owned(), |e| format!("{:.digits$}", value(e)))
+        };
+        text += &format!(
+            "{:<10} {:<12} {:>5} {:>4} {:>8} {:>9} {:>9} {:>10} {:>9}  {}\n",
+            part.name,
+            part.core.name(),
+            part.clock_mhz,
+            if part.core.has_fpu() { "yes" } else { "no" },
+            part.ram_kib,
+            part.flash_kib,
+            part.flash_mb_s,
+            external(|e| e.bytes as f64 / MIB as f64, 0),
+            external(|e| e.bandwidth_mb_s(), 1),
+            part.source
+        );
+    }
+    text
 }
 
 #[cfg(test)]
