@@ -47,7 +47,10 @@ fn a_stream_without_faults_is_as_it_was() {
     let none = figures(&["--faults", "seed=3"]);
     assert_eq!(plain["digest"], none["digest"]);
     let faults = &none["faults"];
-    assert_eq!((&faults["error_worst_cm"], &faults["times_off_by_1_cm"]), (&Value::from(0.0), &Value::from(0)));
+    assert_eq!(
+        (&faults["error_worst_cm"], &faults["times_off_by_1_cm"]),
+        (&Value::from(0.0), &Value::from(0))
+    );
     assert_eq!(faults["frames_delivered"], 120);
 }
 
@@ -88,7 +91,8 @@ fn a_part_fits_or_not_and_gives_so_many_frames() {
     };
     for name in ["rp2040", "rp2350", "nrf52840", "esp32-c3", "playdate"] {
         let board = part(name, &[]);
-        let (median, worst) = (rate(&board, "frames_per_second_median"), rate(&board, "frames_per_second_worst"));
+        let (median, worst) =
+            (rate(&board, "frames_per_second_median"), rate(&board, "frames_per_second_worst"));
         let [low, high] = range(&board);
         assert!(low < median && median < high && worst <= median, "{board}");
         assert!(median < rate(&fast, "frames_per_second_median"), "{board}");
