@@ -162,6 +162,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         true
     }
 
+    // What it calls is never inlined into it: the frames of a step and of a page of statistics would add up.
     fn carry_out(
         &mut self,
         header: Header,
@@ -192,6 +193,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.reply(header, &Reply::Done)
     }
 
+    #[inline(never)]
     fn hello(&mut self, header: Header) -> Result<(), Fault> {
         let database = self.stylizer.database();
         let counts = database.counts();
@@ -209,6 +211,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.answer.write(header.reply(), &Reply::Hello(identity)).map(|_| ()).map_err(overlong)
     }
 
+    #[inline(never)]
     fn step(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
         let joints = self.stylizer.database().counts().joints;
         if bytes.joints() != Some(joints) {
@@ -227,6 +230,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     }
 
     /// Both labels or none: each alone may name no class with the other's old value.
+    #[inline(never)]
     fn labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
         let before = self.stylizer.labels();
         self.put_labels(action, input_style).inspect_err(|_| {
@@ -242,6 +246,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     }
 
     /// All strengths or none.
+    #[inline(never)]
     fn strengths(&mut self, strengths: &Pairs) -> Result<(), ConfigError> {
         let before: [f32; MAX_GROUPS] = core::array::from_fn(|group| self.stylizer.strength(group));
         for &(group, strength) in strengths {
@@ -256,6 +261,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         Ok(())
     }
 
+    #[inline(never)]
     fn configure(&mut self, parameters: &Pairs) -> Result<(), ConfigError> {
         let mut config = *self.stylizer.config();
         for &(number, value) in parameters {
@@ -264,6 +270,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.stylizer.set_config(config)
     }
 
+    #[inline(never)]
     fn statistics(&mut self, header: Header, skip: u16) -> Result<(), Fault> {
         let sizes = [
             (counter::STYLIZER_BYTES, size_of::<Stylizer<'_, J, K, C>>() as u64),
@@ -281,6 +288,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.answer.write(header.reply(), reply).map(|_| ()).map_err(overlong)
     }
 
+    #[inline(never)]
     fn fault(&mut self, header: Header, fault: Fault) {
         LinkCounts::one(&mut self.counts.faults);
         // A fault is a few bytes, and N is at least 64.

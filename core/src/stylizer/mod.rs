@@ -112,6 +112,8 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
+    // Not part of its callers' frames: starting anew takes some stack.
+    #[inline(never)]
     fn reset(&mut self) {
         match self {
             Self::Mar(mar) => mar.reset(),
