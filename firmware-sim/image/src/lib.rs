@@ -11,13 +11,15 @@ pub mod counter;
 pub mod flash;
 pub mod log;
 pub mod memory;
+#[cfg(target_arch = "arm")]
+mod registers;
 pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use board::Firmware;
 use counter::Counter;
+use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use uart::Uart;
 
 /// Exit codes of an image, for the emulator.
