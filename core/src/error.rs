@@ -138,6 +138,13 @@ pub enum ConfigError {
         /// The stylizer's capacity.
         have: u16,
     },
+    /// The robot has more hinges than the drive's `H`.
+    Hinges {
+        /// Hinges of the robot.
+        need: u16,
+        /// The drive's capacity.
+        have: u16,
+    },
     /// `k` is zero or larger than the stylizer's `K`.
     Neighbors {
         /// Neighbors asked for.
@@ -170,6 +177,9 @@ impl fmt::Display for ConfigError {
             }
             Self::Classes { need, have } => {
                 write!(f, "the database has {need} classes, this stylizer takes {have}: raise C")
+            }
+            Self::Hinges { need, have } => {
+                write!(f, "the robot has {need} hinges, this drive takes {have}: raise H")
             }
             Self::Neighbors { need, have } => {
                 write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")

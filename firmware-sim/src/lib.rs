@@ -4,3 +4,4 @@ pub mod board;
 pub mod link;
 pub mod recording;
 pub mod run;
+pub mod view;

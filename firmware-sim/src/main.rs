@@ -7,6 +7,7 @@ use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs},
     run::{self, RunArgs},
+    view::{self, ViewArgs},
 };
 
 /// Gestus off the board: the very same core on this machine.
@@ -25,6 +26,8 @@ enum Command {
     Link(LinkArgs),
     /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine
     Board(BoardArgs),
+    /// Write a page in which the core runs, to look at a database and to try it
+    View(ViewArgs),
 }
 
 fn main() -> ExitCode {
@@ -32,6 +35,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Link(args) => link::run(&args),
         Command::Board(args) => board::run(&args),
+        Command::View(args) => view::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

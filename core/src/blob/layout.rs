@@ -161,8 +161,10 @@ pub mod section {
     pub const STATISTIC: u16 = 33;
     /// Reserved for the effort dial (paper 003).
     pub const EFFORT: u16 = 34;
-    /// Reserved for retargeting maps.
+    /// Retargeting maps, in a blob of their own: see [`retarget::layout`](crate::retarget::layout).
     pub const RETARGET: u16 = 35;
+    /// Robots, in a blob of their own: see [`robot::layout`](crate::robot::layout).
+    pub const ROBOT: u16 = 37;
     /// The sections that a blob may have besides, in the order in which they are written.
     pub const OPTIONAL: [u16; 4] = [LTI, STATISTIC, EFFORT, RETARGET];
 
@@ -188,6 +190,7 @@ pub mod section {
             STATISTIC => "statistic",
             EFFORT => "effort",
             RETARGET => "retarget",
+            ROBOT => "robot",
             _ => return None,
         })
     }
