@@ -3,7 +3,7 @@
 //! Numbers are part of the protocol: a number's meaning never changes. Values travel as `f32`, which holds each of
 //! them exactly.
 
-use crate::{Config, ConfigError, config::Yaw, regress::Ridge, timing::Timing};
+use crate::{Config, ConfigError, Method, config::Yaw, regress::Ridge, timing::Timing};
 
 macro_rules! parameters {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
@@ -43,6 +43,14 @@ parameters! {
     TIMING_WIDTH = 12, "timing_width";
     /// [`Config::yaw`]: 0 the input's, 1 predicted.
     YAW = 13, "yaw";
+    /// [`Config::method`]: 0 mixture, 1 linear, 2 statistical. A running stylizer keeps its method and refuses another.
+    METHOD = 14, "method";
+    /// [`Config::confidence`].
+    CONFIDENCE = 15, "confidence";
+    /// [`Config::preference`].
+    PREFERENCE = 16, "preference";
+    /// [`Config::halflife_s`].
+    HALFLIFE_S = 17, "halflife_s";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -63,6 +71,14 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         TIMING => choice(config.timing == Timing::Sync),
         TIMING_WIDTH => config.timing_width,
         YAW => choice(config.yaw == Yaw::Predicted),
+        METHOD => match config.method {
+            Method::Mar => 0.0,
+            Method::Lti => 1.0,
+            Method::Statistic => 2.0,
+        },
+        CONFIDENCE => config.confidence,
+        PREFERENCE => config.preference,
+        HALFLIFE_S => config.halflife_s,
         _ => return None,
     })
 }
@@ -93,6 +109,15 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         TIMING => config.timing(if choice()? { Timing::Sync } else { Timing::Free }),
         TIMING_WIDTH => config.timing_width(value),
         YAW => config.yaw(if choice()? { Yaw::Predicted } else { Yaw::Input }),
+        METHOD => config.method(match whole(value)? {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            2 => Method::Statistic,
+            _ => return Err(ConfigError::Parameter),
+        }),
+        CONFIDENCE => config.confidence(value),
+        PREFERENCE => config.preference(value),
+        HALFLIFE_S => config.halflife_s(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -127,7 +152,11 @@ mod tests {
             .jump(9.0)
             .timing(Timing::Sync)
             .timing_width(0.75)
-            .yaw(Yaw::Predicted);
+            .yaw(Yaw::Predicted)
+            .method(Method::Statistic)
+            .confidence(2.0)
+            .preference(4.0)
+            .halflife_s(1.5);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -142,13 +171,20 @@ mod tests {
     #[test]
     fn odd_values_are_refused() {
         let config = Config::new();
-        for (number, value) in
-            [(K, 3.5), (K, -1.0), (K, 7e4), (K, f32::NAN), (POOL, 300.0), (TIMING, 2.0), (YAW, 0.5)]
-        {
+        for (number, value) in [
+            (K, 3.5),
+            (K, -1.0),
+            (K, 7e4),
+            (K, f32::NAN),
+            (POOL, 300.0),
+            (TIMING, 2.0),
+            (YAW, 0.5),
+            (METHOD, 3.0),
+        ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 14, have: 14 };
-        assert_eq!(set(config, 14, 0.0), Err(unknown));
-        assert_eq!(value(&config, 14), None);
+        let unknown = ConfigError::Unknown { id: 18, have: 18 };
+        assert_eq!(set(config, 18, 0.0), Err(unknown));
+        assert_eq!(value(&config, 18), None);
     }
 }

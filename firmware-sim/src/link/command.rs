@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{report::progress, translate::Input, wish::WishArgs};
+use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
@@ -85,18 +85,19 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read(input, &database)?;
-    let outcome = with_board(database, |twin| {
+    let request = wish.request(&database)?;
+    let outcome = with_board(database, request.config, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
-            with_board(database, |board| {
+            with_board(database, request.config, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome = converse(args, &mut line, twin, &database, &input, wish);
+                let outcome = converse(args, &mut line, twin, &database, &input, &request);
                 let [there, back] = line.happened();
                 eprintln!("on the line to the board: {there}; on the way back: {back}");
                 outcome
             })?
         } else {
-            converse(args, line::open(&args.port)?, twin, &database, &input, wish)
+            converse(args, line::open(&args.port)?, twin, &database, &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
@@ -123,11 +124,11 @@ fn converse<'t, L: Line>(
     twin: &'t mut super::serve::BoardFn<'t>,
     database: &Database<'_>,
     input: &Input,
-    wish: &WishArgs,
+    request: &Request,
 ) -> Result<()> {
     let mut session = Session::begin(args.client(line), twin, database)?;
     eprintln!("{}", session.identity());
-    session.wish(&wish.request(database)?)?;
+    session.wish(request)?;
     let bar = progress::bar(input.mapped.frames.len(), "frames");
     let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
     bar.finish_and_clear();
