@@ -4,7 +4,7 @@ use super::{
     Board, Direction, Fault, Frame, Full, Header, Identity, LinkCounts, PAGE, Pairs, PoseBuffer, PoseBytes,
     Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken, parameter,
 };
-use crate::{Config, ConfigError, Pose, Stylizer, blob::layout::MAX_GROUPS};
+use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
 
 /// Serves a stylizer over a line.
 ///
@@ -218,15 +218,28 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             let have = bytes.joints().map_or(u16::MAX, short);
             return Err(Fault::Joints { need: short(joints), have });
         }
-        let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
+        let mut output = Pose::<J>::IDENTITY;
+        let report = self.stepped(bytes, &mut output);
+        LinkCounts::one(&mut self.counts.steps);
+        self.answer_pose(header, &output, &report)
+    }
+
+    #[inline(never)]
+    fn stepped(&mut self, bytes: &PoseBytes<'_>, output: &mut Pose<J>) -> Report {
+        let mut input = Pose::<J>::IDENTITY;
         bytes.read(&mut input);
         self.board.begin();
-        let report = self.stylizer.step_observed(&input, &mut output, self.board);
+        let report = self.stylizer.step_observed(&input, output, self.board);
         self.board.end(&report);
-        LinkCounts::one(&mut self.counts.steps);
+        report
+    }
+
+    #[inline(never)]
+    fn answer_pose(&mut self, header: Header, output: &Pose<J>, report: &Report) -> Result<(), Fault> {
+        let joints = self.stylizer.database().counts().joints;
         let mut buffer = PoseBuffer::new();
-        let report = StepReport::new(&report, self.board.stages());
-        self.reply(header, &Reply::Pose(buffer.pose(&output, joints), report))
+        let report = StepReport::new(report, self.board.stages());
+        self.reply(header, &Reply::Pose(buffer.pose(output, joints), report))
     }
 
     /// Both labels or none: each alone may name no class with the other's old value.

@@ -30,7 +30,7 @@ pub struct BoardArgs {
     #[arg(long)]
     all: bool,
     /// The database
-    #[arg(long, required_unless_present_any = ["generated", "long_stream"], requires = "input", requires = "style")]
+    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input", requires = "style")]
     db: Option<PathBuf>,
     /// The clip, a BVH file on the database's skeleton
     #[arg(long)]
@@ -53,6 +53,12 @@ pub struct BoardArgs {
     /// The image with its log lines, which go to BOARD.log beside the images
     #[arg(long, conflicts_with = "image")]
     defmt: bool,
+    /// Only build the images, and say where they are
+    #[arg(long, conflicts_with_all = ["image", "db", "input", "style"])]
+    build: bool,
+    /// With --build: the sizes of stack frames in the ELF, for a static bound
+    #[arg(long, requires = "build")]
+    stack_sizes: bool,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -67,6 +73,9 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         Some(name) => vec![boards::find(name)?],
         None => BOARDS.iter().filter(|b| !args.long_stream || b.blob_address.is_some()).collect(),
     };
+    if args.build {
+        return build(args, &boards);
+    }
     let (figures, lines, differing) = if args.long_stream {
         let replayed = long_streams(args, &boards)?;
         let differing = replayed.iter().filter(|r| !r.bit_exact()).map(|r| r.board.name).collect();
@@ -87,6 +96,29 @@ pub fn run(args: &BoardArgs) -> Result<()> {
     }
     if !differing.is_empty() {
         bail!("not bit-exact with this machine: {}", differing.join(", "));
+    }
+    Ok(())
+}
+
+/// The images, and where they are.
+fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
+    let mut built = Vec::new();
+    for board in boards {
+        let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
+        eprintln!("building the image of {} ({})", board.name, board.title);
+        let options =
+            image::Options { blob: blob.as_deref(), defmt: args.defmt, stack_sizes: args.stack_sizes };
+        let image = image::build(board, options)?;
+        let flash_bytes = image::flash_bytes(&image)?;
+        if !args.json {
+            println!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display());
+        }
+        built.push(json!({ "board": board.name, "image": image, "flash_bytes": flash_bytes }));
+    }
+    match &built[..] {
+        [one] if args.json && !args.all => println!("{one}"),
+        _ if args.json => println!("{}", json!({ "boards": built })),
+        _ => {}
     }
     Ok(())
 }

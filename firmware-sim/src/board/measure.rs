@@ -5,7 +5,7 @@ use std::{fs::File, path::Path, time::Duration};
 use anyhow::{Context, Result};
 use gestus_builder::{motion::Clip, stream::Request};
 use gestus_core::{
-    Database, Digest, Stage,
+    Config, Database, Digest, Stage,
     link::{self, Pairs, counter},
 };
 use serde_json::{Value, json};
@@ -24,6 +24,9 @@ use crate::{
 /// An emulated board is slow and its line has no faults: a repetition would only be noise.
 const PATIENCE: Patience =
     Patience { first: Duration::from_secs(5), most: Duration::from_secs(60), repeats: 8 };
+
+/// The images' own statistic: instructions of unpacking one row, a mean over rows.
+const ROW_DECODE: u16 = counter::OWN;
 
 /// What a board did with a clip.
 #[derive(Debug, Clone)]
@@ -51,6 +54,11 @@ impl Measured {
     /// A statistic of the board.
     pub fn statistic(&self, number: u16) -> Option<u64> {
         self.statistics.iter().find(|(n, _)| *n == number).map(|(_, value)| *value)
+    }
+
+    /// Bytes of stylizer and server, which lie in the frame of the firmware's main loop.
+    pub fn state_bytes(&self) -> Option<u64> {
+        Some(self.statistic(counter::STYLIZER_BYTES)? + self.statistic(counter::SERVER_BYTES)?)
     }
 
     /// Instructions of the frames in a stage, ascending.
@@ -87,6 +95,8 @@ impl Measured {
             "instructions_open": self.statistic(counter::INSTRUCTIONS_OPEN),
             "ram_bytes": self.ram_bytes,
             "static_bytes": self.statistic(counter::STATIC_BYTES),
+            "state_bytes": self.state_bytes(),
+            "row_decode_instructions": self.statistic(ROW_DECODE),
             "stack_bytes": self.statistic(counter::STACK_BYTES),
             "flash_bytes": self.flash_bytes,
             "bytes_read_median": median(&self.bytes_read),
@@ -138,7 +148,7 @@ pub fn converse<R>(
     let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
     let line: Box<dyn Line> = Box::new(line);
-    let outcome = with_board(database, |twin| {
+    let outcome = with_board(database, Config::new(), |twin| {
         let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), PATIENCE);
         let mut session = Session::begin(client, twin, &database)?;
         talk(&mut session)
