@@ -130,8 +130,7 @@ fn stack_sizes(mut data: &[u8]) -> Vec<(u64, u64)> {
     let mut sizes = Vec::new();
     while let Some((address, rest)) = data.split_first_chunk::<4>() {
         let length = rest.iter().position(|b| b & 0x80 == 0).map_or(rest.len(), |i| i + 1);
-        let size =
-            rest[..length].iter().rev().fold(0, |size, byte| size << 7 | u64::from(byte & 0x7f));
+        let size = rest[..length].iter().rev().fold(0, |size, byte| size << 7 | u64::from(byte & 0x7f));
         sizes.push((u64::from(u32::from_le_bytes(*address)), size));
         data = &rest[length..];
     }

@@ -47,6 +47,16 @@ pub struct Server<'a, 'db, B, const J: usize, const K: usize, const C: usize, co
     counts: LinkCounts,
 }
 
+/// Who serves what, and what was counted.
+#[cfg(feature = "defmt")]
+impl<B, const J: usize, const K: usize, const C: usize, const N: usize> defmt::Format
+    for Server<'_, '_, B, J, K, C, N>
+{
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Server of a {}, session {}: {}", self.stylizer, self.session, self.counts);
+    }
+}
+
 impl<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize>
     Server<'a, 'db, B, J, K, C, N>
 where
@@ -169,6 +179,10 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         request: Option<Request<'_>>,
         new_session: Option<u32>,
     ) -> Result<(), Fault> {
+        #[cfg(feature = "defmt")]
+        if let Some(request) = request.as_ref().filter(|r| !matches!(r, Request::Pose(_))) {
+            defmt::info!("asked: {}", request);
+        }
         let setting = match request.ok_or(Fault::Malformed)? {
             Request::Hello { .. } => {
                 if new_session.is_some() {
@@ -304,6 +318,8 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     #[inline(never)]
     fn fault(&mut self, header: Header, fault: Fault) {
         LinkCounts::one(&mut self.counts.faults);
+        #[cfg(feature = "defmt")]
+        defmt::warn!("not done: {}", fault);
         // A fault is a few bytes, and N is at least 64.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }
