@@ -96,8 +96,8 @@ fn short(name: &str) -> String {
 fn board(prefix: &str, board: &str, arguments: &[&str], figures: &mut Figures) -> Result<f64> {
     let found = json(sim().args(["board", board, "--json"]).args(arguments))?;
     let labelled = prefix.ends_with("labelled");
-    let wanted = |key: &&str| !labelled || key.contains("instructions_m") || key.contains("bytes_read");
-    for key in KEYS.iter().filter(wanted) {
+    let wanted = |key: &str| !labelled || key.contains("instructions_m") || key.contains("bytes_read");
+    for key in KEYS.iter().filter(|key| wanted(key)) {
         let value = found[*key].as_f64().with_context(|| format!("{board} says nothing of {key}"))?;
         figures.insert(format!("{prefix}.{key}"), value);
     }

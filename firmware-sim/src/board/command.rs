@@ -30,19 +30,19 @@ pub struct BoardArgs {
     #[arg(long)]
     all: bool,
     /// The database
-    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input", requires = "style")]
+    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input")]
     db: Option<PathBuf>,
     /// The clip, a BVH file on the database's skeleton
     #[arg(long)]
     input: Option<PathBuf>,
     #[command(flatten)]
-    wish: Option<WishArgs>,
+    wish: WishArgs,
     /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
     /// In place of a clip 10,000 frames of a small database's own motion, settings changing on the way, whose digest is
     /// the same on every machine
-    #[arg(long, conflicts_with_all = ["db", "input", "style"])]
+    #[arg(long, conflicts_with_all = ["db", "input"])]
     long_stream: bool,
     /// Most frames of the clip
     #[arg(long)]
@@ -54,7 +54,7 @@ pub struct BoardArgs {
     #[arg(long, conflicts_with = "image")]
     defmt: bool,
     /// Only build the images, and say where they are
-    #[arg(long, conflicts_with_all = ["image", "db", "input", "style"])]
+    #[arg(long, conflicts_with_all = ["image", "db", "input"])]
     build: bool,
     /// With --build: the sizes of stack frames in the ELF, for a static bound
     #[arg(long, requires = "build")]
@@ -126,10 +126,6 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
 /// A clip through a board: the one that was asked for, or a generated one.
 fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
     let profile = if board.blob_address.is_some() { REFERENCE } else { SMALL };
-    let wished = |database: &Database<'_>, otherwise: Request| match &args.wish {
-        Some(wish) => wish.request(database),
-        None => Ok(otherwise),
-    };
     // A database from outside is rarely one that fits a micro:bit.
     let own = args.generated || (args.all && board.blob_address.is_none());
     match (&args.db, &args.input) {
@@ -137,7 +133,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let bytes = read(path)?;
             let database = open(path, &bytes)?;
             let clip = Input::read(input, &database)?.mapped;
-            let request = wished(&database, Request::style(0))?;
+            let request = args.wish.request(&database)?;
             one(args, board, Job { path, database, clip: &clip, request: &request })
         }
         _ => {
@@ -145,8 +141,15 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let bytes = read(&path)?;
             let database = open(&path, &bytes)?;
             let clip = generated_clip(profile)?;
-            let request =
-                if args.generated { wished(&database, profile.request())? } else { profile.request() };
+            let own = profile.request();
+            // A style that is named is one of the generated database; a clip's own wish says nothing of it.
+            let request = if args.generated && !args.wish.style.is_empty() {
+                let wish = args.wish.request(&database)?;
+                let k = wish.config.neighborhood().0.min(own.config.neighborhood().0);
+                Request { config: wish.config.k(k), ..wish }
+            } else {
+                own
+            };
             one(args, board, Job { path: &path, database, clip: &clip, request: &request })
         }
     }
