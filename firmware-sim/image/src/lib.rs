@@ -19,7 +19,7 @@ pub mod uart;
 
 use board::Firmware;
 use counter::Counter;
-use gestus_core::{BlobError, Config, Database, Fit, link::Server};
+use gestus_core::{BlobError, Config, Database, Fit, Method, link::Server};
 use uart::Uart;
 
 /// Exit codes of an image, for the emulator.
@@ -72,7 +72,8 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     };
     let open = counter.since(start, counter.now());
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
-    match Fit::<J, K, C>::new(database, config) {
+    // A blob that was cut to its models is served by the first that it holds; the host may choose another.
+    match Fit::<J, K, C>::new(database, config.method(Method::of(&database))) {
         Ok(fit) => (fit, open),
         Err(error) => {
             log::unfit(error);
