@@ -13,7 +13,7 @@ use gestus_builder::{
     stream::{Request, stream},
     translate::Input,
 };
-use gestus_core::Database;
+use gestus_core::{Config, Database};
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_tests::motion;
 use serde_json::{Value, json};
@@ -82,7 +82,7 @@ fn listening() -> String {
     let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
     std::thread::spawn(move || {
         let database = Database::open(motion::small()).expect("the generated blob opens");
-        with_board(database, |board| {
+        with_board(database, Config::new(), |board| {
             for stream in listener.incoming() {
                 let mut stream = stream.expect("somebody connects");
                 let mut buffer = [0; 700];

@@ -6,6 +6,7 @@
 
 pub mod ablation;
 pub mod annotator;
+pub mod comparison;
 pub mod compression;
 pub mod correspondence;
 pub mod effort;

@@ -43,14 +43,14 @@ parameters! {
     TIMING_WIDTH = 12, "timing_width";
     /// [`Config::yaw`]: 0 the input's, 1 predicted.
     YAW = 13, "yaw";
-    /// [`Config::method`]: 0 mixture, 1 linear, 2 statistical. A running stylizer keeps its method and refuses another.
-    METHOD = 14, "method";
     /// [`Config::confidence`].
-    CONFIDENCE = 15, "confidence";
+    CONFIDENCE = 14, "confidence";
     /// [`Config::preference`].
-    PREFERENCE = 16, "preference";
+    PREFERENCE = 15, "preference";
     /// [`Config::halflife_s`].
-    HALFLIFE_S = 17, "halflife_s";
+    HALFLIFE = 16, "halflife_s";
+    /// [`Config::method`]: its place in [`Method::ALL`].
+    METHOD = 17, "method";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -71,14 +71,10 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         TIMING => choice(config.timing == Timing::Sync),
         TIMING_WIDTH => config.timing_width,
         YAW => choice(config.yaw == Yaw::Predicted),
-        METHOD => match config.method {
-            Method::Mar => 0.0,
-            Method::Lti => 1.0,
-            Method::Statistic => 2.0,
-        },
         CONFIDENCE => config.confidence,
         PREFERENCE => config.preference,
-        HALFLIFE_S => config.halflife_s,
+        HALFLIFE => config.halflife_s,
+        METHOD => Method::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(m, _)| **m == config.method)?.1,
         _ => return None,
     })
 }
@@ -109,15 +105,10 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         TIMING => config.timing(if choice()? { Timing::Sync } else { Timing::Free }),
         TIMING_WIDTH => config.timing_width(value),
         YAW => config.yaw(if choice()? { Yaw::Predicted } else { Yaw::Input }),
-        METHOD => config.method(match whole(value)? {
-            0 => Method::Mar,
-            1 => Method::Lti,
-            2 => Method::Statistic,
-            _ => return Err(ConfigError::Parameter),
-        }),
         CONFIDENCE => config.confidence(value),
         PREFERENCE => config.preference(value),
-        HALFLIFE_S => config.halflife_s(value),
+        HALFLIFE => config.halflife_s(value),
+        METHOD => config.method(*Method::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -153,10 +144,10 @@ mod tests {
             .timing(Timing::Sync)
             .timing_width(0.75)
             .yaw(Yaw::Predicted)
-            .method(Method::Statistic)
-            .confidence(2.0)
+            .confidence(2.5)
             .preference(4.0)
-            .halflife_s(1.5);
+            .halflife_s(1.5)
+            .method(Method::Statistic);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);

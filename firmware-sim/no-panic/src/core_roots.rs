@@ -1,6 +1,6 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
-use gestus_core::{Config, Database, Digest, Pose, Stylizer, regress::Ridge, timing::Timing};
+use gestus_core::{Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, timing::Timing};
 
 /// Calls everything, and makes one number of what comes back, so that nothing can be left out.
 #[inline(never)]
@@ -70,6 +70,14 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .jump(floats[5])
         .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
         .timing_width(floats[6])
+        .method(match numbers[7] {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            _ => Method::Statistic,
+        })
+        .confidence(floats[7])
+        .preference(floats[10])
+        .halflife_s(floats[11])
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {
@@ -88,6 +96,8 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
     sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    sum ^= database.linear_model(index).units().count() ^ database.table(index).bytes();
+    sum ^= database.optional_sections().map(|(_, bytes)| bytes.len()).sum::<usize>();
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];

@@ -13,7 +13,7 @@ use super::{
     line::{self, Line},
     loopback::Loopback,
     noise::Noise,
-    serve::with_board_of,
+    serve::with_board,
     session::{BoardIdentity, Linked, Session, named, stream},
 };
 
@@ -102,10 +102,10 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read(input, &database)?;
     let request = wish.request(&database)?;
-    let outcome = with_board_of(database, request.config, |twin| {
+    let outcome = with_board(database, request.config, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
-            with_board_of(database, request.config, |board| {
+            with_board(database, request.config, |board| {
                 let mut line = Loopback::new(board, noise);
                 let outcome = converse(args, &mut line, twin, &database, &input, &request);
                 let [there, back] = line.happened();

@@ -9,23 +9,12 @@ use gestus_core::{
 /// Takes a byte of the line, gives what is to be sent back.
 pub type BoardFn<'a> = dyn FnMut(u8) -> Option<Vec<u8>> + 'a;
 
-/// Calls `run` with a board that serves the database with the shipped parameters; see [`with_board_of`].
-///
-/// # Errors
-/// [`ConfigError`] where the database is larger than any board.
-pub fn with_board<R>(
-    database: Database<'_>,
-    run: impl FnOnce(&mut BoardFn<'_>) -> R,
-) -> Result<R, ConfigError> {
-    with_board_of(database, Config::new(), run)
-}
-
 /// Calls `run` with a board that serves the database and starts with that configuration. It has the reference
 /// board's capacities, 22 joints, 40 neighbors and 28 classes, or the format's where those are too small.
 ///
 /// # Errors
 /// [`ConfigError`] where the database is larger than any board, or lacks what the configuration's method needs.
-pub fn with_board_of<R>(
+pub fn with_board<R>(
     database: Database<'_>,
     config: Config,
     run: impl FnOnce(&mut BoardFn<'_>) -> R,
