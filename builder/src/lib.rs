@@ -18,6 +18,7 @@ pub mod evaluate;
 pub mod export;
 pub mod features;
 pub mod index;
+pub mod joints;
 pub mod landmarks;
 pub mod load;
 pub mod models;

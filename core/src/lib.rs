@@ -43,6 +43,7 @@
 pub mod blob;
 pub mod config;
 pub mod contact;
+pub mod deadline;
 pub mod digest;
 pub mod effort;
 mod error;

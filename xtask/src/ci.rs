@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::{
-    bare_metal, fuzz, real_data,
+    bare_metal, budget, firmware, fuzz, real_data,
     shell::{Outcome, cargo, run as run_command},
 };
 
@@ -37,6 +37,8 @@ pub fn run(setup: bool) -> Outcome {
     let docs = ["doc", "--workspace", "--no-deps", "--keep-going"];
     step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| Ok(bare_metal::run(setup)));
+    step("firmware", &|| firmware::run(setup));
+    step("budget", &|| budget::run(setup, false));
     step("real data", &real_data::run);
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
     summary(&steps)

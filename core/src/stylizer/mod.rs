@@ -42,6 +42,7 @@ pub(crate) struct Signals<const J: usize> {
 /// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
 /// stack first, which has 4.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
     config: Config,
@@ -107,6 +108,8 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
+    // Not part of its callers' frames: starting anew takes some stack.
+    #[inline(never)]
     fn reset(&mut self) {
         match self {
             Self::Mar(mar) => mar.reset(),
@@ -130,6 +133,14 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     input_anchor: Anchor,
     output_anchor: Anchor,
     last: Option<Pose<J>>,
+}
+
+/// What it was made of, and not its state.
+#[cfg(feature = "defmt")]
+impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<'_, J, K, C> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Stylizer<{}, {}, {}> of {}: {}", J, K, C, self.database, self.config);
+    }
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {

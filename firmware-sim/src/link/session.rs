@@ -204,7 +204,9 @@ pub fn requests(wish: &Wish) -> Result<VecDeque<Request<'static>>> {
         Pairs::from_slice(pairs)
             .map_err(|_| anyhow::anyhow!("{} {what} are more than the {MAX_PAIRS} of a message", pairs.len()))
     };
-    requests.push_back(Request::Configure(pairs(&parameters(&wish.config), "parameters")?));
+    for some in parameters(&wish.config).chunks(MAX_PAIRS) {
+        requests.push_back(Request::Configure(pairs(some, "parameters")?));
+    }
     requests.push_back(Request::Style(pairs(&wish.style, "styles")?));
     requests.push_back(Request::Labels { action: wish.action, input_style: wish.input_style });
     for &group in &wish.masked {
