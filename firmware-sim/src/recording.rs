@@ -146,7 +146,7 @@ impl Recording {
         if counts.joints <= 22 && counts.classes <= 28 {
             self.replay::<22, 40, 28>(database)
         } else {
-            self.replay::<MAX_JOINTS, 40, { 8 * MAX_STYLES }>(database)
+            self.replay::<MAX_JOINTS, 64, { 8 * MAX_STYLES }>(database)
         }
     }
 

@@ -72,15 +72,6 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
-    let counts = database.counts();
-    if counts.joints > 22 || counts.classes > 28 {
-        bail!(
-            "{} has {} joints and {} classes; the page's module is compiled for 22 and 28",
-            args.db.display(),
-            counts.joints,
-            counts.classes
-        );
-    }
     let settings = settings(args, &database.manifest()?)?;
     let (recording, what) = match &args.input {
         Some(path) => {

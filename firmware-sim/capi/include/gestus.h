@@ -42,6 +42,9 @@
 // The same for `GESTUS_PROFILE_SMALL`.
 #define GESTUS_SMALL_BYTES 16384
 
+// The same for `GESTUS_PROFILE_LARGE`.
+#define GESTUS_LARGE_BYTES 131072
+
 // Most classes in a report.
 #define GESTUS_MOST_CLASSES 8
 
@@ -124,6 +127,9 @@ typedef enum GestusProfile {
   GESTUS_PROFILE_STANDARD = 0,
   // Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
   GESTUS_PROFILE_SMALL = 1,
+  // Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts and browsers. Libraries
+  // for boards leave it out (feature `large`).
+  GESTUS_PROFILE_LARGE = 2,
 } GestusProfile;
 
 // What has names. Arguments named `kind` take one of these numbers.

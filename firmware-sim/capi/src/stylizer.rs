@@ -10,7 +10,7 @@ use crate::{
     handle::{Cell, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{self, GestusProfile, Running, Small, Standard},
+    profile::{self, GestusProfile, Large, Running, Small, Standard},
     status::{Answer, GestusStatus, status},
 };
 
@@ -89,7 +89,10 @@ unsafe fn init(
         // SAFETY: as above.
         #[cfg(feature = "small")]
         GestusProfile::Small => unsafe { make::<12, 16, 8>(memory, profile, blob, db, config) },
-        #[cfg(not(all(feature = "standard", feature = "small")))]
+        // SAFETY: as above.
+        #[cfg(feature = "large")]
+        GestusProfile::Large => unsafe { make::<64, 64, 256>(memory, profile, blob, db, config) },
+        #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
         _ => Err(GestusStatus::Profile),
     }?;
     // SAFETY: `out` was checked, and is the caller's to write.
@@ -137,6 +140,12 @@ pub(crate) unsafe fn running<'a>(
             let regions = [cell.region()?, cell.blob];
             Ok((&mut cell.object, regions))
         }
+        GestusProfile::Large => {
+            // SAFETY: as above.
+            let cell = unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?;
+            let regions = [cell.region()?, cell.blob];
+            Ok((&mut cell.object, regions))
+        }
     }
 }
 
@@ -164,6 +173,10 @@ unsafe fn close(stylizer: *mut GestusStylizer) -> Answer {
         GestusProfile::Small => {
             // SAFETY: as above.
             unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?.close();
+        }
+        GestusProfile::Large => {
+            // SAFETY: as above.
+            unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?.close();
         }
     }
     Ok(())

@@ -8,6 +8,7 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let Ok(database) = Database::open(blob) else { return 1 };
     let mut sum = profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
+    sum ^= profile::<64, 64, 256>(database, numbers, floats);
     if let Ok(manifest) = database.manifest() {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
