@@ -14,6 +14,9 @@
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
 //! 8. [`pose`] takes the result back to a [`Pose`]; the [`Report`] says what happened.
 //!
+//! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
+//! statistics, which need no frames: see [`Method`].
+//!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
 //! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
 //!
@@ -43,6 +46,8 @@ pub mod digest;
 mod error;
 pub mod examples;
 pub mod knn;
+pub mod link;
+pub mod lti;
 mod mar;
 pub mod math;
 pub mod mixture;
@@ -52,16 +57,19 @@ pub mod quaternion;
 pub mod query;
 pub mod regress;
 pub mod report;
+pub mod retarget;
 pub mod ridge;
+pub mod robot;
 pub mod skeleton;
+mod statistic;
 mod stylizer;
 pub mod timing;
 
 pub use blob::Database;
-pub use config::Config;
+pub use config::{Config, Method};
 pub use digest::Digest;
 pub use error::{BlobError, ConfigError};
-pub use observe::Observer;
+pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::Stylizer;
+pub use stylizer::{Fit, Stylizer};

@@ -71,7 +71,8 @@ pub fn put(blob: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
 /// Where `blob` does not open.
 pub fn with_section(blob: &[u8], id: u16, change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let database = Database::open(blob).expect("the blob to change is whole");
-    let mut sections: Vec<Section> = database.sections().map(|(i, b)| (i, b.to_vec())).into();
+    let all = database.sections().into_iter().chain(database.optional_sections());
+    let mut sections: Vec<Section> = all.map(|(i, b)| (i, b.to_vec())).collect();
     let wanted = sections.iter_mut().find(|s| s.0 == id).expect("the blob has the section");
     change(&mut wanted.1);
     assemble(database.counts(), f64::from(database.rate_hz()), &sections)

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo},
+    build::BuildOptions,
+    evaluate::{Evaluation, ablation, compression, correspondence, knn, loo, retarget},
     load::load,
 };
 use serde_json::json;
@@ -14,7 +15,8 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
+    /// correspondence, retarget (other skeletons through --db and back)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -43,6 +45,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    if args.what == "retarget" {
+        return on_database(args);
+    }
     let config = args.selection.config(Some(&args.data), None)?;
     let loaded = load(&config)?;
     for note in &loaded.notes {
@@ -72,7 +77,8 @@ pub fn run(args: &Args) -> Result<()> {
         from,
         to,
         folds: args.folds,
-        build: config.build.clone(),
+        // Models are built by those measures that look at them.
+        build: BuildOptions { models: false, ..config.build.clone() },
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
@@ -83,8 +89,25 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression"),
+        "correspondence" => correspondence::evaluate(corpus, from)?,
+        other => bail!(
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, retarget"
+        ),
     };
+    say(args, &evaluation)
+}
+
+/// What judges a database with clips of any skeleton.
+fn on_database(args: &Args) -> Result<()> {
+    let Some(path) = &args.db else { bail!("evaluate {} judges a database: give --db DB.gestus", args.what) };
+    let bytes = super::read_blob(path)?;
+    let database = super::open(path, &bytes)?;
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    say(args, &retarget::evaluate(&database, &args.data)?)
+}
+
+fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {
     evaluation.write(&args.output)?;
     if args.json {
         super::say(json!({ "what": args.what, "rows": evaluation.rows }))?;

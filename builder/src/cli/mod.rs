@@ -2,9 +2,13 @@
 //! to standard error.
 
 mod build;
+mod cut;
+mod cycle;
 mod demo;
 mod evaluate;
 mod inspect;
+mod retarget;
+mod transfer;
 mod translate;
 
 use anyhow::Result;
@@ -26,12 +30,20 @@ enum Command {
     Synth(demo::SynthArgs),
     /// Build a database from a folder of BVH files
     Build(build::Args),
+    /// Cut a database to its models, for boards without room for frames
+    Cut(cut::Args),
     /// Show what is in a database, and verify it
     Inspect(inspect::InspectArgs),
     /// Write every array of a database as .npy and the manifest as JSON
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),
+    /// Give a clip the style of another clip, without a database
+    Transfer(transfer::Args),
+    /// Walk for ever, with a dial for style and a dial for speed
+    Loop(cycle::Args),
+    /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
+    Retarget(retarget::Args),
     /// Measure: errors, ablations, search, compression
     Evaluate(evaluate::Args),
 }
@@ -42,9 +54,13 @@ pub fn run() -> Result<()> {
         Command::Demo(args) => demo::demo(&args),
         Command::Synth(args) => demo::synth(&args),
         Command::Build(args) => build::run(&args),
+        Command::Cut(args) => cut::run(&args),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Export(args) => inspect::export(&args),
         Command::Translate(args) => translate::run(&args),
+        Command::Transfer(args) => transfer::run(&args),
+        Command::Loop(args) => cycle::run(&args),
+        Command::Retarget(args) => retarget::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }

@@ -146,6 +146,8 @@ fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
                 "local-ar",
                 "mixture",
                 "mixture-paper",
+                "lti",
+                "statistic",
             ]
             .contains(&m.as_str())
         })
@@ -258,13 +260,13 @@ impl Row {
 }
 
 /// The clip and what it is compared with.
-struct Fold<'a> {
-    corpus: &'a Corpus,
-    body: Body,
-    test: usize,
+pub(super) struct Fold<'a> {
+    pub(super) corpus: &'a Corpus,
+    pub(super) body: Body,
+    pub(super) test: usize,
     truth: usize,
-    other: Option<usize>,
-    style: usize,
+    pub(super) other: Option<usize>,
+    pub(super) style: usize,
     shift: usize,
     x: Vec<Vec<f64>>,
     truth_rows: Vec<Vec<f64>>,
@@ -350,6 +352,7 @@ fn fold(
     let mut rows = Vec::new();
     if !options.mixtures_only {
         baselines(&fold, &database, &mut rows);
+        super::models::rows(&fold, &database, &mut rows);
     }
     let example = &corpus.examples[test];
     let (action, from) = (Some(example.action as u16), Some(example.style as u16));
@@ -380,7 +383,7 @@ fn fold(
 }
 
 /// Dofs relative to the database's means as dofs relative to the evaluation's.
-fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(super) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let theirs = fold.body.with_means_of(database);
     rows.iter()
         .map(|row| {
@@ -462,7 +465,13 @@ impl<'a> Fold<'a> {
         let near =
             if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
         let Some(&truth) = near.first() else { return Ok(None) };
-        let built = build(&corpus.without(&[test, truth]), &options.build)?;
+        let wanted = BuildOptions {
+            models: !options.mixtures_only,
+            models_by_action: true,
+            from: corpus.styles.get(options.from).cloned(),
+            ..options.build.clone()
+        };
+        let built = build(&corpus.without(&[test, truth]), &wanted)?;
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
         let shift = if options.exact {
@@ -489,7 +498,7 @@ impl<'a> Fold<'a> {
     }
 
     /// The figures of a method's output, one pose a frame of the test clip.
-    fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
+    pub(super) fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
         let (cycles, truth_cycles) = self.cycles();
         let rate = self.corpus.rate_hz;
         let (mut error, mut count) = (0.0, 0.0);

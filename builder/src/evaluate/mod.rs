@@ -6,10 +6,13 @@
 
 pub mod ablation;
 pub mod compression;
+pub mod correspondence;
 pub mod knn;
 pub mod loo;
 pub mod methods;
 pub mod metrics;
+pub mod models;
+pub mod retarget;
 
 use std::{fs, path::Path};
 

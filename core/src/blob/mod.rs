@@ -7,12 +7,14 @@
 pub mod crc;
 pub mod layout;
 mod manifest;
+mod models;
 mod pairs;
 pub mod read;
-mod rows;
+pub(crate) mod rows;
 mod validate;
 
 pub use manifest::{Manifest, Names};
+pub use models::{LinearModel, Numbers, Table, Unit};
 pub use pairs::{Counterpart, Moment};
 
 use crate::{BlobError, quaternion::Quaternion, quaternion::Vector};
@@ -39,7 +41,8 @@ pub struct Counts {
     pub classes: usize,
     /// Joint groups.
     pub groups: usize,
-    /// Captured frames, the rows that a search returns.
+    /// Captured frames, the rows that a search returns; 0 in a blob that was cut to its models, which then holds
+    /// nothing that is about frames.
     pub frames: usize,
     /// Captured frames and the prototypes' frames behind them.
     pub rows: usize,
@@ -105,6 +108,7 @@ pub struct TimingDof {
 #[derive(Debug, Clone, Copy)]
 pub struct Database<'db> {
     counts: Counts,
+    identity: u32,
     rate_hz: f32,
     block_shift: u32,
     manifest: &'db [u8],
@@ -122,6 +126,7 @@ pub struct Database<'db> {
     graph: &'db [u8],
     flags: &'db [u8],
     timing: &'db [u8],
+    optional: [Option<&'db [u8]>; section::OPTIONAL.len()],
 }
 
 impl<'db> Database<'db> {
@@ -140,6 +145,13 @@ impl<'db> Database<'db> {
     #[inline]
     pub fn counts(&self) -> &Counts {
         &self.counts
+    }
+
+    /// CRC-32C of header and section table. The table holds the sections' own checksums, so that two databases with
+    /// the same identity are the same bytes, short of a collision: how a board and its host know each other's.
+    #[inline]
+    pub fn identity(&self) -> u32 {
+        self.identity
     }
 
     /// Frames a second of the motion, and of the stream that a stylizer expects.
@@ -298,7 +310,19 @@ impl<'db> Database<'db> {
         }
     }
 
-    /// Every section that this core knows: number and bytes, in the order of [`section::REQUIRED`].
+    /// The bytes of one of [`section::OPTIONAL`]; `None` where the blob has no such section.
+    #[inline]
+    pub fn optional(&self, id: u16) -> Option<&'db [u8]> {
+        let index = section::OPTIONAL.iter().position(|&o| o == id)?;
+        self.optional.get(index).copied().flatten()
+    }
+
+    /// The optional sections that the blob has: number and bytes, in the order of [`section::OPTIONAL`].
+    pub fn optional_sections(&self) -> impl Iterator<Item = (u16, &'db [u8])> + '_ {
+        section::OPTIONAL.iter().zip(self.optional).filter_map(|(&id, bytes)| bytes.map(|b| (id, b)))
+    }
+
+    /// The sections that every blob has: number and bytes, in the order of [`section::REQUIRED`].
     pub fn sections(&self) -> [(u16, &'db [u8]); section::REQUIRED.len()] {
         [
             (section::MANIFEST, self.manifest),

@@ -10,6 +10,7 @@ use super::{
         MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
         joint, query, section, timing,
     },
+    models,
     read::{Record, f32_at, floats, u16_at, u32_at},
 };
 use crate::{
@@ -20,7 +21,7 @@ use crate::{
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
 const MOST_RECORDS: usize = 1 << 22;
 
-type Checked = Result<(), BlobError>;
+pub(super) type Checked = Result<(), BlobError>;
 
 /// Finds the sections and checks header, table, checksums and lengths.
 pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
@@ -53,6 +54,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     }
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
+    let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
     let mut end = table_end;
     for i in 0..count {
         let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
@@ -75,7 +77,11 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if crc32c(&[content]) != record.u32(entry::CRC) {
             return Err(BlobError::Checksum { section: id });
         }
-        let slot = section::REQUIRED.iter().position(|&r| r == id).and_then(|i| found.get_mut(i));
+        // `name` knows the section, so it is in one of the two lists.
+        let slot = match section::REQUIRED.iter().position(|&r| r == id) {
+            Some(i) => found.get_mut(i),
+            None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
+        };
         if slot.is_some_and(|slot| slot.replace(content).is_some()) {
             return Err(misplaced);
         }
@@ -108,6 +114,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let counts = counts(head)?;
     Ok(Database {
         counts,
+        identity: head.u32(header::CRC),
         rate_hz: head.f32(header::RATE),
         block_shift: counts.block_rows.trailing_zeros(),
         manifest,
@@ -125,6 +132,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         graph,
         flags,
         timing,
+        optional,
     })
 }
 
@@ -148,21 +156,28 @@ fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
         clips: large(header::CLIPS),
     };
     let c = &counts;
+    // A blob that was cut to its models holds no frames, and nothing that is about frames.
+    let models_only = c.frames == 0;
+    let frameless = [c.features, c.window, c.classes, c.rows, c.timing, c.cycles, c.clips];
+    if models_only && frameless.iter().any(|&n| n != 0) {
+        return Err(BlobError::Value { section: 0, record: 8 });
+    }
+    let least = usize::from(!models_only);
     let fits = [
         (2..=MAX_JOINTS).contains(&c.joints),
         c.dofs == layout::dofs(c.joints),
-        (1..=MAX_FEATURES).contains(&c.features),
-        (1..=MAX_WINDOW).contains(&c.window),
+        (least..=MAX_FEATURES).contains(&c.features),
+        (least..=MAX_WINDOW).contains(&c.window),
         (1..=MAX_STYLES).contains(&c.styles),
         (1..=MAX_STYLES * 8).contains(&c.actions),
-        (1..=c.styles * c.actions).contains(&c.classes),
+        (least..=c.styles * c.actions).contains(&c.classes),
         (1..=MAX_GROUPS).contains(&c.groups),
-        (1..=MOST_RECORDS).contains(&c.frames),
+        (least..=MOST_RECORDS).contains(&c.frames),
         (c.frames..=MOST_RECORDS).contains(&c.rows),
         c.block_rows.is_power_of_two() && c.block_rows <= 64,
-        (1..=MAX_TIMING).contains(&c.timing),
-        (1..usize::from(NONE)).contains(&c.cycles),
-        (1..=MOST_RECORDS).contains(&c.clips),
+        (least..=MAX_TIMING).contains(&c.timing),
+        (least..usize::from(NONE)).contains(&c.cycles),
+        (least..=MOST_RECORDS).contains(&c.clips),
         (1.0..=1000.0).contains(&head.f32(header::RATE)),
     ];
     match fits.iter().position(|fit| !fit) {
@@ -182,17 +197,25 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     cycles(db)?;
     classes(db)?;
     blocks(db)?;
-    timing_section(db)
+    timing_section(db)?;
+    models::linear(db)?;
+    models::statistics(db)?;
+    let translates = db.counts.frames > 0
+        || db.optional(section::LTI).is_some()
+        || db.optional(section::STATISTIC).is_some();
+    if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
 }
 
 fn lengths(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let coordinates: usize =
         (0..c.features).map(|f| 3 * c.window * joints_of_group(db, db.feature_group(f))).sum();
+    let query =
+        if c.frames > 0 { query::components(c.window, c.joints, c.features) + 4 * coordinates } else { 0 };
     let need = [
         (section::SKELETON, db.skeleton, c.joints * joint::LENGTH + joint::TRAILER),
         (section::DOFS, db.dofs, c.dofs * dof_record::LENGTH),
-        (section::QUERY, db.query, query::components(c.window, c.joints, c.features) + 4 * coordinates),
+        (section::QUERY, db.query, query),
         (section::CLASSES, db.classes, c.classes * class::LENGTH),
         (section::CLIPS, db.clips, c.clips * clip::LENGTH),
         (section::CYCLES, db.cycles, c.cycles * cycle::LENGTH),
@@ -290,6 +313,9 @@ fn dofs(db: &Database<'_>) -> Checked {
 
 fn query_section(db: &Database<'_>) -> Checked {
     let c = &db.counts;
+    if c.frames == 0 {
+        return Ok(());
+    }
     let groups = query::groups(c.window, c.joints, c.features);
     let components = query::components(c.window, c.joints, c.features);
     let mut weight = 0.0;
@@ -433,7 +459,7 @@ fn blocks(db: &Database<'_>) -> Checked {
         next = (start + block::header(c.dofs) + rows * row_bytes).next_multiple_of(2);
         check(section::ROWS, b, next <= db.rows.len())?;
     }
-    let need = next + block::PADDING;
+    let need = if c.rows > 0 { next + block::PADDING } else { 0 };
     if db.rows.len() != need {
         return Err(BlobError::Length {
             section: section::ROWS,
@@ -455,11 +481,11 @@ fn timing_section(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
-fn check(section: u16, record: usize, fits: bool) -> Checked {
+pub(super) fn check(section: u16, record: usize, fits: bool) -> Checked {
     if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }
 }
 
-fn reserved(section: u16, zero: bool) -> Checked {
+pub(super) fn reserved(section: u16, zero: bool) -> Checked {
     if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
 }
 
@@ -467,6 +493,6 @@ fn truncated(need: usize, have: usize) -> BlobError {
     BlobError::Truncated { need: as_u32(need), have: as_u32(have) }
 }
 
-fn as_u32(value: usize) -> u32 {
+pub(super) fn as_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }

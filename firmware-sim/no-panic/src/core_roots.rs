@@ -84,7 +84,7 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     let joint = database.joint(index);
     let class = database.class(index);
     let mut sum = joint.group ^ joint.parent.unwrap_or(0) ^ class.rows ^ class.first_cycle;
-    sum ^= database.clip(index).1 ^ database.feature(index).len() ^ database.row_cost(index);
+    sum ^= database.clip(index).1 ^ database.feature(index).len();
     sum ^= database.entries(index).map(usize::from).sum::<usize>();
     sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;

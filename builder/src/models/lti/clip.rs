@@ -1,0 +1,101 @@
+//! A linear model over a whole clip, in `f64`: what the core does frame by frame, with a start that has settled.
+//!
+//! The state before the first frame is unknown. A stream begins at `x = 0` and waits; a whole clip is extrapolated
+//! backwards instead (paper 001, section 4.4): reflected about its first frame, point by point, which goes on with the
+//! same slope, and the model runs over what comes before. Cost: one pass.
+
+use nalgebra::DVector;
+
+use super::Model;
+
+/// Bounds of the logarithm of the time warp, as in the core.
+const LOG_STEP: f64 = 1.386_294_4;
+
+/// How a clip is translated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Frames that are extrapolated backwards; 0: the start is at `x = 0`.
+    pub before: usize,
+    /// kc and kp of the blend of unexpected input (eqs. 7 and 8); `None`: no blend.
+    pub generalise: Option<(f64, f64)>,
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Translated {
+    /// Dofs, shape `[frames][D]`.
+    pub rows: Vec<Vec<f64>>,
+    /// Differential time warp of each frame: output time for each unit of input time.
+    pub warp: Vec<f64>,
+    /// Which foot stands.
+    pub contacts: Vec<[bool; 2]>,
+    /// How much of the input was blended in.
+    pub passed: Vec<f64>,
+}
+
+impl Model {
+    /// Translates a clip's dofs, shape `[frames][D]`.
+    pub fn translate(&self, rows: &[Vec<f64>], options: &Options) -> Translated {
+        let dofs = self.inputs.len();
+        let mut out =
+            Translated { rows: Vec::new(), warp: Vec::new(), contacts: Vec::new(), passed: Vec::new() };
+        let Some(first) = rows.first() else { return out };
+        let before = options.before.min(rows.len() - 1);
+        let reflected = rows[1..=before].iter().rev().map(|row| {
+            let point = row.iter().zip(first).map(|(v, f)| 2.0 * f - v);
+            point.collect::<Vec<f64>>()
+        });
+        let mut states: Vec<DVector<f64>> =
+            self.units.iter().map(|u| DVector::zeros(u.system.order())).collect();
+        for (t, x) in reflected.chain(rows.iter().cloned()).enumerate() {
+            let u: Vec<f64> = x.iter().zip(&self.inputs).map(|(x, (mean, sd))| (x - mean) / sd).collect();
+            let mut y = vec![0.0; dofs + 1];
+            for (unit, state) in self.units.iter().zip(&mut states) {
+                let system = &unit.system;
+                let own =
+                    DVector::from_column_slice(&u[unit.first_input..unit.first_input + system.b.ncols()]);
+                let output = &system.c * &*state + &system.d * &own;
+                y[unit.first_output..unit.first_output + output.len()].copy_from_slice(output.as_slice());
+                *state = &system.a * &*state + &system.b * own;
+            }
+            if t < before {
+                continue;
+            }
+            let furthest = u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+            let passed = options
+                .generalise
+                .map_or(0.0, |(kc, kp)| erf(furthest / (kc * std::f64::consts::SQRT_2)).powf(kp));
+            let value = |d: usize| self.outputs[d].0 + self.outputs[d].1 * y[d];
+            out.rows.push((0..dofs).map(|d| passed * x[d] + (1.0 - passed) * value(d)).collect());
+            out.warp.push(((1.0 - passed) * value(dofs).clamp(-LOG_STEP, LOG_STEP)).exp());
+            let features: Vec<f64> =
+                states.iter().flat_map(|s| s.iter().copied().collect::<Vec<_>>()).collect();
+            out.contacts.push([0, 1].map(|side| {
+                let foot = &self.feet[side];
+                features.iter().zip(&foot.projection).map(|(a, b)| a * b).sum::<f64>() > foot.boundary
+            }));
+            out.passed.push(passed);
+        }
+        out
+    }
+}
+
+/// The error function by its integral: Simpson's rule on [0, x], which is exact to 1e-12 for what is asked here.
+fn erf(x: f64) -> f64 {
+    let x = x.min(6.0);
+    let steps = 200;
+    let h = x / f64::from(steps);
+    let sum: f64 = (0..=steps)
+        .map(|k| {
+            let weight = if k == 0 || k == steps {
+                1.0
+            } else if k % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            };
+            weight * (-(h * f64::from(k)).powi(2)).exp()
+        })
+        .sum();
+    sum * h / 3.0 * std::f64::consts::FRAC_2_SQRT_PI
+}
