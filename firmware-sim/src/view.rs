@@ -187,9 +187,7 @@ fn build(target: &Path) -> Result<(), String> {
         return Err(format!("the compiler has no {TARGET}"));
     }
     let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo
-        .args(["build", "--release", "--quiet", "--locked", "--target", TARGET, "--manifest-path"])
-        .arg(&manifest);
+    cargo.args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"]).arg(&manifest);
     // The same flags as `cargo xtask wasm` builds with, so that one product serves both.
     cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
     match cargo.status() {

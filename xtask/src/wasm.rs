@@ -46,11 +46,7 @@ pub fn run(setup: bool) -> Result<Outcome> {
     // Where `gestus-sim view` looks for it.
     let folder = target_dir().join("wasm");
     let mut build = source.cargo("build", TARGET);
-    build
-        .args(["--release", "--quiet", "--locked", "--manifest-path"])
-        .arg(&manifest)
-        .arg("--target-dir")
-        .arg(&folder);
+    build.args(["--release", "--quiet", "--manifest-path"]).arg(&manifest).arg("--target-dir").arg(&folder);
     run_command(build.env("RUSTFLAGS", source.linker(TARGET)))?;
     let module = folder.join(TARGET).join("release/gestus_web.wasm");
     println!("{}: {} bytes", module.display(), fs::metadata(&module)?.len());

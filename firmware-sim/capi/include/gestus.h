@@ -117,6 +117,8 @@ typedef enum GestusStatus {
   GESTUS_STATUS_WEIGHTS = 37,
   // A parameter is not finite or out of its range.
   GESTUS_STATUS_PARAMETER = 38,
+  // The database does not hold what the method needs: frames, linear models or statistics.
+  GESTUS_STATUS_METHOD = 39,
   // The stylizer refuses for a reason that this library has no number for.
   GESTUS_STATUS_SETTING_OTHER = 47,
 } GestusStatus;
@@ -152,6 +154,16 @@ typedef enum GestusTiming {
   GESTUS_TIMING_SYNC = 1,
 } GestusTiming;
 
+// Methods of translation. The database has to hold what the method needs.
+typedef enum GestusMethod {
+  // The mixture of local autoregressive models over the database's frames.
+  GESTUS_METHOD_MIXTURE = 0,
+  // Linear time-invariant models.
+  GESTUS_METHOD_LINEAR = 1,
+  // Transfer of means and spreads.
+  GESTUS_METHOD_STATISTIC = 2,
+} GestusMethod;
+
 // A checked blob. It lies in memory that the caller gave, and refers to the blob, which has to stay as long.
 typedef struct GestusDatabase GestusDatabase;
 
@@ -171,6 +183,8 @@ typedef struct GestusConfig {
   uint32_t classes;
   // Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
   uint32_t timing;
+  // The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`.
+  uint32_t method;
 } GestusConfig;
 
 // Where a blob was found to be wrong. Fields that an error does not have are 0.
@@ -445,6 +459,16 @@ enum GestusStatus gestus_stylizer_set_mask(struct GestusStylizer *stylizer,
 enum GestusStatus gestus_stylizer_set_strength(struct GestusStylizer *stylizer,
                                                uint32_t group,
                                                float strength);
+
+// Sets how many distances are computed at most in a class a frame, 64 to 448: what a step costs in the worst case. The
+// first thing to lower where a deadline was missed; frames that reach it report `GESTUS_DEGRADED_VISITS`.
+//
+// Answers `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_visits(struct GestusStylizer *stylizer,
+                                             uint32_t visits);
 
 // Forgets the stream; the next pose is a first pose. Settings stay.
 //

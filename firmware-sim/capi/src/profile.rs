@@ -1,7 +1,7 @@
 //! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
 //! compiled.
 
-use gestus_core::{Config, ConfigError, Database, Pose, Report, Stylizer, quaternion::Quaternion};
+use gestus_core::{ConfigError, Database, Pose, Report, Stylizer, quaternion::Quaternion};
 
 use crate::{
     handle::Cell,
@@ -85,6 +85,7 @@ pub(crate) trait Running {
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
+    fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError>;
     fn reset(&mut self);
     /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
     fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report;
@@ -115,6 +116,10 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
         self.set_strength(group, strength)
     }
 
+    fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {
+        self.set_visits(visits)
+    }
+
     fn reset(&mut self) {
         self.reset();
     }
@@ -132,12 +137,4 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
         }
         report
     }
-}
-
-/// Makes a stylizer.
-pub(crate) fn make<const J: usize, const K: usize, const C: usize>(
-    database: Database<'static>,
-    config: Config,
-) -> Answer<Stylizer<'static, J, K, C>> {
-    Ok(Stylizer::new(database, config)?)
 }

@@ -177,6 +177,23 @@ pub unsafe extern "C" fn gestus_stylizer_set_strength(
     unsafe { with(stylizer, |s| s.set_strength(group, strength)) }
 }
 
+/// Sets how many distances are computed at most in a class a frame, 64 to 448: what a step costs in the worst case. The
+/// first thing to lower where a deadline was missed; frames that reach it report `GESTUS_DEGRADED_VISITS`.
+///
+/// Answers `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_visits(
+    stylizer: *mut GestusStylizer,
+    visits: u32,
+) -> GestusStatus {
+    let Ok(visits) = u16::try_from(visits) else { return GestusStatus::Parameter };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, |s| s.set_visits(visits)) }
+}
+
 /// Forgets the stream; the next pose is a first pose. Settings stay.
 ///
 /// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.

@@ -60,12 +60,14 @@ pub enum GestusStatus {
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
+    /// The database does not hold what the method needs: frames, linear models or statistics.
+    Method = 39,
     /// The stylizer refuses for a reason that this library has no number for.
     SettingOther = 47,
 }
 
 impl GestusStatus {
-    const ALL: [Self; 27] = {
+    const ALL: [Self; 28] = {
         use GestusStatus as S;
         [
             S::Ok,
@@ -94,6 +96,7 @@ impl GestusStatus {
             S::NoClass,
             S::Weights,
             S::Parameter,
+            S::Method,
             S::SettingOther,
         ]
     };
@@ -136,6 +139,7 @@ impl GestusStatus {
             }
             Self::Weights => c"weights must be finite, not negative, and not all zero",
             Self::Parameter => c"a parameter is not finite or out of its range",
+            Self::Method => c"the database does not hold what the method needs: choose another, or build it with the models in it",
             Self::SettingOther => c"the setting is refused",
         }
     }
@@ -203,6 +207,7 @@ impl From<ConfigError> for GestusStatus {
             ConfigError::NoClass => Self::NoClass,
             ConfigError::Weights => Self::Weights,
             ConfigError::Parameter => Self::Parameter,
+            ConfigError::Method => Self::Method,
             _ => Self::SettingOther,
         }
     }

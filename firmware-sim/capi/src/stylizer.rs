@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use gestus_core::{Config, Database, mixture::MAX_KEPT};
+use gestus_core::{Config, Database, Fit, mixture::MAX_KEPT};
 
 use crate::{
     config::GestusConfig,
@@ -10,7 +10,7 @@ use crate::{
     handle::{Cell, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{self, GestusProfile, Large, Running, Small, Standard},
+    profile::{GestusProfile, Large, Running, Small, Standard},
     status::{Answer, GestusStatus, status},
 };
 
@@ -111,9 +111,9 @@ unsafe fn make<const J: usize, const K: usize, const C: usize>(
     database: Database<'static>,
     config: Config,
 ) -> Answer {
-    let made = profile::make::<J, K, C>(database, config)?;
+    let fit = Fit::<J, K, C>::new(database, config)?;
     // SAFETY: the caller's word.
-    unsafe { Cell::make(memory.cast(), profile as u32, blob, made) };
+    unsafe { Cell::make(memory.cast(), profile as u32, blob, || fit.stylizer()) };
     Ok(())
 }
 

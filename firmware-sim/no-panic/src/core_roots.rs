@@ -1,6 +1,6 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
-use gestus_core::{Config, Database, Digest, Pose, Stylizer, regress::Ridge, timing::Timing};
+use gestus_core::{Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, timing::Timing};
 
 /// Calls everything, and makes one number of what comes back, so that nothing can be left out.
 #[inline(never)]
@@ -31,6 +31,11 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
     sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
     sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
+    sum ^= u32::from(stylizer.set_visits(short(20)).is_ok());
+    sum ^= u32::from(stylizer.set_config(config(numbers, floats).k(short(21))).is_ok());
+    if numbers[22] == 1 {
+        sum ^= u32::from(stylizer.restore(config(numbers, floats)).is_ok());
+    }
     if numbers[15] == 1 {
         stylizer.reset();
     }
@@ -71,6 +76,11 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .jump(floats[5])
         .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
         .timing_width(floats[6])
+        .method(match numbers[7] {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            _ => Method::Statistic,
+        })
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {
