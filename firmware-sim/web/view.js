@@ -252,7 +252,7 @@
     function drawLines() {
       const strips = [["Time step", "milliseconds", (s) => 1e3 * s.step, 1], ["Visits", "distances a frame", (s) => s.visits, 0],
         ["Time a step", "microseconds here", (s) => s.micros, 0]];
-      const [g, w, h] = fit($("lines"), 12 + 36 + 96 + strips.length * 50 + 8);
+      const [g, w, h] = fit($("lines"), 12 + 20 + 36 + 96 + strips.length * 50 + 8);
       g.clearRect(0, 0, w, h);
       const x = (i) => w - RIGHT - (w - LEFT - RIGHT) * (history.length - i) / LENGTH, wide = x(1) - x(0) + 0.5;
       let y = 12;
@@ -262,6 +262,11 @@
         g.fillStyle = colors.dim; g.font = font(10);
         g.fillText(unit, 14, from + 16);
       };
+      g.textAlign = "left"; g.textBaseline = "middle"; g.fillStyle = colors.ink; g.font = font(12, 600);
+      g.fillText("Degraded", 14, y + 5);
+      g.fillStyle = "#d23f3f";
+      history.forEach((r, i) => { if (r.degraded.length) g.fillRect(x(i), y + 2, Math.max(2, wide), 6); });
+      y += 20;
       title("Contacts", "of the output's feet", y + 6);
       for (let s = 0; s < 2; s++) {
         g.fillStyle = colors.dim; g.font = font(10, 600); g.textAlign = "left";
@@ -300,9 +305,6 @@
         g.lineWidth = 1;
         y += 50;
       }
-      // Frames that were degraded, over everything.
-      g.fillStyle = "#d23f3f";
-      history.forEach((r, i) => { if (r.degraded.length) g.fillRect(x(i), 3, Math.max(2, wide), 5); });
     }
 
     const kib = (n) => (n >= 1 << 20 ? `${(n / (1 << 20)).toFixed(2)} MiB` : `${(n / 1024).toFixed(1)} KiB`);

@@ -99,6 +99,16 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
     sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let mut dofs = [0.0; 196];
+    database.decode(index, &mut dofs);
+    database.decode(index, dofs.split_at_mut(index % 196).1);
+    sum ^= dofs.iter().fold(0, |sum, d| sum ^ d.to_bits()) as usize;
+    sum ^= database.cycle_of(index, index).unwrap_or(0) ^ usize::from(database.paired(index));
+    sum ^= database.counterpart(index, index, index).map_or(0, |c| c.now.row ^ c.before.row);
+    let (model, table) = (database.linear_model(index), database.table(index));
+    sum ^= database.linear_model_of(index as u16, Some(index as u16)).unwrap_or(0);
+    sum ^= model.units().count() ^ model.dof(index)[0].to_bits() as usize ^ model.foot(index).1.count();
+    sum ^= table.root(index)[0].to_bits() as usize ^ table.joint(index).1.to_bits() as usize;
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
