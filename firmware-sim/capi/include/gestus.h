@@ -492,6 +492,8 @@ size_t gestus_stylizer_alignment(uint32_t profile);
 // Makes a stylizer in `memory` that puts out the database's first style until told otherwise. The handle is put into
 // `*stylizer`; it is `memory` itself, and the object can't be moved.
 //
+// While it is made it takes as much stack as memory, once: call it early, from a shallow place. A step takes far less.
+//
 // `config` may be null: then it is what `gestus_config_default` gives.
 //
 // Answers `GESTUS_STATUS_PROFILE`, `_JOINTS` or `_CLASSES` (the database has more than the profile takes),

@@ -45,8 +45,8 @@ fn seal(kind: u32, address: usize) -> u32 {
 impl<T> Cell<T> {
     /// Makes an object in memory that has room for it. What was there before does not matter, and is not dropped.
     ///
-    /// The object is written to its place by who makes it: passed on by value it would cross the stack first, and a
-    /// stylizer is larger than many a stack.
+    /// The object is made on the way to its place, which takes as much stack as it is large, once and not twice: the
+    /// compiler does not pass the place on to what makes it.
     ///
     /// # Safety
     /// `place` is aligned, valid for writing a `Cell<T>`, and no reference to it is alive.
