@@ -167,6 +167,8 @@ pub enum ConfigError {
     Weights,
     /// A parameter is out of its range or not finite.
     Parameter,
+    /// The database has no effort dial.
+    NoDial,
 }
 
 impl fmt::Display for ConfigError {
@@ -193,6 +195,9 @@ impl fmt::Display for ConfigError {
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),
+            Self::NoDial => f.write_str(
+                "the database has no effort dial: build it again with two styles or more, without `--no-effort`",
+            ),
         }
     }
 }

@@ -1,9 +1,21 @@
 //! `gestus build`.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{annotate::Config, build::build, load::load, pair::Scheme};
+use gestus_builder::{
+    annotate::Config,
+    build::build,
+    corpus::Corpus,
+    effort::{dial, fragment::Library, labels, model::Model},
+    load::load,
+    pair::Scheme,
+    write::with_section,
+};
+use gestus_core::blob::layout::section;
 use serde_json::json;
 
 /// Build a database from a folder of BVH files.
@@ -29,6 +41,12 @@ pub struct Args {
     /// Leave out the linear models and the statistics
     #[arg(long)]
     no_models: bool,
+    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long, conflicts_with = "no_effort")]
+    labels: Option<PathBuf>,
+    /// Leave out the effort dial
+    #[arg(long)]
+    no_effort: bool,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -107,6 +125,10 @@ pub fn run(args: &Args) -> Result<()> {
     for note in &built.notes {
         eprintln!("{note}");
     }
+    let mut built = built;
+    if !args.no_effort {
+        put_dial(&mut built.bytes, &loaded.corpus, args.labels.as_deref())?;
+    }
     std::fs::write(&args.output, &built.bytes)
         .with_context(|| format!("{} can't be written", args.output.display()))?;
     let database = super::open(&args.output, &built.bytes)?;
@@ -133,5 +155,26 @@ pub fn run(args: &Args) -> Result<()> {
             ))?;
         }
     }
+    Ok(())
+}
+
+/// Solves the effort dial and puts it into the blob; of one style there is none.
+fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
+    let model = match table {
+        Some(path) => {
+            let rows = labels::read(path, corpus.rate_hz)?;
+            Model::given(&rows, &path.display().to_string(), |spans| Library::annotated(corpus, spans))?
+        }
+        None => {
+            let database = gestus_core::Database::open(bytes)?;
+            Model::of_database(&database)?
+        }
+    };
+    let rest = ["normal", "neutral"].iter().find_map(|n| corpus.styles.iter().position(|s| s == n));
+    let Some(dial) = dial::solve(&model, rest.unwrap_or(0)) else {
+        eprintln!("no effort dial: it takes two styles of one action");
+        return Ok(());
+    };
+    *bytes = with_section(bytes, section::EFFORT, &dial.section())?;
     Ok(())
 }

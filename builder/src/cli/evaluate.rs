@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     build::BuildOptions,
-    evaluate::{Evaluation, ablation, compression, correspondence, knn, loo, retarget},
+    effort::{fragment::Library, labels, model::Model},
+    evaluate::{Evaluation, ablation, compression, correspondence, effort, knn, loo, retarget},
     load::load,
 };
 use serde_json::json;
@@ -16,7 +17,8 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// correspondence, retarget (other skeletons through --db and back)
+    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
+    /// skeletons through --db and back)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -32,6 +34,15 @@ pub struct Args {
     /// Test clips an action
     #[arg(long, default_value_t = 2)]
     folds: usize,
+    /// Efforts that people gave, for `effort`: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
+    /// Random splits, for `effort`
+    #[arg(long, default_value_t = 500)]
+    splits: usize,
+    /// Gaussian process regression among the methods of `loo`: it takes seconds a fold
+    #[arg(long)]
+    gaussian_process: bool,
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
@@ -82,6 +93,7 @@ pub fn run(args: &Args) -> Result<()> {
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
+        gaussian_process: args.gaussian_process,
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,
@@ -90,8 +102,25 @@ pub fn run(args: &Args) -> Result<()> {
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
         "correspondence" => correspondence::evaluate(corpus, from)?,
+        "effort" => {
+            let given = match &args.labels {
+                Some(path) => {
+                    let rows = labels::read(path, corpus.rate_hz)?;
+                    Some(Model::given(&rows, &path.display().to_string(), |spans| {
+                        Library::annotated(corpus, spans)
+                    })?)
+                }
+                None => None,
+            };
+            effort::evaluate(
+                corpus,
+                &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
+            )?
+        }
+        "effort, gaussian-process, retarget" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, retarget"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
+             effort, gaussian-process, retarget"
         ),
     };
     say(args, &evaluation)

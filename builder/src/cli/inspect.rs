@@ -1,12 +1,13 @@
 //! `gestus inspect` and `gestus export`.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::Result;
 use gestus_builder::export;
 use gestus_core::{
-    Database,
+    Database, Effort,
     blob::layout::{ALIGNMENT, entry, section},
+    effort::{Dial, Labels},
 };
 use serde_json::{Value, json};
 
@@ -98,7 +99,24 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "licences": manifest.licences.iter().collect::<Vec<_>>(),
         "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
         "builder": manifest.builder,
+        "effort": database.dial().map(|dial| effort(&dial, &manifest.styles.iter().collect::<Vec<_>>())),
     }))
+}
+
+/// What the effort dial reaches, and whose word it has for it.
+fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
+    let factors = |values: [f32; 3]| Effort::NAMES.iter().zip(values).collect::<BTreeMap<_, _>>();
+    let low = dial.range().map(|r| r.0);
+    let high = dial.range().map(|r| r.1);
+    let styles: BTreeMap<&str, _> =
+        styles.iter().enumerate().map(|(s, name)| (*name, factors(dial.of_style(s).factors()))).collect();
+    json!({
+        "labels": match dial.labels() {
+            Labels::Given => "given",
+            Labels::Estimated => "estimated",
+        },
+        "low": factors(low), "high": factors(high), "rest": factors(dial.rest().factors()), "styles": styles,
+    })
 }
 
 /// Runs `inspect`.
@@ -130,6 +148,7 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         "methods",
         "licences",
         "parameters",
+        "effort",
     ] {
         super::say(format_args!("  {key:17} {}", figures[key]))?;
     }

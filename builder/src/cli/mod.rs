@@ -5,6 +5,7 @@ mod build;
 mod cut;
 mod cycle;
 mod demo;
+mod effort;
 mod evaluate;
 mod inspect;
 mod retarget;
@@ -44,7 +45,9 @@ enum Command {
     Loop(cycle::Args),
     /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
     Retarget(retarget::Args),
-    /// Measure: errors, ablations, search, compression
+    /// Laban effort: a table of fragments for people to label
+    Effort(effort::Args),
+    /// Measure: errors, ablations, search, compression, effort
     Evaluate(evaluate::Args),
 }
 
@@ -61,6 +64,7 @@ pub fn run() -> Result<()> {
         Command::Transfer(args) => transfer::run(&args),
         Command::Loop(args) => cycle::run(&args),
         Command::Retarget(args) => retarget::run(&args),
+        Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }

@@ -5,8 +5,11 @@
 //! figure.
 
 pub mod ablation;
+pub mod annotator;
 pub mod compression;
 pub mod correspondence;
+pub mod effort;
+pub mod gaussian_process;
 pub mod knn;
 pub mod loo;
 pub mod methods;

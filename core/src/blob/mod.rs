@@ -5,6 +5,7 @@
 //! `docs/FORMAT.md` is the format for people, [`layout`] is the format for programs.
 
 pub mod crc;
+mod dial;
 pub mod layout;
 mod manifest;
 mod models;
