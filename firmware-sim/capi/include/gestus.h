@@ -119,6 +119,8 @@ typedef enum GestusStatus {
   GESTUS_STATUS_PARAMETER = 38,
   // The database does not hold what the method needs: frames, linear models or statistics.
   GESTUS_STATUS_METHOD = 39,
+  // The database has no effort dial.
+  GESTUS_STATUS_NO_DIAL = 40,
   // The stylizer refuses for a reason that this library has no number for.
   GESTUS_STATUS_SETTING_OTHER = 47,
 } GestusStatus;
@@ -416,6 +418,19 @@ enum GestusStatus gestus_stylizer_set_style(struct GestusStylizer *stylizer,
 // `stylizer` came from `gestus_stylizer_init`; `name` points at a text that ends with a zero, apart from the stylizer.
 enum GestusStatus gestus_stylizer_set_style_name(struct GestusStylizer *stylizer,
                                                  const char *name);
+
+// Sets the output style to the mix that comes nearest to an Effort: how bound (`flow`), strong (`weight`) and sudden
+// (`time`) the motion is to be, each from -3 to 3, 0 being what is usual for the data. Beyond that it is held at the end.
+//
+// Answers `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
+// `_MISALIGNED`, `_HANDLE`.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_effort(struct GestusStylizer *stylizer,
+                                             float flow,
+                                             float weight,
+                                             float time);
 
 // Says which action the input is, where the caller knows it; a negative number where not. Only classes of that action
 // are searched then, which takes less time.

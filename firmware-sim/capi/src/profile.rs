@@ -1,7 +1,7 @@
 //! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
 //! compiled.
 
-use gestus_core::{ConfigError, Database, Pose, Report, Stylizer, quaternion::Quaternion};
+use gestus_core::{ConfigError, Database, Effort, Pose, Report, Stylizer, quaternion::Quaternion};
 
 use crate::{
     handle::Cell,
@@ -85,6 +85,7 @@ pub(crate) trait Running {
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
+    fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError>;
     fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError>;
     fn reset(&mut self);
     /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
@@ -114,6 +115,10 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
 
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
         self.set_strength(group, strength)
+    }
+
+    fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError> {
+        self.set_effort(target).map(|_| ())
     }
 
     fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {

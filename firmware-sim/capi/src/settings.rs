@@ -3,7 +3,7 @@
 
 use core::ffi::c_char;
 
-use gestus_core::{ConfigError, blob::layout::MAX_STYLES};
+use gestus_core::{ConfigError, Effort, blob::layout::MAX_STYLES};
 
 use crate::{
     memory::{self, Region, disjoint},
@@ -91,6 +91,31 @@ unsafe fn set_style_name(stylizer: *mut GestusStylizer, name: *const c_char) -> 
     let manifest = stylizer.database().manifest().map_err(|_| GestusStatus::BlobManifest)?;
     let style = manifest.styles.find(name).ok_or(GestusStatus::NotFound)?;
     Ok(stylizer.set_style(&[(style, 1.0)])?)
+}
+
+/// Sets the output style to the mix that comes nearest to an Effort: how bound (`flow`), strong (`weight`) and sudden
+/// (`time`) the motion is to be, each from -3 to 3, 0 being what is usual for the data. Beyond that it is held at the end.
+///
+/// Answers `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_effort(
+    stylizer: *mut GestusStylizer,
+    flow: f32,
+    weight: f32,
+    time: f32,
+) -> GestusStatus {
+    let change = |s: &mut dyn Running| {
+        if flow.is_nan() || weight.is_nan() || time.is_nan() {
+            return Err(ConfigError::Parameter);
+        }
+        s.set_effort(Effort { flow, weight, time })
+    };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, change) }
 }
 
 /// A label: negative for none.

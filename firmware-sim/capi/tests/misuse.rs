@@ -416,6 +416,13 @@ fn settings() {
         "a database for a stylizer": (database, 0, 1.0) => S::Handle;
         "as it should be": (s, 0, 0.5) => S::Ok;
     }
+    try_all! { table, gestus_stylizer_set_effort,
+        "no stylizer": (null, 0.0, 0.0, 0.0) => S::Null;
+        "stylizer misaligned": (bad, 0.0, 0.0, 0.0) => S::Misaligned;
+        "not a number": (s, 0.0, f32::NAN, 0.0) => S::Parameter;
+        "no dial": (s, 0.0, 0.0, 0.0) => S::NoDial;
+        "a database for a stylizer": (database, 0.0, 0.0, 0.0) => S::Handle;
+    }
     try_all! { table, gestus_stylizer_set_visits,
         "no stylizer": (null, 100) => S::Null;
         "stylizer misaligned": (bad, 100) => S::Misaligned;
@@ -542,8 +549,8 @@ fn every_status_has_a_message_and_every_number_an_answer() {
     for status in 0..64 {
         seen.insert(text(status));
     }
-    // 28 statuses with a text each, and one text for what is none.
-    assert_eq!(seen.len(), 29);
+    // 29 statuses with a text each, and one text for what is none.
+    assert_eq!(seen.len(), 30);
     assert_eq!(text(S::Overlap as u32), "two arguments overlap: give each its own memory");
     assert_eq!(text(u32::MAX), "there is no such status");
     // SAFETY: as above.
