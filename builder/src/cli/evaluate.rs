@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     build::BuildOptions,
     effort::{fragment::Library, labels, model::Model},
-    evaluate::{Evaluation, ablation, compression, correspondence, effort, knn, loo, retarget},
+    evaluate::{Evaluation, ablation, comparison, compression, correspondence, effort, knn, loo, retarget},
     load::load,
 };
 use serde_json::json;
@@ -17,8 +17,8 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
-    /// skeletons through --db and back)
+    /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
+    /// the data grows), retarget (other skeletons through --db and back)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -101,6 +101,7 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
+        "methods" => comparison::evaluate(corpus, &options)?,
         "correspondence" => correspondence::evaluate(corpus, from)?,
         "effort" => {
             let given = match &args.labels {
@@ -117,10 +118,10 @@ pub fn run(args: &Args) -> Result<()> {
                 &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
             )?
         }
-        "effort, gaussian-process, retarget" => loo::growth(corpus, &options)?,
+        "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
-             effort, gaussian-process, retarget"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
+             correspondence, effort, gaussian-process, retarget"
         ),
     };
     say(args, &evaluation)

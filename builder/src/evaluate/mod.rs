@@ -5,6 +5,7 @@
 //! figure.
 
 pub mod ablation;
+pub mod comparison;
 pub mod annotator;
 pub mod compression;
 pub mod correspondence;

@@ -277,7 +277,7 @@ pub(super) fn linear(db: &Database<'_>) -> Checked {
             (0..i).map(|j| db.linear_model(j)).any(|m| (m.style, m.action) == (model.style, model.action));
         // One unit a joint, and two more of the root; their states have room in a stylizer of as many joints.
         check(id, i, !doubled && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
-        next += entry.u32(lti::BYTES) as usize;
+        next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;
         check(id, i, one_model(&model, c.dofs))?;
     }

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Most pairs of a number and a value in a message.
-pub const MAX_PAIRS: usize = 16;
+pub const MAX_PAIRS: usize = 20;
 /// Most stages whose instructions a report tells apart.
 pub const MAX_STAGES: usize = 8;
 /// Statistics of one reply.

@@ -64,12 +64,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
         }
         config.check(K)?;
-        let held = match config.method {
-            Method::Mar => counts.frames > 0,
-            Method::Lti => database.linear_from().is_some(),
-            Method::Statistic => database.statistic_from().is_some(),
-        };
-        if !held {
+        if !config.method.is_held_by(&database) {
             return Err(ConfigError::Method);
         }
         Ok(Self { database, config })

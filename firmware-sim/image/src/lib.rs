@@ -15,7 +15,7 @@ pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{BlobError, Config, Database, Fit, link::Server};
+use gestus_core::{BlobError, Config, Database, Fit, Method, link::Server};
 use board::Firmware;
 use counter::Counter;
 use uart::Uart;
@@ -48,7 +48,8 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     };
     let open = counter.since(start, counter.now());
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
-    let fit = match Fit::<J, K, C>::new(database, config) {
+    // A blob that was cut to its models is served by the first that it holds; the host may choose another.
+    let fit = match Fit::<J, K, C>::new(database, config.method(Method::of(&database))) {
         Ok(fit) => fit,
         Err(error) => {
             log::unfit(error);

@@ -81,6 +81,9 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
             1 => Method::Lti,
             _ => Method::Statistic,
         })
+        .confidence(floats[7])
+        .preference(floats[10])
+        .halflife_s(floats[11])
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {
@@ -109,6 +112,8 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.linear_model_of(index as u16, Some(index as u16)).unwrap_or(0);
     sum ^= model.units().count() ^ model.dof(index)[0].to_bits() as usize ^ model.foot(index).1.count();
     sum ^= table.root(index)[0].to_bits() as usize ^ table.joint(index).1.to_bits() as usize;
+    sum ^= database.linear_model(index).units().count() ^ database.table(index).bytes();
+    sum ^= database.optional_sections().map(|(_, bytes)| bytes.len()).sum::<usize>();
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
