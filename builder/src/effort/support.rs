@@ -107,8 +107,8 @@ pub fn cross_validate(kernel: &DMatrix<f64>, y: &[f64], parameters: Parameters) 
     sum / n as f64
 }
 
-/// The best kernel and parameters by cross-validation.
-pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Parameters) {
+/// The best kernel and parameters by cross-validation, and their error.
+pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Parameters, f64) {
     let mut best = (f64::INFINITY, Kernel::Radial(1.0), Parameters { c: 1.0, epsilon: 0.1 });
     for &kernel in kernels {
         let matrix = kernel.matrix(z);
@@ -122,7 +122,7 @@ pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Paramet
             }
         }
     }
-    (best.1, best.2)
+    (best.1, best.2, best.0)
 }
 
 #[cfg(test)]
