@@ -2,12 +2,13 @@
 
 use std::{path::Path, sync::Arc};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use gestus_core::Database;
 
 use crate::{
     bvh::{Binding, Bvh, Options},
     motion::{Clip, Frame, Skeleton},
+    retarget::{MapFile, Retarget},
     stream::{Request, Streamed, Watcher, stream},
 };
 
@@ -22,63 +23,83 @@ pub struct Input {
     pub clip: Clip,
     /// The clip on the database's joints.
     pub mapped: Clip,
-    /// For each joint of the database, the file's.
-    joints: Vec<usize>,
+    way: Way,
+}
+
+/// How the file's joints are the database's.
+#[derive(Debug)]
+enum Way {
+    /// For each joint of the database, the file's of the same name and place.
+    Same(Vec<usize>),
+    /// By a map.
+    Map(Box<Retarget>),
+}
+
+/// Reads a BVH file: the document, how its joints are the clip's, and the clip at its own rate.
+///
+/// # Errors
+/// Where it can't be read.
+pub fn read_clip(path: &Path) -> Result<(Bvh, Binding, Clip)> {
+    let document = Bvh::read(path)?;
+    let name = path.display();
+    let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;
+    let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
+    clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    Ok((document, binding, clip))
 }
 
 impl Input {
     /// Reads a BVH file for a database.
     ///
     /// # Errors
-    /// Where it can't be read, or lacks joints of the database.
+    /// Where it can't be read, or its skeleton can't be mapped to the database's.
     pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
-        let document = Bvh::read(path)?;
-        let name = path.display();
-        let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;
-        let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
-        clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        Self::of(document, binding, clip, database).with_context(|| name.to_string())
+        Self::read_with(path, database, &MapFile::default())
     }
 
-    fn of(document: Bvh, binding: Binding, clip: Clip, database: &Database<'_>) -> Result<Self> {
-        let clip = clip.resampled(f64::from(database.rate_hz()));
-        let names = database.manifest()?.joints;
-        let missing: Vec<&str> = names.iter().filter(|n| clip.skeleton.find(n).is_none()).collect();
-        if !missing.is_empty() {
-            bail!(
-                "the clip lacks {} of the database's {} joints ({}): it has to be on the database's skeleton ({})",
-                missing.len(),
-                names.count(),
-                missing.join(", "),
-                names.iter().collect::<Vec<_>>().join(", ")
-            );
+    /// The same, with a file that says which joint is which body part.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with(path: &Path, database: &Database<'_>, map: &MapFile) -> Result<Self> {
+        let (document, binding, clip) = read_clip(path)?;
+        Self::of(document, binding, &clip, database, map).with_context(|| path.display().to_string())
+    }
+
+    fn of(
+        document: Bvh,
+        binding: Binding,
+        original: &Clip,
+        database: &Database<'_>,
+        map: &MapFile,
+    ) -> Result<Self> {
+        let clip = original.resampled(f64::from(database.rate_hz()));
+        let target = Arc::new(skeleton(database));
+        if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
+            let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
+            let mapped = Clip { skeleton: target, frames, ..clip.clone() };
+            return Ok(Self { document, binding, clip, mapped, way: Way::Same(joints) });
         }
-        let joints: Vec<usize> = names.iter().filter_map(|n| clip.skeleton.find(n)).collect();
-        if joints.first() != Some(&0) {
-            bail!(
-                "the clip's body begins at `{}`, the database's at `{}`",
-                clip.skeleton.names[0],
-                names.get(0).unwrap_or_default()
-            );
+        // Measured at its own rate: more poses to measure by.
+        let retarget = Retarget::new(database, original, map)?;
+        let mapped = retarget.bring(&clip);
+        Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget)) })
+    }
+
+    /// The map between the skeletons, where they are not one.
+    pub fn retarget(&self) -> Option<&Retarget> {
+        match &self.way {
+            Way::Same(_) => None,
+            Way::Map(map) => Some(map),
         }
-        let mapped = Clip {
-            skeleton: Arc::new(skeleton(database)),
-            frames: clip.frames.iter().map(|f| pick(f, &joints)).collect(),
-            ..clip.clone()
-        };
-        Ok(Self { document, binding, clip, mapped, joints })
     }
 
     /// The output as a clip of the input's skeleton, at the database's rate. Joints that the database lacks move as
     /// they did.
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let mut whole = streamed.clone();
-        for (step, input) in whole.steps.iter_mut().zip(&self.clip.frames) {
-            let mut frame = input.clone();
-            frame.root = step.frame.root;
-            for (&joint, rotation) in self.joints.iter().zip(&step.frame.rotations) {
-                frame.rotations[joint] = *rotation;
-            }
+        let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+        for (step, frame) in whole.steps.iter_mut().zip(self.take_back(&frames, &self.clip.frames)) {
             step.frame = frame;
         }
         whole.clip(&self.clip, self.clip.rate_hz)
@@ -87,15 +108,25 @@ impl Input {
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
     /// do in the input at each pose's `sources`, in frames.
     pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
-        let carry = |(pose, &source): (&Frame, &f64)| {
-            let mut frame = self.clip.at(source);
+        let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
+        Clip { frames: self.take_back(frames, &inputs), ..self.clip.clone() }
+    }
+
+    /// Poses of the database's joints on the input's skeleton; what the database lacks is taken from `inputs`.
+    fn take_back(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
+        let joints = match &self.way {
+            Way::Same(joints) => joints,
+            Way::Map(map) => return map.take_back(frames, inputs),
+        };
+        let carry = |(pose, input): (&Frame, &Frame)| {
+            let mut frame = input.clone();
             frame.root = pose.root;
-            for (&joint, rotation) in self.joints.iter().zip(&pose.rotations) {
+            for (&joint, rotation) in joints.iter().zip(&pose.rotations) {
                 frame.rotations[joint] = *rotation;
             }
             frame
         };
-        Clip { frames: frames.iter().zip(sources).map(carry).collect(), ..self.clip.clone() }
+        frames.iter().zip(inputs).map(carry).collect()
     }
 
     /// The output in the form of the input's file.
@@ -105,6 +136,26 @@ impl Input {
     pub fn document(&self, output: &Clip) -> Result<Bvh> {
         Ok(self.binding.write(&self.document, output)?)
     }
+}
+
+/// For each joint of the database, the clip's, where the two bodies are one: the same names in the same places, and
+/// about the same bones (a copy of the skeleton in another size, or with other axes, is another body).
+fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
+    let joints: Vec<usize> = database.names.iter().map(|n| clip.find(n)).collect::<Option<_>>()?;
+    if joints.first() != Some(&0) {
+        return None;
+    }
+    let length: f64 = database.offsets.iter().skip(1).map(nalgebra::Vector3::norm).sum();
+    let mut apart = 0.0;
+    for (j, &c) in joints.iter().enumerate().skip(1) {
+        // Joints in between that the database lacks would turn what hangs on them.
+        if clip.parents[c] != database.parents[j].map(|p| joints[p]) {
+            return None;
+        }
+        apart += (clip.offsets[c] - database.offsets[j]).norm();
+    }
+    // Takes of one performer differ by a few per cent in their own calibration.
+    (apart < 0.1 * length).then_some(joints)
 }
 
 fn pick(frame: &Frame, joints: &[usize]) -> Frame {

@@ -1,7 +1,9 @@
 //! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Config, Database, Effort, blob::Names, effort::Labels, regress::Ridge, timing::Timing};
+use gestus_core::{
+    Config, Database, Effort, Method, blob::Names, effort::Labels, regress::Ridge, timing::Timing,
+};
 
 use crate::{effort, stream::Request};
 
@@ -21,8 +23,8 @@ pub struct WishArgs {
     /// The input's style, where it is known
     #[arg(long)]
     input_style: Option<String>,
-    /// The method: mar, the mixture of autoregressive models, a pose at a time; effort, the whole clip rebuilt of
-    /// blended fragments (`gestus translate` with --effort)
+    /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
+    /// pose at a time. effort: the whole clip rebuilt of blended fragments (`gestus translate` with --effort)
     #[arg(long, default_value = "mar")]
     pub method: String,
     /// Output time: free (poses keep their predicted times) or sync (one pose a tick)
@@ -61,14 +63,28 @@ pub struct WishArgs {
     /// How much of what lies outside is kept
     #[arg(long)]
     rho: Option<f32>,
+    /// lti: standard deviations within which the model is trusted (kc)
+    #[arg(long)]
+    confidence: Option<f32>,
+    /// lti: how sharply it gives way to the input beyond (kp)
+    #[arg(long)]
+    preference: Option<f32>,
+    /// statistic: half-life of the input's running statistics, seconds; 0: those stored
+    #[arg(long)]
+    halflife: Option<f32>,
 }
 
 impl WishArgs {
     /// Parameters, checked for their names.
     fn config(&self) -> Result<Config> {
-        if self.method != "mar" {
-            bail!("--method {}: this version has mar; effort with `gestus translate --effort`", self.method);
-        }
+        let method = match self.method.as_str() {
+            "mar" => Method::Mar,
+            "lti" => Method::Lti,
+            "statistic" => Method::Statistic,
+            other => {
+                bail!("--method {other}: mar, lti, statistic, or effort with `gestus translate --effort`")
+            }
+        };
         let policy = match self.timing.as_str() {
             "free" => Timing::Free,
             "sync" => Timing::Sync,
@@ -79,7 +95,8 @@ impl WishArgs {
             "paper" => Config::paper(),
             other => bail!("--preset {other}: default or paper"),
         }
-        .timing(policy);
+        .timing(policy)
+        .method(method);
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
@@ -92,7 +109,10 @@ impl WishArgs {
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));
-        Ok(self.rho.map_or(config, |v| config.rho(v)))
+        config = self.rho.map_or(config, |v| config.rho(v));
+        config = self.confidence.map_or(config, |v| config.confidence(v));
+        config = self.preference.map_or(config, |v| config.preference(v));
+        Ok(self.halflife.map_or(config, |v| config.halflife_s(v)))
     }
 
     /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.

@@ -2,7 +2,7 @@
 //! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
 
 use crate::{
-    ConfigError,
+    ConfigError, Database,
     knn::{MAX_VISITS, POOL},
     mixture::MAX_KEPT,
     regress::Ridge,
@@ -18,6 +18,38 @@ pub enum Yaw {
     Input,
     /// The predicted rate, integrated. It drifts: some 40 degrees in a turn of 110.
     Predicted,
+}
+
+/// The method of translation, chosen when a stylizer is made. The blob has to hold what it needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Method {
+    /// The mixture of local autoregressive models over the database's frames (paper 000).
+    #[default]
+    Mar,
+    /// Linear time-invariant models (paper 001).
+    Lti,
+    /// Transfer of means and spreads (paper 002).
+    Statistic,
+}
+
+impl Method {
+    /// All, by the numbers that they go by on a link.
+    pub const ALL: [Self; 3] = [Self::Mar, Self::Lti, Self::Statistic];
+
+    /// Whether a database holds what the method needs.
+    pub fn is_held_by(self, database: &Database<'_>) -> bool {
+        match self {
+            Self::Mar => database.counts().frames > 0,
+            Self::Lti => database.linear_from().is_some(),
+            Self::Statistic => database.statistic_from().is_some(),
+        }
+    }
+
+    /// The first method that a database holds what is needed for: for firmware that takes any blob.
+    pub fn of(database: &Database<'_>) -> Self {
+        Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
+    }
 }
 
 /// Parameters of the method. Build one by chaining: `Config::new().k(32).lambda(0.2)`.
@@ -38,6 +70,10 @@ pub struct Config {
     pub(crate) timing: Timing,
     pub(crate) timing_width: f32,
     pub(crate) yaw: Yaw,
+    pub(crate) method: Method,
+    pub(crate) confidence: f32,
+    pub(crate) preference: f32,
+    pub(crate) halflife_s: f32,
 }
 
 macro_rules! settings {
@@ -84,6 +120,16 @@ settings! {
     timing_width: f32;
     /// Where the output's heading comes from.
     yaw: Yaw;
+    /// The method of translation.
+    method: Method;
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
+    /// some sixty dofs one is always two or three deviations out, and a blend that comes and goes is seen.
+    confidence: f32;
+    /// How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
+    preference: f32;
+    /// Half-life of the input's running statistics in statistical transfer, seconds; 0 (the default): those stored
+    /// in the blob.
+    halflife_s: f32;
 }
 
 impl Config {
@@ -104,6 +150,10 @@ impl Config {
             timing: Timing::Free,
             timing_width: 0.5,
             yaw: Yaw::Input,
+            method: Method::Mar,
+            confidence: 5.0,
+            preference: 8.0,
+            halflife_s: 0.0,
         }
     }
 
@@ -132,6 +182,11 @@ impl Config {
         (self.k, self.pool, self.visits, self.jump)
     }
 
+    /// The method of translation.
+    pub const fn method_chosen(&self) -> Method {
+        self.method
+    }
+
     /// The timing policy.
     pub const fn timing_policy(&self) -> Timing {
         self.timing
@@ -151,7 +206,10 @@ impl Config {
             && (64..=MAX_VISITS).contains(&self.visits)
             && (1..=POOL).contains(&usize::from(self.pool))
             && (1.0..=1e9).contains(&self.jump)
-            && (1e-3..=1e3).contains(&self.timing_width);
+            && (1e-3..=1e3).contains(&self.timing_width)
+            && (1e-3..=1e6).contains(&self.confidence)
+            && (1e-3..=1e3).contains(&self.preference)
+            && (0.0..=1e6).contains(&self.halflife_s);
         if fits { Ok(()) } else { Err(ConfigError::Parameter) }
     }
 }

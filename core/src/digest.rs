@@ -1,6 +1,10 @@
 //! One number for a stream of poses: equal where every bit is.
 
-use crate::{Pose, blob::crc::crc32c};
+use crate::{
+    Pose,
+    blob::crc::crc32c,
+    quaternion::{Quaternion, Vector},
+};
 
 /// CRC-32C over the bits of every pose and time step, in order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -13,15 +17,20 @@ impl Digest {
         Self(0)
     }
 
+    /// The digest that had reached `value`: for who keeps the number between two poses.
+    pub const fn resume(value: u32) -> Self {
+        Self(value)
+    }
+
     /// Takes in the first `joints` joints of a pose and its time step.
     pub fn add<const J: usize>(&mut self, pose: &Pose<J>, joints: usize, step_s: f32) {
-        for value in pose.position {
+        self.add_joints(pose.position, pose.rotations.get(..joints).unwrap_or(&pose.rotations), step_s);
+    }
+
+    /// Takes in a pose's root position, joint rotations and time step.
+    pub fn add_joints(&mut self, position: Vector, rotations: &[Quaternion], step_s: f32) {
+        for &value in position.iter().chain(rotations.as_flattened()) {
             self.number(value);
-        }
-        for rotation in pose.rotations.iter().take(joints) {
-            for &value in rotation {
-                self.number(value);
-            }
         }
         self.number(step_s);
     }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Why a blob was refused by [`Database::open`](crate::Database::open).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -116,7 +118,9 @@ impl fmt::Display for Name {
 }
 
 /// Why a stylizer refused a database or a setting. The setting in force before stays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// It travels over the [`link`](crate::link): new variants go to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
@@ -132,6 +136,13 @@ pub enum ConfigError {
         /// Classes in the database.
         need: u16,
         /// The stylizer's capacity.
+        have: u16,
+    },
+    /// The robot has more hinges than the drive's `H`.
+    Hinges {
+        /// Hinges of the robot.
+        need: u16,
+        /// The drive's capacity.
         have: u16,
     },
     /// `k` is zero or larger than the stylizer's `K`.
@@ -150,6 +161,8 @@ pub enum ConfigError {
     },
     /// No class has the labelled action in the labelled style.
     NoClass,
+    /// The database does not hold what the method needs: frames, linear models or statistics.
+    Method,
     /// A weight is negative or not finite, or all are zero.
     Weights,
     /// A parameter is out of its range or not finite.
@@ -167,12 +180,18 @@ impl fmt::Display for ConfigError {
             Self::Classes { need, have } => {
                 write!(f, "the database has {need} classes, this stylizer takes {have}: raise C")
             }
+            Self::Hinges { need, have } => {
+                write!(f, "the robot has {need} hinges, this drive takes {have}: raise H")
+            }
             Self::Neighbors { need, have } => {
                 write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")
             }
             Self::Unknown { id, have } => write!(f, "there is no number {id}: the database has {have}"),
             Self::NoClass => f.write_str(
                 "the database does not hold that action in that style: label one of them, or neither",
+            ),
+            Self::Method => f.write_str(
+                "the database does not hold what the method needs: choose another, or build it with the models in it",
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),

@@ -3,113 +3,119 @@
 //!
 //! Outputs are not stored: they are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each
 //! between two rows. Style weights blend them here, before the fit, so that any number of styles costs one
-//! regression (METHODS, "Regression"). Neighbors come sorted by row, and neighbors in time share rows: a small
-//! cache of unpacked rows saves more than half of the unpacking.
+//! regression (METHODS, "Regression").
+//!
+//! Cost: a run of two rows for the input, and one of two to four rows for each style that has weight. The rows of
+//! a run are unpacked together, and go into the variables as they come.
 
 use crate::{
-    blob::{Database, Moment, layout::MAX_STYLES},
-    pose::Dofs,
-    regress::Variables,
+    blob::{Counterpart, Database, Moment, layout::MAX_STYLES, rows::MAX_RUN},
+    regress::{Example, X, X_PREV, Y, Y_PREV},
 };
-
-/// Rows that are kept unpacked.
-const CACHED: usize = 6;
-const NOTHING: u32 = u32::MAX;
 
 /// Weight of each output style; they sum to 1.
 pub type StyleWeights = [f32; MAX_STYLES];
 
-/// Unpacks examples, one at a time.
-#[derive(Debug, Clone)]
-pub struct Reader<const J: usize> {
-    rows: [u32; CACHED],
-    cache: [Dofs<J>; CACHED],
-    next: u8,
-    /// The variables of the last example read.
-    pub variables: Variables<J>,
-    /// Seconds from its `y[t-1]` to its `y[t]`.
+/// What was read beside the variables.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Read {
+    /// Seconds from the example's `y[t-1]` to its `y[t]`.
     pub step_s: f32,
-    /// Bytes of rows read since [`start`](Self::start).
+    /// Bytes of rows read.
     pub bytes: u32,
 }
 
-impl<const J: usize> Reader<J> {
-    /// A reader that has read nothing.
-    pub const fn new() -> Self {
-        Self {
-            rows: [NOTHING; CACHED],
-            cache: [[[0.0; 4]; J]; CACHED],
-            next: 0,
-            variables: Variables::ZERO,
-            step_s: 0.0,
-            bytes: 0,
-        }
+/// Reads the example at `row`, a searchable row of `class`.
+pub(crate) fn read<const J: usize>(
+    database: &Database<'_>,
+    class: usize,
+    row: usize,
+    styles: &StyleWeights,
+    example: &mut Example<J>,
+) -> Read {
+    let mut read = Read::default();
+    // `open` has checked that a searchable row has a row before it, and its counterparts.
+    let (Some(cycle), Some(before)) = (database.cycle_of(class, row), row.checked_sub(1)) else {
+        return read;
+    };
+    let variables = example.as_flattened_mut();
+    read.bytes += database.decode_run(before, 2, variables, |i, slot, value| {
+        slot[if i == 0 { X_PREV } else { X }] = value;
+    });
+    let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
+    let mut first = true;
+    for (style, &weight) in weighted {
+        let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
+        read.step_s += weight * counterpart.step_s;
+        read.bytes += blend(database, &counterpart, weight, first, variables);
+        first = false;
     }
-
-    /// Starts a frame's account of bytes.
-    pub fn start(&mut self) {
-        self.bytes = 0;
-    }
-
-    /// Reads the example at `row`, a searchable row of `class`, into [`variables`](Self::variables).
-    pub fn read(&mut self, database: &Database<'_>, class: usize, row: usize, styles: &StyleWeights) {
-        let Some(cycle) = database.cycle_of(class, row) else { return };
-        self.variables.x_prev = *self.unpacked(database, row.saturating_sub(1));
-        self.variables.x = *self.unpacked(database, row);
-        self.variables.y_prev = [[0.0; 4]; J];
-        self.variables.y = [[0.0; 4]; J];
-        self.step_s = 0.0;
-        let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
-        for (style, &weight) in weighted {
-            // `open` has checked that a searchable row has its counterparts.
-            let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
-            self.step_s += weight * counterpart.step_s;
-            self.blend(database, counterpart.before, weight, true);
-            self.blend(database, counterpart.now, weight, false);
-        }
-    }
-
-    fn blend(&mut self, database: &Database<'_>, moment: Moment, weight: f32, before: bool) {
-        let fraction = moment.fraction;
-        self.blend_row(database, moment.row, weight * (1.0 - fraction), before);
-        if fraction > 0.0 {
-            self.blend_row(database, moment.row + 1, weight * fraction, before);
-        }
-    }
-
-    fn blend_row(&mut self, database: &Database<'_>, row: usize, weight: f32, before: bool) {
-        let slot = self.slot(database, row);
-        let target = if before { &mut self.variables.y_prev } else { &mut self.variables.y };
-        let quads = database.counts().dofs.div_ceil(4);
-        for (sums, values) in target.iter_mut().zip(&self.cache[slot]).take(quads) {
-            for (sum, value) in sums.iter_mut().zip(values) {
-                *sum += weight * value;
-            }
-        }
-    }
-
-    fn unpacked(&mut self, database: &Database<'_>, row: usize) -> &Dofs<J> {
-        let slot = self.slot(database, row);
-        &self.cache[slot]
-    }
-
-    /// The place of a row in the cache; unpacks it where it is not there yet. Less than [`CACHED`].
-    fn slot(&mut self, database: &Database<'_>, row: usize) -> usize {
-        let row_id = row as u32;
-        if let Some(slot) = self.rows.iter().position(|&r| r == row_id) {
-            return slot;
-        }
-        let slot = usize::from(self.next) % CACHED;
-        self.next = ((slot + 1) % CACHED) as u8;
-        self.rows[slot] = row_id;
-        database.decode(row, self.cache[slot].as_flattened_mut());
-        self.bytes += database.row_cost(row) as u32;
-        slot
-    }
+    read
 }
 
-impl<const J: usize> Default for Reader<J> {
-    fn default() -> Self {
-        Self::new()
+/// Adds a counterpart to the outputs; the first one takes their place.
+fn blend(
+    database: &Database<'_>,
+    counterpart: &Counterpart,
+    weight: f32,
+    first: bool,
+    variables: &mut [[f32; 4]],
+) -> u32 {
+    let Counterpart { before, now, .. } = counterpart;
+    let mut run = Run { start: before.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
+    run.mark(before, weight, 0);
+    if now.row >= before.row && now.row + 1 < before.row + MAX_RUN {
+        // Next to each other, as good as always: one run, of three rows for the most part.
+        run.mark(now, weight, 1);
+        return run.add(database, first, variables);
+    }
+    let bytes = run.add(database, first, variables);
+    run = Run { start: now.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
+    run.mark(now, weight, 1);
+    bytes + run.add(database, false, variables)
+}
+
+/// Rows that follow each other, and their weights in `y[t-1]` and `y[t]`.
+struct Run {
+    start: usize,
+    count: usize,
+    weights: [[f32; 2]; MAX_RUN],
+}
+
+impl Run {
+    /// Gives the rows about a moment their weights; `output` is 0 for `y[t-1]`, 1 for `y[t]`.
+    fn mark(&mut self, moment: &Moment, weight: f32, output: usize) {
+        let at = moment.row - self.start;
+        let parts = [weight * (1.0 - moment.fraction), weight * moment.fraction];
+        for (i, part) in parts.into_iter().enumerate().take(if moment.fraction > 0.0 { 2 } else { 1 }) {
+            if let Some(slot) = self.weights.get_mut(at + i) {
+                slot[output & 1] += part;
+            }
+            self.count = self.count.max(at + i + 1);
+        }
+    }
+
+    /// Unpacks the rows into the outputs. Returns the bytes read.
+    fn add(&self, database: &Database<'_>, first: bool, variables: &mut [[f32; 4]]) -> u32 {
+        let count = self.count.min(MAX_RUN);
+        let weights = &self.weights;
+        if first {
+            database.decode_run(self.start, count, variables, |i, slot, value| {
+                let [before, now] = weights[i % MAX_RUN];
+                if i == 0 {
+                    slot[Y_PREV] = before * value;
+                    slot[Y] = now * value;
+                } else {
+                    slot[Y_PREV] += before * value;
+                    slot[Y] += now * value;
+                }
+            })
+        } else {
+            database.decode_run(self.start, count, variables, |i, slot, value| {
+                let [before, now] = weights[i % MAX_RUN];
+                slot[Y_PREV] += before * value;
+                slot[Y] += now * value;
+            })
+        }
     }
 }

@@ -14,6 +14,8 @@
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
 //! 8. [`pose`] takes the result back to a [`Pose`]; the [`Report`] says what happened.
 //!
+//! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
+//! statistics, which need no frames: see [`Method`].
 //! Between frames the style may be set by name and weight, or by an [`effort`].
 //!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
@@ -46,6 +48,8 @@ pub mod effort;
 mod error;
 pub mod examples;
 pub mod knn;
+pub mod link;
+pub mod lti;
 mod mar;
 pub mod math;
 pub mod mixture;
@@ -55,17 +59,20 @@ pub mod quaternion;
 pub mod query;
 pub mod regress;
 pub mod report;
+pub mod retarget;
 pub mod ridge;
+pub mod robot;
 pub mod skeleton;
+mod statistic;
 mod stylizer;
 pub mod timing;
 
 pub use blob::Database;
-pub use config::Config;
+pub use config::{Config, Method};
 pub use digest::Digest;
 pub use effort::Effort;
 pub use error::{BlobError, ConfigError};
-pub use observe::Observer;
+pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::Stylizer;
+pub use stylizer::{Fit, Stylizer};

@@ -15,11 +15,12 @@ use crate::{
     Config, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
     contact::Votes,
-    examples::Reader,
+    examples,
     knn::{Limits, Metric, Searcher},
-    mixture,
-    query::{Feature, Window},
-    regress::{Examples, Parameters},
+    mixture::{self, Share},
+    observe::Stage,
+    query::{ALIGNED, Feature, Window},
+    regress::{Examples, Parameters, ROOM},
     stylizer::{Settings, Signals},
     timing::Steps,
 };
@@ -35,7 +36,6 @@ pub(crate) struct Mar<const J: usize, const K: usize, const C: usize> {
     /// Neighbors of each class in the last frame, nearest first.
     neighbors: [Vec<u16, K>; C],
     mean_distance2: [f32; C],
-    reader: Reader<J>,
     examples: Examples<J>,
     steps: Steps<K>,
 }
@@ -52,13 +52,14 @@ pub(crate) struct Frame<'a, 'db> {
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     /// No frame seen yet.
+    // A function of its own is given the place to write to; inlined, 20 KB would be copied there.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             window: Window::new(),
             searcher: Searcher::new(),
             neighbors: [const { Vec::new() }; C],
             mean_distance2: [NOT_SEARCHED; C],
-            reader: Reader::new(),
             examples: Examples::new(),
             steps: Steps::new(),
         }
@@ -82,14 +83,17 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Query);
         self.window.push(frame.database, input);
         let mut feature: Feature = [0.0; _];
-        self.window.feature(frame.database, &mut feature);
+        // Nothing is left of the last frame's examples.
+        const { assert!(ROOM >= ALIGNED) };
+        self.window.feature(frame.database, self.examples.room(), &mut feature);
         observer.query(&feature);
         let metric = Metric::new(frame.database, &feature, frame.settings.mask);
         self.search(frame, &metric, report, observer);
         if frame.first {
-            self.settle(frame, &metric, signals, report);
+            self.settle(frame, &metric, signals, report, observer);
         }
         self.regress(frame, &metric, signals, report, observer);
     }
@@ -102,6 +106,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
         let limits = Limits {
             k: usize::from(config.k),
@@ -133,6 +138,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             *jumped = effort.restarted;
             observer.searched(class, found, *mean);
         }
+        observer.stage(Stage::Rest);
         let (most, means) = (usize::from(config.classes), self.mean_distance2.get(..classes).unwrap_or(&[]));
         let cut = mixture::proportions(means, config.delta, config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
@@ -141,25 +147,30 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report.degraded.set(Degraded::JUMP, jumped);
         report.distance2 =
             report.classes.first().and_then(|s| means.get(usize::from(s.class))).copied().unwrap_or(0.0);
-        self.reader.start();
     }
 
     /// A first pose has no frame before it: what the neighbors came from stands in for it.
-    fn settle(&mut self, frame: Frame<'_, '_>, metric: &Metric, signals: &mut Signals<J>, report: &Report) {
+    fn settle(
+        &mut self,
+        frame: Frame<'_, '_>,
+        metric: &Metric,
+        signals: &mut Signals<J>,
+        report: &mut Report,
+        observer: &mut impl Observer<J>,
+    ) {
         let dofs = frame.database.counts().dofs;
-        signals.x_prev = [[0.0; 4]; J];
-        signals.y_prev = [[0.0; 4]; J];
         let mut rates = [0.0; 3];
+        (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
         for share in &report.classes {
-            let class = usize::from(share.class);
-            self.gather(frame, metric, class, share.proportion, signals, &mut Votes::default());
-            let outputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.y_prev.as_flattened_mut());
-            for (d, (x_prev, y_prev)) in outputs.enumerate().take(dofs) {
+            report.bytes_read += self.gather(frame, metric, *share, signals, &mut Votes::default(), observer);
+            let slots = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.y_prev.as_flattened_mut());
+            for (d, (x_prev, y_prev)) in slots.enumerate().take(dofs) {
+                let weight = share.proportion * frame.database.step(d);
                 let [mean_x_prev, mean_y_prev, mean_x] = self.examples.means(d);
-                *x_prev += share.proportion * mean_x_prev;
-                *y_prev += share.proportion * mean_y_prev;
+                *x_prev += weight * mean_x_prev;
+                *y_prev += weight * mean_y_prev;
                 if let Some(rate) = d.checked_sub(dof::FORWARD).and_then(|i| rates.get_mut(i)) {
-                    *rate += share.proportion * mean_x;
+                    *rate += weight * mean_x;
                 }
             }
         }
@@ -168,31 +179,40 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
     }
 
-    /// Reads the neighbors of a class into the regression and the timing. Returns their rows, sorted.
+    /// Reads the neighbors of a class into the regression and the timing, and lets them vote. Returns the bytes read.
     fn gather(
         &mut self,
         frame: Frame<'_, '_>,
         metric: &Metric,
-        class: usize,
-        proportion: f32,
+        share: Share,
         signals: &Signals<J>,
         votes: &mut Votes,
-    ) -> Vec<u16, K> {
+        observer: &mut impl Observer<J>,
+    ) -> u32 {
         let Frame { database, settings, .. } = frame;
+        let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
-        let mut sorted = self.neighbors.get(class).cloned().unwrap_or_default();
-        insertion_sort(&mut sorted);
+        let dofs = database.counts().dofs;
+        let mut bytes = 0;
+        self.steps.ask(database, signals.x.as_flattened(), signals.x_prev.as_flattened());
         self.examples.clear();
         self.steps.clear();
-        for &row in &sorted {
+        for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
-            self.reader.read(database, class, row, &settings.styles);
-            self.examples.add(&self.reader.variables, database.counts().dofs);
-            let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
-            self.steps.add(database, x, x_prev, &self.reader.variables, self.reader.step_s);
-            votes.add(database, row, metric.distance2(database.feature(row)), proportion);
+            observer.stage(Stage::Decode);
+            let example = self.examples.place();
+            let read = examples::read(database, class, row, &settings.styles, example);
+            observer.stage(Stage::Timing);
+            self.steps.add(example, read.step_s);
+            observer.stage(Stage::Regression);
+            self.examples.add(dofs);
+            bytes += read.bytes;
+            observer.stage(Stage::Rest);
+            votes.add(database, row, metric.distance2(database.feature(row)), share.proportion);
         }
-        sorted
+        observer.stage(Stage::Regression);
+        self.examples.finish(dofs);
+        bytes
     }
 
     /// The mixture's prediction of every dof, of the time step and of the contacts.
@@ -212,7 +232,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         signals.predicted = [[0.0; 4]; J];
         for share in &report.classes {
             let class = usize::from(share.class);
-            let rows = self.gather(frame, metric, class, share.proportion, signals, &mut votes);
+            report.bytes_read += self.gather(frame, metric, *share, signals, &mut votes, observer);
             let (x, x_prev, y_prev) =
                 (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
             let inputs = x_prev.iter().zip(y_prev).zip(x);
@@ -221,31 +241,20 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
                 outputs.zip(inputs).enumerate().take(database.counts().dofs)
             {
-                *one = self.examples.predict(d, [x_prev, y_prev, x], database.scale(d), &parameters);
+                let (step, scale) = (database.step(d), database.scale(d));
+                *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, &parameters);
                 *all += share.proportion * *one;
             }
-            let y = signals.output.as_flattened();
-            step_s += share.proportion * self.steps.predict(database, y, y_prev, config.timing_width);
-            observer.timed(class, &rows, self.steps.weights());
+            observer.stage(Stage::Timing);
+            let (y, y_prev) = (signals.output.as_flattened(), signals.y_prev.as_flattened());
+            step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
+            observer.stage(Stage::Rest);
+            let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
+            observer.timed(class, rows, self.steps.weights());
         }
-        report.bytes_read += self.reader.bytes;
         report.contacts = votes.result();
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
-        }
-    }
-}
-
-/// Sorts a short list in place, ascending.
-fn insertion_sort(rows: &mut [u16]) {
-    for end in 1..rows.len() {
-        let mut i = end;
-        while let (Some(&before), Some(&here)) = (i.checked_sub(1).and_then(|b| rows.get(b)), rows.get(i)) {
-            if before <= here {
-                break;
-            }
-            rows.swap(i - 1, i);
-            i -= 1;
         }
     }
 }

@@ -7,9 +7,9 @@
 //! | function | from | accuracy |
 //! |---|---|---|
 //! | [`sin_cos`] | minimax polynomial after Cody-Waite reduction (feature `micromath`: its approximation) | 2 ulp on ±π (1.1e-3 absolute) |
-//! | [`acos`], [`atan2`], [`exp`], [`sqrt`] | `libm` | 1 ulp |
+//! | [`acos`], [`atan2`], [`erf`], [`exp`], [`pow`], [`sqrt`] | `libm` | 1 ulp |
 
-use libm::{acosf, atan2f, expf, sqrtf};
+use libm::{acosf, atan2f, erff, expf, powf, sqrtf};
 
 /// Square root; negative values give 0.
 #[inline]
@@ -21,6 +21,18 @@ pub fn sqrt(x: f32) -> f32 {
 #[inline]
 pub fn exp(x: f32) -> f32 {
     expf(x)
+}
+
+/// The error function, -1 to 1.
+#[inline]
+pub fn erf(x: f32) -> f32 {
+    erff(x)
+}
+
+/// `x` to the power of `y`; `x` not negative.
+#[inline]
+pub fn pow(x: f32, y: f32) -> f32 {
+    if x > 0.0 { powf(x, y) } else { 0.0 }
 }
 
 /// Arc cosine of `x`, clamped to -1..1, radians.

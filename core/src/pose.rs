@@ -117,7 +117,9 @@ pub fn to_dofs<const J: usize>(
     }
     let rotations = pose.rotations.iter().enumerate().take(joints).skip(1);
     for (slots, (j, &rotation)) in joint_dofs.chunks_exact_mut(3).zip(rotations) {
-        slots.copy_from_slice(&relative(database, j, rotation));
+        for (slot, value) in slots.iter_mut().zip(relative(database, j, rotation)) {
+            *slot = value;
+        }
     }
     anchor
 }

@@ -4,7 +4,7 @@
 //! short way (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
 //! exponential map", which paper 000 (section 4) and paper 001 (section 4.1) use for joint angles.
 
-use crate::math::{abs, atan2, sin_cos, sqrt};
+use crate::math::{abs, acos, atan2, sin_cos, sqrt};
 
 /// A unit quaternion, `[x, y, z, w]`.
 pub type Quaternion = [f32; 4];
@@ -92,6 +92,34 @@ pub fn log(q: Quaternion) -> Vector {
     [q[0] * s, q[1] * s, q[2] * s]
 }
 
+/// The rotation a fraction `t` of the way from `a` to `b`, along the short way; beyond `b` where `t` is above 1.
+#[inline]
+pub fn slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
+    let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    let (d, sign) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };
+    // Very near each other the sphere is flat.
+    let (from, to) = if d > 0.999_999 {
+        (1.0 - t, t)
+    } else {
+        let angle = acos(d);
+        let inverse = 1.0 / sqrt(1.0 - d * d);
+        (sin_cos((1.0 - t) * angle).0 * inverse, sin_cos(t * angle).0 * inverse)
+    };
+    let to = to * sign;
+    let q =
+        [from * a[0] + to * b[0], from * a[1] + to * b[1], from * a[2] + to * b[2], from * a[3] + to * b[3]];
+    normalize(q).unwrap_or(IDENTITY)
+}
+
+/// Angle between two rotations, radians, 0 to π: the geodesic distance.
+#[inline]
+pub fn angle(a: Quaternion, b: Quaternion) -> f32 {
+    // By the sine of half the difference, which is exact for small angles, where the cosine is not.
+    let q = multiply(conjugate(a), b);
+    let sine = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+    2.0 * atan2(sine, abs(q[3]))
+}
+
 /// True where every number is finite and the length is within 1% of 1.
 pub fn is_unit(q: Quaternion) -> bool {
     let length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
@@ -110,6 +138,21 @@ mod tests {
                 assert!((back[i] - v[i]).abs() < 2e-5, "{v:?} came back as {back:?}");
             }
         }
+    }
+
+    #[test]
+    fn slerp_goes_along_the_geodesic() {
+        let (a, b) = (exp([0.4, 1.0, -0.3]), exp([-0.2, 0.1, 0.7]));
+        let way = log(multiply(conjugate(a), b));
+        for t in [0.0, 0.25, 0.5, 1.0, 1.6] {
+            let expected = multiply(a, exp(way.map(|v| t * v)));
+            for other in [b, b.map(|v| -v)] {
+                assert!(angle(slerp(t, a, other), expected) < 1e-5, "{t}");
+            }
+        }
+        assert!(angle(slerp(0.5, a, a), a) < 1e-6);
+        let near = multiply(a, exp([1e-3, 0.0, 0.0]));
+        assert!((angle(a, near) - 1e-3).abs() < 1e-6 && (angle(slerp(0.5, a, near), a) - 5e-4).abs() < 1e-6);
     }
 
     #[test]

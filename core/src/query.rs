@@ -14,7 +14,7 @@
 use crate::{
     blob::{
         Database,
-        layout::{MAX_FEATURES, MAX_WINDOW, query},
+        layout::{MAX_FEATURES, MAX_GROUPS, MAX_WINDOW, query},
         read::{f32_at, floats},
     },
     math::sqrt,
@@ -26,13 +26,14 @@ use crate::{
 /// A feature: the first F of its numbers are in use. Metres, weighted.
 pub type Feature = [f32; MAX_FEATURES];
 
-/// The joint positions of the last frames, and room for the aligned cloud.
+/// Numbers a joint that a window needs to be aligned in.
+pub const ALIGNED: usize = 3 * MAX_WINDOW;
+
+/// The joint positions of the last frames.
 #[derive(Debug, Clone)]
 pub struct Window<const J: usize> {
     /// Ring of clouds, metres, world.
     clouds: [[Vector; J]; MAX_WINDOW],
-    /// The window brought onto the mean cloud, less the mean cloud; oldest frame first.
-    aligned: [[Vector; J]; MAX_WINDOW],
     /// Place of the newest cloud in the ring.
     newest: u8,
     /// True until the first pose.
@@ -41,13 +42,9 @@ pub struct Window<const J: usize> {
 
 impl<const J: usize> Window<J> {
     /// A window without a pose.
+    #[inline(never)]
     pub const fn new() -> Self {
-        Self {
-            clouds: [[[0.0; 3]; J]; MAX_WINDOW],
-            aligned: [[[0.0; 3]; J]; MAX_WINDOW],
-            newest: 0,
-            empty: true,
-        }
+        Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, empty: true }
     }
 
     /// Forgets every pose.
@@ -71,29 +68,27 @@ impl<const J: usize> Window<J> {
         &self.clouds[usize::from(self.newest) % MAX_WINDOW]
     }
 
-    /// The feature of the window. Cost: `window · joints · 3` multiplications a component.
-    pub fn feature(&mut self, database: &Database<'_>, feature: &mut Feature) {
-        self.align(database);
+    /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
+    /// in, [`ALIGNED`] numbers a joint.
+    pub fn feature(&self, database: &Database<'_>, aligned: &mut [f32], feature: &mut Feature) {
+        let ends = self.align(database, aligned);
         let counts = database.counts();
-        let data = database.query_section();
-        let mut at = query::components(counts.window, counts.joints, counts.features);
+        let at = query::components(counts.window, counts.joints, counts.features);
+        let mut components = database.query_section().get(at..).unwrap_or(&[]).as_chunks::<4>().0;
         for (f, value) in feature.iter_mut().enumerate().take(counts.features) {
             let group = database.feature_group(f);
-            let mut sum = 0.0;
-            for cloud in self.aligned.iter().take(counts.window) {
-                for (j, point) in cloud.iter().enumerate().take(counts.joints) {
-                    if database.joint_group(j) == group {
-                        let component: Vector = floats(data, at);
-                        sum += component[0] * point[0] + component[1] * point[1] + component[2] * point[2];
-                        at += 12;
-                    }
-                }
-            }
-            *value = sum;
+            let start = group.checked_sub(1).and_then(|before| ends.get(before)).copied().unwrap_or(0);
+            let end = ends.get(group).copied().unwrap_or(start);
+            let points = aligned.get(start..end).unwrap_or(&[]);
+            *value = dot(points, components);
+            components = components.get(points.len()..).unwrap_or(&[]);
         }
     }
 
-    fn align(&mut self, database: &Database<'_>) {
+    /// Brings the window onto the mean cloud, and takes the mean cloud off it: the first joint group's joints from
+    /// the oldest frame to the newest, then the next group's, as components are stored. Returns where each joint
+    /// group's numbers end.
+    fn align(&self, database: &Database<'_>, aligned: &mut [f32]) -> [usize; MAX_GROUPS] {
         let counts = database.counts();
         let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(J));
         let data = database.query_section();
@@ -124,15 +119,44 @@ impl<const J: usize> Window<J> {
         }
         let length = sqrt(a * a + b * b);
         let (c, s) = if length > 1e-12 { (a / length, b / length) } else { (1.0, 0.0) };
-        for w in 0..window {
-            for j in 0..joints {
-                let p = self.clouds[(oldest + w) % MAX_WINDOW][j];
-                let (x, z) = (p[0] - cx, p[2] - cz);
-                let m = mean(w, j);
-                self.aligned[w][j] = [c * x + s * z - m[0], p[1] - m[1], c * z - s * x - m[2]];
+        let mut slots = aligned.as_chunks_mut::<3>().0.iter_mut();
+        let mut end = 0;
+        core::array::from_fn(|group| {
+            let window = if group < counts.groups { window } else { 0 };
+            for w in 0..window {
+                for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
+                    if database.joint_group(j) != group {
+                        continue;
+                    }
+                    let (x, z, m) = (p[0] - cx, p[2] - cz, mean(w, j));
+                    if let Some(slot) = slots.next() {
+                        *slot = [c * x + s * z - m[0], p[1] - m[1], c * z - s * x - m[2]];
+                        end += 3;
+                    }
+                }
             }
+            end
+        })
+    }
+}
+
+/// The dot product of points and a stored component. Eight sums side by side, added in a fixed order, so that vector
+/// units and scalar ones agree bit for bit.
+fn dot(points: &[f32], component: &[[u8; 4]]) -> f32 {
+    let mut sums = [0.0f32; 8];
+    let (chunks, rest) = points.as_chunks::<8>();
+    let (stored, stored_rest) = component.as_chunks::<8>();
+    for (points, stored) in chunks.iter().zip(stored) {
+        for ((sum, point), stored) in sums.iter_mut().zip(points).zip(stored) {
+            *sum += point * f32::from_le_bytes(*stored);
         }
     }
+    // What does not fill eight lies behind the last eight taken.
+    let stored = stored.get(chunks.len()).map_or(stored_rest, |next| next.as_slice());
+    for ((sum, point), stored) in sums.iter_mut().zip(rest).zip(stored) {
+        *sum += point * f32::from_le_bytes(*stored);
+    }
+    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
 }
 
 impl<const J: usize> Default for Window<J> {

@@ -4,17 +4,19 @@
 //! Neighbors are taken in one at a time; what is kept of them are sums of products, 13 a dof.
 //!
 //! **Precision.** The sums are taken about the first neighbor's values, which makes them small and exact enough
-//! for f32; the penalty on `d` is carried over exactly: about `r` the constant is `e = d + a r0 + b r1 + c r2 - r3`,
-//! so `λ d² = λ (e - a r0 - b r1 - c r2 + r3)²`, four more terms of the normal equations.
+//! for f32 (about the query they are not: it may lie far away). The penalty on `d` is carried over exactly: about
+//! `r` the constant is `e = d + a r0 + b r1 + c r2 - r3`, so
+//! `λ d² = λ (e - a r0 - b r1 - c r2 + r3)²`, four more terms of the normal equations.
 //!
-//! **Normalised.** Dividing each dof by its scale `s` and penalising with `λ` is the same as penalising `a, b, c`
-//! with `λ s²` and `d` with `λ`; so the two modes differ in two numbers and in nothing else.
+//! **Units.** Rows are stored in quantisation steps, and all four variables of a dof have the same step `h`: the
+//! sums are taken in steps, where radians need `λ / h²` for `a, b, c` and `λ` for the constant. Dividing each dof by
+//! its scale `s` instead, **normalised**, needs `λ s² / h²`; the two modes differ in one number.
 //!
 //! **Bias** (section 5.3, eqs. 6 and 7). Where `x[t]` lies outside `μ ± κ σ` of the neighbors, by `Δx`, the model
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
 
-use crate::{math::sqrt, pose::Dofs, ridge::System};
+use crate::{math::sqrt, ridge::System};
 
 /// Whether the ridge sees radians and metres, or dofs divided by their standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,60 +42,113 @@ pub struct Parameters {
     pub rho: f32,
 }
 
-/// The variables of a frame: `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]`.
-#[derive(Debug, Clone)]
-pub struct Variables<const J: usize> {
-    /// `x[t-1]`.
-    pub x_prev: Dofs<J>,
-    /// `y[t-1]`.
-    pub y_prev: Dofs<J>,
-    /// `x[t]`.
-    pub x: Dofs<J>,
-    /// `y[t]`.
-    pub y: Dofs<J>,
+/// The variables of an example in quantisation steps, dof by dof: `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` at the places [`X_PREV`],
+/// [`Y_PREV`], [`X`] and [`Y`]. The first D of the 4 J dofs are in use.
+pub type Example<const J: usize> = [[[f32; 4]; 4]; J];
+
+/// Place of `x[t-1]` among a dof's variables.
+pub const X_PREV: usize = 0;
+/// Place of `y[t-1]`.
+pub const Y_PREV: usize = 1;
+/// Place of `x[t]`.
+pub const X: usize = 2;
+/// Place of `y[t]`.
+pub const Y: usize = 3;
+
+/// Sums over the neighbors: `p`, `q`, `x`, `y` stand for `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` less the first
+/// neighbor's.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    p: f32,
+    q: f32,
+    x: f32,
+    y: f32,
+    pp: f32,
+    qp: f32,
+    qq: f32,
+    xp: f32,
+    xq: f32,
+    xx: f32,
+    py: f32,
+    qy: f32,
+    xy: f32,
 }
 
-impl<const J: usize> Variables<J> {
-    /// All zero.
-    pub const ZERO: Self =
-        Self { x_prev: [[0.0; 4]; J], y_prev: [[0.0; 4]; J], x: [[0.0; 4]; J], y: [[0.0; 4]; J] };
+impl Sums {
+    const ZERO: Self = Self {
+        p: 0.0,
+        q: 0.0,
+        x: 0.0,
+        y: 0.0,
+        pp: 0.0,
+        qp: 0.0,
+        qq: 0.0,
+        xp: 0.0,
+        xq: 0.0,
+        xx: 0.0,
+        py: 0.0,
+        qy: 0.0,
+        xy: 0.0,
+    };
+
+    #[inline]
+    fn add(&mut self, [p, q, x, y]: [f32; 4]) {
+        self.p += p;
+        self.q += q;
+        self.x += x;
+        self.y += y;
+        self.pp += p * p;
+        self.qp += q * p;
+        self.qq += q * q;
+        self.xp += x * p;
+        self.xq += x * q;
+        self.xx += x * x;
+        self.py += p * y;
+        self.qy += q * y;
+        self.xy += x * y;
+    }
 }
 
-// The sums, by what is added up.
-const P: usize = 0;
-const Q: usize = 1;
-const X: usize = 2;
-const Y: usize = 3;
-const PP: usize = 4;
-const QP: usize = 5;
-const QQ: usize = 6;
-const XP: usize = 7;
-const XQ: usize = 8;
-const XX: usize = 9;
-const PY: usize = 10;
-const QY: usize = 11;
-const XY: usize = 12;
-const SUMS: usize = 13;
+/// Examples that are taken in together: the sums are loaded and stored once for all of them.
+const BATCH: usize = 3;
+/// Numbers a joint in [`Examples::room`].
+pub const ROOM: usize = 16 * BATCH;
 
-/// Sums over the neighbors of one class: `p`, `q`, `x`, `y` stand for `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` less the
-/// first neighbor's. Four dofs lie side by side, for vector units.
+/// The examples of one class: their sums, and room for those not yet taken in.
 #[derive(Debug, Clone)]
 pub struct Examples<const J: usize> {
-    first: Variables<J>,
-    sums: [[[f32; 4]; SUMS]; J],
+    /// The first example: what the sums are taken about.
+    first: Example<J>,
+    sums: [[Sums; 4]; J],
+    batch: [Example<J>; BATCH],
+    /// Examples in the batch.
+    held: u8,
+    /// Examples in all.
     count: u16,
 }
 
 impl<const J: usize> Examples<J> {
     /// No examples.
+    #[inline(never)]
     pub const fn new() -> Self {
-        Self { first: Variables::ZERO, sums: [[[0.0; 4]; SUMS]; J], count: 0 }
+        Self {
+            first: [[[0.0; 4]; 4]; J],
+            sums: [[Sums::ZERO; 4]; J],
+            batch: [[[[0.0; 4]; 4]; J]; BATCH],
+            held: 0,
+            count: 0,
+        }
+    }
+
+    /// Room to work in before the first example is written: [`ROOM`] numbers a joint.
+    pub fn room(&mut self) -> &mut [f32] {
+        self.batch.as_flattened_mut().as_flattened_mut().as_flattened_mut()
     }
 
     /// Forgets the examples.
     pub fn clear(&mut self) {
-        self.sums = [[[0.0; 4]; SUMS]; J];
-        self.count = 0;
+        self.sums = [[Sums::ZERO; 4]; J];
+        (self.held, self.count) = (0, 0);
     }
 
     /// How many were taken in.
@@ -101,94 +156,119 @@ impl<const J: usize> Examples<J> {
         self.count
     }
 
-    /// Takes in one example of `dofs` dofs.
-    pub fn add(&mut self, example: &Variables<J>, dofs: usize) {
+    /// Where the next example is to be written before [`add`](Self::add) takes it in.
+    pub fn place(&mut self) -> &mut Example<J> {
+        &mut self.batch[usize::from(self.held) % BATCH]
+    }
+
+    /// The example that [`place`](Self::place) gave has been written.
+    pub fn add(&mut self, dofs: usize) {
         if self.count == 0 {
-            self.first = example.clone();
+            self.first = self.batch[0];
         }
         self.count += 1;
-        let first =
-            self.first.x_prev.iter().zip(&self.first.y_prev).zip(self.first.x.iter().zip(&self.first.y));
-        let values = example.x_prev.iter().zip(&example.y_prev).zip(example.x.iter().zip(&example.y));
-        let quads = self.sums.iter_mut().zip(values.zip(first)).take(dofs.div_ceil(4));
-        for (sums, (((ps, qs), (xs, ys)), ((rp, rq), (rx, ry)))) in quads {
-            for i in 0..4 {
-                let (p, q) = (ps[i] - rp[i], qs[i] - rq[i]);
-                let (x, y) = (xs[i] - rx[i], ys[i] - ry[i]);
-                sums[P][i] += p;
-                sums[Q][i] += q;
-                sums[X][i] += x;
-                sums[Y][i] += y;
-                sums[PP][i] += p * p;
-                sums[QP][i] += q * p;
-                sums[QQ][i] += q * q;
-                sums[XP][i] += x * p;
-                sums[XQ][i] += x * q;
-                sums[XX][i] += x * x;
-                sums[PY][i] += p * y;
-                sums[QY][i] += q * y;
-                sums[XY][i] += x * y;
-            }
+        self.held += 1;
+        if usize::from(self.held) >= BATCH {
+            self.take_in(dofs);
         }
     }
 
-    /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples; zeros of none.
+    /// The last example was added: takes in what is left of the batch.
+    pub fn finish(&mut self, dofs: usize) {
+        if self.held == 0 {
+            return;
+        }
+        // The first example once more adds nothing to any sum.
+        for example in self.batch.iter_mut().skip(usize::from(self.held)) {
+            *example = self.first;
+        }
+        self.take_in(dofs);
+    }
+
+    fn take_in(&mut self, dofs: usize) {
+        self.held = 0;
+        let sums = self.sums.as_flattened_mut().get_mut(..dofs).unwrap_or(&mut []);
+        take_in(sums, self.first.as_flattened(), self.batch.each_ref().map(|e| e.as_flattened()));
+    }
+
+    /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in steps; zeros of none.
     pub fn means(&self, dof: usize) -> [f32; 3] {
-        let (quad, lane) = (dof / 4, dof % 4);
-        let Some(sums) = self.sums.get(quad) else { return [0.0; 3] };
-        let inverse = 1.0 / f32::from(self.count.max(1));
-        let first = &self.first;
-        [(P, &first.x_prev), (Q, &first.y_prev), (X, &first.x)]
-            .map(|(sum, first)| first.get(quad).map_or(0.0, |f| f[lane]) + sums[sum][lane] * inverse)
+        let (sums, first) = (self.sums.as_flattened().get(dof), self.first.as_flattened().get(dof));
+        let (Some(sums), Some(first), true) = (sums, first, self.count > 0) else { return [0.0; 3] };
+        let inverse = 1.0 / f32::from(self.count);
+        [first[X_PREV] + sums.p * inverse, first[Y_PREV] + sums.q * inverse, first[X] + sums.x * inverse]
     }
 
     /// Predicts `y[t]` of one dof: fits the model to the examples, asks it once, biased where `x` lies outside.
     ///
-    /// `input` is `x[t-1]`, `y[t-1]`, `x[t]`; `scale` is the dof's standard deviation.
-    pub fn predict(&self, dof: usize, input: [f32; 3], scale: f32, parameters: &Parameters) -> f32 {
-        let (quad, lane) = (dof / 4, dof % 4);
-        let (Some(quads), first) = (self.sums.get(quad), &self.first) else { return input[2] };
-        let s: [f32; SUMS] = core::array::from_fn(|i| quads[i][lane]);
-        let reference = |values: &Dofs<J>| values.get(quad).map_or(0.0, |v| v[lane]);
-        let (rp, rq, rx, ry) =
-            (reference(&first.x_prev), reference(&first.y_prev), reference(&first.x), reference(&first.y));
+    /// `input` is `x[t-1]`, `y[t-1]`, `x[t]`, in the dof's unit, as is the answer; `step` is the dof's quantisation
+    /// step, `scale` its standard deviation.
+    pub fn predict(
+        &self,
+        dof: usize,
+        input: [f32; 3],
+        step: f32,
+        scale: f32,
+        parameters: &Parameters,
+    ) -> f32 {
+        let (sums, first) = (self.sums.as_flattened().get(dof), self.first.as_flattened().get(dof));
+        let (Some(s), Some(&[rp, rq, rx, ry])) = (sums, first) else { return input[2] };
         let n = f32::from(self.count);
+        let inverse_step = 1.0 / step;
 
         let constant = parameters.lambda;
         let slope = match parameters.ridge {
-            Ridge::Raw => constant,
-            Ridge::Normalised => constant * (scale * scale),
+            Ridge::Raw => constant * (inverse_step * inverse_step),
+            Ridge::Normalised => constant * ((scale * inverse_step) * (scale * inverse_step)),
         };
         let system = System {
             matrix: [
-                s[PP] + slope + constant * (rp * rp),
-                s[QP] + constant * (rq * rp),
-                s[QQ] + slope + constant * (rq * rq),
-                s[XP] + constant * (rx * rp),
-                s[XQ] + constant * (rx * rq),
-                s[XX] + slope + constant * (rx * rx),
-                s[P] - constant * rp,
-                s[Q] - constant * rq,
-                s[X] - constant * rx,
+                s.pp + slope + constant * (rp * rp),
+                s.qp + constant * (rq * rp),
+                s.qq + slope + constant * (rq * rq),
+                s.xp + constant * (rx * rp),
+                s.xq + constant * (rx * rq),
+                s.xx + slope + constant * (rx * rx),
+                s.p - constant * rp,
+                s.q - constant * rq,
+                s.x - constant * rx,
                 n + constant,
             ],
             right: [
-                s[PY] + constant * (rp * ry),
-                s[QY] + constant * (rq * ry),
-                s[XY] + constant * (rx * ry),
-                s[Y] - constant * ry,
+                s.py + constant * (rp * ry),
+                s.qy + constant * (rq * ry),
+                s.xy + constant * (rx * ry),
+                s.y - constant * ry,
             ],
         };
         let [a, b, c, e] = system.solve();
 
         let inverse = 1.0 / if n > 0.0 { n } else { 1.0 };
-        let x = input[2] - rx;
-        let outside = beyond(x, s[X] * inverse, s[XX] * inverse, parameters.kappa);
+        let x = input[2] * inverse_step - rx;
+        let outside = beyond(x, s.x * inverse, s.xx * inverse, parameters.kappa);
         let kept = parameters.rho * outside;
-        let p = input[0] - outside - rp;
-        let q = input[1] - kept - rq;
-        a * p + b * q + c * (x - outside) + e + ry + kept
+        let p = input[0] * inverse_step - outside - rp;
+        let q = input[1] * inverse_step - kept - rq;
+        step * (a * p + b * q + c * (x - outside) + e + ry + kept)
     }
+}
+
+/// Takes in a batch. A function of its own, so that what is around it leaves it its registers.
+#[inline(never)]
+fn take_in(sums: &mut [Sums], first: &[[f32; 4]], [one, two, three]: [&[[f32; 4]]; BATCH]) {
+    let examples = one.iter().zip(two).zip(three);
+    for ((sums, first), ((one, two), three)) in sums.iter_mut().zip(first).zip(examples) {
+        let mut all = *sums;
+        all.add(less(one, first));
+        all.add(less(two, first));
+        all.add(less(three, first));
+        *sums = all;
+    }
+}
+
+#[inline]
+fn less(variables: &[f32; 4], first: &[f32; 4]) -> [f32; 4] {
+    core::array::from_fn(|i| variables[i] - first[i])
 }
 
 impl<const J: usize> Default for Examples<J> {

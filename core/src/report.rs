@@ -57,7 +57,8 @@ impl Degraded {
 pub struct Report {
     /// The classes used and their proportions, largest first.
     pub classes: Shares,
-    /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far from the data.
+    /// How far from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted square
+    /// metres. Linear models and statistics: the largest distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
     /// Distances computed.
     pub visits: u32,

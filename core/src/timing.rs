@@ -10,7 +10,7 @@
 use crate::{
     blob::{Database, layout::MAX_TIMING},
     math::exp,
-    regress::Variables,
+    regress::{Example, X, X_PREV, Y, Y_PREV},
 };
 
 /// Policy for the output's time.
@@ -23,6 +23,20 @@ pub enum Timing {
     /// One pose in, one pose out, played at the input's rate. The root still covers the ground of the predicted
     /// step, so that feet stay where the pose has them. For robots.
     Sync,
+}
+
+/// A dof of the timing metric, and what is asked of it. In quantisation steps, as examples are.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    dof: u16,
+    /// Weight of squared differences of the dof, a square step.
+    pose: f32,
+    /// Weight of squared differences of its change, a square step.
+    change: f32,
+    /// Steps in one unit of the dof.
+    inverse_step: f32,
+    /// The input's dof and its change from the frame before.
+    input: [f32; 2],
 }
 
 /// What the timing prediction remembers of one neighbor.
@@ -38,6 +52,8 @@ struct Memory {
 /// The neighbors of one class, as the timing prediction sees them.
 #[derive(Debug, Clone)]
 pub struct Steps<const K: usize> {
+    metric: [Entry; MAX_TIMING],
+    entries: usize,
     memories: [Memory; K],
     weights: [f32; K],
     count: usize,
@@ -45,9 +61,29 @@ pub struct Steps<const K: usize> {
 
 impl<const K: usize> Steps<K> {
     /// No neighbors.
+    #[inline(never)]
     pub const fn new() -> Self {
         const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
-        Self { memories: [EMPTY; K], weights: [0.0; K], count: 0 }
+        const NOTHING: Entry = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
+        Self { metric: [NOTHING; MAX_TIMING], entries: 0, memories: [EMPTY; K], weights: [0.0; K], count: 0 }
+    }
+
+    /// What neighbors are compared with: the input's dofs and those of the frame before.
+    pub fn ask(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
+        self.entries = database.counts().timing.min(MAX_TIMING);
+        for (i, entry) in self.metric.iter_mut().enumerate().take(self.entries) {
+            let timing = database.timing(i);
+            let step = database.step(timing.dof);
+            let inverse_step = 1.0 / step;
+            let at = |values: &[f32]| values.get(timing.dof).copied().unwrap_or(0.0) * inverse_step;
+            *entry = Entry {
+                dof: timing.dof as u16,
+                pose: timing.pose * (step * step),
+                change: timing.change * (step * step),
+                inverse_step,
+                input: [at(x), at(x) - at(x_prev)],
+            };
+        }
     }
 
     /// Forgets the neighbors.
@@ -55,46 +91,37 @@ impl<const K: usize> Steps<K> {
         self.count = 0;
     }
 
-    /// Takes in a neighbor; `x` and `x_prev` are the input's dofs.
-    pub fn add<const J: usize>(
-        &mut self,
-        database: &Database<'_>,
-        x: &[f32],
-        x_prev: &[f32],
-        example: &Variables<J>,
-        step_s: f32,
-    ) {
+    /// Takes in a neighbor.
+    pub fn add<const J: usize>(&mut self, example: &Example<J>, step_s: f32) {
         let Some(memory) = self.memories.get_mut(self.count) else { return };
         self.count += 1;
         memory.step_s = step_s;
         memory.input_distance2 = 0.0;
-        let (ex, exp) = (example.x.as_flattened(), example.x_prev.as_flattened());
-        let (ey, eyp) = (example.y.as_flattened(), example.y_prev.as_flattened());
-        for (i, slot) in memory.output.iter_mut().enumerate().take(database.counts().timing) {
-            let timing = database.timing(i);
-            let at = |values: &[f32]| values.get(timing.dof).copied().unwrap_or(0.0);
-            let pose = at(x) - at(ex);
-            let change = (at(x) - at(x_prev)) - (at(ex) - at(exp));
-            memory.input_distance2 += timing.pose * (pose * pose) + timing.change * (change * change);
-            *slot = [at(ey), at(ey) - at(eyp)];
+        let variables = example.as_flattened();
+        for (entry, slot) in self.metric.iter().zip(&mut memory.output).take(self.entries) {
+            let Some(v) = variables.get(usize::from(entry.dof)) else { continue };
+            memory.input_distance2 += entry.distance2(entry.input, [v[X], v[X] - v[X_PREV]]);
+            *slot = [v[Y], v[Y] - v[Y_PREV]];
         }
     }
 
-    /// The step of the class in seconds, given its synthesized output; `width` is the kernel's, in mean squared
-    /// distances. 0 of no neighbors.
-    pub fn predict(&mut self, database: &Database<'_>, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
+    /// The step of the class in seconds, given its synthesized output and the output before; `width` is the kernel's,
+    /// in mean squared distances. 0 of no neighbors.
+    pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
         let count = self.count.min(K);
+        let mut asked = [[0.0; 2]; MAX_TIMING];
+        for (slot, entry) in asked.iter_mut().zip(&self.metric).take(self.entries) {
+            let at = |values: &[f32]| {
+                values.get(usize::from(entry.dof)).copied().unwrap_or(0.0) * entry.inverse_step
+            };
+            *slot = [at(y), at(y) - at(y_prev)];
+        }
         let mut mean = 0.0;
         for (weight, memory) in self.weights.iter_mut().zip(&self.memories).take(count) {
             let mut distance2 = memory.input_distance2;
-            for (i, &[output, output_change]) in
-                memory.output.iter().enumerate().take(database.counts().timing)
-            {
-                let timing = database.timing(i);
-                let at = |values: &[f32]| values.get(timing.dof).copied().unwrap_or(0.0);
-                let pose = at(y) - output;
-                let change = (at(y) - at(y_prev)) - output_change;
-                distance2 += timing.pose * (pose * pose) + timing.change * (change * change);
+            let outputs = self.metric.iter().zip(asked.iter().zip(&memory.output));
+            for (entry, (&asked, &output)) in outputs.take(self.entries) {
+                distance2 += entry.distance2(asked, output);
             }
             *weight = distance2;
             mean += distance2;
@@ -121,6 +148,14 @@ impl<const K: usize> Steps<K> {
     /// The neighbors' weights in the last prediction, in the order in which they were added; they sum to 1.
     pub fn weights(&self) -> &[f32] {
         self.weights.get(..self.count).unwrap_or(&[])
+    }
+}
+
+impl Entry {
+    #[inline]
+    fn distance2(&self, asked: [f32; 2], found: [f32; 2]) -> f32 {
+        let (pose, change) = (asked[0] - found[0], asked[1] - found[1]);
+        self.pose * (pose * pose) + self.change * (change * change)
     }
 }
 

@@ -243,7 +243,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     for share in &frame.report.classes {
         let class = usize::from(share.class);
         let proportion = f64::from(share.proportion);
-        let mut rows: Vec<usize> = frame
+        let rows: Vec<usize> = frame
             .searched
             .iter()
             .find(|s| s.class == class)
@@ -252,7 +252,6 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
             .iter()
             .map(|n| db.class(class).first_row + usize::from(n.0))
             .collect();
-        rows.sort_unstable();
         let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
         let y: Vec<f64> = (0..counts.dofs)
             .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p))

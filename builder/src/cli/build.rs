@@ -35,6 +35,12 @@ pub struct Args {
     /// How output cycles are chosen: viterbi, nearest, kernel, mean
     #[arg(long)]
     pairing: Option<String>,
+    /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
+    #[arg(long)]
+    from: Option<String>,
+    /// Leave out the linear models and the statistics
+    #[arg(long)]
+    no_models: bool,
     /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
     #[arg(long, conflicts_with = "no_effort")]
     labels: Option<PathBuf>,
@@ -67,6 +73,12 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Some actions and styles, and all else as the folder says.
+    pub fn of(actions: &[String], styles: &[String]) -> Self {
+        let (actions, styles) = (actions.to_vec(), styles.to_vec());
+        Self { actions, styles, rate: None, limit: None, strict: false }
+    }
+
     /// The configuration of a folder with the command line's choices over it.
     pub fn config(&self, data: Option<&PathBuf>, file: Option<&PathBuf>) -> Result<Config> {
         let mut config = match (file, data) {
@@ -103,6 +115,8 @@ pub fn run(args: &Args) -> Result<()> {
         config.build.pairing = Scheme::named(name)
             .with_context(|| format!("--pairing {name}: viterbi, nearest, kernel or mean"))?;
     }
+    config.build.models &= !args.no_models;
+    config.build.from = args.from.clone().or(config.build.from);
     let loaded = load(&config)?;
     for note in &loaded.notes {
         eprintln!("{note}");

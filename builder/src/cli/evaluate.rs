@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    build::BuildOptions,
     effort::{fragment::Library, labels, model::Model},
-    evaluate::{Evaluation, ablation, compression, effort, knn, loo},
+    evaluate::{Evaluation, ablation, comparison, compression, correspondence, effort, knn, loo, retarget},
     load::load,
 };
 use serde_json::json;
@@ -15,8 +16,9 @@ use super::build::Selection;
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression, effort,
-    /// gaussian-process (its accuracy, time and memory as the data grows)
+    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
+    /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
+    /// the data grows), retarget (other skeletons through --db and back)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -54,6 +56,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    if args.what == "retarget" {
+        return on_database(args);
+    }
     let config = args.selection.config(Some(&args.data), None)?;
     let loaded = load(&config)?;
     for note in &loaded.notes {
@@ -83,7 +88,8 @@ pub fn run(args: &Args) -> Result<()> {
         from,
         to,
         folds: args.folds,
-        build: config.build.clone(),
+        // Models are built by those measures that look at them.
+        build: BuildOptions { models: false, ..config.build.clone() },
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
@@ -95,6 +101,8 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
+        "methods" => comparison::evaluate(corpus, &options)?,
+        "correspondence" => correspondence::evaluate(corpus, from)?,
         "effort" => {
             let given = match &args.labels {
                 Some(path) => {
@@ -112,10 +120,24 @@ pub fn run(args: &Args) -> Result<()> {
         }
         "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, effort, \
-             gaussian-process"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
+             correspondence, effort, gaussian-process, retarget"
         ),
     };
+    say(args, &evaluation)
+}
+
+/// What judges a database with clips of any skeleton.
+fn on_database(args: &Args) -> Result<()> {
+    let Some(path) = &args.db else { bail!("evaluate {} judges a database: give --db DB.gestus", args.what) };
+    let bytes = super::read_blob(path)?;
+    let database = super::open(path, &bytes)?;
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    say(args, &retarget::evaluate(&database, &args.data)?)
+}
+
+fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {
     evaluation.write(&args.output)?;
     if args.json {
         super::say(json!({ "what": args.what, "rows": evaluation.rows }))?;

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     effort::{self, fragment::Library, labels, model::Model, sheet, synthesize},
     report::page,
+    retarget::{MapFile, Retarget},
     trace::Trace,
     translate::{Input, figures, translate},
     view,
@@ -20,9 +21,12 @@ pub struct Args {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file on the database's skeleton
+    /// The clip, a BVH file; on another skeleton than the database's it is retargeted, and the output comes back
     #[arg(long)]
     input: PathBuf,
+    /// A file that says which joint is which body part, where names and shape don't
+    #[arg(long)]
+    map: Option<PathBuf>,
     #[command(flatten)]
     wish: WishArgs,
     /// Where the output goes, a BVH file at the database's rate
@@ -47,9 +51,13 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let bytes = super::read_blob(&args.db)?;
     let database = super::open(&args.db, &bytes)?;
-    let input = Input::read(&args.input, &database)?;
+    let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
+    let input = Input::read_with(&args.input, &database, &map)?;
     for note in input.binding.notes() {
         eprintln!("{}: {note}", args.input.display());
+    }
+    for doubt in input.retarget().map(Retarget::doubts).unwrap_or_default() {
+        eprintln!("{}: retargeted; doubt: {doubt}", args.input.display());
     }
     if args.wish.method == "effort" {
         return whole(args, &database, &input);
@@ -83,6 +91,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
+    figures["retargeted"] = json!(input.retarget().is_some());
     if args.json {
         super::say(&figures)?;
     } else {

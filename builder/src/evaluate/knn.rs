@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use gestus_core::{
     Config, Database,
-    blob::layout::MAX_FEATURES,
+    blob::layout::{MAX_FEATURES, MAX_JOINTS},
     knn::{Limits, Metric, Searcher},
-    query::Window,
+    query::{ALIGNED, Window},
 };
 use serde_json::json;
 
@@ -28,7 +28,7 @@ use crate::{
 
 /// Neighbors wanted.
 const K: usize = 40;
-type Pose = gestus_core::Pose<{ gestus_core::blob::layout::MAX_JOINTS }>;
+type Pose = gestus_core::Pose<MAX_JOINTS>;
 
 /// Streams held-out clips through the search: every frame is a query to every class.
 ///
@@ -142,9 +142,10 @@ fn stream(
     let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
     let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
     let mut feature = [0.0; MAX_FEATURES];
+    let mut room = [0.0; ALIGNED * MAX_JOINTS];
     for (t, pose) in poses.iter().enumerate() {
         window.push(database, pose);
-        window.feature(database, &mut feature);
+        window.feature(database, &mut room, &mut feature);
         let metric = Metric::new(database, &feature, u8::MAX);
         for class in 0..counts.classes {
             let start = Instant::now();

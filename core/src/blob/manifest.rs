@@ -12,7 +12,8 @@ impl<'a> Names<'a> {
     /// The names in order.
     pub fn iter(self) -> impl Iterator<Item = &'a str> {
         // An empty string is an empty list, not a list of one empty name.
-        self.0.split('\n').filter(move |_| !self.0.is_empty())
+        // One char as a set of one: the search for a single char slices in a way that may panic.
+        self.0.split(['\n']).filter(move |_| !self.0.is_empty())
     }
 
     /// Name of that number.

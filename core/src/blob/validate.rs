@@ -5,11 +5,13 @@
 use super::{
     Counts, Database, Manifest,
     crc::crc32c,
+    dial,
     layout::{
         self, ALIGNMENT, DEGREE, ENTRIES, MAGIC, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES,
-        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag,
-        header, joint, query, section, timing,
+        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
+        joint, query, section, timing,
     },
+    models,
     read::{Record, f32_at, floats, u16_at, u32_at},
 };
 use crate::{
@@ -20,7 +22,7 @@ use crate::{
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
 const MOST_RECORDS: usize = 1 << 22;
 
-type Checked = Result<(), BlobError>;
+pub(super) type Checked = Result<(), BlobError>;
 
 /// Finds the sections and checks header, table, checksums and lengths.
 pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
@@ -113,6 +115,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let counts = counts(head)?;
     Ok(Database {
         counts,
+        identity: head.u32(header::CRC),
         rate_hz: head.f32(header::RATE),
         block_shift: counts.block_rows.trailing_zeros(),
         manifest,
@@ -154,21 +157,28 @@ fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
         clips: large(header::CLIPS),
     };
     let c = &counts;
+    // A blob that was cut to its models holds no frames, and nothing that is about frames.
+    let models_only = c.frames == 0;
+    let frameless = [c.features, c.window, c.classes, c.rows, c.timing, c.cycles, c.clips];
+    if models_only && frameless.iter().any(|&n| n != 0) {
+        return Err(BlobError::Value { section: 0, record: 8 });
+    }
+    let least = usize::from(!models_only);
     let fits = [
         (2..=MAX_JOINTS).contains(&c.joints),
         c.dofs == layout::dofs(c.joints),
-        (1..=MAX_FEATURES).contains(&c.features),
-        (1..=MAX_WINDOW).contains(&c.window),
+        (least..=MAX_FEATURES).contains(&c.features),
+        (least..=MAX_WINDOW).contains(&c.window),
         (1..=MAX_STYLES).contains(&c.styles),
         (1..=MAX_STYLES * 8).contains(&c.actions),
-        (1..=c.styles * c.actions).contains(&c.classes),
+        (least..=c.styles * c.actions).contains(&c.classes),
         (1..=MAX_GROUPS).contains(&c.groups),
-        (1..=MOST_RECORDS).contains(&c.frames),
+        (least..=MOST_RECORDS).contains(&c.frames),
         (c.frames..=MOST_RECORDS).contains(&c.rows),
         c.block_rows.is_power_of_two() && c.block_rows <= 64,
-        (1..=MAX_TIMING).contains(&c.timing),
-        (1..usize::from(NONE)).contains(&c.cycles),
-        (1..=MOST_RECORDS).contains(&c.clips),
+        (least..=MAX_TIMING).contains(&c.timing),
+        (least..usize::from(NONE)).contains(&c.cycles),
+        (least..=MOST_RECORDS).contains(&c.clips),
         (1.0..=1000.0).contains(&head.f32(header::RATE)),
     ];
     match fits.iter().position(|fit| !fit) {
@@ -189,22 +199,30 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     classes(db)?;
     blocks(db)?;
     timing_section(db)?;
-    db.optional(section::EFFORT).map_or(Ok(()), |bytes| effort_section(bytes, db.counts.styles))
+    models::linear(db)?;
+    models::statistics(db)?;
+    dial::effort(db)?;
+    let translates = db.counts.frames > 0
+        || db.optional(section::LTI).is_some()
+        || db.optional(section::STATISTIC).is_some();
+    if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
 }
 
 fn lengths(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let coordinates: usize =
         (0..c.features).map(|f| 3 * c.window * joints_of_group(db, db.feature_group(f))).sum();
+    let query =
+        if c.frames > 0 { query::components(c.window, c.joints, c.features) + 4 * coordinates } else { 0 };
     let need = [
         (section::SKELETON, db.skeleton, c.joints * joint::LENGTH + joint::TRAILER),
         (section::DOFS, db.dofs, c.dofs * dof_record::LENGTH),
-        (section::QUERY, db.query, query::components(c.window, c.joints, c.features) + 4 * coordinates),
+        (section::QUERY, db.query, query),
         (section::CLASSES, db.classes, c.classes * class::LENGTH),
         (section::CLIPS, db.clips, c.clips * clip::LENGTH),
         (section::CYCLES, db.cycles, c.cycles * cycle::LENGTH),
         (section::PAIRS, db.pairs, c.cycles * c.styles * 2),
-        (section::BLOCKS, db.blocks, c.rows.div_ceil(c.block_rows) * 4),
+        (section::BLOCKS, db.blocks, blocks_of(db) * 4),
         (section::FEATURES, db.features, c.frames * c.features),
         (section::GRAPH, db.graph, c.frames * 2 * DEGREE),
         (section::FLAGS, db.flags, c.frames),
@@ -224,6 +242,11 @@ fn lengths(db: &Database<'_>) -> Checked {
         });
     }
     Ok(())
+}
+
+/// Number of blocks that the rows fill; a block holds a power of two of them.
+fn blocks_of(db: &Database<'_>) -> usize {
+    (db.counts.rows + db.counts.block_rows - 1) >> db.block_shift
 }
 
 fn joints_of_group(db: &Database<'_>, group: usize) -> usize {
@@ -292,6 +315,9 @@ fn dofs(db: &Database<'_>) -> Checked {
 
 fn query_section(db: &Database<'_>) -> Checked {
     let c = &db.counts;
+    if c.frames == 0 {
+        return Ok(());
+    }
     let groups = query::groups(c.window, c.joints, c.features);
     let components = query::components(c.window, c.joints, c.features);
     let mut weight = 0.0;
@@ -421,7 +447,7 @@ fn rows_of_class(db: &Database<'_>, index: usize) -> Checked {
 fn blocks(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let mut next = 0;
-    for b in 0..c.rows.div_ceil(c.block_rows) {
+    for b in 0..blocks_of(db) {
         let start = u32_at(db.blocks, 4 * b) as usize;
         check(section::BLOCKS, b, start == next)?;
         let bytes = db.rows.get(start..).unwrap_or(&[]);
@@ -435,7 +461,7 @@ fn blocks(db: &Database<'_>) -> Checked {
         next = (start + block::header(c.dofs) + rows * row_bytes).next_multiple_of(2);
         check(section::ROWS, b, next <= db.rows.len())?;
     }
-    let need = next + block::PADDING;
+    let need = if c.rows > 0 { next + block::PADDING } else { 0 };
     if db.rows.len() != need {
         return Err(BlobError::Length {
             section: section::ROWS,
@@ -457,54 +483,11 @@ fn timing_section(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
-fn effort_section(bytes: &[u8], styles: usize) -> Checked {
-    let head = Record(bytes);
-    let bad = |record, fits| check(section::EFFORT, record, fits);
-    let length = |need| match bytes.len() == need {
-        true => Ok(()),
-        false => {
-            Err(BlobError::Length { section: section::EFFORT, need: as_u32(need), have: as_u32(bytes.len()) })
-        }
-    };
-    if bytes.len() < effort::table(styles) {
-        return length(effort::table(styles));
-    }
-    let mut nodes = 1usize;
-    for k in 0..3 {
-        let count = usize::from(u16_at(bytes, effort::NODES.start + 2 * k));
-        bad(k, (2..=effort::MAX_NODES).contains(&count))?;
-        nodes = nodes.saturating_mul(count);
-    }
-    bad(3, [effort::ESTIMATED, effort::GIVEN].contains(&head.u8(effort::LABELS)))?;
-    reserved(section::EFFORT, head.zero(effort::RESERVED))?;
-    let factor = |at| {
-        let value = f32_at(bytes, at);
-        (-10.0..=10.0).contains(&value).then_some(value)
-    };
-    for k in 0..3 {
-        let at = effort::AXES.start + 8 * k;
-        let ends = factor(at).zip(factor(at + 4));
-        // A hundredth at least: places on the axis stay finite.
-        bad(4 + k, ends.is_some_and(|(low, high)| high - low >= 0.01))?;
-        bad(7 + k, factor(effort::REST.start + 4 * k).is_some())?;
-    }
-    for i in 0..3 * styles {
-        bad(10 + i, factor(effort::styles() + 4 * i).is_some())?;
-    }
-    length(effort::table(styles) + nodes * styles)?;
-    let table = bytes.get(effort::table(styles)..).unwrap_or(&[]);
-    for node in 0..nodes {
-        let sum: u16 = Record::of(table, node, styles).0.iter().map(|&w| u16::from(w)).sum();
-        bad(10 + 3 * styles + node, sum == effort::WHOLE)?;
-    }
-    Ok(())
-}
-
-fn check(section: u16, record: usize, fits: bool) -> Checked {
+pub(super) fn check(section: u16, record: usize, fits: bool) -> Checked {
     if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }
 }
 
-fn reserved(section: u16, zero: bool) -> Checked {
+pub(super) fn reserved(section: u16, zero: bool) -> Checked {
     if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
 }
 
@@ -512,6 +495,6 @@ fn truncated(need: usize, have: usize) -> BlobError {
     BlobError::Truncated { need: as_u32(need), have: as_u32(have) }
 }
 
-fn as_u32(value: usize) -> u32 {
+pub(super) fn as_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }

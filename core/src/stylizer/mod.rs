@@ -1,18 +1,21 @@
 //! One step: a pose in, the same pose in another style out.
 
+mod configure;
 mod settings;
 
 pub(crate) use settings::Settings;
 
 use crate::{
-    Config, ConfigError, Degraded, Observer, Pose, Report,
+    Config, ConfigError, Degraded, Method, Observer, Pose, Report,
     blob::{
         Database,
         layout::{ROOT_DOFS, dof},
     },
     config::Yaw,
+    lti::Lti,
     mar::{Frame, Mar},
     pose::{self, Anchor, Dofs},
+    statistic::Statistic,
     timing::Timing,
 };
 
@@ -34,26 +37,22 @@ pub(crate) struct Signals<const J: usize> {
     pub output: Dofs<J>,
 }
 
-/// Turns a stream of poses into another style. Owns all the RAM it needs, whose size is a constant.
+/// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
-/// `J` joints, `K` neighbors a class, `C` classes: capacities, at least those of the database and configuration.
-#[derive(Debug, Clone)]
-pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
+/// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
+/// stack first, which has 4.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
     config: Config,
-    settings: Settings,
-    method: Mar<J, K, C>,
-    signals: Signals<J>,
-    input_anchor: Anchor,
-    output_anchor: Anchor,
-    last: Option<Pose<J>>,
 }
 
-impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
-    /// A stylizer that puts out the database's first style until told otherwise.
+impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
+    /// Compares what is needed with the capacities.
     ///
     /// # Errors
-    /// [`ConfigError`] where the database does not fit the capacities, or a parameter is out of its range.
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
     pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
         let counts = *database.counts();
         let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
@@ -65,17 +64,82 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
         }
         config.check(K)?;
+        if !config.method.is_held_by(&database) {
+            return Err(ConfigError::Method);
+        }
+        Ok(Self { database, config })
+    }
+
+    /// The stylizer, written straight to where the caller puts it.
+    #[inline(never)]
+    pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
         let zero = [[0.0; 4]; J];
-        Ok(Self {
-            database,
-            config,
+        Stylizer {
+            database: self.database,
+            config: self.config,
             settings: Settings::new(),
-            method: Mar::new(),
+            engine: Engine::new(self.config.method),
             signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             last: None,
-        })
+        }
+    }
+}
+
+/// The method and its state: all lie in the same place, which is as large as the largest, the mixture's.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
+enum Engine<const J: usize, const K: usize, const C: usize> {
+    Mar(Mar<J, K, C>),
+    Lti(Lti<J>),
+    Statistic(Statistic<J>),
+}
+
+impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
+    // A function of its own is given the place to write to; inlined, the state would be copied there.
+    #[inline(never)]
+    fn new(method: Method) -> Self {
+        match method {
+            Method::Mar => Self::Mar(Mar::new()),
+            Method::Lti => Self::Lti(Lti::new()),
+            Method::Statistic => Self::Statistic(Statistic::new()),
+        }
+    }
+
+    fn reset(&mut self) {
+        match self {
+            Self::Mar(mar) => mar.reset(),
+            Self::Lti(lti) => lti.reset(),
+            // A first frame starts its statistics.
+            Self::Statistic(_) => {}
+        }
+    }
+}
+
+/// Turns a stream of poses into another style. Owns all the RAM it needs, whose size is a constant.
+///
+/// `J` joints, `K` neighbors a class, `C` classes: capacities, at least those of the database and configuration.
+#[derive(Debug, Clone)]
+pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
+    database: Database<'db>,
+    config: Config,
+    settings: Settings,
+    engine: Engine<J, K, C>,
+    signals: Signals<J>,
+    input_anchor: Anchor,
+    output_anchor: Anchor,
+    last: Option<Pose<J>>,
+}
+
+impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
+    /// A stylizer that puts out the database's first style until told otherwise.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
+    pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
+        Ok(Fit::new(database, config)?.stylizer())
     }
 
     /// The database.
@@ -90,7 +154,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
-        self.method.reset();
+        self.engine.reset();
         self.last = None;
     }
 
@@ -117,7 +181,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let first = self.last.is_none();
         self.take_in(input, first);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
-        self.method.predict(frame, input, &mut self.signals, &mut report, observer);
+        let signals = &mut self.signals;
+        match &mut self.engine {
+            Engine::Mar(mar) => mar.predict(frame, input, signals, &mut report, observer),
+            Engine::Lti(lti) => lti.predict(frame, signals, &mut report),
+            Engine::Statistic(statistic) => statistic.predict(frame, input, signals, &mut report),
+        }
         self.put_out(first, &mut report, output);
 
         let signals = &mut self.signals;

@@ -2,7 +2,7 @@
 
 use super::Stylizer;
 use crate::{
-    ConfigError,
+    ConfigError, Method,
     blob::{
         Class,
         layout::{MAX_GROUPS, MAX_STYLES},
@@ -132,7 +132,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
-        if !self.database.classes().any(|c| matches(c, action, style)) {
+        // Only the mixture has to find frames; other methods take labels where they have something for them.
+        let searches = self.config.method == Method::Mar;
+        if searches && !self.database.classes().any(|c| matches(c, action, style)) {
             return Err(ConfigError::NoClass);
         }
         (self.settings.action, self.settings.input_style) = (action, style);

@@ -1,0 +1,84 @@
+//! `gestus retarget`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    bvh::{Bvh, Unit},
+    retarget::{MapFile, Retarget, check},
+    translate::read_clip,
+};
+use serde_json::json;
+
+/// Map a clip's skeleton to a database's: show the mapping, write the mapped clip, write the map for a board.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The database
+    #[arg(long)]
+    db: PathBuf,
+    /// The clip, a BVH file on any humanoid skeleton
+    #[arg(long)]
+    input: PathBuf,
+    /// A file that says which joint is which body part, where names and shape don't
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// Show the mapping and its doubts
+    #[arg(long)]
+    check: bool,
+    /// Where the clip on the database's skeleton goes, a BVH file in centimetres
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Where the map for the core goes: what a board needs to take poses of this skeleton
+    #[arg(long)]
+    section: Option<PathBuf>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    if !args.check && args.output.is_none() && args.section.is_none() {
+        bail!("nothing to do: give --check, -o OUT.bvh or --section OUT.gestus");
+    }
+    let bytes = super::read_blob(&args.db)?;
+    let database = super::open(&args.db, &bytes)?;
+    let file = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
+    let (_, binding, clip) = read_clip(&args.input)?;
+    for note in binding.notes() {
+        eprintln!("{}: {note}", args.input.display());
+    }
+    let place = || args.input.display().to_string();
+    let retarget = Retarget::new(&database, &clip, &file).with_context(place)?;
+    if let Some(path) = &args.output {
+        let mapped = retarget.bring(&clip);
+        let document = Bvh::from_clip(&mapped, Unit::Centimetres)?;
+        std::fs::write(path, document.to_text())
+            .with_context(|| format!("{} can't be written", path.display()))?;
+    }
+    if let Some(path) = &args.section {
+        std::fs::write(path, retarget.bytes())
+            .with_context(|| format!("{} can't be written", path.display()))?;
+    }
+    if args.json {
+        let mut object = check::json(&retarget);
+        object["input"] = json!(place());
+        object["frames"] = json!(clip.frames.len());
+        super::say(&object)
+    } else if args.check {
+        super::say(check::text(&retarget).trim_end())
+    } else {
+        let doubts = retarget.doubts();
+        for doubt in &doubts {
+            eprintln!("doubt: {doubt}");
+        }
+        super::say(format_args!(
+            "{}: {} frames, {} joints to {}, {} doubts",
+            place(),
+            clip.frames.len(),
+            clip.skeleton.joints(),
+            retarget.target.skeleton.joints(),
+            doubts.len()
+        ))
+    }
+}

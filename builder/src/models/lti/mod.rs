@@ -1,0 +1,137 @@
+//! Linear time-invariant models (paper 001, section 4).
+//!
+//! Joints are independent: each is a system of its own from the input's dofs to the output's ([`n4sid`]), so that
+//! few numbers have to be found from few examples. The root is two: posture (height and tilt), and motion (ground
+//! velocities and yaw rate), and its motion drives the logarithm of the time warp too (section 4.2). Inputs and
+//! outputs are normalised, each on its own. What is found is written by [`section`] and run by `gestus_core::lti`;
+//! [`clip`] runs it over a whole clip at once.
+
+pub mod clip;
+pub mod n4sid;
+pub mod section;
+
+use gestus_core::blob::layout::dof;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::{
+    correspond::Aligned,
+    footplant::{self, Footplant},
+    moments,
+};
+use n4sid::{Estimate, Signal, System};
+
+/// Smallest standard deviation that a dof is divided by, radians, metres, and their rates.
+const LEAST: f64 = 1e-3;
+/// Frames at the start of a stretch whose states have not settled.
+const UNSETTLED_S: f64 = 0.4;
+
+/// Dofs that move on their own.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    /// First input dof.
+    pub first_input: usize,
+    /// First output dof; D is the logarithm of the time warp.
+    pub first_output: usize,
+    /// The system between them, in normalised dofs.
+    pub system: System,
+    /// What the order was chosen by, descending.
+    pub singular_values: Vec<f64>,
+}
+
+/// A model of one output style.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Mean and standard deviation of each input dof. Shape `[D]`.
+    pub inputs: Vec<(f64, f64)>,
+    /// Mean and standard deviation of each output dof and of the logarithm of the time warp. Shape `[D + 1]`.
+    pub outputs: Vec<(f64, f64)>,
+    /// The units.
+    pub units: Vec<Unit>,
+    /// When the left and the right foot stand, by the states.
+    pub feet: [Footplant; 2],
+}
+
+impl Model {
+    /// States of all units.
+    pub fn states(&self) -> usize {
+        self.units.iter().map(|u| u.system.order()).sum()
+    }
+
+    /// Whether every number is one that the format holds.
+    pub fn is_usable(&self) -> bool {
+        let fits = |v: &f64| v.abs() < 9e3;
+        let feet = self.feet.iter().all(|f| f.projection.iter().chain([&f.boundary]).all(|v| v.abs() < 9e5));
+        let moments = self.inputs.iter().chain(&self.outputs).all(|(m, s)| m.abs() < 9e2 && *s < 9e2);
+        feet && moments
+            && self.units.iter().all(|u| {
+                let System { a, b, c, d } = &u.system;
+                [a, b, c, d].iter().all(|m| m.iter().all(fits))
+            })
+    }
+}
+
+/// Input and output dofs of the units of a body with D dofs: first and number of the inputs, of the outputs.
+fn units(dofs: usize) -> Vec<[usize; 4]> {
+    let rates = dof::JOINTS - dof::FORWARD;
+    let root = [
+        [0, dof::FORWARD, 0, dof::FORWARD],
+        [dof::FORWARD, rates, dof::FORWARD, rates],
+        [dof::FORWARD, rates, dofs, 1],
+    ];
+    let joints = (dof::JOINTS..dofs).step_by(3).map(|d| [d, 3, d, 3]);
+    root.into_iter().chain(joints).collect()
+}
+
+/// Estimates a model from stretches of input and output.
+///
+/// `None` where there are too few frames for any. Cost: for each unit one product of a Hankel matrix with itself.
+pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -> Option<Model> {
+    let dofs = stretches.first()?.inputs.first()?.len();
+    let column = |d: usize| stretches.iter().flat_map(move |s| s.inputs.iter().map(move |r| r[d]));
+    let output = |d: usize| stretches.iter().flat_map(move |s| s.outputs.iter().map(move |r| r[d]));
+    let inputs: Vec<(f64, f64)> = (0..dofs).map(|d| moments(column(d), LEAST)).collect();
+    let outputs: Vec<(f64, f64)> = (0..=dofs).map(|d| moments(output(d), LEAST)).collect();
+    let settled = (UNSETTLED_S * rate_hz) as usize;
+    let found: Vec<(Unit, Vec<DMatrix<f64>>)> = units(dofs)
+        .into_par_iter()
+        .map(|[first_input, m, first_output, p]| {
+            let signals: Vec<Signal> = stretches
+                .iter()
+                .map(|s| Signal {
+                    u: normalised(&s.inputs, first_input, m, &inputs),
+                    y: normalised(&s.outputs, first_output, p, &outputs),
+                })
+                .collect();
+            let Estimate { system, singular_values } = n4sid::estimate(&signals, settled, options)?;
+            let states = signals.iter().map(|s| system.states(&s.u)).collect();
+            Some((Unit { first_input, first_output, system, singular_values }, states))
+        })
+        .collect::<Option<_>>()?;
+    let (units, states): (Vec<Unit>, Vec<_>) = found.into_iter().unzip();
+    let (mut features, mut contacts) = (Vec::new(), Vec::new());
+    for (s, stretch) in stretches.iter().enumerate() {
+        for t in settled.min(stretch.inputs.len())..stretch.inputs.len() {
+            features.push(
+                states
+                    .iter()
+                    .flat_map(|unit| unit[s].column(t).iter().copied().collect::<Vec<_>>())
+                    .collect(),
+            );
+            contacts.push(stretch.contacts[t]);
+        }
+    }
+    let feet = [0, 1].map(|side| {
+        let stands: Vec<bool> = contacts.iter().map(|c| c[side]).collect();
+        footplant::fit(&features, &stands)
+    });
+    Some(Model { inputs, outputs, units, feet })
+}
+
+/// Some dofs of rows, normalised. Shape `[dofs x frames]`.
+fn normalised(rows: &[Vec<f64>], first: usize, count: usize, moments: &[(f64, f64)]) -> DMatrix<f64> {
+    DMatrix::from_fn(count, rows.len(), |d, t| {
+        let (mean, deviation) = moments[first + d];
+        (rows[t][first + d] - mean) / deviation
+    })
+}

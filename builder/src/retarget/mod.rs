@@ -1,0 +1,21 @@
+//! An incoming skeleton to the database's: which joint is which body part, how each lies in its joint's axes, and
+//! the map that the core reads.
+//!
+//! 1. [`identify`]: parts by a file ([`file`](mod@file)), by names ([`parts`]), by [`shape`];
+//! 2. [`anatomy`]: a frame for each part, in its joint's axes;
+//! 3. [`map`]: records and limbs, as bytes for `gestus_core::retarget`;
+//! 4. [`check`]: all of it in words.
+//!
+//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, named by paper 000, section 4.
+
+pub mod anatomy;
+pub mod check;
+pub mod file;
+pub mod identify;
+pub mod map;
+pub mod parts;
+pub mod shape;
+
+pub use file::{MapFile, MapFileError};
+pub use identify::{IdentifyError, Parts};
+pub use map::{MapError, Retarget};

@@ -1,0 +1,248 @@
+//! Linear time-invariant translation: the method of paper 001 (Hsu, Pulli, Popović 2005), as a stream.
+//!
+//! Every joint is a small system of its own, fed with its normalised dofs:
+//!
+//! `x[t+1] = A x[t] + B u[t]`, `y[t] = C x[t] + D u[t]` (eqs. 5 and 6)
+//!
+//! The root's motion drives one more output, the logarithm of the differential time warp, whose exponential is the
+//! step (section 4.1). The state is all that is remembered, from `x = 0` on a first frame (section 4.4); poles lie
+//! inside the unit circle, so that any state decays. Feet stand where a projection of the state lies beyond a
+//! boundary (section 4.5, "Annotation"); the state is the one that the frame leads to.
+//!
+//! **Unexpected input** (section 4.5, eqs. 7 and 8). `b = max over dofs of erf(|u| / (kc √2))^kp` of the input's
+//! distance from its mean in standard deviations is how much of the input is blended into the output. The function
+//! ascends, so the maximum is taken first, and erf and power once.
+//!
+//! **Several styles** are several models on the same input, summed by their weights (section 6). Their weights
+//! glide to those wanted, so that a model that begins at `x = 0` is not seen to begin.
+//!
+//! Cost: (n + p)(n + m) products a joint and model, where a joint has n states, m inputs and p outputs.
+
+use crate::{
+    Degraded, Report,
+    blob::{
+        LinearModel,
+        layout::{MAX_ORDER, dof},
+    },
+    mar::Frame,
+    math::{clamp, erf, exp, pow},
+    stylizer::Signals,
+};
+
+/// Most models that are blended.
+pub const BLENDED: usize = 4;
+/// Most that a weight changes in a frame.
+const GLIDE: f32 = 0.125;
+/// Inputs are held within this many standard deviations: states stay finite whatever comes.
+const FURTHEST: f32 = 1e3;
+/// The logarithm of the time warp is held within ±ln 4.
+const LOG_STEP: f32 = 1.386_294_4;
+
+/// A model that is running: which, how much of it is heard, and its states, unit after unit.
+#[derive(Debug, Clone)]
+struct Slot<const J: usize> {
+    model: Option<u16>,
+    weight: f32,
+    states: [[f32; MAX_ORDER]; J],
+}
+
+/// State of the method between frames.
+#[derive(Debug, Clone)]
+pub(crate) struct Lti<const J: usize> {
+    slots: [Slot<J>; BLENDED],
+    /// Weight of the input itself: its own style is one of those wanted.
+    plain: f32,
+}
+
+/// The models wanted and their weights.
+type Wanted = heapless::Vec<(u16, f32), BLENDED>;
+
+impl<const J: usize> Lti<J> {
+    /// No frame seen yet.
+    #[inline(never)]
+    pub const fn new() -> Self {
+        Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 }
+    }
+
+    /// Forgets the stream.
+    pub fn reset(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Predicts every dof, the time step and the contacts.
+    pub fn predict(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
+        let database = frame.database;
+        let (wanted, plain) = wanted(frame, report);
+        self.steer(&wanted, plain, frame.first);
+        if frame.first {
+            // A first pose has no frame before it: it moves as its kind does on average.
+            if let Some(&(index, _)) = wanted.first() {
+                let model = database.linear_model(usize::from(index));
+                let rates = signals.x.as_flattened_mut().iter_mut().enumerate();
+                rates.take(dof::JOINTS).skip(dof::FORWARD).for_each(|(d, v)| *v = model.dof(d)[0]);
+            }
+            signals.x_prev = signals.x;
+            signals.y_prev = signals.x;
+        }
+        let heard: f32 = self.plain + self.slots.iter().map(|s| s.weight).sum::<f32>();
+        let heard = if heard > 1e-6 { heard } else { 1.0 };
+        let share = self.plain / heard;
+        for (predicted, x) in signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened()) {
+            *predicted = share * x;
+        }
+        let input_step = 1.0 / database.rate_hz();
+        let mut step_s = share * input_step;
+        let mut standing = [0.0; 2];
+        for slot in self.slots.iter_mut() {
+            let Some(index) = slot.model else { continue };
+            let model = database.linear_model(usize::from(index));
+            report.bytes_read += model.bytes() as u32;
+            let share = slot.weight / heard;
+            let passed = slot.translate(&model, frame, share, signals, report);
+            // What dof D has gathered is the time step's; `translate` leaves it in `output`.
+            let log_step = signals.output.first().map_or(0.0, |quad| quad[0]);
+            step_s += share * input_step * exp((1.0 - passed) * clamp(log_step, -LOG_STEP, LOG_STEP));
+            for (side, standing) in standing.iter_mut().enumerate() {
+                let (boundary, projection) = model.foot(side);
+                let sum: f32 = slot.states.as_flattened().iter().zip(projection).map(|(a, b)| a * b).sum();
+                *standing += if sum > boundary { share } else { -share };
+            }
+        }
+        report.contacts = standing.map(|s| s > 0.0);
+        report.predicted_step_s = step_s;
+    }
+
+    /// Moves the weights towards those wanted.
+    fn steer(&mut self, wanted: &Wanted, plain: f32, at_once: bool) {
+        let glide = if at_once { 1.0 } else { GLIDE };
+        let towards = |from: f32, to: f32| from + clamp(to - from, -glide, glide);
+        self.plain = towards(self.plain, plain);
+        for slot in &mut self.slots {
+            let Some(model) = slot.model else { continue };
+            let weight = wanted.iter().find(|w| w.0 == model).map_or(0.0, |w| w.1);
+            slot.weight = towards(slot.weight, weight);
+            if slot.weight <= 0.0 {
+                *slot = Slot::FREE;
+            }
+        }
+        for &(model, weight) in wanted {
+            if self.slots.iter().any(|s| s.model == Some(model)) {
+                continue;
+            }
+            // Where none is free, one will be when it has faded.
+            if let Some(free) = self.slots.iter_mut().find(|s| s.model.is_none()) {
+                free.model = Some(model);
+                free.weight = towards(0.0, weight);
+            }
+        }
+    }
+}
+
+/// The models of the styles wanted, heaviest first, and the weight of the input's own style.
+fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
+    let database = frame.database;
+    let from = database.linear_from();
+    let mut wanted = Wanted::new();
+    let mut plain = 0.0;
+    let mut cut = false;
+    let styles = frame.settings.styles.iter().enumerate().take(database.counts().styles);
+    for (style, &weight) in styles.filter(|(_, w)| **w > 0.0) {
+        let style = style as u16;
+        if Some(style) == from {
+            plain += weight;
+            continue;
+        }
+        let Some(model) = database.linear_model_of(style, frame.settings.action) else { continue };
+        let at = wanted.partition_point(|w: &(u16, f32)| w.1 >= weight);
+        cut |= wanted.is_full();
+        if wanted.is_full() && at < BLENDED {
+            wanted.pop();
+        }
+        if at < BLENDED {
+            // There is room: a full list has just lost its last.
+            let _ = wanted.insert(at, (model as u16, weight));
+        }
+    }
+    report.degraded.set(Degraded::CLASSES, cut);
+    (wanted, plain)
+}
+
+impl<const J: usize> Slot<J> {
+    const FREE: Self = Self { model: None, weight: 0.0, states: [[0.0; MAX_ORDER]; J] };
+
+    /// One step of the model: adds its output, weighted, to what is predicted; `signals.output` ends with the
+    /// logarithm of the time warp in its first place. Returns how much of the input was blended in.
+    fn translate(
+        &mut self,
+        model: &LinearModel<'_>,
+        frame: Frame<'_, '_>,
+        share: f32,
+        signals: &mut Signals<J>,
+        report: &mut Report,
+    ) -> f32 {
+        let dofs = frame.database.counts().dofs;
+        // `output` holds the normalised input until the frame is put out.
+        let mut furthest = 0.0;
+        let inputs = signals.output.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
+        for (d, (u, &x)) in inputs.enumerate().take(dofs) {
+            let [mean, deviation, ..] = model.dof(d);
+            *u = clamp((x - mean) / deviation, -FURTHEST, FURTHEST);
+            let distance = crate::math::abs(*u);
+            furthest = if distance > furthest { distance } else { furthest };
+        }
+        report.distance2 =
+            if furthest * furthest > report.distance2 { furthest * furthest } else { report.distance2 };
+        let passed = blend(furthest, frame.config.confidence, frame.config.preference);
+        // Content that the data has never seen: the input itself.
+        let mixed = signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
+        mixed.take(dofs).for_each(|(predicted, x)| *predicted += share * passed * x);
+
+        let heard = share * (1.0 - passed);
+        let mut log_step = 0.0;
+        let mut states = self.states.as_flattened_mut();
+        for unit in model.units() {
+            let Some((own, rest)) = states.split_at_mut_checked(unit.order) else { break };
+            states = rest;
+            let mut numbers = unit.numbers;
+            let Some(u) = signals.output.as_flattened().get(unit.first_input..) else { break };
+            let Some(u) = u.get(..unit.inputs) else { break };
+            let mut next = [0.0; MAX_ORDER];
+            for slot in next.iter_mut().take(unit.order) {
+                *slot = own.iter().zip(&mut numbers).fold(0.0, |sum, (x, a)| sum + a * x);
+            }
+            for slot in next.iter_mut().take(unit.order) {
+                *slot = u.iter().zip(&mut numbers).fold(*slot, |sum, (u, b)| sum + b * u);
+            }
+            let mut outputs = [0.0; 4];
+            for slot in outputs.iter_mut().take(unit.outputs) {
+                *slot = own.iter().zip(&mut numbers).fold(0.0, |sum, (x, c)| sum + c * x);
+            }
+            for slot in outputs.iter_mut().take(unit.outputs) {
+                *slot = u.iter().zip(&mut numbers).fold(*slot, |sum, (u, d)| sum + d * u);
+            }
+            for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
+                let d = unit.first_output + i;
+                let [_, _, mean, deviation] = model.dof(d);
+                let value = mean + deviation * output;
+                if d >= dofs {
+                    log_step = value;
+                } else if let Some(slot) = signals.predicted.as_flattened_mut().get_mut(d) {
+                    *slot += heard * value;
+                }
+            }
+            for (slot, value) in own.iter_mut().zip(next) {
+                // A blob may be anything that is stable: a state that runs far is held.
+                *slot = clamp(value, -1e6, 1e6);
+            }
+        }
+        if let Some(quad) = signals.output.first_mut() {
+            quad[0] = log_step;
+        }
+        passed
+    }
+}
+
+/// How much of the input is blended in: `erf(distance / (kc √2))^kp`.
+fn blend(distance: f32, confidence: f32, preference: f32) -> f32 {
+    pow(erf(distance / (confidence * core::f32::consts::SQRT_2)), preference)
+}

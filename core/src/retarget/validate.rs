@@ -1,0 +1,150 @@
+//! What [`Map::open`] checks: where the tables lie and that their bytes are what was written, then every number.
+
+use super::{
+    Map, Side,
+    layout::{self, MAGIC, MAX_LIMBS, MAX_SOURCES, VERSION, header, joint, limb, record},
+};
+use crate::{
+    BlobError,
+    blob::{
+        crc::crc32c,
+        layout::{MAX_JOINTS, section},
+        read::{Record, floats},
+    },
+    quaternion::is_unit,
+};
+
+const SECTION: u16 = section::RETARGET;
+
+/// Finds the tables and checks header and checksum.
+pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
+    let head = Record(bytes);
+    let have = as_u32(bytes.len());
+    if bytes.len() < header::LENGTH {
+        return Err(BlobError::Truncated { need: as_u32(header::LENGTH), have });
+    }
+    if bytes.get(header::MAGIC) != Some(&MAGIC) {
+        return Err(BlobError::Magic);
+    }
+    let version = head.u16(header::VERSION);
+    if version != VERSION {
+        return Err(BlobError::Version { need: VERSION, have: version });
+    }
+    let total = head.u32(header::TOTAL);
+    if total != have {
+        return Err(BlobError::Truncated { need: total, have });
+    }
+    let (before, after) = (bytes.get(..header::CRC.start), bytes.get(header::CRC.end..));
+    let (before, after) = (before.unwrap_or(&[]), after.unwrap_or(&[]));
+    if crc32c(&[before, &[0; 4], after]) != head.u32(header::CRC) {
+        return Err(BlobError::Checksum { section: SECTION });
+    }
+    if !head.zero(header::RESERVED) {
+        return Err(BlobError::Reserved { section: SECTION });
+    }
+    let [sources, targets, limbs] =
+        [header::SOURCES, header::TARGETS, header::LIMBS].map(|r| usize::from(head.u16(r)));
+    let counted =
+        (2..=MAX_SOURCES).contains(&sources) && (2..=MAX_JOINTS).contains(&targets) && limbs <= MAX_LIMBS;
+    check(0, counted)?;
+    let need = layout::total(sources, targets, limbs);
+    if bytes.len() != need {
+        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have });
+    }
+    let mut at = header::LENGTH;
+    let mut table = |length: usize| {
+        let table = bytes.get(at..at + length).unwrap_or(&[]);
+        at += length;
+        table
+    };
+    let source_skeleton = table(sources * joint::LENGTH);
+    let target_skeleton = table(targets * joint::LENGTH);
+    let inwards = table(targets * record::LENGTH);
+    let outwards = table(sources * record::LENGTH);
+    Ok(Map {
+        bytes,
+        source: Side {
+            joints: sources,
+            skeleton: source_skeleton,
+            records: outwards,
+            hips: floats(bytes, header::SOURCE_HIPS.start),
+            ankle: head.f32(header::SOURCE_ANKLE),
+        },
+        target: Side {
+            joints: targets,
+            skeleton: target_skeleton,
+            records: inwards,
+            hips: floats(bytes, header::TARGET_HIPS.start),
+            ankle: head.f32(header::TARGET_ANKLE),
+        },
+        limbs: table(limbs * limb::LENGTH),
+        scale: head.f32(header::SCALE),
+        world: floats(bytes, header::WORLD.start),
+    })
+}
+
+/// Checks every number. Records are counted through the tables, from 1; 0 is the header.
+pub(super) fn contents(map: &Map<'_>) -> Result<(), BlobError> {
+    let near = |v: &f32| (-100.0..=100.0).contains(v);
+    let head = (0.01..=100.0).contains(&map.scale)
+        && is_unit(map.world)
+        && [map.source.hips, map.target.hips].iter().flatten().all(near)
+        && [map.source.ankle, map.target.ankle].iter().all(near);
+    check(0, head)?;
+    let limbs = map.limbs.len() / limb::LENGTH;
+    let mut number = 0;
+    for side in [&map.source, &map.target] {
+        for j in 0..side.joints {
+            number += 1;
+            let bytes = Record::of(side.skeleton, j, joint::LENGTH);
+            let parent = bytes.u8(joint::PARENT);
+            let parent_fits = if j == 0 { parent == u8::MAX } else { usize::from(parent) < j };
+            let offset: [f32; 3] = floats(bytes.0, joint::OFFSET.start);
+            let segment_fits = usize::from(bytes.u8(joint::SEGMENT)) <= 2 * limbs;
+            check(number, parent_fits && segment_fits && offset.iter().all(near))?;
+            zero(bytes.zero(joint::RESERVED))?;
+        }
+    }
+    for (side, other) in [(&map.target, &map.source), (&map.source, &map.target)] {
+        for j in 0..side.joints {
+            number += 1;
+            let bytes = Record::of(side.records, j, record::LENGTH);
+            let kind = bytes.u8(record::KIND);
+            let from = [0, 1].map(|i| usize::from(bytes.u8(record::FROM.start + i)));
+            let turns = [0, 16].map(|at| is_unit(floats(bytes.0, record::TURNS.start + at)));
+            let fits = (kind == record::FOLLOW || (kind == record::STAY && j > 0))
+                && from.iter().all(|&f| f < other.joints)
+                && (0.0..=1.0).contains(&bytes.f32(record::WEIGHT))
+                && turns == [true; 2];
+            check(number, fits)?;
+            zero(bytes.u8(record::RESERVED) == 0)?;
+        }
+    }
+    for l in 0..limbs {
+        number += 1;
+        let bytes = Record::of(map.limbs, l, limb::LENGTH);
+        // A limb's joints descend: parents come before their children.
+        let of = |at: usize, joints: usize| {
+            let [a, b, c] = [0, 1, 2].map(|i| usize::from(bytes.u8(at + i)));
+            a < b && b < c && c < joints
+        };
+        let fits = of(limb::SOURCE.start, map.source.joints)
+            && of(limb::TARGET.start, map.target.joints)
+            && [limb::LEG, limb::ARM].contains(&bytes.u8(limb::KIND));
+        check(number, fits)?;
+        zero(bytes.zero(limb::RESERVED))?;
+    }
+    Ok(())
+}
+
+fn check(record: usize, fits: bool) -> Result<(), BlobError> {
+    if fits { Ok(()) } else { Err(BlobError::Value { section: SECTION, record: as_u32(record) }) }
+}
+
+fn zero(zero: bool) -> Result<(), BlobError> {
+    if zero { Ok(()) } else { Err(BlobError::Reserved { section: SECTION }) }
+}
+
+fn as_u32(value: usize) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,217 @@
+//! The robot's state from tick to tick.
+
+use super::{
+    Robot,
+    hinges::about,
+    layout::MAX_CHAIN,
+    limits::Motion,
+    reach::{Link, reach},
+};
+use crate::{
+    ConfigError,
+    blob::layout::MAX_JOINTS,
+    math::{abs, clamp},
+    pose::Pose,
+    quaternion::{self, IDENTITY, Quaternion, Vector},
+};
+
+/// What a tick says about itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use = "it says whether the pose was held and how far the robot lags"]
+pub struct Driven {
+    /// The pose was none (NaN, no unit quaternions): the angles of the last one were kept as targets.
+    pub held: bool,
+    /// Hinges whose target is at an end of their range.
+    pub at_limit: u16,
+    /// Largest distance between a hinge and its target, radians.
+    pub lag: f32,
+    /// Largest way that a hand or foot is away from where it should be, as a target, metres.
+    pub missing_m: f32,
+}
+
+/// Drives up to `H` hinges: owns all the RAM, about 20 bytes a hinge.
+#[derive(Debug, Clone)]
+pub struct Drive<'r, const H: usize> {
+    robot: Robot<'r>,
+    motions: [Motion; H],
+    targets: [f32; H],
+}
+
+/// Orientation and place of a link, seen from the base.
+type Place = (Quaternion, Vector);
+
+impl<'r, const H: usize> Drive<'r, H> {
+    /// A robot that stands still at the given angles (those that its servos report; zero, or the nearest to it in
+    /// range, for hinges beyond the slice and for NaN).
+    ///
+    /// # Errors
+    /// [`ConfigError::Hinges`] where it has more than `H`.
+    pub fn new(robot: Robot<'r>, angles: &[f32]) -> Result<Self, ConfigError> {
+        let count = robot.hinges();
+        if count > H {
+            let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+            return Err(ConfigError::Hinges { need: short(count), have: short(H) });
+        }
+        let mut this = Self { robot, motions: [Motion::default(); H], targets: [0.0; H] };
+        for (h, (motion, target)) in this.motions.iter_mut().zip(&mut this.targets).enumerate().take(count) {
+            let limits = robot.limits(h);
+            let given = angles.get(h).copied().filter(|a| a.is_finite());
+            motion.position = given.unwrap_or(clamp(0.0, limits.low, limits.high));
+            *target = motion.position;
+        }
+        Ok(this)
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> Robot<'r> {
+        self.robot
+    }
+
+    /// Where the hinges are. Shape `[hinges]`.
+    pub fn motions(&self) -> &[Motion] {
+        self.motions.get(..self.robot.hinges()).unwrap_or(&self.motions)
+    }
+
+    /// Where they are going, within their ranges but not their rates. Shape `[hinges]`.
+    pub fn targets(&self) -> &[f32] {
+        self.targets.get(..self.robot.hinges()).unwrap_or(&self.targets)
+    }
+
+    /// The pulse of a hinge's servo, microseconds; 0 where there is no such hinge.
+    pub fn pulse(&self, hinge: usize) -> u16 {
+        match self.motions.get(hinge) {
+            Some(motion) if hinge < self.robot.hinges() => self.robot.servo(hinge).pulse(motion.position),
+            _ => 0,
+        }
+    }
+
+    /// One tick towards a pose. The first moves off from where the robot is, like any other: within all limits.
+    pub fn step<const J: usize>(&mut self, pose: &Pose<J>) -> Driven {
+        let mut driven = Driven::default();
+        let mut goals = self.targets;
+        if pose.is_valid(self.robot.joints().min(J)) {
+            driven.missing_m = self.angles(pose, &mut goals);
+        } else {
+            driven.held = true;
+        }
+        let tick = self.robot.tick_s();
+        let each = self.motions.iter_mut().zip(&mut self.targets).zip(goals);
+        for (h, ((motion, target), goal)) in each.enumerate().take(self.robot.hinges()) {
+            let limits = self.robot.limits(h);
+            let goal = if goal.is_finite() { clamp(goal, limits.low, limits.high) } else { *target };
+            *motion = limits.tick(*motion, goal, *target, tick);
+            *target = goal;
+            let lag = abs(goal - motion.position);
+            driven.lag = if lag > driven.lag { lag } else { driven.lag };
+            driven.at_limit += u16::from(goal <= limits.low || goal >= limits.high);
+        }
+        driven
+    }
+
+    /// The hinges' angles for a pose, within their ranges. Returns the largest way that a limb's end is away.
+    fn angles<const J: usize>(&self, pose: &Pose<J>, angles: &mut [f32; H]) -> f32 {
+        let robot = &self.robot;
+        // The body.
+        let mut turns = [IDENTITY; MAX_JOINTS];
+        let mut places = [[0.0; 3]; MAX_JOINTS];
+        let slots = turns.iter().zip(&places).len().min(J).min(robot.joints());
+        for (j, &rotation) in pose.rotations.iter().enumerate().take(slots) {
+            let (parent, offset) = robot.joint(j);
+            let before = parent.and_then(|p| Some((*turns.get(p)?, *places.get(p)?)));
+            let (turn, place) = match before {
+                Some((turn, place)) => {
+                    (quaternion::multiply(turn, rotation), add(place, quaternion::rotate(turn, offset)))
+                }
+                None => (rotation, [0.0; 3]),
+            };
+            if let (Some(t), Some(p)) = (turns.get_mut(j), places.get_mut(j)) {
+                (*t, *p) = (turn, place);
+            }
+        }
+        let root = turns.first().copied().unwrap_or(IDENTITY);
+        let to_base = quaternion::conjugate(quaternion::multiply(root, robot.base()));
+
+        // The robot, from the base outwards.
+        let mut links: [Place; H] = [(IDENTITY, [0.0; 3]); H];
+        let mut missing = 0.0;
+        for g in 0..robot.groups() {
+            let group = robot.group(g);
+            let parent = robot.hinge(group.first).parent;
+            let before = parent.and_then(|p| links.get(p).copied()).unwrap_or((IDENTITY, [0.0; 3]));
+            let joint = turns.get(group.joint).copied().unwrap_or(IDENTITY);
+            let wanted = quaternion::multiply(to_base, quaternion::multiply(joint, group.turn));
+            let seen = quaternion::multiply(quaternion::conjugate(before.0), wanted);
+            let turn = quaternion::multiply(seen, quaternion::conjugate(group.zero));
+            let at = |h: usize| self.targets.get(group.first + h).copied().unwrap_or(0.0);
+            let found = group.hinges.solve(turn, [at(0), at(1), at(2)]);
+            let range = group.first..group.first + group.hinges.count;
+            if let Some(slots) = angles.get_mut(range.clone()) {
+                slots.iter_mut().zip(found).for_each(|(slot, q)| *slot = q);
+            }
+            self.place(range, angles, &mut links);
+            if let Some(l) = group.limb {
+                let limb = robot.limb(l);
+                let [from, to] = limb.joints.map(|j| places.get(j).copied().unwrap_or([0.0; 3]));
+                let way = quaternion::rotate(to_base, sub(to, from));
+                let goal = way.map(|v| v * limb.scale);
+                let left = self.reach(limb, goal, angles, &mut links);
+                missing = if left > missing { left } else { missing };
+            }
+        }
+        missing
+    }
+
+    /// Forward kinematics of some hinges.
+    fn place(&self, range: core::ops::Range<usize>, angles: &[f32; H], links: &mut [Place; H]) {
+        for h in range {
+            let hinge = self.robot.hinge(h);
+            let before = hinge.parent.and_then(|p| links.get(p).copied()).unwrap_or((IDENTITY, [0.0; 3]));
+            let place = add(before.1, quaternion::rotate(before.0, hinge.offset));
+            let turn = quaternion::multiply(before.0, hinge.turn);
+            let angle = angles.get(h).copied().unwrap_or(0.0);
+            if let Some(slot) = links.get_mut(h) {
+                *slot = (quaternion::multiply(turn, about(hinge.axis, angle)), place);
+            }
+        }
+    }
+
+    /// Lets a limb reach; `goal` is seen from where it begins.
+    fn reach(&self, limb: super::Limb, goal: Vector, angles: &mut [f32; H], links: &mut [Place; H]) -> f32 {
+        let [first, last] = limb.hinges;
+        let none =
+            Link { offset: [0.0; 3], turn: IDENTITY, axis: [1.0, 0.0, 0.0], range: (0.0, 0.0), angle: 0.0 };
+        let mut chain = [none; MAX_CHAIN];
+        for (slot, h) in chain.iter_mut().zip(first..=last) {
+            let hinge = self.robot.hinge(h);
+            let limits = self.robot.limits(h);
+            *slot = Link {
+                offset: hinge.offset,
+                turn: hinge.turn,
+                axis: hinge.axis,
+                range: (limits.low, limits.high),
+                angle: angles.get(h).copied().unwrap_or(0.0),
+            };
+        }
+        let parent = self.robot.hinge(first).parent;
+        let before = parent.and_then(|p| links.get(p).copied()).map_or(IDENTITY, |l| l.0);
+        let count = (last + 1).saturating_sub(first);
+        let Some(used) = chain.get_mut(..count) else { return 0.0 };
+        let missing = reach(used, before, limb.tip, goal);
+        for (link, h) in used.iter().zip(first..=last) {
+            if let Some(slot) = angles.get_mut(h) {
+                *slot = link.angle;
+            }
+        }
+        self.place(first..last + 1, angles, links);
+        missing
+    }
+}
+
+fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}

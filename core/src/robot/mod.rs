@@ -1,0 +1,216 @@
+//! A pose of the database as what a robot with hinges can do: joint angles within their limits, and servo pulses.
+//!
+//! One tick walks through the modules in this order ([`Drive::step`]):
+//!
+//! 1. forward kinematics of the pose; each joint's orientation, seen from the hips, is what the link behind its
+//!    hinges should have;
+//! 2. [`hinges`] splits it into the angles of up to three hinges, group after group from the base outwards, each as
+//!    seen from where the hinges before it really got to;
+//! 3. [`reach`] corrects arms and legs, so that hands and feet are where the body's are, in the robot's proportions;
+//! 4. [`limits`] moves each hinge towards its angle within position, velocity, acceleration and jerk;
+//! 5. [`servo`] turns angles into pulses.
+//!
+//! The tables come from a blob of their own that the builder makes out of a URDF ([`layout`], `docs/FORMAT.md`).
+//! The base is free: where the robot stands, and whether it falls, is not decided here.
+
+mod drive;
+pub mod hinges;
+pub mod layout;
+pub mod limits;
+pub mod reach;
+pub mod servo;
+mod validate;
+
+pub use drive::{Drive, Driven};
+
+use crate::{
+    BlobError, ConfigError, Database,
+    blob::read::{Record, floats},
+    quaternion::{Quaternion, Vector},
+    retarget::fingerprint,
+};
+use hinges::Hinges;
+use layout::{group, header, hinge, joint, limb};
+use limits::Limits;
+use servo::Servo;
+
+/// A checked robot. Cheap to copy.
+#[derive(Debug, Clone, Copy)]
+pub struct Robot<'r> {
+    bytes: &'r [u8],
+    joints: &'r [u8],
+    hinges: &'r [u8],
+    groups: &'r [u8],
+    limbs: &'r [u8],
+}
+
+/// A hinge: where it sits and about what it turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Hinge {
+    /// The hinge that it hangs on; `None`: the base.
+    pub parent: Option<usize>,
+    /// Position in the frame behind the parent, metres.
+    pub offset: Vector,
+    /// From the frame behind the parent to its own, at zero.
+    pub turn: Quaternion,
+    /// Axis in its own frame, unit vector.
+    pub axis: Vector,
+}
+
+/// The hinges that stand for a joint.
+#[derive(Debug, Clone, Copy)]
+pub struct Group {
+    /// First hinge.
+    pub first: usize,
+    /// Joint of the database.
+    pub joint: usize,
+    /// Limb that reaches when this group is set.
+    pub limb: Option<usize>,
+    /// From the joint's frame to that of the link behind the hinges.
+    pub turn: Quaternion,
+    /// From the frame before the hinges to that behind them, at zero.
+    pub zero: Quaternion,
+    /// Axes, ranges and the direction to be pointed.
+    pub hinges: Hinges,
+}
+
+/// An arm or leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limb {
+    /// Where it begins and ends in the database's skeleton.
+    pub joints: [usize; 2],
+    /// First and last hinge.
+    pub hinges: [usize; 2],
+    /// Length of the robot's limb over the body's.
+    pub scale: f32,
+    /// Its end, in the frame behind the last hinge, metres.
+    pub tip: Vector,
+}
+
+impl<'r> Robot<'r> {
+    /// Checks a robot: magic, version, lengths, checksum, every index, every number.
+    ///
+    /// # Errors
+    /// [`BlobError`], with [`section::ROBOT`](crate::blob::layout::section::ROBOT) as its section.
+    pub fn open(bytes: &'r [u8]) -> Result<Self, BlobError> {
+        let robot = validate::split(bytes)?;
+        validate::contents(&robot)?;
+        Ok(robot)
+    }
+
+    /// Number of hinges.
+    pub fn hinges(&self) -> usize {
+        self.hinges.len() / hinge::LENGTH
+    }
+
+    /// Number of groups.
+    pub fn groups(&self) -> usize {
+        self.groups.len() / group::LENGTH
+    }
+
+    /// Joints of the database's skeleton.
+    pub fn joints(&self) -> usize {
+        self.joints.len() / joint::LENGTH
+    }
+
+    /// From one tick to the next, seconds.
+    pub fn tick_s(&self) -> f32 {
+        Record(self.bytes).f32(header::TICK)
+    }
+
+    /// From the database's root to the robot's base.
+    pub fn base(&self) -> Quaternion {
+        floats(self.bytes, header::BASE.start)
+    }
+
+    /// Checks that the robot was made for a database, and that `capacity` holds its hinges.
+    ///
+    /// # Errors
+    /// [`ConfigError::Hinges`] or [`ConfigError::Joints`].
+    pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
+        let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+        if self.hinges() > capacity {
+            return Err(ConfigError::Hinges { need: short(self.hinges()), have: short(capacity) });
+        }
+        let known = Record(self.bytes).u32(header::SKELETON);
+        if self.joints() != database.counts().joints || known != fingerprint(database) {
+            return Err(ConfigError::Joints {
+                need: short(self.joints()),
+                have: short(database.counts().joints),
+            });
+        }
+        Ok(())
+    }
+
+    /// Parent and offset of a joint of the database's skeleton.
+    fn joint(&self, index: usize) -> (Option<usize>, Vector) {
+        let bytes = Record::of(self.joints, index, joint::LENGTH);
+        let parent = bytes.u8(joint::PARENT);
+        ((parent != u8::MAX).then_some(usize::from(parent)), floats(bytes.0, joint::OFFSET.start))
+    }
+
+    /// Hinge `index`.
+    pub fn hinge(&self, index: usize) -> Hinge {
+        let bytes = Record::of(self.hinges, index, hinge::LENGTH);
+        let parent = bytes.u8(hinge::PARENT);
+        Hinge {
+            parent: (parent != layout::BASE).then_some(usize::from(parent)),
+            offset: floats(bytes.0, hinge::OFFSET.start),
+            turn: floats(bytes.0, hinge::TURN.start),
+            axis: floats(bytes.0, hinge::AXIS.start),
+        }
+    }
+
+    /// Limits of hinge `index`.
+    pub fn limits(&self, index: usize) -> Limits {
+        let bytes = Record::of(self.hinges, index, hinge::LENGTH);
+        let [low, high, velocity, acceleration, jerk] = floats(bytes.0, hinge::LIMITS.start);
+        Limits { low, high, velocity, acceleration, jerk }
+    }
+
+    /// Servo of hinge `index`.
+    pub fn servo(&self, index: usize) -> Servo {
+        let bytes = Record::of(self.hinges, index, hinge::LENGTH);
+        let [centre_us, gain_us, zero, least_us, greatest_us] = floats(bytes.0, hinge::SERVO.start);
+        Servo { centre_us, gain_us, zero, least_us, greatest_us }
+    }
+
+    /// Group `index`.
+    pub fn group(&self, index: usize) -> Group {
+        let bytes = Record::of(self.groups, index, group::LENGTH);
+        let axis = |i: usize| -> Vector { floats(bytes.0, group::AXES.start + 12 * i) };
+        let first = usize::from(bytes.u8(group::FIRST));
+        let zero: Quaternion = floats(bytes.0, group::ZERO.start);
+        let range = |i: usize| {
+            let limits = self.limits(first + i);
+            (limits.low, limits.high)
+        };
+        Group {
+            first,
+            joint: usize::from(bytes.u8(group::JOINT)),
+            limb: usize::from(bytes.u8(group::LIMB)).checked_sub(1),
+            turn: floats(bytes.0, group::TURN.start),
+            zero,
+            hinges: Hinges {
+                count: usize::from(bytes.u8(group::COUNT)),
+                axes: [axis(0), axis(1), axis(2)],
+                pointed: crate::quaternion::rotate(zero, floats(bytes.0, group::POINTED.start)),
+                ranges: [range(0), range(1), range(2)],
+            },
+        }
+    }
+
+    /// Limb `index`.
+    pub fn limb(&self, index: usize) -> Limb {
+        let bytes = Record::of(self.limbs, index, limb::LENGTH);
+        let pair = |at: usize| [usize::from(bytes.u8(at)), usize::from(bytes.u8(at + 1))];
+        Limb {
+            joints: pair(limb::JOINTS.start),
+            hinges: pair(limb::HINGES.start),
+            scale: bytes.f32(limb::SCALE),
+            tip: floats(bytes.0, limb::TIP.start),
+        }
+    }
+}

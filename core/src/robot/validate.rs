@@ -1,0 +1,148 @@
+//! What [`Robot::open`] checks: where the tables lie and that their bytes are what was written, then every number.
+
+use super::{
+    Robot,
+    layout::{self, MAGIC, MAX_CHAIN, MAX_HINGES, MAX_LIMBS, VERSION, group, header, hinge, joint, limb},
+};
+use crate::{
+    BlobError,
+    blob::{
+        crc::crc32c,
+        layout::{MAX_JOINTS, section},
+        read::{Record, floats},
+    },
+    quaternion::is_unit,
+};
+
+const SECTION: u16 = section::ROBOT;
+
+/// Finds the tables and checks header and checksum.
+pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
+    let head = Record(bytes);
+    let have = as_u32(bytes.len());
+    if bytes.len() < header::LENGTH {
+        return Err(BlobError::Truncated { need: as_u32(header::LENGTH), have });
+    }
+    if bytes.get(header::MAGIC) != Some(&MAGIC) {
+        return Err(BlobError::Magic);
+    }
+    let version = head.u16(header::VERSION);
+    if version != VERSION {
+        return Err(BlobError::Version { need: VERSION, have: version });
+    }
+    let total = head.u32(header::TOTAL);
+    if total != have {
+        return Err(BlobError::Truncated { need: total, have });
+    }
+    let (before, after) = (bytes.get(..header::CRC.start), bytes.get(header::CRC.end..));
+    let (before, after) = (before.unwrap_or(&[]), after.unwrap_or(&[]));
+    if crc32c(&[before, &[0; 4], after]) != head.u32(header::CRC) {
+        return Err(BlobError::Checksum { section: SECTION });
+    }
+    if !head.zero(header::RESERVED_1) || !head.zero(header::RESERVED_2) {
+        return Err(BlobError::Reserved { section: SECTION });
+    }
+    let [joints, hinges, groups, limbs] =
+        [header::TARGETS, header::HINGES, header::GROUPS, header::LIMBS].map(|r| usize::from(head.u16(r)));
+    let counted = (2..=MAX_JOINTS).contains(&joints)
+        && (1..=MAX_HINGES).contains(&hinges)
+        && (1..=hinges).contains(&groups)
+        && limbs <= MAX_LIMBS;
+    check(0, counted)?;
+    let need = layout::total(joints, hinges, groups, limbs);
+    if bytes.len() != need {
+        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have });
+    }
+    let mut at = header::LENGTH;
+    let mut table = |length: usize| {
+        let table = bytes.get(at..at + length).unwrap_or(&[]);
+        at += length;
+        table
+    };
+    Ok(Robot {
+        bytes,
+        joints: table(joints * joint::LENGTH),
+        hinges: table(hinges * hinge::LENGTH),
+        groups: table(groups * group::LENGTH),
+        limbs: table(limbs * limb::LENGTH),
+    })
+}
+
+/// Checks every number. Records are counted through the tables, from 1; 0 is the header.
+pub(super) fn contents(robot: &Robot<'_>) -> Result<(), BlobError> {
+    let near = |v: &f32| (-100.0..=100.0).contains(v);
+    let axis_fits = |v: [f32; 3]| is_unit([v[0], v[1], v[2], 0.0]);
+    check(0, (1e-4..=1.0).contains(&robot.tick_s()) && is_unit(robot.base()))?;
+    let mut number = 0;
+    for j in 0..robot.joints() {
+        number += 1;
+        let (parent, offset) = robot.joint(j);
+        let parent_fits = if j == 0 { parent.is_none() } else { parent.is_some_and(|p| p < j) };
+        check(number, parent_fits && offset.iter().all(near))?;
+        zero(Record::of(robot.joints, j, joint::LENGTH).zero(joint::RESERVED))?;
+    }
+    for h in 0..robot.hinges() {
+        number += 1;
+        let record = robot.hinge(h);
+        let fits = record.parent.is_none_or(|p| p < h)
+            && record.offset.iter().all(near)
+            && is_unit(record.turn)
+            && axis_fits(record.axis)
+            && robot.limits(h).is_valid()
+            && robot.servo(h).is_valid();
+        check(number, fits)?;
+        zero(Record::of(robot.hinges, h, hinge::LENGTH).zero(hinge::RESERVED))?;
+    }
+    let chained = |first: usize, last: usize| {
+        (first + 1..=last).all(|h| h < robot.hinges() && robot.hinge(h).parent == Some(h - 1))
+    };
+    let limbs = robot.limbs.len() / limb::LENGTH;
+    let mut next = 0;
+    for g in 0..robot.groups() {
+        number += 1;
+        let record = robot.group(g);
+        let count = record.hinges.count;
+        let bytes = Record::of(robot.groups, g, group::LENGTH);
+        let pointed: [f32; 3] = floats(bytes.0, group::POINTED.start);
+        // Groups are in the order of their hinges, and no hinge is in two.
+        let fits = (1..=3).contains(&count)
+            && record.first >= next
+            && record.first + count <= robot.hinges()
+            && chained(record.first, record.first + count - 1)
+            && record.joint < robot.joints()
+            && record.limb.is_none_or(|l| l < limbs)
+            && is_unit(record.turn)
+            && is_unit(record.zero)
+            && record.hinges.axes.iter().take(count).all(|&a| axis_fits(a))
+            && record.hinges.axes.iter().flatten().all(near)
+            && axis_fits(pointed);
+        check(number, fits)?;
+        next = record.first + count;
+    }
+    for l in 0..limbs {
+        number += 1;
+        let record = robot.limb(l);
+        let [first, last] = record.hinges;
+        let fits = record.joints.iter().all(|&j| j < robot.joints())
+            && first <= last
+            && last < robot.hinges()
+            && last - first < MAX_CHAIN
+            && chained(first, last)
+            && (1e-3..=100.0).contains(&record.scale)
+            && record.tip.iter().all(near);
+        check(number, fits)?;
+    }
+    Ok(())
+}
+
+fn check(record: usize, fits: bool) -> Result<(), BlobError> {
+    if fits { Ok(()) } else { Err(BlobError::Value { section: SECTION, record: as_u32(record) }) }
+}
+
+fn zero(zero: bool) -> Result<(), BlobError> {
+    if zero { Ok(()) } else { Err(BlobError::Reserved { section: SECTION }) }
+}
+
+fn as_u32(value: usize) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,178 @@
+//! Statistical transfer: the method of paper 002, as a stream.
+//!
+//! A style is the mean and the spread of every joint's rotation. The input's rotation `q_s` is turned so that its
+//! mean is the output's, and moved along the geodesic from there so that its spread is the output's:
+//!
+//! `q' = q_s (q̄_s⁻¹ q̄_r)`, `q_t = Slerp(σ_r / σ_s, q̄_r, q')` (section 5.4, eq. 7)
+//!
+//! The root's height and ground velocity are scaled number by number (eq. 4): its translation is taken from frame
+//! to frame, so that where the body is does not count. Its turning passes through, and so does time.
+//!
+//! `q̄_r`, `σ_r` are a table in the blob; blends of styles blend tables. The input's `q̄_s`, `σ_s` are those of the
+//! labelled input style, or of the style that the blob names; or, where a half-life is given, an estimate that
+//! starts there and follows the stream: `q̄ ← Slerp(α, q̄, q)`, `σ² ← σ² + α (d(q̄, q)² - σ²)`, with
+//! `α = 1 - 2^(-dt / half-life)`.
+//!
+//! Feet stand where a projection of the input's dofs lies beyond a boundary: where the content's feet stand, the
+//! output's do. Cost: two slerps' worth of trigonometry a joint, whatever the number of frames behind the tables.
+
+use crate::{
+    Pose, Report,
+    blob::{
+        Database, Table,
+        layout::{ROOT_DOFS, dof},
+    },
+    mar::Frame,
+    math::{clamp, exp, sqrt},
+    quaternion::{self, IDENTITY, Quaternion},
+    stylizer::Signals,
+};
+
+/// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
+const MOST_SCALE: f32 = 4.0;
+/// Dofs of the root that are scaled as numbers.
+const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];
+
+/// State of the method between frames: the input's running statistics.
+#[derive(Debug, Clone)]
+pub(crate) struct Statistic<const J: usize> {
+    /// Mean and variance of the root's numbers.
+    root: [[f32; 2]; 3],
+    means: [Quaternion; J],
+    /// Variance around the means, squared radians.
+    variances: [f32; J],
+}
+
+impl<const J: usize> Statistic<J> {
+    /// No frame seen yet.
+    #[inline(never)]
+    pub const fn new() -> Self {
+        Self { root: [[0.0, 1.0]; 3], means: [IDENTITY; J], variances: [1.0; J] }
+    }
+
+    /// Predicts every dof and the contacts; time passes as it does in the input.
+    pub fn predict(
+        &mut self,
+        frame: Frame<'_, '_>,
+        input: &Pose<J>,
+        signals: &mut Signals<J>,
+        report: &mut Report,
+    ) {
+        let database = frame.database;
+        let settings = frame.settings;
+        let style = settings.input_style.or(database.statistic_from()).unwrap_or(0);
+        let Some(source) = database.table_of(style, settings.action) else {
+            signals.predicted = signals.x;
+            return;
+        };
+        report.bytes_read += source.bytes() as u32;
+        let running = frame.config.halflife_s > 0.0;
+        if frame.first {
+            self.start(database, &source);
+            for (i, d) in ROOT.into_iter().enumerate().skip(1) {
+                set(signals.x.as_flattened_mut(), d, source.root(i)[0]);
+            }
+            signals.x_prev = signals.x;
+            signals.y_prev = signals.x;
+        }
+        signals.predicted = signals.x;
+
+        let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
+        let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
+        let styles = || {
+            let all = settings.styles.iter().enumerate().take(database.counts().styles);
+            all.filter(|(_, w)| **w > 0.0)
+                .filter_map(|(s, &w)| Some((database.table_of(s as u16, settings.action)?, w)))
+        };
+        report.bytes_read += styles().map(|(t, _)| t.bytes() as u32).sum::<u32>();
+
+        let mut furthest = 0.0;
+        for (i, (d, own)) in ROOT.into_iter().zip(&mut self.root).enumerate() {
+            let x = signals.x.as_flattened().get(d).copied().unwrap_or(0.0);
+            let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
+            let (mut to_mean, mut to_deviation) = (0.0, 0.0);
+            for (table, weight) in styles() {
+                let [mean, deviation] = table.root(i);
+                to_mean += weight * mean;
+                to_deviation += weight * deviation;
+            }
+            let offset = x - mean;
+            furthest = further(furthest, crate::math::abs(offset), deviation);
+            set(signals.predicted.as_flattened_mut(), d, to_mean + scale(to_deviation, deviation) * offset);
+            own[0] += alpha * offset;
+            own[1] += alpha * (offset * offset - own[1]);
+        }
+
+        // The root's tilt is its orientation without the heading, which its dofs hold.
+        let tilt =
+            signals.x.as_flattened().get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
+        let upright = quaternion::multiply(database.joint(0).mean, quaternion::exp(tilt));
+        let states = self.means.iter_mut().zip(&mut self.variances);
+        for (j, (&rotation, (own, variance))) in
+            input.rotations.iter().zip(states).enumerate().take(database.counts().joints)
+        {
+            let q = if j == 0 { upright } else { rotation };
+            let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
+            let (mut to_mean, mut to_deviation, mut total) = (IDENTITY, 0.0, 0.0);
+            for (table, weight) in styles() {
+                let (mean, deviation) = table.joint(j);
+                total += weight;
+                // A weighted mean, one table after the other (eq. 6).
+                to_mean =
+                    if total > weight { quaternion::slerp(weight / total, to_mean, mean) } else { mean };
+                to_deviation += weight * deviation;
+            }
+            let turn = quaternion::multiply(quaternion::conjugate(mean), to_mean);
+            let aligned = quaternion::multiply(q, turn);
+            let moved = quaternion::slerp(scale(to_deviation, deviation), to_mean, aligned);
+            // The map relative to the database's mean.
+            let map =
+                quaternion::log(quaternion::multiply(quaternion::conjugate(database.joint(j).mean), moved));
+            let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
+            for (i, v) in map.into_iter().enumerate() {
+                set(signals.predicted.as_flattened_mut(), first + i, v);
+            }
+            if running {
+                let distance = quaternion::angle(mean, q);
+                furthest = further(furthest, distance, deviation);
+                *own = quaternion::slerp(alpha, *own, q);
+                *variance += alpha * (distance * distance - *variance);
+            }
+        }
+        report.distance2 = furthest * furthest;
+        for (side, contact) in report.contacts.iter_mut().enumerate() {
+            let (boundary, projection) = source.foot(side);
+            let sum: f32 = signals.x.as_flattened().iter().zip(projection).map(|(a, b)| a * b).sum();
+            *contact = sum > boundary;
+        }
+    }
+
+    /// The running statistics begin with the stored ones.
+    fn start(&mut self, database: &Database<'_>, source: &Table<'_>) {
+        for (i, own) in self.root.iter_mut().enumerate() {
+            let [mean, deviation] = source.root(i);
+            *own = [mean, deviation * deviation];
+        }
+        let joints = self.means.iter_mut().zip(&mut self.variances).take(database.counts().joints);
+        for (j, (own, variance)) in joints.enumerate() {
+            let (mean, deviation) = source.joint(j);
+            *own = mean;
+            *variance = deviation * deviation;
+        }
+    }
+}
+
+fn set(dofs: &mut [f32], dof: usize, value: f32) {
+    if let Some(slot) = dofs.get_mut(dof) {
+        *slot = value;
+    }
+}
+
+fn scale(to: f32, from: f32) -> f32 {
+    clamp(to / if from > 1e-6 { from } else { 1e-6 }, 0.0, MOST_SCALE)
+}
+
+fn further(furthest: f32, distance: f32, deviation: f32) -> f32 {
+    let distance = distance / if deviation > 1e-6 { deviation } else { 1e-6 };
+    if distance > furthest { distance } else { furthest }
+}

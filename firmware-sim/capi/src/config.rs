@@ -1,0 +1,75 @@
+//! What a stylizer can be told when it is made.
+
+use gestus_core::{Config, timing::Timing};
+
+use crate::{
+    memory,
+    profile::GestusProfile,
+    status::{Answer, GestusStatus, status},
+};
+
+/// What a stylizer can be told when it is made. Fill it by `gestus_config_default`, then change what is to be
+/// different.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GestusConfig {
+    /// Neighbors a class, 1 to what the profile takes. Default: 40, or what the profile takes.
+    pub neighbors: u32,
+    /// Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 320.
+    pub visits: u32,
+    /// Most classes of a frame, 1 to 8. Default 8.
+    pub classes: u32,
+    /// Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
+    pub timing: u32,
+}
+
+// SAFETY: four u32 have no padding and no invalid patterns.
+unsafe impl memory::Plain for GestusConfig {}
+
+/// Policies for the output's time.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GestusTiming {
+    /// Poses carry their predicted time steps: the output runs on its own timeline.
+    Free = 0,
+    /// One pose in, one pose out, at the input's rate.
+    Sync = 1,
+}
+
+impl GestusConfig {
+    pub(crate) fn of(profile: GestusProfile) -> Self {
+        let (k, _, visits, _) = Config::new().search_limits();
+        let neighbors = u32::from(k.min(profile.neighbors()));
+        Self { neighbors, visits: visits.into(), classes: 8, timing: GestusTiming::Free as u32 }
+    }
+
+    /// The core's configuration; what does not fit its types is out of its range.
+    pub(crate) fn read(self) -> Answer<Config> {
+        let short = |value: u32| u16::try_from(value).map_err(|_| GestusStatus::Parameter);
+        let timing = match self.timing {
+            0 => Timing::Free,
+            1 => Timing::Sync,
+            _ => return Err(GestusStatus::Parameter),
+        };
+        let classes = u8::try_from(self.classes).map_err(|_| GestusStatus::Parameter)?;
+        Ok(Config::new()
+            .k(short(self.neighbors)?)
+            .visits(short(self.visits)?)
+            .classes(classes)
+            .timing(timing))
+    }
+}
+
+/// Fills a configuration with the defaults of a profile.
+///
+/// Answers `GESTUS_STATUS_PROFILE`, `_NULL`, `_MISALIGNED`.
+///
+/// # Safety
+/// `config` points at memory for a `GestusConfig`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_config_default(profile: u32, config: *mut GestusConfig) -> GestusStatus {
+    status(GestusProfile::of(profile).and_then(|profile| {
+        // SAFETY: the caller's word.
+        unsafe { memory::put(config, &[GestusConfig::of(profile)]) }
+    }))
+}

@@ -1,0 +1,132 @@
+//! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
+//! compiled.
+
+use gestus_core::{Config, ConfigError, Database, Pose, Report, Stylizer, quaternion::Quaternion};
+
+use crate::{
+    handle::Cell,
+    status::{Answer, GestusStatus},
+};
+
+/// Capacities of a stylizer. Arguments named `profile` take one of these numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GestusProfile {
+    /// Up to 22 joints, 40 neighbors a class and 28 classes.
+    Standard = 0,
+    /// Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
+    Small = 1,
+}
+
+/// Bytes that are enough for a stylizer of the profile `GESTUS_PROFILE_STANDARD`, on every target: for memory that
+/// has to be declared before the program runs. `gestus_stylizer_size` tells the exact number.
+pub const GESTUS_STANDARD_BYTES: usize = 32768;
+/// The same for `GESTUS_PROFILE_SMALL`.
+pub const GESTUS_SMALL_BYTES: usize = 16384;
+
+/// Stylizer of the standard profile.
+pub(crate) type Standard = Stylizer<'static, 22, 40, 28>;
+/// Stylizer of the small profile.
+pub(crate) type Small = Stylizer<'static, 12, 16, 8>;
+
+const _: () = {
+    assert!(size_of::<Cell<Standard>>() <= GESTUS_STANDARD_BYTES);
+    assert!(size_of::<Cell<Small>>() <= GESTUS_SMALL_BYTES);
+};
+
+impl GestusProfile {
+    /// The profile of that number, where this library has it.
+    pub(crate) fn of(number: u32) -> Answer<Self> {
+        match number {
+            0 if cfg!(feature = "standard") => Ok(Self::Standard),
+            1 if cfg!(feature = "small") => Ok(Self::Small),
+            _ => Err(GestusStatus::Profile),
+        }
+    }
+
+    /// The profile of an object's kind.
+    pub(crate) fn of_kind(kind: u32) -> Answer<Self> {
+        Self::of(kind).map_err(|_| GestusStatus::Handle)
+    }
+
+    /// Bytes and alignment of a stylizer.
+    pub(crate) fn layout(self) -> (usize, usize) {
+        match self {
+            Self::Standard => (size_of::<Cell<Standard>>(), align_of::<Cell<Standard>>()),
+            Self::Small => (size_of::<Cell<Small>>(), align_of::<Cell<Small>>()),
+        }
+    }
+
+    /// Neighbors that it has room for.
+    pub(crate) fn neighbors(self) -> u16 {
+        match self {
+            Self::Standard => 40,
+            Self::Small => 16,
+        }
+    }
+}
+
+/// A stylizer of any capacity.
+pub(crate) trait Running {
+    fn database(&self) -> &Database<'static>;
+    fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
+    fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError>;
+    fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
+    fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
+    fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
+    fn reset(&mut self);
+    /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
+    fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report;
+}
+
+impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'static, J, K, C> {
+    fn database(&self) -> &Database<'static> {
+        self.database()
+    }
+
+    fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
+        self.set_style(weights)
+    }
+
+    fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError> {
+        self.set_action(action)
+    }
+
+    fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError> {
+        self.set_input_style(style)
+    }
+
+    fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError> {
+        self.set_mask(group, searched)
+    }
+
+    fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
+        self.set_strength(group, strength)
+    }
+
+    fn reset(&mut self) {
+        self.reset();
+    }
+
+    fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report {
+        let mut input = Pose::<J> { position: *position, ..Pose::IDENTITY };
+        for (slot, &rotation) in input.rotations.iter_mut().zip(rotations.iter()) {
+            *slot = rotation;
+        }
+        let mut output = Pose::IDENTITY;
+        let report = self.step(&input, &mut output);
+        *position = output.position;
+        for (slot, rotation) in rotations.iter_mut().zip(output.rotations) {
+            *slot = rotation;
+        }
+        report
+    }
+}
+
+/// Makes a stylizer.
+pub(crate) fn make<const J: usize, const K: usize, const C: usize>(
+    database: Database<'static>,
+    config: Config,
+) -> Answer<Stylizer<'static, J, K, C>> {
+    Ok(Stylizer::new(database, config)?)
+}

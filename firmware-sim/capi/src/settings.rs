@@ -1,0 +1,195 @@
+//! Settings of a stylizer: style, labels, masks and strengths. All may change while a stream runs; one that is refused
+//! leaves what was in force.
+
+use core::ffi::c_char;
+
+use gestus_core::{ConfigError, blob::layout::MAX_STYLES};
+
+use crate::{
+    memory::{self, Region, disjoint},
+    profile::Running,
+    status::{Answer, GestusStatus, status},
+    stylizer::{GestusStylizer, running},
+};
+
+/// Does something with a stylizer.
+///
+/// # Safety
+/// As for [`running`].
+unsafe fn with(
+    stylizer: *mut GestusStylizer,
+    change: impl FnOnce(&mut dyn Running) -> Result<(), ConfigError>,
+) -> GestusStatus {
+    // SAFETY: the caller's word.
+    status(unsafe { running(stylizer) }.and_then(|(stylizer, _)| Ok(change(stylizer)?)))
+}
+
+/// Sets the output style: `count` numbers of styles and their weights, which are brought to sum 1. A style may come
+/// more than once; its weights add up.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such style), `_WEIGHTS` (`count` is 0 or above 32, a weight is negative or not
+/// finite, or all are 0), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array with the stylizer).
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_style(
+    stylizer: *mut GestusStylizer,
+    styles: *const u16,
+    weights: *const f32,
+    count: usize,
+) -> GestusStatus {
+    // SAFETY: the caller's word is passed on.
+    status(unsafe { set_style(stylizer, styles, weights, count) })
+}
+
+unsafe fn set_style(
+    stylizer: *mut GestusStylizer,
+    styles: *const u16,
+    weights: *const f32,
+    count: usize,
+) -> Answer {
+    // SAFETY: the caller's word. The arrays are checked to lie elsewhere before they are read.
+    let (stylizer, [own, _]) = unsafe { running(stylizer) }?;
+    if !(1..=MAX_STYLES).contains(&count) {
+        return Err(GestusStatus::Weights);
+    }
+    disjoint([own, Region::of(styles, count)?])?;
+    disjoint([own, Region::of(weights, count)?])?;
+    // SAFETY: the caller's word.
+    let (styles, weights) = unsafe { (memory::slice(styles, count)?, memory::slice(weights, count)?) };
+    let mut pairs = [(0, 0.0); MAX_STYLES];
+    for (pair, (&style, &weight)) in pairs.iter_mut().zip(styles.iter().zip(weights)) {
+        *pair = (style, weight);
+    }
+    Ok(stylizer.set_style(pairs.get(..count).unwrap_or(&[]))?)
+}
+
+/// Sets the output style to the one of that name, alone.
+///
+/// Answers `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`; `name` points at a text that ends with a zero, apart from the stylizer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_style_name(
+    stylizer: *mut GestusStylizer,
+    name: *const c_char,
+) -> GestusStatus {
+    // SAFETY: the caller's word is passed on.
+    status(unsafe { set_style_name(stylizer, name) })
+}
+
+unsafe fn set_style_name(stylizer: *mut GestusStylizer, name: *const c_char) -> Answer {
+    // SAFETY: the caller's word.
+    let name = unsafe { memory::text(name) }?;
+    let text = Region::of(name.as_ptr(), name.len())?;
+    // SAFETY: the caller's word.
+    let (stylizer, [own, _]) = unsafe { running(stylizer) }?;
+    disjoint([own, text])?;
+    let manifest = stylizer.database().manifest().map_err(|_| GestusStatus::BlobManifest)?;
+    let style = manifest.styles.find(name).ok_or(GestusStatus::NotFound)?;
+    Ok(stylizer.set_style(&[(style, 1.0)])?)
+}
+
+/// A label: negative for none.
+fn label(number: i32) -> Answer<Option<u16>> {
+    match u16::try_from(number) {
+        Ok(number) => Ok(Some(number)),
+        Err(_) if number < 0 => Ok(None),
+        Err(_) => Err(GestusStatus::Unknown),
+    }
+}
+
+/// Says which action the input is, where the caller knows it; a negative number where not. Only classes of that action
+/// are searched then, which takes less time.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such action), `_NO_CLASS` (not in the labelled input style), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_action(
+    stylizer: *mut GestusStylizer,
+    action: i32,
+) -> GestusStatus {
+    match label(action) {
+        // SAFETY: the caller's word.
+        Ok(action) => unsafe { with(stylizer, |s| s.set_action(action)) },
+        Err(status) => status,
+    }
+}
+
+/// Says which style the input is in, where the caller knows it; a negative number where not.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such style), `_NO_CLASS` (not of the labelled action), `_NULL`, `_MISALIGNED`,
+/// `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_input_style(
+    stylizer: *mut GestusStylizer,
+    style: i32,
+) -> GestusStatus {
+    match label(style) {
+        // SAFETY: the caller's word.
+        Ok(style) => unsafe { with(stylizer, |s| s.set_input_style(style)) },
+        Err(status) => status,
+    }
+}
+
+/// Says whether the search looks at a joint group: 0 leaves it out, any other number looks. At least one group is always
+/// looked at.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (no group would be left), `_NULL`, `_MISALIGNED`,
+/// `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_mask(
+    stylizer: *mut GestusStylizer,
+    group: u32,
+    searched: u32,
+) -> GestusStatus {
+    let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, |s| s.set_mask(group, searched != 0)) }
+}
+
+/// Says how much of the style a joint group takes on: 0 leaves the input as it is, 1 is the style, up to 2 goes beyond.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (not from 0 to 2), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_strength(
+    stylizer: *mut GestusStylizer,
+    group: u32,
+    strength: f32,
+) -> GestusStatus {
+    let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, |s| s.set_strength(group, strength)) }
+}
+
+/// Forgets the stream; the next pose is a first pose. Settings stay.
+///
+/// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_reset(stylizer: *mut GestusStylizer) -> GestusStatus {
+    // SAFETY: the caller's word.
+    unsafe {
+        with(stylizer, |s| {
+            s.reset();
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
+
+use gestus_core::{Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, timing::Timing};
+
+/// Calls everything, and makes one number of what comes back, so that nothing can be left out.
+#[inline(never)]
+pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
+    let Ok(database) = Database::open(blob) else { return 1 };
+    let mut sum = profile::<22, 40, 28>(database, numbers, floats);
+    sum ^= profile::<12, 12, 6>(database, numbers, floats);
+    if let Ok(manifest) = database.manifest() {
+        sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
+        sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
+    }
+    sum ^ reads(&database, numbers[31] as usize)
+}
+
+#[inline(never)]
+fn profile<const J: usize, const K: usize, const C: usize>(
+    database: Database<'_>,
+    numbers: &[u32; 32],
+    floats: &[f32; 256],
+) -> u32 {
+    let Ok(mut stylizer) = Stylizer::<J, K, C>::new(database, config(numbers, floats)) else { return 2 };
+    let short = |i: usize| numbers[i] as u16;
+    let option = |i: usize| (numbers[i] > 65_535).then_some(numbers[i] as u16);
+    let mut sum = 0;
+    sum ^= u32::from(stylizer.set_style(&[(short(8), floats[8]), (short(9), floats[9])]).is_ok());
+    sum ^= u32::from(stylizer.set_action(option(10)).is_ok());
+    sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
+    sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
+    sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
+    if numbers[15] == 1 {
+        stylizer.reset();
+    }
+    sum ^= stylizer.style().len() as u32;
+    sum ^= u32::from(stylizer.searches(numbers[16] as usize));
+    sum ^= stylizer.strength(numbers[17] as usize).to_bits();
+    sum ^= u32::from(stylizer.labels().0.unwrap_or(0));
+
+    let mut digest = Digest::new();
+    let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
+    for frame in 0..numbers[18] {
+        let mut next = floats.iter().cycle().skip((frame & 255) as usize).copied();
+        for value in input.position.iter_mut().chain(input.rotations.as_flattened_mut()) {
+            *value = next.next().unwrap_or(0.0);
+        }
+        let report = stylizer.step(&input, &mut output);
+        digest.add(&output, numbers[19] as usize, report.step_s);
+        sum ^= report.visits ^ report.bytes_read ^ u32::from(report.degraded.bits());
+        sum ^= report.classes.iter().map(|s| u32::from(s.class) ^ s.proportion.to_bits()).sum::<u32>();
+        sum ^= report.distance2.to_bits() ^ report.predicted_step_s.to_bits();
+        sum ^= u32::from(report.contacts[0]) ^ u32::from(report.contacts[1]);
+    }
+    sum ^ digest.value()
+}
+
+fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
+    Config::new()
+        .k(numbers[0] as u16)
+        .lambda(floats[0])
+        .ridge(if numbers[1] == 1 { Ridge::Raw } else { Ridge::Normalised })
+        .delta(floats[1])
+        .prune(floats[2])
+        .classes(numbers[2] as u8)
+        .kappa(floats[3])
+        .rho(floats[4])
+        .visits(numbers[3] as u16)
+        .pool(numbers[4] as u8)
+        .jump(floats[5])
+        .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
+        .timing_width(floats[6])
+        .method(match numbers[7] {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            _ => Method::Statistic,
+        })
+        .confidence(floats[7])
+        .preference(floats[10])
+        .halflife_s(floats[11])
+        .yaw(if numbers[6] == 1 {
+            gestus_core::config::Yaw::Input
+        } else {
+            gestus_core::config::Yaw::Predicted
+        })
+}
+
+/// Reads of a database with indices that refer to nothing.
+#[inline(never)]
+fn reads(database: &Database<'_>, index: usize) -> u32 {
+    let joint = database.joint(index);
+    let class = database.class(index);
+    let mut sum = joint.group ^ joint.parent.unwrap_or(0) ^ class.rows ^ class.first_cycle;
+    sum ^= database.clip(index).1 ^ database.feature(index).len();
+    sum ^= database.entries(index).map(usize::from).sum::<usize>();
+    sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
+    sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
+    sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    sum ^= database.linear_model(index).units().count() ^ database.table(index).bytes();
+    sum ^= database.optional_sections().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
+    let floats =
+        [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
+    floats.iter().fold(sum as u32, |sum, f| sum ^ f.to_bits())
+}
