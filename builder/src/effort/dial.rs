@@ -6,7 +6,7 @@
 //! what blends were seen as counts as much as what their ends were. A node's mix is
 //!
 //! ```text
-//! w(e) = least of |S⁻¹ (G w - e)|² + mean over actions of |S⁻¹ (G_a - G) w|² + ε |w|²   over  w >= 0, Σ w = 1
+//! w(e) = least of |S⁻¹ (G w - e)|² + 2 mean over actions of |S⁻¹ (G_a - G) w|² + ε |w|²   over  w >= 0, Σ w = 1
 //! ```
 //!
 //! with S the ranges of the factors, so that each counts alike, and G_a the mean Efforts of the styles in one action: a
@@ -25,6 +25,8 @@ use super::{Factors, NAMES, Source, model::Model};
 pub const NODES: usize = 9;
 /// Penalty on the mix, in units of squared ranges.
 const PENALTY: f64 = 2e-3;
+/// Weight of what differs from action to action.
+const UNEVEN: f64 = 2.0;
 /// Steps of the projected gradient.
 const STEPS: usize = 600;
 /// Shortest axis.
@@ -143,7 +145,7 @@ impl Dial {
             let off = DMatrix::from_fn(3, used.len(), |k, i| {
                 action[used[i]].map_or(0.0, |e| scales[k] * (e[k] - efforts[i][k]))
             });
-            spread += off.tr_mul(&off) / actions.len() as f64;
+            spread += off.tr_mul(&off) * (UNEVEN / actions.len() as f64);
         }
         let place = |k: usize, i: usize| axes[k].0 + (axes[k].1 - axes[k].0) * i as f64 / (NODES - 1) as f64;
         let table = (0..NODES.pow(3))
