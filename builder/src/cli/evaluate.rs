@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo, retarget},
+    evaluate::{Evaluation, ablation, compression, knn, loo, retarget, servo},
     load::load,
 };
 use serde_json::json;
@@ -15,7 +15,7 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// retarget (other skeletons through --db and back)
+    /// retarget (other skeletons through --db and back), servo (a robot that does the motion)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -34,6 +34,12 @@ pub struct Args {
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
+    /// The robot of `servo`, a URDF file; the toy that comes with the project where left out
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, as TOML
+    #[arg(long, requires = "robot")]
+    robot_map: Option<PathBuf>,
     /// Folder for tables, plots and the report
     #[arg(short, long)]
     output: PathBuf,
@@ -44,7 +50,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    if args.what == "retarget" {
+    if ["retarget", "servo"].contains(&args.what.as_str()) {
         return on_database(args);
     }
     let config = args.selection.config(Some(&args.data), None)?;
@@ -87,7 +93,7 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression, retarget"),
+        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression, retarget, servo"),
     };
     say(args, &evaluation)
 }
@@ -99,7 +105,11 @@ fn on_database(args: &Args) -> Result<()> {
     let database = super::open(path, &bytes)?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("{} can't be made", args.output.display()))?;
-    say(args, &retarget::evaluate(&database, &args.data)?)
+    let evaluation = match args.what.as_str() {
+        "servo" => servo::evaluate(&database, &args.data, args.robot.as_deref(), args.robot_map.as_deref())?,
+        _ => retarget::evaluate(&database, &args.data)?,
+    };
+    say(args, &evaluation)
 }
 
 fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {

@@ -11,6 +11,7 @@ pub mod loo;
 pub mod methods;
 pub mod metrics;
 pub mod retarget;
+pub mod servo;
 
 use std::{fs, path::Path};
 
