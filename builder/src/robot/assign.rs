@@ -2,8 +2,7 @@
 //!
 //! Hinges of one part are those that follow each other in the chain and bear its word: `left_hip_yaw`,
 //! `left_hip_roll` and `left_hip_pitch` are the left upper leg, in whatever order. Where a leg's or arm's words are
-//! missing, its chain is cut by where hinges sit: those within a tenth of the chain's length of each other are one
-//! joint of the body.
+//! missing, its chain is cut at its two widest gaps, which are the bones: `arm_left_1` to `arm_left_7` say no more.
 
 use std::collections::BTreeMap;
 
@@ -71,21 +70,31 @@ const NOT: [&str; 7] = ["finger", "thumb", "gripper", "index", "pinky", "eye", "
 
 /// The side and part that a joint's name tells.
 fn named(name: &str) -> Option<Part> {
-    let (side, stem) = split(name);
-    if NOT.iter().any(|w| stem.contains(w)) {
+    let lower = name.to_ascii_lowercase();
+    if NOT.iter().any(|w| lower.contains(w)) {
         return None;
     }
-    let side = side.or_else(|| {
-        // `LShoulderPitch`, `lhipyaw`: the letter sits on the word.
-        let glued = |c: char| {
-            let rest = stem.strip_prefix(c)?;
-            WORDS.iter().any(|(w, _)| rest.starts_with(w)).then_some(())
-        };
-        glued('l').map(|()| Side::Left).or_else(|| glued('r').map(|()| Side::Right))
-    });
-    match side {
-        Some(side) => WORDS.iter().find(|(w, _)| stem.contains(w)).map(|(_, part)| part(side)),
-        None => TRUNK.iter().find(|(w, _)| stem.contains(w)).map(|(_, part)| *part),
+    match side_of(name) {
+        Some(side) => WORDS.iter().find(|(w, _)| lower.replace('_', "").contains(w)).map(|(_, part)| part(side)),
+        None => TRUNK.iter().find(|(w, _)| lower.contains(w)).map(|(_, part)| *part),
+    }
+}
+
+/// The side that a joint's name tells. A letter at its end may be an axis (`RLEG_HIP_R` rolls): the beginning counts
+/// first.
+fn side_of(name: &str) -> Option<Side> {
+    let lower = name.to_ascii_lowercase();
+    if lower.contains("left") || lower.contains("right") {
+        return Some(if lower.contains("left") { Side::Left } else { Side::Right });
+    }
+    let rest = lower.get(1..).unwrap_or("");
+    let on_word = rest.starts_with(['_', '.', '-'])
+        || ["leg", "arm"].iter().any(|w| rest.starts_with(w))
+        || WORDS.iter().any(|(w, _)| rest.starts_with(w));
+    match lower.chars().next() {
+        Some('l') if on_word => Some(Side::Left),
+        Some('r') if on_word => Some(Side::Right),
+        _ => split(name).0,
     }
 }
 
@@ -105,18 +114,11 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
     for name in map.joints.keys().filter(|n| robot.find(n).is_none()) {
         result.doubts.push(format!("the map file speaks of `{name}`, which is no hinge of the robot"));
     }
-    let has = |parts: &[Option<Part>], part: Part| parts.contains(&Some(part));
-    let limb_named = |parts: &[Option<Part>]| {
-        Side::BOTH.iter().all(|&s| has(parts, Part::UpperLeg(s)) && has(parts, Part::UpperArm(s)))
-    };
-    if !limb_named(&parts) && parts.iter().all(Option::is_none) {
-        by_tree(robot, &mut parts, map);
-        if parts.iter().any(Option::is_some) {
-            result.doubts.push(
-                "joint names say nothing: hinges were assigned by where they sit; check them, or say in a map file"
-                    .into(),
-            );
-        }
+    if by_tree(robot, &mut parts, map) {
+        result.doubts.push(
+            "joint names say too little: some hinges were assigned by where they sit; check them, or say in a map file"
+                .into(),
+        );
     }
     // Runs of hinges of one part, each on the one before.
     let mut runs: BTreeMap<Part, Vec<Vec<usize>>> = BTreeMap::new();
@@ -161,18 +163,29 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
     result
 }
 
-/// By the tree alone: the two lowest chains are legs, the two widest of the others arms.
-fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) {
-    let Some(axes) = map.axes() else { return };
+/// By the tree: the two lowest chains are legs, the two widest of the others arms. Chains of which a name told a part
+/// stay as they are. True where something was assigned.
+fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) -> bool {
+    let Some(axes) = map.axes() else { return false };
     let places = robot.places(&vec![0.0; robot.hinges.len()]);
     let at = |h: usize| axes.inverse() * places[h].translation.vector;
-    let leaves = (0..robot.hinges.len()).filter(|&h| !robot.hinges.iter().any(|o| o.parent == Some(h)));
-    let mut chains: Vec<Vec<usize>> = leaves
+    // Fingers and followers hang on a hand, and are no part of its chain.
+    let usable: Vec<bool> = robot
+        .hinges
+        .iter()
+        .map(|h| !h.mimics && map.part(&h.name) != Some(None) && !NOT.iter().any(|w| h.name.to_ascii_lowercase().contains(w)))
+        .collect();
+    let children = |p: usize| {
+        let usable = &usable;
+        (0..robot.hinges.len()).filter(move |&o| usable[o] && robot.hinges[o].parent == Some(p))
+    };
+    let mut chains: Vec<Vec<usize>> = (0..robot.hinges.len())
+        .filter(|&h| usable[h] && children(h).next().is_none())
         .map(|leaf| {
             let mut chain = vec![leaf];
             while let Some(p) = robot.hinges[chain[chain.len() - 1]].parent {
-                // Up to where several hinges hang.
-                if robot.hinges.iter().filter(|o| o.parent == Some(p)).count() > 1 {
+                // Up to where several hang.
+                if children(p).count() > 1 {
                     break;
                 }
                 chain.push(p);
@@ -187,9 +200,10 @@ fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) {
     let mut chains = chains.into_iter();
     let legs: Vec<Vec<usize>> = chains.by_ref().take(2).collect();
     let mut others: Vec<Vec<usize>> = chains.collect();
-    let wide = |c: &Vec<usize>| at(c[0]).x.abs();
+    let wide = |c: &Vec<usize>| at(c[c.len() - 1]).x.abs();
     others.sort_by(|a, b| wide(b).total_cmp(&wide(a)));
     let arms: Vec<Vec<usize>> = others.into_iter().take(2).collect();
+    let mut any = false;
     for (pair, limbs) in [
         (legs, [Part::UpperLeg as fn(Side) -> Part, Part::LowerLeg, Part::Foot]),
         (arms, [Part::UpperArm, Part::LowerArm, Part::Hand]),
@@ -198,18 +212,24 @@ fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) {
             continue;
         }
         for chain in &pair {
+            if chain.iter().any(|&h| parts[h].is_some()) {
+                continue;
+            }
             let side = if at(chain[0]).x > 0.0 { Side::Left } else { Side::Right };
-            let way = |a: usize, b: usize| (at(a) - at(b)).norm();
-            let length: f64 = chain.windows(2).map(|w| way(w[0], w[1])).sum();
-            let mut joint = 0;
+            // The two widest gaps are the two bones, where they are bones and not the build of a shoulder.
+            let gaps: Vec<f64> = chain.windows(2).map(|w| (at(w[0]) - at(w[1])).norm()).collect();
+            let widest = gaps.iter().copied().fold(0.0, f64::max);
+            let mut order: Vec<usize> = (0..gaps.len()).filter(|&i| gaps[i] > 0.35 * widest).collect();
+            order.sort_by(|&a, &b| gaps[b].total_cmp(&gaps[a]));
+            order.truncate(2);
             for (i, &h) in chain.iter().enumerate() {
-                if i > 0 && way(h, chain[i - 1]) > 0.15 * length {
-                    joint += 1;
-                }
-                parts[h] = limbs.get(joint).map(|part| part(side));
+                let joint = order.iter().filter(|&&gap| gap < i).count();
+                parts[h] = Some(limbs[joint](side));
+                any = true;
             }
         }
     }
+    any
 }
 
 #[cfg(test)]
@@ -230,6 +250,10 @@ mod tests {
             ("HeadYaw", Some(Part::Head)),
             ("waist_yaw_joint", Some(Part::Chest)),
             ("left_wrist_roll", Some(Part::Hand(Left))),
+            ("RLEG_HIP_P", Some(Part::UpperLeg(Right))),
+            ("LLEG_HIP_R", Some(Part::UpperLeg(Left))),
+            ("RARM_SHOULDER_R", Some(Part::UpperArm(Right))),
+            ("leg_left_3_joint", None),
             ("LThumb1", None),
             ("left_finger_joint", None),
             ("wheel", None),
@@ -258,6 +282,6 @@ mod tests {
         }
         let by_tree = assign(&nameless, &RobotMap::default());
         assert_eq!(by_tree.groups, named.groups);
-        assert!(by_tree.doubts[0].contains("names say nothing"), "{:?}", by_tree.doubts);
+        assert!(by_tree.doubts[0].contains("names say too little"), "{:?}", by_tree.doubts);
     }
 }

@@ -36,7 +36,7 @@ pub enum MachineError {
     Body(#[from] MapError),
     #[error("the robot has {have} hinges, at most {MAX_HINGES} can be driven")]
     Hinges { have: usize },
-    #[error("no hinge stands for any body part (joints: {joints}); say in a robot map (--robot-map) which does: [joints.NAME] part = \"left-knee\"")]
+    #[error("no hinge stands for any body part (joints: {joints}); say in a robot map (--robot-map) which does: [joints.NAME] part = \"left-lower-leg\"")]
     Nothing { joints: String },
     #[error("tick_hz = {tick_hz}: a robot is told 1 to 1000 times a second")]
     Tick { tick_hz: f64 },
@@ -197,10 +197,10 @@ impl Machine {
         let record = &self.robot.hinges[h];
         let own = map.joints.get(&record.name);
         let velocity = own.and_then(|o| o.velocity).or(record.velocity).or(map.velocity).unwrap_or(5.0);
-        // A servo is at its speed within a tenth of a second, and at its torque within half of that.
+        // A servo is at its speed within a twentieth of a second, and at its torque within half of that.
         let acceleration =
-            own.and_then(|o| o.acceleration).or(record.acceleration).or(map.acceleration).unwrap_or(10.0 * velocity);
-        let jerk = own.and_then(|o| o.jerk).or(record.jerk).or(map.jerk).unwrap_or(20.0 * acceleration);
+            own.and_then(|o| o.acceleration).or(record.acceleration).or(map.acceleration).unwrap_or(20.0 * velocity);
+        let jerk = own.and_then(|o| o.jerk).or(record.jerk).or(map.jerk).unwrap_or(40.0 * acceleration);
         let at = grow(bytes, hinge::LENGTH);
         bytes[at + hinge::PARENT] = record.parent.map_or(layout::BASE, |p| p as u8);
         set(bytes, at, hinge::OFFSET, record.origin.translation.vector.as_slice());
