@@ -76,7 +76,9 @@ pub enum UrdfError {
     Read { file: String, error: std::io::Error },
     #[error("{file}: {bytes} bytes, a robot has at most {MAX_BYTES}")]
     Size { file: String, bytes: usize },
-    #[error("{file}, line {line}: a document type or entity; these are not read: take it out (run xacro first)")]
+    #[error(
+        "{file}, line {line}: a document type or entity; these are not read: take it out (run xacro first)"
+    )]
     Doctype { file: String, line: usize },
     #[error("{file}, line {line}: more than {MAX_DEPTH} elements inside each other")]
     Depth { file: String, line: usize },
@@ -190,7 +192,9 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     let mut parent = vec![None; robot.links.len()];
     for (j, joint) in robot.joints.iter().enumerate() {
         let (above, below) = (link(&joint.parent.link), link(&joint.child.link));
-        let Some(below) = below else { return Err(of(joint, &format!("its child `{}` is no link", joint.child.link))) };
+        let Some(below) = below else {
+            return Err(of(joint, &format!("its child `{}` is no link", joint.child.link)));
+        };
         if above.is_none() {
             return Err(of(joint, &format!("its parent `{}` is no link", joint.parent.link)));
         }
@@ -225,7 +229,9 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
                     // What follows hangs on it, and begins in its frame.
                     (behind, at) = (Some(read.hinges.len() - 1), Isometry3::identity());
                 }
-                None => read.fixed.push(Fixed { link: robot.links[l].name.clone(), parent: behind, origin: at }),
+                None => {
+                    read.fixed.push(Fixed { link: robot.links[l].name.clone(), parent: behind, origin: at })
+                }
             }
         }
         // The last pushed is the next: children in the order of the file.
@@ -266,7 +272,8 @@ fn hinge(
         Continuous => (-std::f64::consts::PI, std::f64::consts::PI),
         Revolute => (joint.limit.lower, joint.limit.upper),
     };
-    let axis = UnitVector3::try_new(Vector3::from(joint.axis.xyz.0), 1e-6).ok_or("its axis has no direction")?;
+    let axis =
+        UnitVector3::try_new(Vector3::from(joint.axis.xyz.0), 1e-6).ok_or("its axis has no direction")?;
     if !(range.0.is_finite() && range.1.is_finite() && range.0.abs() < 50.0 && range.1.abs() < 50.0) {
         return Err(format!("its limits are {} to {} rad", range.0, range.1));
     }
@@ -311,9 +318,7 @@ mod tests {
     }
 
     fn robot(joints: &str) -> String {
-        format!(
-            "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>{joints}</robot>"
-        )
+        format!("<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>{joints}</robot>")
     }
 
     fn joint(name: &str, parent: &str, child: &str, more: &str) -> String {

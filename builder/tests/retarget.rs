@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 
 use gestus_builder::{
     build::{BuildOptions, build},
-    evaluate::retarget::{directions, offsets},
     contact::contacts,
     corpus::Corpus,
+    evaluate::retarget::{directions, offsets},
     landmarks::Landmarks,
     motion::{Clip, Frame, Skeleton},
     retarget::{
@@ -98,7 +98,11 @@ impl Foreign {
     /// Every joint in axes of its own: the rest pose is a heap of bones, the motion is the same.
     fn turned(mut self) -> Self {
         let own = |j: usize| {
-            let v = Vector3::new((1.7 * j as f64).sin(), (2.3 * j as f64 + 1.0).cos(), (0.9 * j as f64 + 2.0).sin());
+            let v = Vector3::new(
+                (1.7 * j as f64).sin(),
+                (2.3 * j as f64 + 1.0).cos(),
+                (0.9 * j as f64 + 2.0).sin(),
+            );
             UnitQuaternion::from_scaled_axis(v * 2.0)
         };
         let parents = self.0.skeleton.parents.clone();
@@ -162,7 +166,10 @@ impl Foreign {
         }
         let frames = self.0.frames.iter().map(|f| Frame {
             root: f.root,
-            rotations: order.iter().map(|o| o.3.map_or_else(UnitQuaternion::identity, |j| f.rotations[j])).collect(),
+            rotations: order
+                .iter()
+                .map(|o| o.3.map_or_else(UnitQuaternion::identity, |j| f.rotations[j]))
+                .collect(),
         });
         self.0 = Clip {
             frames: frames.collect(),
@@ -263,8 +270,10 @@ fn other_proportions_keep_directions_and_contacts() {
     let mapped = map.bring(&foreign.0);
     let stands = |clip: &Clip| contacts(clip, &Landmarks::find(&clip.skeleton).unwrap());
     for side in Side::BOTH {
-        for (from, to) in [(Part::UpperArm(side), Part::Hand(side)), (Part::UpperLeg(side), Part::Foot(side))] {
-            let d = directions((&map.source, &foreign.0.frames), (&map.target, &mapped.frames), from, to).unwrap();
+        for (from, to) in [(Part::UpperArm(side), Part::Hand(side)), (Part::UpperLeg(side), Part::Foot(side))]
+        {
+            let d = directions((&map.source, &foreign.0.frames), (&map.target, &mapped.frames), from, to)
+                .unwrap();
             assert!(d.max_deg < 5.0, "{to}: {d:?}");
         }
     }
@@ -337,8 +346,16 @@ fn every_check_of_a_map_is_made() {
     let cases: Vec<(&str, Vec<u8>, BlobError)> = vec![
         ("magic", patched(0, b"X"), BlobError::Magic),
         ("version", patched(header::VERSION.start, &[9, 0]), BlobError::Version { need: 1, have: 9 }),
-        ("length", repaired(whole[..whole.len() - 8].to_vec()), BlobError::Truncated { need: whole.len() as u32, have: whole.len() as u32 - 8 }),
-        ("counts", patched(header::LIMBS.start, &[1, 0]), BlobError::Length { section: S, need: whole.len() as u32 - 24, have: whole.len() as u32 }),
+        (
+            "length",
+            repaired(whole[..whole.len() - 8].to_vec()),
+            BlobError::Truncated { need: whole.len() as u32, have: whole.len() as u32 - 8 },
+        ),
+        (
+            "counts",
+            patched(header::LIMBS.start, &[1, 0]),
+            BlobError::Length { section: S, need: whole.len() as u32 - 24, have: whole.len() as u32 },
+        ),
         ("too many limbs", patched(header::LIMBS.start, &[9, 0]), value(0)),
         ("no joints", patched(header::SOURCES.start, &[0, 0]), value(0)),
         ("reserved", patched(header::RESERVED.start, &[1]), BlobError::Reserved { section: S }),
@@ -389,7 +406,8 @@ fn any_bytes_are_refused_or_harmless() {
         let bytes = repaired(bytes);
         if let Ok(map) = Map::open(&bytes) {
             // Too small a pose is no reason to break either.
-            let (mut pose, mut small, mut back) = (Pose::<22>::IDENTITY, Pose::<5>::IDENTITY, Pose::<24>::IDENTITY);
+            let (mut pose, mut small, mut back) =
+                (Pose::<22>::IDENTITY, Pose::<5>::IDENTITY, Pose::<24>::IDENTITY);
             map.bring(&input, &mut pose);
             map.bring(&input, &mut small);
             map.take_back(&pose, &input, &mut back);

@@ -201,7 +201,8 @@ fn maps_set_rates_servos_and_what_is_not_driven() {
     assert!(played.ticks.iter().all(|t| t.motions[elbow].position == 0.0));
     assert_eq!(played.tick_hz, 100.0);
     let none = "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/><axis xyz=\"0 0 1\"/></joint></robot>";
-    let error = Machine::new(&database(), Robot::parse(none, "r.urdf").unwrap(), &RobotMap::default()).unwrap_err();
+    let error =
+        Machine::new(&database(), Robot::parse(none, "r.urdf").unwrap(), &RobotMap::default()).unwrap_err();
     assert!(matches!(error, MachineError::Nothing { .. }), "{error}");
 }
 
@@ -217,7 +218,10 @@ fn tables_and_trajectories_have_their_shapes() {
     assert!(lines[1].starts_with("0.020000,"), "{}", lines[1]);
     assert!(lines.iter().all(|l| l.matches(',').count() == 16));
     let pulses = played.servo_csv();
-    let numbers = pulses.lines().skip(1).flat_map(|l| l.split(',').skip(1).map(|v| v.parse::<u16>().unwrap()).collect::<Vec<_>>());
+    let numbers = pulses
+        .lines()
+        .skip(1)
+        .flat_map(|l| l.split(',').skip(1).map(|v| v.parse::<u16>().unwrap()).collect::<Vec<_>>());
     assert!(numbers.clone().all(|p| (500..=2500).contains(&p)));
     let trajectory = played.trajectory();
     assert_eq!(trajectory["joint_names"].as_array().unwrap().len(), 16);
@@ -257,11 +261,19 @@ fn every_check_of_a_robot_is_made() {
     let cases: Vec<(&str, Vec<u8>, BlobError)> = vec![
         ("magic", patched(0, b"X"), BlobError::Magic),
         ("version", patched(header::VERSION.start, &[9, 0]), BlobError::Version { need: 1, have: 9 }),
-        ("length", repaired(whole[..whole.len() - 4].to_vec()), BlobError::Truncated { need: have, have: have - 4 }),
+        (
+            "length",
+            repaired(whole[..whole.len() - 4].to_vec()),
+            BlobError::Truncated { need: have, have: have - 4 },
+        ),
         ("no hinges", patched(header::HINGES.start, &[0, 0]), value(0)),
         ("too many groups", patched(header::GROUPS.start, &[17, 0]), value(0)),
         ("too many limbs", patched(header::LIMBS.start, &[9, 0]), value(0)),
-        ("counts", patched(header::LIMBS.start, &[3, 0]), BlobError::Length { section: S, need: have - 20, have }),
+        (
+            "counts",
+            patched(header::LIMBS.start, &[3, 0]),
+            BlobError::Length { section: S, need: have - 20, have },
+        ),
         ("reserved", patched(header::RESERVED_2.start, &[1]), BlobError::Reserved { section: S }),
         ("tick", patched(header::TICK.start, &two), value(0)),
         ("base", patched(header::BASE.start, &two), value(0)),

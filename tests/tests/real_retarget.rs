@@ -61,7 +61,10 @@ fn directions_and_contacts_survive_the_way_there_and_back() {
                 assert!(number(row, key) < 5.0, "{key}: {row:?}");
             }
             assert!(number(row, "contact_max_frames") <= 2.0, "{row:?}");
-            assert!(number(row, "contact_unmatched") == 0.0, "{row:?}");
+            // A step at the very end of a clip may fall to either side of the threshold on another body; on its own
+            // it may not.
+            let lone = if row["method"] == "round-trip" { 0.0 } else { 1.0 };
+            assert!(number(row, "contact_unmatched") <= lone, "{row:?}");
             assert!(number(row, "contact_steps") >= 4.0, "{row:?}");
             if row["method"] == "round-trip" {
                 assert!(number(row, "joint_error_cm") < 1.0, "{row:?}");
@@ -77,12 +80,12 @@ fn a_foreign_clip_is_stylized_unlabelled_and_comes_back_on_its_own_skeleton() {
     let Some(blob) = blob() else { return };
     let database = Database::open(blob).unwrap();
     let elderly = database.manifest().unwrap().styles.find("elderly").unwrap();
-    for (file, rate, leg) in [("xia/neutral_01_000.bvh", 120.0, "LeftLeg"), ("cmu/walk.bvh", 60.0, "LeftLeg")] {
+    for (file, rate, leg) in [("xia/neutral_01_000.bvh", 120.0, "LeftLeg"), ("cmu/walk.bvh", 60.0, "LeftLeg")]
+    {
         let input = Input::read(&root().join(file), &database).unwrap();
         assert!(input.retarget().is_some(), "{file}");
         assert_eq!(input.document.rate_hz(), rate);
-        let request =
-            Request { config: Config::new().timing(Timing::Sync), ..Request::style(elderly) };
+        let request = Request { config: Config::new().timing(Timing::Sync), ..Request::style(elderly) };
         let streamed = translate(&database, &input, &request, &mut ()).unwrap();
         let output = input.output(&streamed);
         let document = input.document(&output).unwrap();

@@ -93,7 +93,9 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
-        other => bail!("`{other}` is not measured by this version: loo, exact, ablation, knn, compression, retarget, servo"),
+        other => bail!(
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, retarget, servo"
+        ),
     };
     say(args, &evaluation)
 }

@@ -70,12 +70,8 @@ pub fn directions(a: (&Body, &[Frame]), b: (&Body, &[Frame]), from: Part, to: Pa
         let p = frame.positions(&body.skeleton);
         p[to] - p[from]
     };
-    let angles: Vec<f64> = a
-        .1
-        .iter()
-        .zip(b.1)
-        .map(|(f, g)| way(f, a.0, ja).angle(&way(g, b.0, jb)).to_degrees())
-        .collect();
+    let angles: Vec<f64> =
+        a.1.iter().zip(b.1).map(|(f, g)| way(f, a.0, ja).angle(&way(g, b.0, jb)).to_degrees()).collect();
     Some(Directions {
         mean_deg: angles.iter().sum::<f64>() / angles.len().max(1) as f64,
         max_deg: angles.iter().copied().fold(0.0, f64::max),
@@ -144,10 +140,13 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
     }
     let trips = || rows.iter().filter(|r| r.get("method").is_some_and(|m| m == "round-trip"));
     let clips: Vec<String> = trips().map(|r| table::text(r.get("clip"))).collect();
-    let of = |key: &str| trips().map(|r| r.get(key).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)).collect();
+    let of = |key: &str| {
+        trips().map(|r| r.get(key).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)).collect()
+    };
     let figures = vec![Figure {
         name: "directions".into(),
-        caption: "Largest direction error of a frame, after going to the database's skeleton and back.".into(),
+        caption: "Largest direction error of a frame, after going to the database's skeleton and back."
+            .into(),
         svg: plot::bars(
             Labels { title: "Round trip", x: "clip", y: "degrees" },
             &clips,
@@ -198,7 +197,8 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
             for (name, from, to) in LIMBS {
                 let (mut mean, mut max) = (0.0, 0.0f64);
                 for side in Side::BOTH {
-                    let d = directions((source, &input), (body, frames), from(side), to(side)).unwrap_or_default();
+                    let d = directions((source, &input), (body, frames), from(side), to(side))
+                        .unwrap_or_default();
                     mean += 0.5 * d.mean_deg;
                     max = max.max(d.max_deg);
                 }
@@ -210,7 +210,8 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
             };
             if method == "round-trip" {
                 let (a, b) = (place(&input, source), place(frames, source));
-                let apart: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(p, q)| (p - q).norm()).sum();
+                let apart: f64 =
+                    a.iter().flatten().zip(b.iter().flatten()).map(|(p, q)| (p - q).norm()).sum();
                 let count = (a.len() * source.skeleton.joints()).max(1) as f64;
                 row.insert("joint_error_cm".into(), json!(100.0 * apart / count));
             }

@@ -155,7 +155,10 @@ fn plots(machine: &Machine, played: &Played, clip: &str) -> Vec<Figure> {
         Figure {
             name: "jerk".into(),
             caption: format!("{clip}: jerk over its limit; within -1 and 1."),
-            svg: plot::lines(Labels { title: "Jerk within limits", x: "seconds", y: "share of the limit" }, &jerks),
+            svg: plot::lines(
+                Labels { title: "Jerk within limits", x: "seconds", y: "share of the limit" },
+                &jerks,
+            ),
         },
     ]
 }

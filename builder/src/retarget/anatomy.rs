@@ -178,7 +178,8 @@ impl Measure<'_> {
             self.body.frames.insert(joint, axes(bone, across, false));
         }
         if weak {
-            let (joint, which) = (if arm { "elbow" } else { "knee" }, if side == Side::Left { "left" } else { "right" });
+            let (joint, which) =
+                (if arm { "elbow" } else { "knee" }, if side == Side::Left { "left" } else { "right" });
             let witness = if self.zero.is_some() { "the rest pose" } else { "nothing but its axes" };
             self.body.doubts.push(format!(
                 "the {which} {joint} hardly bends in this clip: its axis is taken from {witness}"
@@ -227,11 +228,8 @@ impl Measure<'_> {
         };
         let standing: Vec<&World> = self.worlds.iter().filter(stands).collect();
         self.body.ankle_m += 0.5 * ankle_low;
-        let sample: Vec<&World> = if standing.len() * 50 < self.worlds.len() {
-            self.worlds.iter().collect()
-        } else {
-            standing
-        };
+        let sample: Vec<&World> =
+            if standing.len() * 50 < self.worlds.len() { self.worlds.iter().collect() } else { standing };
         let count = sample.len().max(1) as f64;
         let seen = |joint: usize, of: &dyn Fn(&World) -> Vector3<f64>| {
             sample.iter().map(|w| w.turns[joint].inverse() * of(w)).sum::<Vector3<f64>>() / count
@@ -303,7 +301,8 @@ fn zero_axes(skeleton: &Skeleton, parts: &Parts) -> Option<UnitQuaternion<f64>> 
     let rest = rest_positions(skeleton);
     let place = |p: Part| parts.get(p).map(|j| rest[j]);
     let top = place(Part::Head).or(place(Part::Chest))?;
-    let legs = Side::BOTH.map(|s| Some((place(Part::UpperLeg(s))?, place(Part::LowerLeg(s))?, place(Part::Foot(s))?)));
+    let legs = Side::BOTH
+        .map(|s| Some((place(Part::UpperLeg(s))?, place(Part::LowerLeg(s))?, place(Part::Foot(s))?)));
     let [Some(left), Some(right)] = legs else { return None };
     let hips = (left.0 + right.0) / 2.0;
     let trunk = (top - hips).try_normalize(1e-6)?;

@@ -9,9 +9,8 @@ use super::{map::Retarget, parts::Part};
 /// The mapping as JSON: `parts`, `joints`, `doubts` and figures.
 pub fn json(retarget: &Retarget) -> Value {
     let (source, target) = (&retarget.source, &retarget.target);
-    let name = |body: &super::map::Body, part: Part| {
-        body.parts.get(part).map(|j| body.skeleton.names[j].clone())
-    };
+    let name =
+        |body: &super::map::Body, part: Part| body.parts.get(part).map(|j| body.skeleton.names[j].clone());
     let parts: Vec<Value> = Part::all()
         .into_iter()
         .map(|part| {
@@ -62,13 +61,29 @@ pub fn text(retarget: &Retarget) -> String {
     for part in Part::all() {
         let how = source.parts.how.get(&part).filter(|_| source.parts.get(part).is_some());
         let how = how.map_or("-".to_owned(), ToString::to_string);
-        let _ = writeln!(out, "{:<18} {:<24} {:<24} {how}", part.to_string(), name(source, part), name(target, part));
+        let _ = writeln!(
+            out,
+            "{:<18} {:<24} {:<24} {how}",
+            part.to_string(),
+            name(source, part),
+            name(target, part)
+        );
     }
     let names = |body: &super::map::Body, joints: &[usize]| {
         joints.iter().map(|&j| body.skeleton.names[j].as_str()).collect::<Vec<_>>().join(", ")
     };
-    let _ = writeln!(out, "spine: {} -> {}", names(source, &source.parts.spine), names(target, &target.parts.spine));
-    let _ = writeln!(out, "neck:  {} -> {}", names(source, &source.parts.neck), names(target, &target.parts.neck));
+    let _ = writeln!(
+        out,
+        "spine: {} -> {}",
+        names(source, &source.parts.spine),
+        names(target, &target.parts.spine)
+    );
+    let _ = writeln!(
+        out,
+        "neck:  {} -> {}",
+        names(source, &source.parts.neck),
+        names(target, &target.parts.neck)
+    );
     let others: Vec<usize> = source.parts.others(&source.skeleton).collect();
     if !others.is_empty() {
         let _ = writeln!(out, "without a counterpart (they move as they do): {}", names(source, &others));

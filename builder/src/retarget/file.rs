@@ -58,8 +58,8 @@ impl MapFile {
     /// [`MapFileError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let file = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| MapFileError::Read { file: file.clone(), error })?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| MapFileError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }
 
@@ -82,7 +82,14 @@ impl MapFile {
         let up = match raw.up {
             None => None,
             Some(word) => {
-                let axes = [("x", 0, 1.0), ("y", 1, 1.0), ("z", 2, 1.0), ("-x", 0, -1.0), ("-y", 1, -1.0), ("-z", 2, -1.0)];
+                let axes = [
+                    ("x", 0, 1.0),
+                    ("y", 1, 1.0),
+                    ("z", 2, 1.0),
+                    ("-x", 0, -1.0),
+                    ("-y", 1, -1.0),
+                    ("-z", 2, -1.0),
+                ];
                 match axes.iter().find(|a| a.0 == word) {
                     Some(&(_, axis, sign)) => Some((axis, sign)),
                     None => return Err(MapFileError::Up { file, word }),

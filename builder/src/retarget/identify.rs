@@ -63,7 +63,9 @@ pub enum IdentifyError {
     Missing { missing: String, joints: String, example: String },
     #[error("the map file says that {part} is `{name}`, which is no joint; the joints are {joints}")]
     NoSuchJoint { part: Part, name: String, joints: String },
-    #[error("{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`): say in a map file (--map) which joint is which")]
+    #[error(
+        "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`): say in a map file (--map) which joint is which"
+    )]
     Tree { upper: Part, upper_joint: String, lower: Part, lower_joint: String },
     #[error("{a} and {b} are both `{joint}`: say in a map file (--map) which is which")]
     Twice { a: Part, b: Part, joint: String },
@@ -212,7 +214,8 @@ impl Parts {
     /// Spine, chest, neck, collarbones: by the tree between what was found.
     fn trunk(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
         let arms = Side::BOTH.map(|s| self.get(Part::UpperArm(s)).map_or(vec![0], |j| path(skeleton, j)));
-        let chest = arms[0].iter().zip(&arms[1]).take_while(|(a, b)| a == b).map(|(a, _)| *a).last().unwrap_or(0);
+        let chest =
+            arms[0].iter().zip(&arms[1]).take_while(|(a, b)| a == b).map(|(a, _)| *a).last().unwrap_or(0);
         if chest > 0 && !denied(&Part::Chest) {
             self.put(Part::Chest, chest, How::Tree);
         }
@@ -261,7 +264,11 @@ impl Parts {
             let of = |s: Side| length(upper(s), lower(s));
             match (of(Side::Left), of(Side::Right)) {
                 (Some(l), Some(r)) if l.min(r) < 0.85 * l.max(r) => {
-                    doubts.push(format!("the two {what} differ in length: {:.1} and {:.1} cm", 100.0 * l, 100.0 * r));
+                    doubts.push(format!(
+                        "the two {what} differ in length: {:.1} and {:.1} cm",
+                        100.0 * l,
+                        100.0 * r
+                    ));
                 }
                 (Some(l), Some(r)) if l.min(r) < 0.03 => {
                     doubts.push(format!("the {what} are {:.1} cm long", 100.0 * l.min(r)));

@@ -155,7 +155,12 @@ impl Retarget {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn onto(database: &Database<'_>, target: Body, clip: &Clip, file: &MapFile) -> Result<Self, MapError> {
+    pub fn onto(
+        database: &Database<'_>,
+        target: Body,
+        clip: &Clip,
+        file: &MapFile,
+    ) -> Result<Self, MapError> {
         let have = clip.skeleton.joints();
         if !(2..=MAX_SOURCES).contains(&have) {
             return Err(MapError::Joints { have, most: MAX_SOURCES });
@@ -289,11 +294,7 @@ fn sources(from: &Body, to: &Body) -> Vec<Source> {
             let (a, before) = theirs[next.saturating_sub(1)];
             let span = after - before;
             let weight = if span > 1e-9 { ((at - before) / span).clamp(0.0, 1.0) } else { 1.0 };
-            let (from, weight) = if weight >= 1.0 - 1e-9 {
-                ([b, b], 0.0)
-            } else {
-                ([a, b], weight)
-            };
+            let (from, weight) = if weight >= 1.0 - 1e-9 { ([b, b], 0.0) } else { ([a, b], weight) };
             if let (Some(first), Some(second)) = (turn(from[0], t), turn(from[1], t)) {
                 sources[t] = Source::Follow { from, weight, turns: [first, second] };
             }

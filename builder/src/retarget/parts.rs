@@ -202,7 +202,9 @@ impl Convention {
 pub fn likely(name: &str) -> Option<Part> {
     let (side, stem) = split(name);
     match side {
-        None => ["hips", "pelvis"].contains(&stem.as_str()).then_some(Hips).or((stem == "head").then_some(Head)),
+        None => {
+            ["hips", "pelvis"].contains(&stem.as_str()).then_some(Hips).or((stem == "head").then_some(Head))
+        }
         Some(side) => OTHERS.iter().find(|(w, _)| *w == stem).map(|&(_, i)| limb(i, side)),
     }
 }
@@ -212,7 +214,20 @@ pub fn split(name: &str) -> (Option<Side>, String) {
     let name = name.rsplit(':').next().unwrap_or(name).trim();
     // `mixamorig_LeftArm`, `Bip01 L Thigh`, `J_Bip_L_UpperArm`, `m_avg_L_Hip`.
     let lower = name.to_ascii_lowercase();
-    let prefixes = ["mixamorig1_", "mixamorig_", "mixamorig", "bip01", "bip001", "j_bip_c_", "j_bip_", "j_sec_", "m_avg_", "f_avg_", "def-", "b_"];
+    let prefixes = [
+        "mixamorig1_",
+        "mixamorig_",
+        "mixamorig",
+        "bip01",
+        "bip001",
+        "j_bip_c_",
+        "j_bip_",
+        "j_sec_",
+        "m_avg_",
+        "f_avg_",
+        "def-",
+        "b_",
+    ];
     let cut = prefixes.iter().find(|p| lower.starts_with(**p)).map_or(0, |p| p.len());
     // Cut where the byte is a boundary of the original too: prefixes are ASCII.
     let rest = name.get(cut..).unwrap_or(name).trim_start_matches(['_', ' ', '.', '-']);
@@ -231,7 +246,9 @@ pub fn split(name: &str) -> (Option<Side>, String) {
     }
     if side.is_none() {
         // `lfemur`, `leftarm`, `rhipjoint`: a side that is glued on in small letters.
-        for (prefix, found) in [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)] {
+        for (prefix, found) in
+            [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)]
+        {
             let known = |s: &str| {
                 CONVENTIONS.iter().any(|c| c.limbs.contains(&s)) || OTHERS.iter().any(|(w, _)| *w == s)
             };
@@ -255,7 +272,9 @@ fn words(name: &str) -> Vec<String> {
             continue;
         }
         let after_small = i > 0 && (chars[i - 1].is_ascii_lowercase() || chars[i - 1].is_ascii_digit());
-        let before_small = i > 0 && chars[i - 1].is_ascii_uppercase() && chars.get(i + 1).is_some_and(char::is_ascii_lowercase);
+        let before_small = i > 0
+            && chars[i - 1].is_ascii_uppercase()
+            && chars.get(i + 1).is_some_and(char::is_ascii_lowercase);
         if fresh || (c.is_ascii_uppercase() && (after_small || before_small)) {
             words.push(String::new());
             fresh = false;
@@ -299,9 +318,7 @@ mod tests {
 
     #[test]
     fn one_word_means_what_its_family_says() {
-        let of = |family: &str, name: &str| {
-            CONVENTIONS.iter().find(|c| c.name == family).unwrap().part(name)
-        };
+        let of = |family: &str, name: &str| CONVENTIONS.iter().find(|c| c.name == family).unwrap().part(name);
         assert_eq!(of("Mixamo or CMU (BVH)", "LeftShoulder"), Some(Part::Clavicle(Side::Left)));
         assert_eq!(of("Xsens (BVH)", "LeftShoulder"), Some(Part::UpperArm(Side::Left)));
         assert_eq!(of("SMPL", "L_Foot"), Some(Part::Toes(Side::Left)));

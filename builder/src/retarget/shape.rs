@@ -83,10 +83,8 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Shape {
         vote += left.dot(&(hip(&first) - hip(&second)));
     }
     let legs = if vote >= 0.0 { (legs.0, legs.1, legs.2) } else { (legs.1, legs.0, legs.2) };
-    let across: Vec<Vector3<f64>> = positions
-        .iter()
-        .map(|p| p[chains[legs.0].joints[0]] - p[chains[legs.1].joints[0]])
-        .collect();
+    let across: Vec<Vector3<f64>> =
+        positions.iter().map(|p| p[chains[legs.0].joints[0]] - p[chains[legs.1].joints[0]]).collect();
     let side = |p: &[Vector3<f64>], c: usize| p[chains[c].joints[0]];
     let vote: f64 =
         positions.iter().zip(&across).map(|(p, l)| l.dot(&(side(p, arms.0) - side(p, arms.1)))).sum();

@@ -75,7 +75,9 @@ fn named(name: &str) -> Option<Part> {
         return None;
     }
     match side_of(name) {
-        Some(side) => WORDS.iter().find(|(w, _)| lower.replace('_', "").contains(w)).map(|(_, part)| part(side)),
+        Some(side) => {
+            WORDS.iter().find(|(w, _)| lower.replace('_', "").contains(w)).map(|(_, part)| part(side))
+        }
         None => TRUNK.iter().find(|(w, _)| lower.contains(w)).map(|(_, part)| *part),
     }
 }
@@ -125,12 +127,17 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
     for (h, part) in parts.iter().enumerate() {
         let Some(part) = *part else { continue };
         let runs = runs.entry(part).or_default();
-        match runs.last_mut().filter(|r| r.last() == robot.hinges[h].parent.as_ref() && r.last() == Some(&h.wrapping_sub(1))) {
+        match runs
+            .last_mut()
+            .filter(|r| r.last() == robot.hinges[h].parent.as_ref() && r.last() == Some(&h.wrapping_sub(1)))
+        {
             Some(run) => run.push(h),
             None => runs.push(vec![h]),
         }
     }
-    let names = |hinges: &[usize]| hinges.iter().map(|&h| robot.hinges[h].name.as_str()).collect::<Vec<_>>().join(", ");
+    let names = |hinges: &[usize]| {
+        hinges.iter().map(|&h| robot.hinges[h].name.as_str()).collect::<Vec<_>>().join(", ")
+    };
     for (part, mut runs) in runs {
         // The longest run is the joint; of equals, the one nearest to the base.
         runs.sort_by_key(|r| std::cmp::Reverse(r.len()));
@@ -140,10 +147,9 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
             rest.extend(hinges.split_off(3));
         }
         if !rest.is_empty() {
-            result.doubts.push(format!(
-                "{part} has more hinges than one joint takes: {} rest at zero",
-                names(&rest)
-            ));
+            result
+                .doubts
+                .push(format!("{part} has more hinges than one joint takes: {} rest at zero", names(&rest)));
         }
         result.groups.push(Assigned { part, hinges });
     }
@@ -151,7 +157,13 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
     let driven = |h: &usize| result.groups.iter().any(|g| g.hinges.contains(h));
     result.undriven = (0..robot.hinges.len()).filter(|h| !driven(h)).collect();
     for side in Side::BOTH {
-        for part in [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::UpperArm(side), Part::LowerArm(side)] {
+        for part in [
+            Part::UpperLeg(side),
+            Part::LowerLeg(side),
+            Part::Foot(side),
+            Part::UpperArm(side),
+            Part::LowerArm(side),
+        ] {
             if !result.groups.iter().any(|g| g.part == part) {
                 result.doubts.push(format!("no hinge stands for the {part}"));
             }
@@ -173,7 +185,11 @@ fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) -> bool {
     let usable: Vec<bool> = robot
         .hinges
         .iter()
-        .map(|h| !h.mimics && map.part(&h.name) != Some(None) && !NOT.iter().any(|w| h.name.to_ascii_lowercase().contains(w)))
+        .map(|h| {
+            !h.mimics
+                && map.part(&h.name) != Some(None)
+                && !NOT.iter().any(|w| h.name.to_ascii_lowercase().contains(w))
+        })
         .collect();
     let children = |p: usize| {
         let usable = &usable;
@@ -271,7 +287,13 @@ mod tests {
         let counts: Vec<(Part, usize)> = named.groups.iter().map(|g| (g.part, g.hinges.len())).collect();
         use Side::{Left, Right};
         for side in [Left, Right] {
-            for (part, count) in [(Part::UpperLeg(side), 2), (Part::LowerLeg(side), 1), (Part::Foot(side), 2), (Part::UpperArm(side), 2), (Part::LowerArm(side), 1)] {
+            for (part, count) in [
+                (Part::UpperLeg(side), 2),
+                (Part::LowerLeg(side), 1),
+                (Part::Foot(side), 2),
+                (Part::UpperArm(side), 2),
+                (Part::LowerArm(side), 1),
+            ] {
                 assert!(counts.contains(&(part, count)), "{part}: {counts:?}");
             }
         }

@@ -108,8 +108,8 @@ impl RobotMap {
     /// [`RobotMapError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, RobotMapError> {
         let file = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| RobotMapError::Read { file: file.clone(), error })?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| RobotMapError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }
 

@@ -36,7 +36,9 @@ pub enum MachineError {
     Body(#[from] MapError),
     #[error("the robot has {have} hinges, at most {MAX_HINGES} can be driven")]
     Hinges { have: usize },
-    #[error("no hinge stands for any body part (joints: {joints}); say in a robot map (--robot-map) which does: [joints.NAME] part = \"left-lower-leg\"")]
+    #[error(
+        "no hinge stands for any body part (joints: {joints}); say in a robot map (--robot-map) which does: [joints.NAME] part = \"left-lower-leg\""
+    )]
     Nothing { joints: String },
     #[error("tick_hz = {tick_hz}: a robot is told 1 to 1000 times a second")]
     Tick { tick_hz: f64 },
@@ -94,8 +96,15 @@ impl Machine {
         for g in assignment.groups.iter().filter(|g| body.parts.get(g.part).is_none()) {
             doubts.push(format!("the database's body has no {}: its hinges rest at zero", g.part));
         }
-        let mut this =
-            Self { tick_hz, scale: 0.0, axes, doubts, bytes: Vec::new(), robot, assignment: assignment.clone() };
+        let mut this = Self {
+            tick_hz,
+            scale: 0.0,
+            axes,
+            doubts,
+            bytes: Vec::new(),
+            robot,
+            assignment: assignment.clone(),
+        };
         this.scale = limbs.iter().find(|l| l.leg).map_or(0.0, |l| l.scale);
         this.bytes = this.write(database, &body, map, &groups, &limbs, &links)?;
         Tables::open(&this.bytes)?;
@@ -198,8 +207,11 @@ impl Machine {
         let own = map.joints.get(&record.name);
         let velocity = own.and_then(|o| o.velocity).or(record.velocity).or(map.velocity).unwrap_or(5.0);
         // A servo is at its speed within a twentieth of a second, and at its torque within half of that.
-        let acceleration =
-            own.and_then(|o| o.acceleration).or(record.acceleration).or(map.acceleration).unwrap_or(20.0 * velocity);
+        let acceleration = own
+            .and_then(|o| o.acceleration)
+            .or(record.acceleration)
+            .or(map.acceleration)
+            .unwrap_or(20.0 * velocity);
         let jerk = own.and_then(|o| o.jerk).or(record.jerk).or(map.jerk).unwrap_or(40.0 * acceleration);
         let at = grow(bytes, hinge::LENGTH);
         bytes[at + hinge::PARENT] = record.parent.map_or(layout::BASE, |p| p as u8);
@@ -322,7 +334,8 @@ impl Links {
                 this.limb(robot, upper, lower, tip, arm, axes);
                 // A hand lies as its lower arm does.
                 if let (true, Some(hand)) = (arm, group(chain[2])) {
-                    let (from, to) = (lower.hinges[lower.hinges.len() - 1], hand.hinges[hand.hinges.len() - 1]);
+                    let (from, to) =
+                        (lower.hinges[lower.hinges.len() - 1], hand.hinges[hand.hinges.len() - 1]);
                     let relative = this.places[to].rotation.inverse() * this.places[from].rotation;
                     this.frames[to] = this.frames[from].map(|f| relative * f);
                 }
@@ -414,7 +427,9 @@ fn limbs(body: &Body, robot: &Robot, assignment: &Assignment, links: &Links) -> 
             (false, [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)]),
         ] {
             let (Some(upper), Some(lower)) = (group(chain[0]), group(chain[1])) else { continue };
-            let (Some(from), Some(to)) = (body.parts.get(chain[0]), body.parts.get(chain[2])) else { continue };
+            let (Some(from), Some(to)) = (body.parts.get(chain[0]), body.parts.get(chain[2])) else {
+                continue;
+            };
             let (first, last) = (upper.hinges[0], lower.hinges[lower.hinges.len() - 1]);
             let chained = (first + 1..=last).all(|h| robot.hinges[h].parent == Some(h - 1));
             if !chained || last - first >= MAX_CHAIN {
@@ -425,7 +440,13 @@ fn limbs(body: &Body, robot: &Robot, assignment: &Assignment, links: &Links) -> 
             let length = (elbow - links.places[first].translation.vector).norm() + (tip - elbow).norm();
             let whole = if leg { body.anatomy.leg_m } else { body.anatomy.arm_m };
             let tip = links.places[last].inverse_transform_point(&tip.into()).coords;
-            limbs.push(Limb { joints: (from, to), hinges: (first, last), scale: length / whole.max(1e-6), tip, leg });
+            limbs.push(Limb {
+                joints: (from, to),
+                hinges: (first, last),
+                scale: length / whole.max(1e-6),
+                tip,
+                leg,
+            });
         }
     }
     limbs

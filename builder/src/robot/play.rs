@@ -188,7 +188,9 @@ impl Played {
                 }
             }
         }
-        let mean = |of: &dyn Fn(&Tick) -> f64| self.ticks.iter().map(of).sum::<f64>() / self.ticks.len().max(1) as f64;
+        let mean = |of: &dyn Fn(&Tick) -> f64| {
+            self.ticks.iter().map(of).sum::<f64>() / self.ticks.len().max(1) as f64
+        };
         json!({
             "ticks": self.ticks.len(),
             "tick_hz": self.tick_hz,

@@ -114,7 +114,5 @@ pub mod limb {
 
 /// Length of a map.
 pub const fn total(sources: usize, targets: usize, limbs: usize) -> usize {
-    header::LENGTH
-        + (sources + targets) * (joint::LENGTH + record::LENGTH)
-        + limbs * limb::LENGTH
+    header::LENGTH + (sources + targets) * (joint::LENGTH + record::LENGTH) + limbs * limb::LENGTH
 }

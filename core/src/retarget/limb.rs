@@ -101,8 +101,7 @@ pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
         let off = sub(other, scaled(direction, dot(other, direction)));
         scaled(off, 1.0 / norm(off).max_or(1e-6))
     };
-    let new_upper: Vector =
-        [0, 1, 2].map(|i| along * at(direction, i) + beside * at(side, i));
+    let new_upper: Vector = [0, 1, 2].map(|i| along * at(direction, i) + beside * at(side, i));
     let new_lower = sub(scaled(direction, reach), new_upper);
     [turned(aim, upper, new_upper), turned(aim, lower, new_lower)]
 }
@@ -127,7 +126,9 @@ mod tests {
     #[test]
     fn the_end_reaches_every_goal_within_reach_and_bones_keep_their_lengths() {
         let (upper, lower) = ([0.05, -0.38, 0.1], [0.0, -0.36, -0.15]);
-        for goal in [[0.0, -0.6, 0.0], [0.3, -0.5, 0.2], [-0.2, -0.3, -0.1], [0.1, 0.5, 0.3], [0.0, -0.77, 0.01]] {
+        for goal in
+            [[0.0, -0.6, 0.0], [0.3, -0.5, 0.2], [-0.2, -0.3, -0.1], [0.1, 0.5, 0.3], [0.0, -0.77, 0.01]]
+        {
             let [a, b] = bend(upper, lower, goal);
             let end = plus(quaternion::rotate(a, upper), quaternion::rotate(b, lower));
             assert!(norm(sub(end, goal)) < 2e-4, "{goal:?}: {end:?}");
@@ -155,7 +156,9 @@ mod tests {
 
     #[test]
     fn nothing_comes_of_nothing() {
-        for (upper, goal) in [([0.0; 3], [0.1, 0.2, 0.3]), ([0.0, 0.4, 0.0], [0.0; 3]), ([0.0, 0.4, 0.0], [f32::NAN; 3])] {
+        for (upper, goal) in
+            [([0.0; 3], [0.1, 0.2, 0.3]), ([0.0, 0.4, 0.0], [0.0; 3]), ([0.0, 0.4, 0.0], [f32::NAN; 3])]
+        {
             assert_eq!(bend(upper, [0.0, 0.3, 0.1], goal), [IDENTITY; 2]);
         }
     }

@@ -256,11 +256,7 @@ fn carry<const A: usize, const B: usize>(
         let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
         let theirs = ends(&|j| source.place(j), pair.from);
         let ours = ends(&|j| world.place(j), pair.to);
-        let goal = if pair.arm {
-            limb::scaled_reach(theirs, ours)
-        } else {
-            sub(moved(theirs[2]), ours[0])
-        };
+        let goal = if pair.arm { limb::scaled_reach(theirs, ours) } else { sub(moved(theirs[2]), ours[0]) };
         *bend = limb::bend(sub(ours[1], ours[0]), sub(ours[2], ours[1]), goal);
     }
 

@@ -44,7 +44,8 @@ pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
     }
     let [sources, targets, limbs] =
         [header::SOURCES, header::TARGETS, header::LIMBS].map(|r| usize::from(head.u16(r)));
-    let counted = (2..=MAX_SOURCES).contains(&sources) && (2..=MAX_JOINTS).contains(&targets) && limbs <= MAX_LIMBS;
+    let counted =
+        (2..=MAX_SOURCES).contains(&sources) && (2..=MAX_JOINTS).contains(&targets) && limbs <= MAX_LIMBS;
     check(0, counted)?;
     let need = layout::total(sources, targets, limbs);
     if bytes.len() != need {

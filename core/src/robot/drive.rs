@@ -178,7 +178,8 @@ impl<'r, const H: usize> Drive<'r, H> {
     /// Lets a limb reach; `goal` is seen from where it begins.
     fn reach(&self, limb: super::Limb, goal: Vector, angles: &mut [f32; H], links: &mut [Place; H]) -> f32 {
         let [first, last] = limb.hinges;
-        let none = Link { offset: [0.0; 3], turn: IDENTITY, axis: [1.0, 0.0, 0.0], range: (0.0, 0.0), angle: 0.0 };
+        let none =
+            Link { offset: [0.0; 3], turn: IDENTITY, axis: [1.0, 0.0, 0.0], range: (0.0, 0.0), angle: 0.0 };
         let mut chain = [none; MAX_CHAIN];
         for (slot, h) in chain.iter_mut().zip(first..=last) {
             let hinge = self.robot.hinge(h);

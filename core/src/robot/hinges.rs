@@ -174,8 +174,18 @@ mod tests {
     fn three_hinges_in_any_order_and_skew_give_every_turn_of_theirs_back() {
         let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
         let skew = unit([0.3, 1.0, 0.2]);
-        for axes in [[x, y, z], [z, x, y], [y, x, z], [z, y, x], [x, y, x], [y, skew, x], [skew, x, unit([0.0, 0.5, 1.0])]] {
-            for q in [[0.4, -0.3, 0.8], [-1.2, 0.7, 0.1], [0.0, 0.5, 0.0], [1.5, -0.9, -1.4], [0.1, 1.2, -0.1]] {
+        for axes in [
+            [x, y, z],
+            [z, x, y],
+            [y, x, z],
+            [z, y, x],
+            [x, y, x],
+            [y, skew, x],
+            [skew, x, unit([0.0, 0.5, 1.0])],
+        ] {
+            for q in
+                [[0.4, -0.3, 0.8], [-1.2, 0.7, 0.1], [0.0, 0.5, 0.0], [1.5, -0.9, -1.4], [0.1, 1.2, -0.1]]
+            {
                 let hinges = Hinges { count: 3, axes, pointed: x, ranges: FREE };
                 let wanted = product(axes, q);
                 let found = hinges.solve(wanted, q);

@@ -92,7 +92,10 @@ impl Limits {
         }
         let next = self.chase(now, target, 0.0, seconds);
         // The bound holds by construction; this takes off what rounding adds.
-        Motion { position: clamp(next.position, least(low, now.position), greatest(high, now.position)), ..next }
+        Motion {
+            position: clamp(next.position, least(low, now.position), greatest(high, now.position)),
+            ..next
+        }
     }
 
     /// Where a stop that begins now ends, radians.
@@ -225,7 +228,10 @@ mod tests {
             let next = limits.tick(now, target, before, tick);
             let (v, a, j) = (next.velocity, next.acceleration, (next.acceleration - now.acceleration) / tick);
             let what = format!("tick {i} to {target}: {now:?} {next:?}");
-            assert!(next.position >= limits.low.min(start) && next.position <= limits.high.max(start), "{what}");
+            assert!(
+                next.position >= limits.low.min(start) && next.position <= limits.high.max(start),
+                "{what}"
+            );
             assert!(v.abs() <= limits.velocity * 1.001, "{what}");
             assert!(a.abs() <= limits.acceleration * 1.001, "{what}");
             assert!(j.abs() <= limits.jerk * 1.01, "{what}: jerk {j}");
@@ -264,8 +270,15 @@ mod tests {
                 0 => 6.0 * noise.next() - 3.0,
                 1 => 3.0 * (i as f32 * 0.11).sin(),
                 2 => [2.0, -2.0][i / 7 % 2],
-                3 => [f32::NAN, f32::INFINITY, 0.3, -1e30, f32::NEG_INFINITY, 1e-30][(6.0 * noise.next()) as usize % 6],
-                _ => if i % 3 == 0 { 0.5 * noise.next() } else { 0.2 * (i as f32 * 0.05).cos() },
+                3 => [f32::NAN, f32::INFINITY, 0.3, -1e30, f32::NEG_INFINITY, 1e-30]
+                    [(6.0 * noise.next()) as usize % 6],
+                _ => {
+                    if i % 3 == 0 {
+                        0.5 * noise.next()
+                    } else {
+                        0.2 * (i as f32 * 0.05).cos()
+                    }
+                }
             });
             let targets: Vec<f32> = targets.collect();
             drive(limits, 0.0, tick, targets.into_iter());

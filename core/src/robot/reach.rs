@@ -11,10 +11,7 @@
 //! the body's. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: [`STEPS`] times the hinges' forward
 //! kinematics, about 900 instructions a step of a limb with four hinges on a Cortex-M4F.
 
-use super::{
-    hinges::about,
-    layout::MAX_CHAIN,
-};
+use super::{hinges::about, layout::MAX_CHAIN};
 use crate::{
     math::clamp,
     quaternion::{self, Quaternion, Vector},
@@ -124,7 +121,13 @@ mod tests {
 
     /// Shoulder pitch and roll, elbow: an arm of 0.12 and 0.11 m that hangs.
     fn arm(angles: [f32; 3]) -> [Link; 3] {
-        let link = |offset: Vector, axis: Vector, angle: f32| Link { offset, turn: IDENTITY, axis, range: (-2.5, 2.5), angle };
+        let link = |offset: Vector, axis: Vector, angle: f32| Link {
+            offset,
+            turn: IDENTITY,
+            axis,
+            range: (-2.5, 2.5),
+            angle,
+        };
         [
             link([0.0; 3], [1.0, 0.0, 0.0], angles[0]),
             link([0.0; 3], [0.0, 0.0, 1.0], angles[1]),
@@ -149,7 +152,14 @@ mod tests {
         let mut links = arm([-0.6, 0.3, -1.1]);
         let missing = reach(&mut links, IDENTITY, TIP, goal);
         assert!(missing < 3e-3, "{missing} m: {links:?}");
-        assert!((missing - { let d = sub(goal, end(&links)); crate::math::sqrt(dot(d, d)) }).abs() < 1e-5);
+        assert!(
+            (missing - {
+                let d = sub(goal, end(&links));
+                crate::math::sqrt(dot(d, d))
+            })
+            .abs()
+                < 1e-5
+        );
     }
 
     #[test]

@@ -51,9 +51,12 @@ mod tests {
 
     #[test]
     fn range_offset_and_direction() {
-        let servo = Servo { centre_us: 1500.0, gain_us: -600.0, zero: 0.25, least_us: 700.0, greatest_us: 2300.0 };
+        let servo =
+            Servo { centre_us: 1500.0, gain_us: -600.0, zero: 0.25, least_us: 700.0, greatest_us: 2300.0 };
         assert!(servo.is_valid());
-        for (angle, pulse) in [(0.25, 1500), (0.0, 1650), (1.25, 900), (3.0, 700), (-3.0, 2300), (f32::NAN, 1500)] {
+        for (angle, pulse) in
+            [(0.25, 1500), (0.0, 1650), (1.25, 900), (3.0, 700), (-3.0, 2300), (f32::NAN, 1500)]
+        {
             assert_eq!(servo.pulse(angle), pulse, "{angle}");
         }
         assert!(!Servo { gain_us: 0.0, ..servo }.is_valid());
