@@ -8,8 +8,11 @@ use std::{f64::consts::TAU, sync::Arc};
 use gestus_builder::{
     build::{BuildOptions, build},
     corpus::{Corpus, Cycle, Example},
+    effort::{Source, dial::Dial},
     motion::{Clip, Frame, Skeleton},
+    write::with_section,
 };
+use gestus_core::blob::layout::section;
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RATE_HZ: f64 = 30.0;
@@ -30,8 +33,11 @@ fn main() -> anyhow::Result<()> {
     // A small window and small blocks: less to mutate.
     let options = BuildOptions { window: 2, block_rows: 8, ..BuildOptions::default() };
     let built = build(&corpus, &options)?;
-    std::fs::write(&file, &built.bytes)?;
-    eprintln!("{file}: {} bytes", built.bytes.len());
+    let efforts = vec![Some([0.0, 0.0, 0.0]), Some([-0.5, 1.0, 0.8])];
+    let dial = Dial::new(Source::Estimated, efforts, 0);
+    let bytes = with_section(&built.bytes, section::EFFORT, &dial.section())?;
+    std::fs::write(&file, &bytes)?;
+    eprintln!("{file}: {} bytes", bytes.len());
     Ok(())
 }
 

@@ -16,6 +16,7 @@ use crate::{
     features::{Cloud, FeatureSpace, clouds},
     index::{ClassFeatures, build_graph},
     landmarks::{GROUPS, LandmarkError},
+    models::{self, Wanted, correspond::Pairs},
     pack::{PackError, choose_steps, pack},
     pair::{CycleData, Scheme, pair},
     write::{Section, assemble},
@@ -33,11 +34,28 @@ pub struct BuildOptions {
     pub error_cm: f64,
     /// Rows of a block.
     pub block_rows: usize,
+    /// Whether linear models and statistics are built too.
+    pub models: bool,
+    /// The style that the models take; `normal` or `neutral`, or else the first, where left out.
+    pub from: Option<String>,
+    /// Whether there is a model and a table for each action, besides those of all actions.
+    pub models_by_action: bool,
+    /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
+    pub mean_rounds: usize,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { pairing: Scheme::default(), window: 5, error_cm: 0.045, block_rows: 32 }
+        Self {
+            pairing: Scheme::default(),
+            window: 5,
+            error_cm: 0.045,
+            block_rows: 32,
+            models: true,
+            from: None,
+            models_by_action: false,
+            mean_rounds: 0,
+        }
     }
 }
 
@@ -61,6 +79,14 @@ pub enum BuildError {
         most: usize,
         /// What to do.
         cure: &'static str,
+    },
+    /// The style that models should take is not there.
+    #[error("the models should take the style `{from}`, and there is none: the styles are {have}")]
+    From {
+        /// The style wanted.
+        from: String,
+        /// Those there are.
+        have: String,
     },
     /// No action that is there in every style.
     #[error(
@@ -138,6 +164,28 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let names: Vec<(usize, usize)> = classes.iter().map(|c| (c.action, c.style)).collect();
     let pairing = pair(&cycles, &names, corpus.styles.len(), options.pairing);
 
+    let models = if options.models {
+        let examples_dofs: Vec<(&Example, &[Vec<f64>])> =
+            examples.iter().copied().zip(dofs.iter().map(Vec::as_slice)).collect();
+        let contacts: Vec<&[[bool; 2]]> = examples.iter().map(|e| e.contacts.as_slice()).collect();
+        let pairs = Pairs {
+            cycles: &cycles,
+            classes: &names,
+            contacts: &contacts,
+            pairing: &pairing,
+            rate_hz: corpus.rate_hz,
+        };
+        let wanted = Wanted {
+            from: taken_style(corpus, options)?,
+            styles: corpus.styles.len(),
+            by_action: options.models_by_action,
+            rounds: options.mean_rounds,
+        };
+        models::sections(&body, &examples_dofs, &pairs, &wanted, &mut notes)
+    } else {
+        Vec::new()
+    };
+
     let mut all_rows: Vec<Vec<f32>> = dofs.iter().flatten().map(|row| narrow(row)).collect();
     let mut clip_table: Vec<(usize, usize)> =
         first_rows.iter().zip(&dofs).map(|(&f, d)| (f, d.len())).collect();
@@ -212,7 +260,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     });
     let names: Vec<String> = examples.iter().map(|e| e.clip.name.clone()).collect();
     let manifest = manifest(corpus, &examples, names, pairing.prototypes.len(), options);
-    let sections: Vec<Section> = vec![
+    let mut sections: Vec<Section> = vec![
         (section::MANIFEST, manifest),
         (section::SKELETON, skeleton_section(&body)),
         (
@@ -240,9 +288,21 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         (section::FLAGS, flags),
         (section::TIMING, timing_section(&timing_dofs)),
     ];
+    sections.extend(models);
     let bytes = assemble(&counts, corpus.rate_hz, &sections);
     Database::open(&bytes)?;
     Ok(Built { bytes, notes })
+}
+
+/// The style that the models take.
+fn taken_style(corpus: &Corpus, options: &BuildOptions) -> Result<usize, BuildError> {
+    let named = |name: &str| corpus.styles.iter().position(|s| s == name);
+    match &options.from {
+        Some(from) => {
+            named(from).ok_or_else(|| BuildError::From { from: from.clone(), have: corpus.styles.join(", ") })
+        }
+        None => Ok(["normal", "neutral"].into_iter().find_map(named).unwrap_or(0)),
+    }
 }
 
 fn narrow(row: &[f64]) -> Vec<f32> {

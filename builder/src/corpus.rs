@@ -73,6 +73,26 @@ pub struct Corpus {
 }
 
 impl Corpus {
+    /// A corpus of one clip, of which nothing else is known: enough for its body.
+    pub fn of_clip(clip: &Clip) -> Corpus {
+        let example = Example {
+            clip: clip.clone(),
+            action: 0,
+            style: 0,
+            take: String::new(),
+            contacts: vec![[false; 2]; clip.frames.len()],
+            cycles: Vec::new(),
+            licence: String::new(),
+        };
+        Corpus {
+            skeleton: clip.skeleton.clone(),
+            rate_hz: clip.rate_hz,
+            actions: vec![String::new()],
+            styles: vec![String::new()],
+            examples: vec![example],
+        }
+    }
+
     /// Puts actions and styles into the order wanted; those that are not named follow by name.
     pub fn order(&mut self, actions: &[String], styles: &[String]) {
         let sorted = |names: &[String], wanted: &[String]| {

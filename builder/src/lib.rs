@@ -12,6 +12,8 @@ pub mod build;
 pub mod bvh;
 pub mod contact;
 pub mod corpus;
+pub mod cut;
+pub mod effort;
 pub mod evaluate;
 pub mod export;
 pub mod features;

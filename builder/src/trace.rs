@@ -72,18 +72,25 @@ impl Trace {
     /// What the file system says.
     pub fn write(&self, path: &Path, database: &Database<'_>, request: &Request) -> io::Result<()> {
         let (t, c, k, d) = (self.frames, self.classes, self.k, self.dofs);
+        // Other methods than the mixture have no query, no classes and no neighbors.
+        let filled = |values: &[f32], count: usize, with: f32| -> Vec<f32> {
+            values.iter().copied().chain(std::iter::repeat(with)).take(count).collect()
+        };
+        let none = |values: &[i32]| -> Vec<i32> {
+            values.iter().copied().chain(std::iter::repeat(-1)).take(t * c * k).collect()
+        };
         let mut archive = Archive::create(path)?;
         archive.add("input", &[t, d], &self.input)?;
         archive.add("input_prev", &[t, d], &self.input_prev)?;
         archive.add("output_prev", &[t, d], &self.output_prev)?;
         archive.add("predicted", &[t, d], &self.predicted)?;
-        archive.add("query", &[t, self.features], &self.query)?;
-        archive.add("proportion", &[t, c], &self.proportion)?;
-        archive.add("mean_distance2", &[t, c], &self.mean_distance2)?;
-        archive.add("neighbors", &[t, c, k], &self.neighbors)?;
-        archive.add("distance2", &[t, c, k], &self.distance2)?;
-        archive.add("timing_neighbors", &[t, c, k], &self.timing_neighbors)?;
-        archive.add("timing_weights", &[t, c, k], &self.timing_weights)?;
+        archive.add("query", &[t, self.features], &filled(&self.query, t * self.features, 0.0))?;
+        archive.add("proportion", &[t, c], &filled(&self.proportion, t * c, 0.0))?;
+        archive.add("mean_distance2", &[t, c], &filled(&self.mean_distance2, t * c, -1.0))?;
+        archive.add("neighbors", &[t, c, k], &none(&self.neighbors))?;
+        archive.add("distance2", &[t, c, k], &filled(&self.distance2, t * c * k, -1.0))?;
+        archive.add("timing_neighbors", &[t, c, k], &none(&self.timing_neighbors))?;
+        archive.add("timing_weights", &[t, c, k], &filled(&self.timing_weights, t * c * k, 0.0))?;
         archive.add("step_seconds", &[t], &self.step_seconds)?;
         archive.add("contacts", &[t, 2], &self.contacts)?;
         let config = config(database, request).to_string().into_bytes();
@@ -107,6 +114,11 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         |group: usize| request.strength.iter().rev().find(|s| usize::from(s.0) == group).map_or(1.0, |s| s.1);
     let searched = |group: usize| u8::from(!request.masked.iter().any(|&m| usize::from(m) == group));
     json!({
+        "method": match config.method_chosen() {
+            gestus_core::Method::Mar => "mar",
+            gestus_core::Method::Lti => "lti",
+            gestus_core::Method::Statistic => "statistic",
+        },
         "k": k,
         "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(k))).collect::<Vec<_>>(),
         "lambda": lambda,
@@ -165,6 +177,7 @@ impl Watcher for Trace {
             // The input was no pose and nothing was computed.
             return;
         }
+        self.proportion.resize((self.frames + 1) * self.classes, 0.0);
         for share in &report.classes {
             self.proportion[self.frames * self.classes + usize::from(share.class)] = share.proportion;
         }

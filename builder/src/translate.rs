@@ -103,26 +103,35 @@ impl Input {
     /// they did.
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let mut whole = streamed.clone();
-        match &self.way {
-            Way::Same(joints) => {
-                for (step, input) in whole.steps.iter_mut().zip(&self.clip.frames) {
-                    let mut frame = input.clone();
-                    frame.root = step.frame.root;
-                    for (&joint, rotation) in joints.iter().zip(&step.frame.rotations) {
-                        frame.rotations[joint] = *rotation;
-                    }
-                    step.frame = frame;
-                }
-            }
-            Way::Map(map) => {
-                let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
-                let back = map.take_back(&frames, &self.clip.frames);
-                for (step, frame) in whole.steps.iter_mut().zip(back) {
-                    step.frame = frame;
-                }
-            }
+        let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+        for (step, frame) in whole.steps.iter_mut().zip(self.take_back(&frames, &self.clip.frames)) {
+            step.frame = frame;
         }
         whole.clip(&self.clip, self.clip.rate_hz)
+    }
+
+    /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
+    /// do in the input at each pose's `sources`, in frames.
+    pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
+        let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
+        Clip { frames: self.take_back(frames, &inputs), ..self.clip.clone() }
+    }
+
+    /// Poses of the database's joints on the input's skeleton; what the database lacks is taken from `inputs`.
+    fn take_back(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
+        let joints = match &self.way {
+            Way::Same(joints) => joints,
+            Way::Map(map) => return map.take_back(frames, inputs),
+        };
+        let carry = |(pose, input): (&Frame, &Frame)| {
+            let mut frame = input.clone();
+            frame.root = pose.root;
+            for (&joint, rotation) in joints.iter().zip(&pose.rotations) {
+                frame.rotations[joint] = *rotation;
+            }
+            frame
+        };
+        frames.iter().zip(inputs).map(carry).collect()
     }
 
     /// The output in the form of the input's file.

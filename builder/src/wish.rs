@@ -1,25 +1,32 @@
 //! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Config, Database, blob::Names, regress::Ridge, timing::Timing};
+use gestus_core::{
+    Config, Database, Effort, Method, blob::Names, effort::Labels, regress::Ridge, timing::Timing,
+};
 
-use crate::stream::Request;
+use crate::{effort, stream::Request};
 
 /// Style, labels and parameters, in words.
 #[derive(clap::Args, Clone, Debug)]
 pub struct WishArgs {
     /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
-    #[arg(long)]
+    #[arg(long, default_value = "", hide_default_value = true, required_unless_present = "effort")]
     pub style: String,
+    /// Wanted Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's dial
+    /// finds the mix of styles
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
+    pub effort: Option<String>,
     /// The input's action, where it is known
     #[arg(long)]
     action: Option<String>,
     /// The input's style, where it is known
     #[arg(long)]
     input_style: Option<String>,
-    /// The method: mar, the mixture of autoregressive models
+    /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
+    /// pose at a time. effort: the whole clip rebuilt of blended fragments (`gestus translate` with --effort)
     #[arg(long, default_value = "mar")]
-    method: String,
+    pub method: String,
     /// Output time: free (poses keep their predicted times) or sync (one pose a tick)
     #[arg(long, default_value = "free")]
     timing: String,
@@ -56,14 +63,28 @@ pub struct WishArgs {
     /// How much of what lies outside is kept
     #[arg(long)]
     rho: Option<f32>,
+    /// lti: standard deviations within which the model is trusted (kc)
+    #[arg(long)]
+    confidence: Option<f32>,
+    /// lti: how sharply it gives way to the input beyond (kp)
+    #[arg(long)]
+    preference: Option<f32>,
+    /// statistic: half-life of the input's running statistics, seconds; 0: those stored
+    #[arg(long)]
+    halflife: Option<f32>,
 }
 
 impl WishArgs {
     /// Parameters, checked for their names.
     fn config(&self) -> Result<Config> {
-        if self.method != "mar" {
-            bail!("--method {}: this version has mar", self.method);
-        }
+        let method = match self.method.as_str() {
+            "mar" => Method::Mar,
+            "lti" => Method::Lti,
+            "statistic" => Method::Statistic,
+            other => {
+                bail!("--method {other}: mar, lti, statistic, or effort with `gestus translate --effort`")
+            }
+        };
         let policy = match self.timing.as_str() {
             "free" => Timing::Free,
             "sync" => Timing::Sync,
@@ -74,7 +95,8 @@ impl WishArgs {
             "paper" => Config::paper(),
             other => bail!("--preset {other}: default or paper"),
         }
-        .timing(policy);
+        .timing(policy)
+        .method(method);
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
@@ -87,7 +109,37 @@ impl WishArgs {
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));
-        Ok(self.rho.map_or(config, |v| config.rho(v)))
+        config = self.rho.map_or(config, |v| config.rho(v));
+        config = self.confidence.map_or(config, |v| config.confidence(v));
+        config = self.preference.map_or(config, |v| config.preference(v));
+        Ok(self.halflife.map_or(config, |v| config.halflife_s(v)))
+    }
+
+    /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.
+    fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
+        let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
+        let dial = database.dial().context(
+            "--effort: the database has no effort dial: build it again from two styles or more, without --no-effort",
+        )?;
+        let rest = dial.rest().factors();
+        let target: [f32; 3] = std::array::from_fn(|k| factors[k].map_or(rest[k], |v| v as f32));
+        let (weights, reached) = dial.weights(Effort::new(target));
+        let labels = match dial.labels() {
+            Labels::Given => "given by people",
+            Labels::Estimated => "estimated from motion",
+        };
+        for (k, name) in Effort::NAMES.iter().enumerate() {
+            if reached.clamped[k] && factors[k].is_some() {
+                let (low, high) = dial.range()[k];
+                eprintln!(
+                    "--effort: {name} {} is beyond these styles' reach, {:.2} is taken (Efforts {labels}; {name} runs \
+                     from {low:.2} to {high:.2}, less where other factors are asked for too)",
+                    target[k],
+                    reached.effort.factors()[k]
+                );
+            }
+        }
+        Ok((0..database.counts().styles).map(|s| (s as u16, weights[s])).collect())
     }
 
     /// The request in the database's numbers.
@@ -96,12 +148,16 @@ impl WishArgs {
     /// Names that the database does not know, and numbers that are none; the message lists what there is.
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
         let manifest = database.manifest()?;
-        let style = self
+        let named = self
             .style
             .split(',')
             .filter(|s| !s.trim().is_empty())
             .map(|part| weighted(part, manifest.styles, "style"))
             .collect::<Result<Vec<_>>>()?;
+        let style = match &self.effort {
+            Some(wanted) => self.dialled(database, wanted)?,
+            None => named,
+        };
         if style.is_empty() {
             bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
         }

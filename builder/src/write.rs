@@ -55,3 +55,22 @@ pub fn assemble(counts: &Counts, rate_hz: f64, sections: &[Section]) -> Vec<u8> 
     bytes[header::CRC].copy_from_slice(&crc.to_le_bytes());
     bytes
 }
+
+/// A blob with an optional section put in, or put in the place of the one that it has.
+///
+/// # Errors
+/// Where the blob does not open, or the new section is none.
+pub fn with_section(blob: &[u8], id: u16, content: &[u8]) -> Result<Vec<u8>, gestus_core::BlobError> {
+    let database = gestus_core::Database::open(blob)?;
+    let mut sections: Vec<Section> = database
+        .sections()
+        .into_iter()
+        .chain(database.optional_sections().filter(|s| s.0 != id))
+        .map(|(id, bytes)| (id, bytes.to_vec()))
+        .collect();
+    sections.push((id, content.to_vec()));
+    sections.sort_by_key(|s| s.0);
+    let bytes = assemble(database.counts(), f64::from(database.rate_hz()), &sections);
+    gestus_core::Database::open(&bytes)?;
+    Ok(bytes)
+}

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Why a blob was refused by [`Database::open`](crate::Database::open).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -116,7 +118,9 @@ impl fmt::Display for Name {
 }
 
 /// Why a stylizer refused a database or a setting. The setting in force before stays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// It travels over the [`link`](crate::link): new variants go to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
@@ -163,6 +167,8 @@ pub enum ConfigError {
     Weights,
     /// A parameter is out of its range or not finite.
     Parameter,
+    /// The database has no effort dial.
+    NoDial,
 }
 
 impl fmt::Display for ConfigError {
@@ -189,6 +195,9 @@ impl fmt::Display for ConfigError {
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),
+            Self::NoDial => f.write_str(
+                "the database has no effort dial: build it again with two styles or more, without `--no-effort`",
+            ),
         }
     }
 }

@@ -39,15 +39,16 @@ pub(crate) fn read<const J: usize>(
         return read;
     };
     let variables = example.as_flattened_mut();
-    database.decode_run(before, 2, variables, |i, slot, value| {
+    read.bytes += database.decode_run(before, 2, variables, |i, slot, value| {
         slot[if i == 0 { X_PREV } else { X }] = value;
     });
-    read.bytes += database.run_cost(before, 2) as u32;
     let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
-    for (nth, (style, &weight)) in weighted.enumerate() {
+    let mut first = true;
+    for (style, &weight) in weighted {
         let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
         read.step_s += weight * counterpart.step_s;
-        read.bytes += blend(database, &counterpart, weight, nth == 0, variables);
+        read.bytes += blend(database, &counterpart, weight, first, variables);
+        first = false;
     }
     read
 }
@@ -108,14 +109,13 @@ impl Run {
                     slot[Y_PREV] += before * value;
                     slot[Y] += now * value;
                 }
-            });
+            })
         } else {
             database.decode_run(self.start, count, variables, |i, slot, value| {
                 let [before, now] = weights[i % MAX_RUN];
                 slot[Y_PREV] += before * value;
                 slot[Y] += now * value;
-            });
+            })
         }
-        database.run_cost(self.start, count) as u32
     }
 }

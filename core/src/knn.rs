@@ -47,10 +47,10 @@ pub struct Neighbor {
 /// The query, ready to be compared with stored features.
 #[derive(Debug, Clone)]
 pub struct Metric {
-    /// The query in steps of the stored i8.
+    /// The query, metres; 0 for components that a mask leaves out.
     query: Feature,
-    /// Squared metres for a squared step; 0 for components that a mask leaves out.
-    weight: Feature,
+    /// Metres for a step of the stored i8; 0 for components that a mask leaves out.
+    scale: Feature,
     features: usize,
 }
 
@@ -58,12 +58,12 @@ impl Metric {
     /// The metric of a query; `mask` says for each joint group whether the search looks at it.
     pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
         let features = database.counts().features;
-        let mut metric = Self { query: [0.0; MAX_FEATURES], weight: [0.0; MAX_FEATURES], features };
+        let mut metric = Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features };
         for f in 0..features.min(MAX_FEATURES) {
-            let scale = database.feature_scale(f);
-            let kept = mask >> database.feature_group(f) & 1 == 1;
-            metric.query[f] = feature[f] / scale;
-            metric.weight[f] = if kept { scale * scale } else { 0.0 };
+            if mask >> database.feature_group(f) & 1 == 1 {
+                metric.query[f] = feature[f];
+                metric.scale[f] = database.feature_scale(f);
+            }
         }
         metric
     }
@@ -81,28 +81,28 @@ impl Metric {
     fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
         let (chunks, rest) = stored.as_chunks::<LANES>();
         let mut sums = [0.0f32; LANES];
-        let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.weight.as_chunks::<LANES>().0);
+        let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.scale.as_chunks::<LANES>().0);
         let mut parts = chunks.iter().zip(queries);
-        for (codes, (query, weight)) in parts.by_ref().take(2) {
-            add(&mut sums, codes, query, weight);
+        for (codes, (query, scale)) in parts.by_ref().take(2) {
+            add(&mut sums, codes, query, scale);
         }
         if total(&sums) >= bound {
             return None;
         }
-        for (codes, (query, weight)) in parts {
-            add(&mut sums, codes, query, weight);
+        for (codes, (query, scale)) in parts {
+            add(&mut sums, codes, query, scale);
         }
         if !rest.is_empty() {
-            // Components beyond the last are 0 in the query and weigh nothing.
+            // Components beyond the last are 0 in the query and have no scale.
             let mut codes = [0; LANES];
             for (slot, &code) in codes.iter_mut().zip(rest) {
                 *slot = code;
             }
             let at = chunks.len() * LANES;
             let query = self.query.get(at..).and_then(|q| q.first_chunk::<LANES>());
-            let weight = self.weight.get(at..).and_then(|w| w.first_chunk::<LANES>());
-            if let (Some(query), Some(weight)) = (query, weight) {
-                add(&mut sums, &codes, query, weight);
+            let scale = self.scale.get(at..).and_then(|w| w.first_chunk::<LANES>());
+            if let (Some(query), Some(scale)) = (query, scale) {
+                add(&mut sums, &codes, query, scale);
             }
         }
         let sum = total(&sums);
@@ -119,10 +119,10 @@ impl Metric {
 const LANES: usize = 8;
 
 #[inline]
-fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], weight: &[f32; LANES]) {
-    for (((sum, &code), &q), &w) in sums.iter_mut().zip(codes).zip(query).zip(weight) {
-        let difference = q - f32::from(code as i8);
-        *sum += w * (difference * difference);
+fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], scale: &[f32; LANES]) {
+    for (((sum, &code), &q), &s) in sums.iter_mut().zip(codes).zip(query).zip(scale) {
+        let difference = q - s * f32::from(code as i8);
+        *sum += difference * difference;
     }
 }
 
@@ -167,6 +167,7 @@ pub struct Searcher {
 
 impl Searcher {
     /// Room for a search.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { pool: Vec::new(), visited: [NONE; SLOTS] }
     }
@@ -396,17 +397,17 @@ mod tests {
     #[test]
     fn early_exit_tells_the_same_as_the_whole_sum() {
         for features in [7, 8, 16, 17, 24, 31, 32] {
-            let mut metric = Metric { query: [0.0; MAX_FEATURES], weight: [0.0; MAX_FEATURES], features };
+            let mut metric = Metric { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features };
             let mut codes = [0u8; MAX_FEATURES];
             for f in 0..features {
                 metric.query[f] = (f as f32 * 2.7).sin() * 100.0;
-                metric.weight[f] = 1.0 / (1.0 + f as f32);
+                metric.scale[f] = 1.0 / (1.0 + f as f32);
                 codes[f] = ((f as f32 * 1.3).cos() * 120.0) as i8 as u8;
             }
             let stored = codes.get(..features).unwrap_or(&[]);
             let whole = metric.distance2(stored);
             let plain: f32 = (0..features)
-                .map(|f| metric.weight[f] * (metric.query[f] - f32::from(codes[f] as i8)).powi(2))
+                .map(|f| (metric.query[f] - metric.scale[f] * f32::from(codes[f] as i8)).powi(2))
                 .sum();
             assert!((whole - plain).abs() <= 1e-5 * plain, "{features}: {whole} against {plain}");
             for bound in [0.0, whole * 0.3, whole * 0.9, whole, whole * 1.000_001, whole * 2.0] {

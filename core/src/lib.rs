@@ -16,6 +16,7 @@
 //!
 //! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
 //! statistics, which need no frames: see [`Method`].
+//! Between frames the style may be set by name and weight, or by an [`effort`].
 //!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
 //! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
@@ -43,9 +44,11 @@ pub mod blob;
 pub mod config;
 pub mod contact;
 pub mod digest;
+pub mod effort;
 mod error;
 pub mod examples;
 pub mod knn;
+pub mod link;
 pub mod lti;
 mod mar;
 pub mod math;
@@ -67,8 +70,9 @@ pub mod timing;
 pub use blob::Database;
 pub use config::{Config, Method};
 pub use digest::Digest;
+pub use effort::Effort;
 pub use error::{BlobError, ConfigError};
-pub use observe::Observer;
+pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::Stylizer;
+pub use stylizer::{Fit, Stylizer};

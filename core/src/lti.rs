@@ -59,6 +59,7 @@ type Wanted = heapless::Vec<(u16, f32), BLENDED>;
 
 impl<const J: usize> Lti<J> {
     /// No frame seen yet.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 }
     }

@@ -18,6 +18,7 @@ use crate::{
     examples,
     knn::{Limits, Metric, Searcher},
     mixture::{self, Share},
+    observe::Stage,
     query::{ALIGNED, Feature, Window},
     regress::{Examples, Parameters, ROOM},
     stylizer::{Settings, Signals},
@@ -51,6 +52,8 @@ pub(crate) struct Frame<'a, 'db> {
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     /// No frame seen yet.
+    // A function of its own is given the place to write to; inlined, 20 KB would be copied there.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             window: Window::new(),
@@ -80,6 +83,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Query);
         self.window.push(frame.database, input);
         let mut feature: Feature = [0.0; _];
         // Nothing is left of the last frame's examples.
@@ -89,7 +93,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let metric = Metric::new(frame.database, &feature, frame.settings.mask);
         self.search(frame, &metric, report, observer);
         if frame.first {
-            self.settle(frame, &metric, signals, report);
+            self.settle(frame, &metric, signals, report, observer);
         }
         self.regress(frame, &metric, signals, report, observer);
     }
@@ -102,6 +106,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
+        observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
         let limits = Limits {
             k: usize::from(config.k),
@@ -133,6 +138,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             *jumped = effort.restarted;
             observer.searched(class, found, *mean);
         }
+        observer.stage(Stage::Rest);
         let (most, means) = (usize::from(config.classes), self.mean_distance2.get(..classes).unwrap_or(&[]));
         let cut = mixture::proportions(means, config.delta, config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
@@ -150,12 +156,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         metric: &Metric,
         signals: &mut Signals<J>,
         report: &mut Report,
+        observer: &mut impl Observer<J>,
     ) {
         let dofs = frame.database.counts().dofs;
         let mut rates = [0.0; 3];
         (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
         for share in &report.classes {
-            report.bytes_read += self.gather(frame, metric, *share, signals, &mut Votes::default());
+            report.bytes_read += self.gather(frame, metric, *share, signals, &mut Votes::default(), observer);
             let slots = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.y_prev.as_flattened_mut());
             for (d, (x_prev, y_prev)) in slots.enumerate().take(dofs) {
                 let weight = share.proportion * frame.database.step(d);
@@ -180,6 +187,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         share: Share,
         signals: &Signals<J>,
         votes: &mut Votes,
+        observer: &mut impl Observer<J>,
     ) -> u32 {
         let Frame { database, settings, .. } = frame;
         let class = usize::from(share.class);
@@ -191,13 +199,18 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         self.steps.clear();
         for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
+            observer.stage(Stage::Decode);
             let example = self.examples.place();
             let read = examples::read(database, class, row, &settings.styles, example);
+            observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
+            observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
+            observer.stage(Stage::Rest);
             votes.add(database, row, metric.distance2(database.feature(row)), share.proportion);
         }
+        observer.stage(Stage::Regression);
         self.examples.finish(dofs);
         bytes
     }
@@ -219,7 +232,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         signals.predicted = [[0.0; 4]; J];
         for share in &report.classes {
             let class = usize::from(share.class);
-            report.bytes_read += self.gather(frame, metric, *share, signals, &mut votes);
+            report.bytes_read += self.gather(frame, metric, *share, signals, &mut votes, observer);
             let (x, x_prev, y_prev) =
                 (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
             let inputs = x_prev.iter().zip(y_prev).zip(x);
@@ -232,8 +245,10 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, &parameters);
                 *all += share.proportion * *one;
             }
+            observer.stage(Stage::Timing);
             let (y, y_prev) = (signals.output.as_flattened(), signals.y_prev.as_flattened());
             step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
+            observer.stage(Stage::Rest);
             let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
             observer.timed(class, rows, self.steps.weights());
         }

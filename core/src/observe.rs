@@ -4,8 +4,35 @@
 
 use crate::{knn::Neighbor, pose::Dofs, query::Feature};
 
+/// A part of the work of a step, for its cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Stage {
+    /// Window of poses to search feature ([`crate::query`]).
+    Query,
+    /// Nearest frames in every class ([`crate::knn`]).
+    Search,
+    /// Rows of the neighbors and their counterparts unpacked ([`crate::examples`]).
+    Decode,
+    /// Sums and solves ([`crate::regress`]).
+    Regression,
+    /// Time step ([`crate::timing`]).
+    Timing,
+    /// Pose to dofs and back, proportions of the classes, contacts, and what no other stage is.
+    Rest,
+}
+
+impl Stage {
+    /// Every stage, by name, in the order of their numbers (`stage as usize`).
+    pub const NAMES: [&'static str; 6] = ["query", "search", "decode", "regression", "timing", "rest"];
+}
+
 /// Sees what a step computes, in the order in which it does.
 pub trait Observer<const J: usize> {
+    /// From here on the work is of that stage. A step begins with [`Stage::Rest`], which is not announced; stages
+    /// come more than once, decode and regression in turns for every neighbor.
+    #[inline(always)]
+    fn stage(&mut self, _stage: Stage) {}
     /// The query.
     fn query(&mut self, _feature: &Feature) {}
     /// The neighbors of a class, nearest first, and their mean squared distance.

@@ -42,6 +42,7 @@ pub struct Window<const J: usize> {
 
 impl<const J: usize> Window<J> {
     /// A window without a pose.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, empty: true }
     }

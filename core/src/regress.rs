@@ -129,6 +129,7 @@ pub struct Examples<const J: usize> {
 
 impl<const J: usize> Examples<J> {
     /// No examples.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self {
             first: [[[0.0; 4]; 4]; J],

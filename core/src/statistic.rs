@@ -45,6 +45,7 @@ pub(crate) struct Statistic<const J: usize> {
 
 impl<const J: usize> Statistic<J> {
     /// No frame seen yet.
+    #[inline(never)]
     pub const fn new() -> Self {
         Self { root: [[0.0, 1.0]; 3], means: [IDENTITY; J], variances: [1.0; J] }
     }

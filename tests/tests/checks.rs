@@ -7,8 +7,8 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         layout::{
-            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header, joint,
-            query, section, timing,
+            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, header,
+            joint, query, section, timing,
         },
         read::{f32_at, u16_at, u32_at},
     },
@@ -517,4 +517,59 @@ fn the_timing_metric() {
         let changed = patched(blob(), id, i, &[1]);
         refuses("reserved", &changed, BlobError::Reserved { section: id });
     }
+}
+
+/// An effort section for the two styles of the blob, with 2 x 2 x 2 nodes.
+fn dial_bytes() -> Vec<u8> {
+    let mut bytes: Vec<u8> = [2u16; 3].iter().flat_map(|n| n.to_le_bytes()).chain([0, 0]).collect();
+    let axes = [-1.0f32, 1.0, -2.0, 2.0, -0.5, 0.5];
+    let rest = [0.0f32; 3];
+    let efforts = [-1.0f32, -2.0, -0.5, 1.0, 2.0, 0.5];
+    bytes.extend(axes.iter().chain(&rest).chain(&efforts).flat_map(|v| v.to_le_bytes()));
+    bytes.extend((0..8u8).flat_map(|node| [255 - 30 * node, 30 * node]));
+    bytes
+}
+
+#[test]
+fn the_effort_dial() {
+    let id = section::EFFORT;
+    let styles = database().counts().styles;
+    assert_eq!(styles, 2);
+    let blob = gestus_builder::write::with_section(blob(), id, &dial_bytes()).unwrap();
+    let dial = Database::open(&blob).unwrap().dial().unwrap();
+    assert_eq!(dial.of_style(1).factors(), [1.0, 2.0, 0.5]);
+    assert!(database().dial().is_none());
+
+    let value_at = |name: &str, at: usize, written: &[u8], record: usize| {
+        refuses(name, &patched(&blob, id, at, written), value(id, record));
+    };
+    for nodes in [0u16, 1, effort::MAX_NODES as u16 + 1, u16::MAX] {
+        for k in 0..3 {
+            value_at("nodes", effort::NODES.start + 2 * k, &nodes.to_le_bytes(), k);
+        }
+    }
+    value_at("labels", effort::LABELS, &[2], 3);
+    let reserved = patched(&blob, id, effort::RESERVED.start, &[1]);
+    refuses("reserved", &reserved, BlobError::Reserved { section: id });
+    for v in NOT_FINITE.into_iter().chain([10.5, -10.5]) {
+        for k in 0..3 {
+            value_at("low end", effort::AXES.start + 8 * k, &float(v), 4 + k);
+            value_at("high end", effort::AXES.start + 8 * k + 4, &float(v), 4 + k);
+            value_at("rest", effort::REST.start + 4 * k, &float(v), 7 + k);
+        }
+        for i in 0..3 * styles {
+            value_at("effort", effort::styles() + 4 * i, &float(v), 10 + i);
+        }
+    }
+    value_at("an axis without length", effort::AXES.start + 4, &float(-0.995), 4);
+    value_at("a mix of more than all", effort::table(styles) + 4, &[200], 10 + 3 * styles + 2);
+    let need = (effort::table(styles) + 8 * styles) as u32;
+    for (have, need) in [(need - 1, need), (need + 1, need), (10, effort::table(styles) as u32)] {
+        let cut = with_section(&blob, id, |b| b.resize(have as usize, 0));
+        refuses("length", &cut, BlobError::Length { section: id, need, have });
+    }
+    // More nodes than there is table for.
+    let more = patched(&blob, id, effort::NODES.start, &3u16.to_le_bytes());
+    let need = (effort::table(styles) + 12 * styles) as u32;
+    refuses("table", &more, BlobError::Length { section: id, need, have: dial_bytes().len() as u32 });
 }

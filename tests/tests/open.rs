@@ -1,7 +1,13 @@
 //! `Database::open` against damaged bytes: it refuses or opens, and never panics; and what it opens can be stepped.
 
-use gestus_builder::stream::to_pose;
-use gestus_core::{BlobError, Config, Database, Pose, Stylizer};
+use std::sync::OnceLock;
+
+use gestus_builder::{
+    effort::{Source, dial::Dial},
+    stream::to_pose,
+    write::with_section,
+};
+use gestus_core::{BlobError, Config, Database, Effort, Pose, Stylizer, blob::layout::section};
 use gestus_tests::{motion, patch};
 use proptest::prelude::*;
 
@@ -14,6 +20,10 @@ fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
     let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return Ok(()) };
     for style in 0..counts.styles {
         let _ = stylizer.set_style(&[(style as u16, 1.0), (0, 0.5)]);
+    }
+    if let Ok(reached) = stylizer.set_effort(Effort::new([9.0, -0.4, f32::NAN])) {
+        assert!(reached.effort.factors().iter().all(|f| f.is_finite()), "{reached:?}");
+        assert!((stylizer.style().iter().sum::<f32>() - 1.0).abs() < 1e-3, "{:?}", stylizer.style());
     }
     let mut output = Pose::IDENTITY;
     for (t, frame) in motion::unseen(0, 0, 12).frames.iter().enumerate() {
@@ -64,6 +74,38 @@ fn any_other_length_is_refused() {
         let (need, have) = (blob.len() as u32, longer.len() as u32);
         assert_eq!(Database::open(&longer).err(), Some(BlobError::Truncated { need, have }));
     }
+}
+
+/// The blob with an effort dial.
+fn dialled() -> &'static [u8] {
+    static BLOB: OnceLock<Vec<u8>> = OnceLock::new();
+    BLOB.get_or_init(|| {
+        let efforts = vec![Some([0.0, 0.0, 0.0]), Some([1.0, 2.0, -1.0])];
+        let dial = Dial::new(Source::Estimated, efforts, 0);
+        with_section(motion::tiny(), section::EFFORT, &dial.section()).unwrap()
+    })
+}
+
+#[test]
+fn a_blob_with_a_dial_opens_and_a_stream_obeys_it() {
+    assert_eq!(open_and_step(dialled()), Ok(()));
+    let database = Database::open(dialled()).unwrap();
+    let dial = database.dial().unwrap();
+    let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap());
+    for (weight, share) in [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0)] {
+        let reached = stylizer
+            .set_effort(Effort { weight, ..Effort::new([0.5 * weight, 0.0, -0.5 * weight]) })
+            .unwrap();
+        assert!(!reached.is_clamped() && (reached.effort.weight - weight).abs() < 0.15, "{reached:?}");
+        assert!((stylizer.style()[1] - share).abs() < 0.1, "{weight}: {:?}", stylizer.style());
+    }
+    let far = stylizer.set_effort(Effort::new([-3.0, 3.0, 3.0])).unwrap();
+    assert!(far.is_clamped());
+    assert_eq!(dial.range().map(|r| r.1), [1.0, 2.0, 0.0]);
+    let without = Database::open(motion::tiny()).unwrap();
+    let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(without, Config::new()).unwrap());
+    assert_eq!(stylizer.set_effort(Effort::default()), Err(gestus_core::ConfigError::NoDial));
+    assert_eq!(stylizer.style(), [1.0, 0.0]);
 }
 
 /// Offsets that matter more than their number says: header, table, and the small sections.
@@ -124,6 +166,20 @@ proptest! {
     fn one_number_changed_by_a_little_never_panics(at in place(), by in 1u8..4, up in any::<bool>()) {
         let mut blob = motion::tiny().to_vec();
         blob[at] = if up { blob[at].wrapping_add(by) } else { blob[at].wrapping_sub(by) };
+        patch::repair(&mut blob);
+        let _ = open_and_step(&blob);
+    }
+
+    #[test]
+    fn a_changed_dial_never_panics(changes in prop::collection::vec((0..2000usize, value()), 1..4)) {
+        let mut blob = dialled().to_vec();
+        let section = patch::section(&blob, section::EFFORT);
+        for (at, value) in changes {
+            // Half of them in the numbers before the table.
+            let at = section.start + if at % 2 == 0 { at / 2 % 70 } else { at % section.len() };
+            let at = at.min(blob.len() - value.len());
+            blob[at..at + value.len()].copy_from_slice(&value);
+        }
         patch::repair(&mut blob);
         let _ = open_and_step(&blob);
     }

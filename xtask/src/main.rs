@@ -4,12 +4,15 @@
 //! installed and skips the rest with a line that says what is missing; with `--setup` it installs it first.
 
 mod bare_metal;
+mod capi;
 mod ci;
 mod fuzz;
 mod no_panic;
 mod real_data;
+mod recording;
 mod shell;
 mod target;
+mod wasm;
 
 use std::process::ExitCode;
 
@@ -55,6 +58,18 @@ enum Chore {
         #[arg(long)]
         setup: bool,
     },
+    /// The C interface: its tests, its header, and its example on this machine and on an emulated Cortex-M4F
+    Capi {
+        /// Install cbindgen, compilers, valgrind and QEMU
+        #[arg(long)]
+        setup: bool,
+    },
+    /// The core as a wasm module, for node and for the pages of `gestus-sim view`
+    Wasm {
+        /// Install the target, node and Chromium
+        #[arg(long)]
+        setup: bool,
+    },
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
     /// Record the golden digests anew, and show what changed
@@ -86,6 +101,8 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
         Chore::Core { setup } => Ok(bare_metal::run(setup)),
         Chore::NoPanic { setup } => no_panic::run(setup),
+        Chore::Capi { setup } => capi::run(setup),
+        Chore::Wasm { setup } => wasm::run(setup),
         Chore::RealData => real_data::run(),
         Chore::Golden { blob } => golden(blob),
     }

@@ -1,9 +1,10 @@
 //! Other programs: started in the repository's root, shown before they run, judged by their exit code.
 
 use std::{
-    env,
+    env, fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result, bail};
@@ -81,6 +82,36 @@ pub fn run_captured(command: &mut Command) -> Result<(bool, String)> {
     Ok((output.status.success(), text))
 }
 
+/// Shows a command and runs it, for so long at most. Answers whether it succeeded in time, and its standard output,
+/// which is not shown; what it says besides is not kept. For programs that can hang, and for browsers, which talk.
+///
+/// # Errors
+/// Where the program can't be started.
+pub fn run_for(command: &mut Command, patience: Duration) -> Result<(bool, String)> {
+    let shown = show(command);
+    println!("$ {shown}");
+    // A file, since a pipe that nobody reads would stop the program.
+    let path = env::temp_dir().join(format!("gestus-xtask-{}", std::process::id()));
+    let output = fs::File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
+    command.stdin(Stdio::null()).stdout(output).stderr(Stdio::null());
+    let mut child = command.spawn().with_context(|| format!("`{shown}` can't be started"))?;
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait()? {
+            Some(status) => break Some(status),
+            None if start.elapsed() > patience => {
+                child.kill()?;
+                child.wait()?;
+                break None;
+            }
+            None => std::thread::sleep(Duration::from_millis(50)),
+        }
+    };
+    let text = fs::read(&path).map(|t| String::from_utf8_lossy(&t).into_owned()).unwrap_or_default();
+    fs::remove_file(&path).ok();
+    Ok((status.is_some_and(|s| s.success()), text))
+}
+
 /// Standard output of a command that succeeds; `None` where it fails or is not there.
 pub fn answer(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
@@ -115,6 +146,14 @@ mod tests {
     #[test]
     fn a_program_that_is_not_there_has_no_answer() {
         assert_eq!(answer(&mut command("gestus-no-such-program")), None);
+    }
+
+    #[test]
+    fn a_program_that_hangs_is_ended() {
+        let (done, _) = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap();
+        assert!(!done);
+        let (done, said) = run_for(command("echo").arg("well"), Duration::from_secs(60)).unwrap();
+        assert!(done && said == "well\n");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Rotation about an axis (0 X, 1 Y, 2 Z), radians.
-pub(super) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
+pub(crate) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
     let (s, c) = (angle / 2.0).sin_cos();
     let mut v = [0.0; 3];
     v[axis] = s;
@@ -21,7 +21,7 @@ pub(super) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
 /// Angles `t` with `q = R_axes[0](t[0]) R_axes[1](t[1]) R_axes[2](t[2])`, nearest to `near`; radians.
 ///
 /// `axes` is a permutation of 0, 1, 2.
-pub(super) fn angles(q: &UnitQuaternion<f64>, axes: [usize; 3], near: [f64; 3]) -> [f64; 3] {
+pub(crate) fn angles(q: &UnitQuaternion<f64>, axes: [usize; 3], near: [f64; 3]) -> [f64; 3] {
     let [k, j, i] = axes;
     let sign = (i as f64 - j as f64) * (j as f64 - k as f64) * (k as f64 - i as f64) / 2.0;
     let v: Vector3<f64> = q.imag();

@@ -43,7 +43,7 @@
 
 mod convert;
 mod error;
-mod euler;
+pub(crate) mod euler;
 mod folder;
 mod lexer;
 mod parse;

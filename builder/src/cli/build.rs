@@ -1,9 +1,21 @@
 //! `gestus build`.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{annotate::Config, build::build, load::load, pair::Scheme};
+use gestus_builder::{
+    annotate::Config,
+    build::build,
+    corpus::Corpus,
+    effort::{dial, fragment::Library, labels, model::Model},
+    load::load,
+    pair::Scheme,
+    write::with_section,
+};
+use gestus_core::blob::layout::section;
 use serde_json::json;
 
 /// Build a database from a folder of BVH files.
@@ -23,6 +35,18 @@ pub struct Args {
     /// How output cycles are chosen: viterbi, nearest, kernel, mean
     #[arg(long)]
     pairing: Option<String>,
+    /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
+    #[arg(long)]
+    from: Option<String>,
+    /// Leave out the linear models and the statistics
+    #[arg(long)]
+    no_models: bool,
+    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long, conflicts_with = "no_effort")]
+    labels: Option<PathBuf>,
+    /// Leave out the effort dial
+    #[arg(long)]
+    no_effort: bool,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -49,6 +73,12 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Some actions and styles, and all else as the folder says.
+    pub fn of(actions: &[String], styles: &[String]) -> Self {
+        let (actions, styles) = (actions.to_vec(), styles.to_vec());
+        Self { actions, styles, rate: None, limit: None, strict: false }
+    }
+
     /// The configuration of a folder with the command line's choices over it.
     pub fn config(&self, data: Option<&PathBuf>, file: Option<&PathBuf>) -> Result<Config> {
         let mut config = match (file, data) {
@@ -85,6 +115,8 @@ pub fn run(args: &Args) -> Result<()> {
         config.build.pairing = Scheme::named(name)
             .with_context(|| format!("--pairing {name}: viterbi, nearest, kernel or mean"))?;
     }
+    config.build.models &= !args.no_models;
+    config.build.from = args.from.clone().or(config.build.from);
     let loaded = load(&config)?;
     for note in &loaded.notes {
         eprintln!("{note}");
@@ -92,6 +124,10 @@ pub fn run(args: &Args) -> Result<()> {
     let built = build(&loaded.corpus, &config.build)?;
     for note in &built.notes {
         eprintln!("{note}");
+    }
+    let mut built = built;
+    if !args.no_effort {
+        put_dial(&mut built.bytes, &loaded.corpus, args.labels.as_deref())?;
     }
     std::fs::write(&args.output, &built.bytes)
         .with_context(|| format!("{} can't be written", args.output.display()))?;
@@ -119,5 +155,26 @@ pub fn run(args: &Args) -> Result<()> {
             ))?;
         }
     }
+    Ok(())
+}
+
+/// Solves the effort dial and puts it into the blob; of one style there is none.
+fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
+    let model = match table {
+        Some(path) => {
+            let rows = labels::read(path, corpus.rate_hz)?;
+            Model::given(&rows, &path.display().to_string(), |spans| Library::annotated(corpus, spans))?
+        }
+        None => {
+            let database = gestus_core::Database::open(bytes)?;
+            Model::of_database(&database)?
+        }
+    };
+    let rest = ["normal", "neutral"].iter().find_map(|n| corpus.styles.iter().position(|s| s == n));
+    let Some(dial) = dial::solve(&model, rest.unwrap_or(0)) else {
+        eprintln!("no effort dial: it takes two styles of one action");
+        return Ok(());
+    };
+    *bytes = with_section(bytes, section::EFFORT, &dial.section())?;
     Ok(())
 }

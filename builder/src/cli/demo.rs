@@ -164,7 +164,7 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     let frames: usize = shown.iter().map(|s| s.2.steps.len()).sum();
     if args.json {
         return super::say(json!({
-            "page": page, "database": blob, "frames": frames, "bytes_per_frame": built.bytes.len() as f64 / database.counts().frames as f64,
+            "page": page, "database": blob, "frames": frames, "bytes_per_frame": super::inspect::figures(&database, built.bytes.len())?["bytes_per_frame"],
             "rows": rows, "seconds": start.elapsed().as_secs_f64(),
         }));
     }

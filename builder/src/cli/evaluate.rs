@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
-    evaluate::{Evaluation, ablation, compression, knn, loo, retarget, servo},
+    build::BuildOptions,
+    effort::{fragment::Library, labels, model::Model},
+    evaluate::{Evaluation, ablation, compression, correspondence, effort, knn, loo, retarget, servo},
     load::load,
 };
 use serde_json::json;
@@ -15,7 +17,8 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// retarget (other skeletons through --db and back), servo (a robot that does the motion)
+    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
+    /// skeletons through --db and back), servo (a robot that does the motion)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -31,6 +34,15 @@ pub struct Args {
     /// Test clips an action
     #[arg(long, default_value_t = 2)]
     folds: usize,
+    /// Efforts that people gave, for `effort`: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
+    /// Random splits, for `effort`
+    #[arg(long, default_value_t = 500)]
+    splits: usize,
+    /// Gaussian process regression among the methods of `loo`: it takes seconds a fold
+    #[arg(long)]
+    gaussian_process: bool,
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
@@ -82,10 +94,12 @@ pub fn run(args: &Args) -> Result<()> {
         from,
         to,
         folds: args.folds,
-        build: config.build.clone(),
+        // Models are built by those measures that look at them.
+        build: BuildOptions { models: false, ..config.build.clone() },
         configs: loo::default_configs(),
         mixtures_only: false,
         exact: false,
+        gaussian_process: args.gaussian_process,
     };
     let evaluation: Evaluation = match args.what.as_str() {
         "loo" => loo::evaluate(corpus, &options)?,
@@ -93,8 +107,26 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
+        "correspondence" => correspondence::evaluate(corpus, from)?,
+        "effort" => {
+            let given = match &args.labels {
+                Some(path) => {
+                    let rows = labels::read(path, corpus.rate_hz)?;
+                    Some(Model::given(&rows, &path.display().to_string(), |spans| {
+                        Library::annotated(corpus, spans)
+                    })?)
+                }
+                None => None,
+            };
+            effort::evaluate(
+                corpus,
+                &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
+            )?
+        }
+        "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, retarget, servo"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
+             effort, gaussian-process, retarget, servo"
         ),
     };
     say(args, &evaluation)

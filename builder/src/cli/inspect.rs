@@ -1,10 +1,14 @@
 //! `gestus inspect` and `gestus export`.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::Result;
 use gestus_builder::export;
-use gestus_core::{Database, blob::layout::section};
+use gestus_core::{
+    Database, Effort,
+    blob::layout::{ALIGNMENT, entry, section},
+    effort::{Dial, Labels},
+};
 use serde_json::{Value, json};
 
 /// Show what is in a database, and verify it.
@@ -34,11 +38,33 @@ pub struct ExportArgs {
 pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
     let counts = database.counts();
     let manifest = database.manifest()?;
-    let sections: serde_json::Map<String, Value> = database
-        .sections()
-        .iter()
-        .map(|(id, content)| (section::name(*id).unwrap_or("?").to_owned(), json!(content.len())))
+    let all = database.sections().into_iter().chain(database.optional_sections());
+    let sections: serde_json::Map<String, Value> = all
+        .map(|(id, content)| (section::name(id).unwrap_or("?").to_owned(), json!(content.len())))
         .collect();
+    let models: serde_json::Map<String, Value> = database
+        .optional_sections()
+        .map(|(id, content)| {
+            let styles = counts.styles.max(1);
+            let name = section::name(id).unwrap_or("?").to_owned();
+            (name, json!({ "bytes": content.len(), "bytes_per_style": content.len() / styles }))
+        })
+        .collect();
+    // Bytes a frame are those of a plain database: models are counted apart, with their places in the table.
+    let apart: usize = database
+        .optional_sections()
+        .map(|(_, content)| content.len().next_multiple_of(ALIGNMENT) + entry::LENGTH)
+        .sum();
+    let plain = bytes.saturating_sub(apart);
+    let from = |style: Option<u16>| style.and_then(|s| manifest.styles.get(usize::from(s)));
+    let methods: Vec<&str> = [
+        ("mar", counts.frames > 0),
+        ("lti", database.linear_from().is_some()),
+        ("statistic", database.statistic_from().is_some()),
+    ]
+    .into_iter()
+    .filter_map(|(name, held)| held.then_some(name))
+    .collect();
     let classes: Vec<Value> = database
         .classes()
         .map(|c| {
@@ -59,8 +85,12 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "window": counts.window,
         "rate_hz": database.rate_hz(),
         "bytes": bytes,
-        "bytes_per_frame": bytes as f64 / counts.frames as f64,
+        "plain_bytes": plain,
+        "bytes_per_frame": (counts.frames > 0).then(|| plain as f64 / counts.frames as f64),
         "sections": sections,
+        "models": models,
+        "methods": methods,
+        "models_from": from(database.linear_from().or(database.statistic_from())),
         "actions": manifest.actions.iter().collect::<Vec<_>>(),
         "styles": manifest.styles.iter().collect::<Vec<_>>(),
         "groups": manifest.groups.iter().collect::<Vec<_>>(),
@@ -69,7 +99,24 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "licences": manifest.licences.iter().collect::<Vec<_>>(),
         "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
         "builder": manifest.builder,
+        "effort": database.dial().map(|dial| effort(&dial, &manifest.styles.iter().collect::<Vec<_>>())),
     }))
+}
+
+/// What the effort dial reaches, and whose word it has for it.
+fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
+    let factors = |values: [f32; 3]| Effort::NAMES.iter().zip(values).collect::<BTreeMap<_, _>>();
+    let low = dial.range().map(|r| r.0);
+    let high = dial.range().map(|r| r.1);
+    let styles: BTreeMap<&str, _> =
+        styles.iter().enumerate().map(|(s, name)| (*name, factors(dial.of_style(s).factors()))).collect();
+    json!({
+        "labels": match dial.labels() {
+            Labels::Given => "given",
+            Labels::Estimated => "estimated",
+        },
+        "low": factors(low), "high": factors(high), "rest": factors(dial.rest().factors()), "styles": styles,
+    })
 }
 
 /// Runs `inspect`.
@@ -82,12 +129,11 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         return Ok(());
     }
     let frames = database.counts().frames as f64;
-    super::say(format_args!(
-        "{}: verified, {} bytes, {:.1} a frame",
-        args.db.display(),
-        bytes.len(),
-        bytes.len() as f64 / frames
-    ))?;
+    let a_frame = match figures["bytes_per_frame"].as_f64() {
+        Some(bytes) => format!("{bytes:.1} a frame without models"),
+        None => "models only".to_owned(),
+    };
+    super::say(format_args!("{}: verified, {} bytes, {a_frame}", args.db.display(), bytes.len()))?;
     for key in [
         "builder",
         "frames",
@@ -99,19 +145,22 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         "cycles",
         "actions",
         "styles",
+        "methods",
         "licences",
         "parameters",
+        "effort",
     ] {
         super::say(format_args!("  {key:17} {}", figures[key]))?;
     }
     super::say(format_args!("  {:17} {:>10} {:>8}", "section", "bytes", "a frame"))?;
-    for (id, content) in database.sections() {
-        super::say(format_args!(
-            "  {:17} {:>10} {:>8.2}",
-            section::name(id).unwrap_or("?"),
-            content.len(),
-            content.len() as f64 / frames
-        ))?;
+    for (id, content) in database.sections().into_iter().chain(database.optional_sections()) {
+        let name = section::name(id).unwrap_or("?");
+        let a_frame = if section::OPTIONAL.contains(&id) || frames == 0.0 {
+            "-".to_owned()
+        } else {
+            format!("{:.2}", content.len() as f64 / frames)
+        };
+        super::say(format_args!("  {name:17} {:>10} {a_frame:>8}", content.len()))?;
     }
     super::say(format_args!("  {:17} {:>10} {:>8} {:>8}", "class", "frames", "cycles", "k cap"))?;
     for class in figures["classes"].as_array().into_iter().flatten() {
@@ -129,6 +178,9 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
 pub fn export(args: &ExportArgs) -> Result<()> {
     let bytes = super::read_blob(&args.db)?;
     let database = super::open(&args.db, &bytes)?;
+    if database.counts().frames == 0 {
+        anyhow::bail!("{}: it holds models only, and no frames to export", args.db.display());
+    }
     export::export(&database, &args.output)?;
     if args.json {
         super::say(json!({ "frames": database.counts().frames, "output": args.output }))?;

@@ -2,10 +2,14 @@
 //! to standard error.
 
 mod build;
+mod cut;
+mod cycle;
 mod demo;
+mod effort;
 mod evaluate;
 mod inspect;
 mod retarget;
+mod transfer;
 mod translate;
 
 use anyhow::Result;
@@ -27,15 +31,23 @@ enum Command {
     Synth(demo::SynthArgs),
     /// Build a database from a folder of BVH files
     Build(build::Args),
+    /// Cut a database to its models, for boards without room for frames
+    Cut(cut::Args),
     /// Show what is in a database, and verify it
     Inspect(inspect::InspectArgs),
     /// Write every array of a database as .npy and the manifest as JSON
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),
+    /// Give a clip the style of another clip, without a database
+    Transfer(transfer::Args),
+    /// Walk for ever, with a dial for style and a dial for speed
+    Loop(cycle::Args),
     /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
     Retarget(retarget::Args),
-    /// Measure: errors, ablations, search, compression
+    /// Laban effort: a table of fragments for people to label
+    Effort(effort::Args),
+    /// Measure: errors, ablations, search, compression, effort
     Evaluate(evaluate::Args),
 }
 
@@ -45,10 +57,14 @@ pub fn run() -> Result<()> {
         Command::Demo(args) => demo::demo(&args),
         Command::Synth(args) => demo::synth(&args),
         Command::Build(args) => build::run(&args),
+        Command::Cut(args) => cut::run(&args),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Export(args) => inspect::export(&args),
         Command::Translate(args) => translate::run(&args),
+        Command::Transfer(args) => transfer::run(&args),
+        Command::Loop(args) => cycle::run(&args),
         Command::Retarget(args) => retarget::run(&args),
+        Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
     }
 }

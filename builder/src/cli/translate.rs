@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    effort::{self, fragment::Library, labels, model::Model, sheet, synthesize},
+    report::page,
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap, play},
     stream::Streamed,
@@ -32,6 +34,10 @@ pub struct Args {
     /// Where the output goes, a BVH file at the database's rate
     #[arg(short, long)]
     output: PathBuf,
+    /// Efforts that people gave, for `--method effort`: a filled-in table of `gestus effort sheet` whose clips are in
+    /// the database; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
     /// A page that shows input and output side by side
     #[arg(long)]
     page: Option<PathBuf>,
@@ -107,6 +113,9 @@ pub fn run(args: &Args) -> Result<()> {
     for doubt in input.retarget().map(Retarget::doubts).unwrap_or_default() {
         eprintln!("{}: retargeted; doubt: {doubt}", args.input.display());
     }
+    if args.wish.method == "effort" {
+        return whole(args, &database, &input);
+    }
     let request = args.wish.request(&database)?;
     let streamed = match &args.trace {
         Some(path) => {
@@ -124,7 +133,12 @@ pub fn run(args: &Args) -> Result<()> {
     std::fs::write(&args.output, document.to_text())
         .with_context(|| format!("{} can't be written", args.output.display()))?;
     if let Some(path) = &args.page {
-        let title = format!("{} in the style {}", input.clip.name, args.wish.style);
+        let wanted = args
+            .wish
+            .effort
+            .as_ref()
+            .map_or(format!("in the style {}", args.wish.style), |e| format!("with effort {e}"));
+        let title = format!("{} {wanted}", input.clip.name);
         let scene = view::Scene { title, input: &input.mapped, streamed: &streamed };
         std::fs::write(path, view::page(&database, "Gestus", &[scene])?)
             .with_context(|| format!("{} can't be written", path.display()))?;
@@ -150,4 +164,79 @@ pub fn run(args: &Args) -> Result<()> {
         ))?;
     }
     Ok(())
+}
+
+/// The whole clip, rebuilt of blended fragments of the database (paper 003).
+fn whole(args: &Args, database: &Database<'_>, input: &Input) -> Result<()> {
+    let Some(wanted) = &args.wish.effort else {
+        bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
+    };
+    if args.trace.is_some() {
+        bail!("--trace: --method effort has no steps to trace");
+    }
+    let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
+    let start = std::time::Instant::now();
+    let model = match &args.labels {
+        Some(path) => {
+            let rows = labels::read(path, f64::from(database.rate_hz()))?;
+            Model::given(&rows, &path.display().to_string(), |spans| Library::marked(database, spans))?
+        }
+        None => Model::of_database(database)?,
+    };
+    let output = synthesize::translate(&model, &input.mapped, &factors);
+    let clip = input.carried(&output.frames, &output.sources);
+    std::fs::write(&args.output, input.document(&clip)?.to_text())
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    let library = &model.library;
+    let skeleton = &library.body.skeleton;
+    let track = |label: &str, frames| {
+        let times_s = page::times_at(library.rate_hz, <[_]>::len(frames));
+        page::Track { label: label.into(), skeleton, times_s, frames, contacts: &[] }
+    };
+    if let Some(path) = &args.page {
+        let scene = page::Scene {
+            title: format!("{} with effort {wanted}", input.clip.name),
+            subtitle: sheet::caveat(model.source).into(),
+            tracks: vec![track("input", &input.mapped.frames), track("output", &output.frames)],
+            ..page::Scene::default()
+        };
+        std::fs::write(path, page::render(&scene.into()))
+            .with_context(|| format!("{} can't be written", path.display()))?;
+    }
+    let name = |i: usize| {
+        let f = &library.fragments[i];
+        json!({ "clip": f.span.clip, "from": f.span.from, "to": f.span.to, "style": library.styles[f.style] })
+    };
+    let mean: [f64; 3] = std::array::from_fn(|k| {
+        output.choices.iter().map(|c| c.effort[k]).sum::<f64>() / output.choices.len().max(1) as f64
+    });
+    let figures = json!({
+        "method": "effort",
+        "frames": input.mapped.frames.len(),
+        "output_frames": clip.frames.len(),
+        "labels": model.source.name(),
+        "wanted": factors,
+        "predicted": mean,
+        "seconds": start.elapsed().as_secs_f64(),
+        "fragments": library.fragments.len(),
+        "snippets": output.choices.iter().map(|c| json!({
+            "from": c.snippet.from, "to": c.snippet.to, "recognised": name(c.snippet.fragment),
+            "first": name(c.first), "second": name(c.second), "alpha": c.alpha, "predicted": c.effort,
+        })).collect::<Vec<_>>(),
+    });
+    if args.json {
+        super::say(&figures)
+    } else {
+        super::say(format_args!(
+            "{}: {} frames in, {} out, {} snippets; predicted flow {:.2}, weight {:.2}, time {:.2} ({})",
+            args.output.display(),
+            figures["frames"],
+            figures["output_frames"],
+            output.choices.len(),
+            mean[0],
+            mean[1],
+            mean[2],
+            sheet::caveat(model.source)
+        ))
+    }
 }

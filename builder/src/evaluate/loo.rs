@@ -6,6 +6,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
+    gaussian_process::{self, Editor, Pairs},
     methods::{self, GlobalModel, Record},
     metrics::{best_shift, centred, joint_distance, matched, third_difference, variability},
 };
@@ -40,6 +41,8 @@ pub struct LooOptions {
     pub mixtures_only: bool,
     /// The truth is the clip of the same take: motion made in pairs, whose true answer is known.
     pub exact: bool,
+    /// Gaussian process regression among the baselines.
+    pub gaussian_process: bool,
 }
 
 /// One test clip in one style by one method.
@@ -146,6 +149,8 @@ fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
                 "local-ar",
                 "mixture",
                 "mixture-paper",
+                "lti",
+                "statistic",
             ]
             .contains(&m.as_str())
         })
@@ -258,13 +263,13 @@ impl Row {
 }
 
 /// The clip and what it is compared with.
-struct Fold<'a> {
-    corpus: &'a Corpus,
-    body: Body,
-    test: usize,
+pub(super) struct Fold<'a> {
+    pub(super) corpus: &'a Corpus,
+    pub(super) body: Body,
+    pub(super) test: usize,
     truth: usize,
-    other: Option<usize>,
-    style: usize,
+    pub(super) other: Option<usize>,
+    pub(super) style: usize,
     shift: usize,
     x: Vec<Vec<f64>>,
     truth_rows: Vec<Vec<f64>>,
@@ -350,6 +355,10 @@ fn fold(
     let mut rows = Vec::new();
     if !options.mixtures_only {
         baselines(&fold, &database, &mut rows);
+        super::models::rows(&fold, &database, &mut rows);
+    }
+    if options.gaussian_process {
+        rows.extend(gaussian(&fold, &database, &gaussian_process::Options::default()).map(|g| g.0));
     }
     let example = &corpus.examples[test];
     let (action, from) = (Some(example.action as u16), Some(example.style as u16));
@@ -380,7 +389,7 @@ fn fold(
 }
 
 /// Dofs relative to the database's means as dofs relative to the evaluation's.
-fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(super) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let theirs = fold.body.with_means_of(database);
     rows.iter()
         .map(|row| {
@@ -428,6 +437,79 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     }
 }
 
+/// Gaussian process regression over the labelled class, the seconds and bytes that it took, and seconds a frame.
+fn gaussian(
+    fold: &Fold<'_>,
+    database: &Database<'_>,
+    options: &gaussian_process::Options,
+) -> Option<(Row, Editor, f64)> {
+    let example = &fold.corpus.examples[fold.test];
+    let class = class_of(database, example.action, example.style)?;
+    let pairs = Pairs::of(database, &[class], fold.style).thinned(options.most);
+    let editor = Editor::fit(&pairs, options)?;
+    let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
+    let start = std::time::Instant::now();
+    let predicted = editor.run(&x);
+    let seconds = start.elapsed().as_secs_f64() / x.len() as f64;
+    Some((fold.row("gaussian-process", &own_dofs(fold, database, &predicted), None), editor, seconds))
+}
+
+/// Gaussian process regression as its examples double, on the first test clips: accuracy, time and memory.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let body = Body::of(corpus)?;
+    let tests = test_clips(corpus, options.from, options.folds);
+    let sizes = [64, 128, 256, 512, 1024, 2048];
+    let bar = progress::bar(tests.len() * sizes.len(), "gaussian process");
+    let mut rows = Vec::new();
+    for &test in &tests {
+        let Some(&style) = options.to.first() else { continue };
+        let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { continue };
+        let database = Database::open(&bytes)?;
+        for most in sizes {
+            let gp = gaussian_process::Options { most, ..gaussian_process::Options::default() };
+            bar.inc(1);
+            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp) else { continue };
+            // The class holds no more than it does.
+            if editor.examples() < most {
+                continue;
+            }
+            let mut row = row.to_json(corpus);
+            row.insert("n".into(), editor.examples().into());
+            row.insert("fit_s".into(), editor.fit_s.into());
+            row.insert("predict_ms".into(), (1e3 * seconds).into());
+            row.insert("memory_bytes".into(), editor.bytes().into());
+            rows.push(row);
+        }
+    }
+    bar.finish_and_clear();
+    let means = table::means(&rows, &["n"]);
+    let series = |key: &str| -> Vec<(f64, f64)> {
+        let number =
+            |r: &table::Row, k: &str| r.get(k).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
+        means.iter().map(|r| (number(r, "n"), number(r, key))).collect()
+    };
+    let labels = Labels { title: "Gaussian process as its data grows", x: "examples", y: "s, ms, cm" };
+    let keys =
+        [("fit_s", "seconds to fit"), ("predict_ms", "ms a frame"), ("joint_error_cm", "joint error, cm")];
+    let lines: Vec<_> = keys.iter().map(|(k, name)| ((*name).to_owned(), series(k))).collect();
+    Ok(Evaluation {
+        what: "gaussian-process",
+        about: "Gaussian process regression with a stabilised predictor, leave one clip out, conditioned on more and more \
+                of the labelled class's examples. Hyperparameters are chosen on a subset of 160 in every row."
+            .into(),
+        keys: vec!["method", "n"],
+        rows,
+        figures: vec![Figure {
+            name: "growth".into(),
+            caption: "Time grows with the cube of the examples, memory and prediction with their square.".into(),
+            svg: plot::lines(labels, &lines),
+        }],
+    })
+}
+
 fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &mut Vec<Row>) {
     for (name, most) in [("nearest", 1), ("knn", usize::MAX)] {
         let predicted: Vec<Vec<f64>> = record
@@ -462,7 +544,13 @@ impl<'a> Fold<'a> {
         let near =
             if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
         let Some(&truth) = near.first() else { return Ok(None) };
-        let built = build(&corpus.without(&[test, truth]), &options.build)?;
+        let wanted = BuildOptions {
+            models: !options.mixtures_only,
+            models_by_action: true,
+            from: corpus.styles.get(options.from).cloned(),
+            ..options.build.clone()
+        };
+        let built = build(&corpus.without(&[test, truth]), &wanted)?;
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
         let shift = if options.exact {
@@ -489,7 +577,7 @@ impl<'a> Fold<'a> {
     }
 
     /// The figures of a method's output, one pose a frame of the test clip.
-    fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
+    pub(super) fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
         let (cycles, truth_cycles) = self.cycles();
         let rate = self.corpus.rate_hz;
         let (mut error, mut count) = (0.0, 0.0);

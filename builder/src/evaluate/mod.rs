@@ -5,11 +5,16 @@
 //! figure.
 
 pub mod ablation;
+pub mod annotator;
 pub mod compression;
+pub mod correspondence;
+pub mod effort;
+pub mod gaussian_process;
 pub mod knn;
 pub mod loo;
 pub mod methods;
 pub mod metrics;
+pub mod models;
 pub mod retarget;
 pub mod servo;
 

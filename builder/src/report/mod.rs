@@ -31,7 +31,7 @@ pub fn escape(text: &str) -> String {
 }
 
 /// A template with each `{{key}}` replaced by its value. One pass: braces inside a value are left alone.
-fn fill(template: &str, values: &[(&str, &str)]) -> String {
+pub fn fill(template: &str, values: &[(&str, &str)]) -> String {
     let mut out = String::with_capacity(template.len() + values.iter().map(|(_, v)| v.len()).sum::<usize>());
     let mut rest = template;
     while let Some(start) = rest.find("{{") {

@@ -5,7 +5,8 @@
   const view = $("view"), lines = $("lines");
   const home = { yaw: 0.75, pitch: 0.2, zoom: 1 };
   const camera = { ...home };
-  let scene = null, time = 0, playing = false, last = 0, layer = null, colors = {}, dirty = true;
+  let scene = null, time = 0, playing = false, last = 0, layer = null, dirty = true;
+  const { colors, theme, font, fit, floor, hue, clipText } = Draw;
 
   // ---- data: differences back to values ----
   function undo(values, width) {
@@ -25,15 +26,9 @@
       const width = 3 * t.names.length;
       const times = Array.from(undo(t.times, 1), (x) => x * 1e-4);
       const p = width ? undo(t.positions, width).map((x) => x * 1e-3) : new Float32Array(0);
-      const side = t.names.map((n) => /(_|\b)(l|left)$|^left|\.l$/i.test(n) ? 1 : /(_|\b)(r|right)$|^right|\.r$/i.test(n) ? 2 : 0);
-      const feet = [1, 2].map((s) => {
-        const of = (re) => t.names.findIndex((n, j) => side[j] === s && re.test(n));
-        return [of(/toe/i), of(/foot|ankle/i)].filter((j) => j >= 0);
-      });
-      const head = t.names.findIndex((n) => /^head/i.test(n));
       let top = 0;
       for (let j = 0; j < t.names.length; j++) if (p.length) top = Math.max(top, p[3 * j + 1]);
-      return { ...t, times, p, width, side, feet, head, count: times.length, height: top || 1.7 };
+      return { ...t, ...Draw.rig(t.names, t.parents), times, p, width, count: times.length, height: top || 1.7 };
     });
     const starts = tracks.filter((t) => t.count).map((t) => t.times[0]);
     const ends = tracks.filter((t) => t.count).map((t) => t.times[t.count - 1]);
@@ -76,122 +71,7 @@
     return out;
   }
 
-  // ---- drawing: a pinhole camera on a 2D canvas ----
-  function theme() {
-    const css = getComputedStyle(document.documentElement);
-    for (const k of ["card", "ink", "dim", "rule", "accent", "left", "right", "mid", "shadow", "floor", "axis"]) {
-      colors[k] = css.getPropertyValue("--" + k).trim();
-    }
-  }
-  const font = (px, weight) => `${weight || 400} ${px}px ${getComputedStyle(document.body).fontFamily}`;
-
-  function fit(canvas, height) {
-    const ratio = Math.min(3, window.devicePixelRatio || 1);
-    if (height) canvas.style.height = height + "px";
-    const w = canvas.clientWidth, h = canvas.clientHeight;
-    if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) {
-      canvas.width = Math.round(w * ratio);
-      canvas.height = Math.round(h * ratio);
-    }
-    const g = canvas.getContext("2d");
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    return [g, w, h];
-  }
-
-  function projector(target, x, y, w, h, reach) {
-    const cy = Math.cos(camera.yaw), sy = Math.sin(camera.yaw), cp = Math.cos(camera.pitch), sp = Math.sin(camera.pitch);
-    const distance = reach * 2.45 / camera.zoom;
-    const focal = 1.25 * Math.min(h, w * 1.3);
-    return (px, py, pz) => {
-      const dx = px - target[0], dy = py - target[1], dz = pz - target[2];
-      const a = cy * dx - sy * dz, b = sy * dx + cy * dz;
-      const up = cp * dy - sp * b, depth = distance - (sp * dy + cp * b);
-      if (depth < 0.15) return null;
-      const s = focal / depth;
-      return [x + w / 2 + a * s, y + h / 2 - up * s, s, depth];
-    };
-  }
-
-  function segment(g, see, a, b) {
-    const p = see(...a), q = see(...b);
-    if (p && q) { g.moveTo(p[0], p[1]); g.lineTo(q[0], q[1]); }
-  }
-
-  function floor(g, see, cx, cz, reach) {
-    const n = Math.ceil(4 + reach), bx = Math.round(cx), bz = Math.round(cz);
-    g.lineWidth = 1;
-    for (let i = -n; i <= n; i++) {
-      g.globalAlpha = 1 - 0.75 * Math.abs(i) / n;
-      g.strokeStyle = colors.floor;
-      g.beginPath();
-      // In pieces, so that a line behind the camera loses only its hidden part.
-      for (let k = -n; k < n; k++) {
-        segment(g, see, [bx + i, 0, bz + k], [bx + i, 0, bz + k + 1]);
-        segment(g, see, [bx + k, 0, bz + i], [bx + k + 1, 0, bz + i]);
-      }
-      g.stroke();
-    }
-    g.globalAlpha = 1;
-  }
-
-  function skeleton(g, see, track, p, shift, tint, ghost) {
-    const at = (j) => [p[3 * j] - shift[0], p[3 * j + 1], p[3 * j + 2] - shift[1]];
-    const bones = [];
-    g.lineCap = "round";
-    g.strokeStyle = colors.shadow;
-    for (let j = 0; j < track.names.length; j++) {
-      const parent = track.parents[j];
-      if (parent < 0) continue;
-      const a = at(parent), b = at(j);
-      const s = see(a[0], 0, a[2]), t = see(b[0], 0, b[2]);
-      if (s && t) {
-        g.lineWidth = Math.max(1.5, 0.05 * s[2]);
-        g.globalAlpha = ghost ? 0.35 : 0.7;
-        g.beginPath(); g.moveTo(s[0], s[1]); g.lineTo(t[0], t[1]); g.stroke();
-      }
-      const q = see(...a), r = see(...b);
-      if (q && r) bones.push({ q, r, depth: (q[3] + r[3]) / 2, side: track.side[j] });
-    }
-    if (track.head >= 0) {
-      const h = at(track.head), base = track.parents[track.head] >= 0 ? at(track.parents[track.head]) : h;
-      const d = [h[0] - base[0], h[1] - base[1], h[2] - base[2]], l = Math.hypot(...d) || 1;
-      const c = see(h[0] + 0.09 * d[0] / l, h[1] + 0.09 * d[1] / l, h[2] + 0.09 * d[2] / l);
-      if (c) bones.push({ ball: c, depth: c[3] });
-    }
-    const i = Math.min(track.count - 1, Math.floor(frameOf(track) + 1e-6));
-    const touch = Number(track.contacts[i] || 0);
-    g.globalAlpha = 0.85;
-    track.feet.forEach((joints, s) => {
-      if (!(touch & (1 << s)) || !joints.length) return;
-      const f = joints.map(at), x = f.reduce((a, b) => a + b[0], 0) / f.length, z = f.reduce((a, b) => a + b[2], 0) / f.length;
-      g.fillStyle = s ? colors.right : colors.left;
-      g.globalAlpha = 0.3;
-      g.beginPath();
-      for (let k = 0; k <= 24; k++) {
-        const c = see(x + 0.16 * Math.cos(k * Math.PI / 12), 0, z + 0.16 * Math.sin(k * Math.PI / 12));
-        if (c) g.lineTo(c[0], c[1]);
-      }
-      g.fill();
-    });
-    bones.sort((a, b) => b.depth - a.depth);
-    g.globalAlpha = ghost ? 0.55 : 1;
-    for (const b of bones) {
-      const color = tint || [colors.mid, colors.left, colors.right][b.side || 0];
-      if (b.ball) {
-        g.fillStyle = color;
-        g.beginPath(); g.arc(b.ball[0], b.ball[1], Math.max(2, 0.105 * b.ball[2]), 0, 7); g.fill();
-        continue;
-      }
-      g.strokeStyle = colors.card;
-      g.lineWidth = Math.max(3, 0.066 * b.q[2]) + 2;
-      g.beginPath(); g.moveTo(b.q[0], b.q[1]); g.lineTo(b.r[0], b.r[1]); g.stroke();
-      g.strokeStyle = color;
-      g.lineWidth = Math.max(2.5, 0.062 * b.q[2]);
-      g.beginPath(); g.moveTo(b.q[0], b.q[1]); g.lineTo(b.r[0], b.r[1]); g.stroke();
-    }
-    g.globalAlpha = 1;
-  }
-
+  // ---- drawing ----
   const tints = () => [colors.dim, colors.accent, colors.left, colors.mid];
 
   function trail(g, see, track, shift) {
@@ -233,13 +113,14 @@
       const tall = Math.max(...tracks.map((t) => t.height));
       const lead = poses[0], root = follow ? [lead[0], lead[2]] : box.c;
       const reach = follow ? tall : Math.max(tall, 0.75 * (box.r + 0.6 * tall));
-      const see = projector([root[0], 0.5 * tall, root[1]], x, 0, pw, h, reach);
+      const see = Draw.projector(camera, [root[0], 0.5 * tall, root[1]], x, 0, pw, h, reach);
       floor(g, see, root[0], root[1], reach);
       tracks.forEach((t, k) => {
         // In one view that follows, the roots are laid over one another, so that the poses compare.
         const shift = over && follow && k ? [poses[k][0] - lead[0], poses[k][2] - lead[2]] : [0, 0];
         if (!(over && follow && k)) trail(g, see, t, shift);
-        skeleton(g, see, t, poses[k], shift, over ? tints()[k % 4] : null, over && k === 0);
+        const touch = Number(t.contacts[Math.min(t.count - 1, Math.floor(frameOf(t) + 1e-6))] || 0);
+        Draw.skeleton(g, see, t, poses[k], shift, touch, over ? tints()[k % 4] : null, over && k === 0);
       });
       g.font = font(14, 600);
       g.textBaseline = "top";
@@ -254,10 +135,6 @@
 
   // ---- timeline ----
   const left = 172, rightPad = 18;
-  const hue = (k, n) => {
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    return `hsl(${(212 + k * 137.508) % 360} ${k % 2 ? 52 : 60}% ${dark ? 60 : 54}%)`;
-  };
   const toX = (t, w) => left + (w - left - rightPad) * (t - scene.begin) / (scene.end - scene.begin);
 
   function layout() {
@@ -267,13 +144,6 @@
     if (scene.shares) { rows.push({ kind: "shares", y, h: 96 }); y += 108; }
     if (scene.steps && scene.steps.length) { rows.push({ kind: "steps", y, h: 52 }); y += 64; }
     return { rows, axis: y, height: y + 24 };
-  }
-
-  function clipText(g, text, width) {
-    if (g.measureText(text).width <= width) return text;
-    let n = text.length;
-    while (n > 1 && g.measureText(text.slice(0, n) + "…").width > width) n--;
-    return text.slice(0, n) + "…";
   }
 
   function drawLayer() {

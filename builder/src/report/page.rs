@@ -15,6 +15,11 @@ use serde::{Serialize, Serializer, ser::SerializeMap};
 use crate::motion::{Frame, Skeleton};
 use crate::report::{escape, fill};
 
+/// The script that draws skeletons, for other pages too: it defines `Draw`.
+pub const DRAW: &str = include_str!("draw.js");
+/// The style of the pages.
+pub const STYLE: &str = include_str!("page.css");
+
 /// One moving skeleton.
 #[derive(Debug, Clone)]
 pub struct Track<'a> {
@@ -85,15 +90,15 @@ pub fn render(page: &Page) -> String {
         include_str!("page.html"),
         &[
             ("title", &escape(&page.title)),
-            ("style", include_str!("page.css")),
+            ("style", STYLE),
             ("data", &script_safe(&json)),
-            ("script", include_str!("page.js")),
+            ("script", &[DRAW, include_str!("page.js")].concat()),
         ],
     )
 }
 
 /// JSON that can stand inside a `script` element: no tag, comment or entity can begin in it.
-fn script_safe(json: &str) -> String {
+pub fn script_safe(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 

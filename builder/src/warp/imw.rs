@@ -7,7 +7,7 @@
 //!
 //! Cost an iteration: O(m n (dofs + s^3)) for m frames onto n; about ten iterations.
 
-use super::{Warp, WarpError, check, costs, repeat, space};
+use super::{Warp, WarpError, check, costs_within, repeat, space};
 
 /// Settings, with the paper's values as defaults (section 5.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,11 +18,13 @@ pub struct Config {
     pub weights: [f64; 2],
     /// Most iterations.
     pub iterations: usize,
+    /// Stops where an iteration lowers the objective by less than this share.
+    pub tolerance: f64,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Self { slope: 2, weights: [100.0, 100.0], iterations: 50 }
+        Self { slope: 2, weights: [100.0, 100.0], iterations: 50, tolerance: 1e-6 }
     }
 }
 
@@ -52,10 +54,10 @@ pub fn imw(u: &[Vec<f64>], y: &[Vec<f64>], config: &Config) -> Result<Solution, 
     let mut objective: Vec<f64> = Vec::new();
     let mut counts;
     loop {
-        let table = costs(&warped, y);
+        let table = costs_within(&warped, y, slope);
         counts = repeat::repetitions(&table, slope)?;
         let reached = repeat::cost(&table, slope, &counts) + roughness;
-        let settled = objective.last().is_some_and(|&last| reached > last * (1.0 - 1e-6));
+        let settled = objective.last().is_some_and(|&last| reached > last * (1.0 - config.tolerance));
         objective.push(reached);
         if settled || objective.len() >= config.iterations.max(1) {
             break;

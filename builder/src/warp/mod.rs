@@ -105,6 +105,41 @@ pub(crate) fn costs(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
     u.iter().map(|a| y.iter().map(|b| square(a, b)).collect()).collect()
 }
 
+/// The same where a warp within the slope limit can reach; 0 elsewhere.
+pub(crate) fn costs_within(u: &[Vec<f64>], y: &[Vec<f64>], slope: usize) -> Vec<Vec<f64>> {
+    let (rows, columns, limit) = (u.len(), y.len() * slope, slope * slope);
+    if rows == 0 || rows > columns || columns > rows * limit {
+        return costs(u, y);
+    }
+    let mut before = 0;
+    u.iter()
+        .enumerate()
+        .map(|(i, a)| {
+            let (least, most) = repeat::reach(i, rows, columns, limit);
+            let mut row = vec![0.0; y.len()];
+            for j in before / slope..=(most - 1) / slope {
+                row[j] = square_distance(a, &y[j]);
+            }
+            before = least;
+            row
+        })
+        .collect()
+}
+
+/// Squared distance of two rows, in four sums that vector units can keep.
+fn square_distance(a: &[f64], b: &[f64]) -> f64 {
+    let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for i in 0..4 {
+            let d = a[i] - b[i];
+            sums[i] += d * d;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| (a - b) * (a - b)).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
 /// Both motions with every dof divided by its standard deviation within the two; dofs
 /// that move less than `floor` are divided by `floor`, so that noise does not count as motion.
 pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>], floor: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {

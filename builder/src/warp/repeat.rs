@@ -6,9 +6,17 @@
 //!
 //! `D_i[j] = C_i[j] + min over r of (D_{i-1}[j - r] - C_i[j - r])`
 //!
-//! Cost: O(frames x s frames x s^2) time, and as many bytes as there are cells.
+//! Cost: O(frames x s frames x s^2) time, and as many bytes as there are cells; of both motions about as long, two
+//! thirds of the cells can't be reached within the slope limit and are passed over.
 
 use super::WarpError;
+
+/// How many frames of the lengthened `q` may be used up when row `row` of `rows` is done: first and last.
+pub(super) fn reach(row: usize, rows: usize, columns: usize, limit: usize) -> (usize, usize) {
+    let after = rows - 1 - row;
+    let least = (row + 1).max(columns.saturating_sub(after * limit));
+    (least, ((row + 1) * limit).min(columns - after))
+}
 
 /// The repetition vector of least cost; `costs` is [frames of p x frames of q, not yet lengthened].
 ///
@@ -26,13 +34,16 @@ pub fn repetitions(costs: &[Vec<f64>], slope: usize) -> Result<Vec<usize>, WarpE
     best[0] = 0.0;
     let mut taken = vec![vec![0_u16; columns + 1]; rows];
     let mut sums = vec![0.0; columns + 1];
-    for (row, taken) in costs.iter().zip(&mut taken) {
-        for j in 0..columns {
+    let mut before = 0;
+    for (i, (row, taken)) in costs.iter().zip(&mut taken).enumerate() {
+        let (least, most) = reach(i, rows, columns, limit);
+        sums[before] = 0.0;
+        for j in before..most {
             sums[j + 1] = sums[j] + row[j / slope];
         }
         let mut next = vec![f64::INFINITY; columns + 1];
-        for j in 1..=columns {
-            for r in 1..=limit.min(j) {
+        for j in least..=most {
+            for r in 1..=limit.min(j - before) {
                 let cost = best[j - r] + (sums[j] - sums[j - r]);
                 if cost < next[j] {
                     next[j] = cost;
@@ -41,6 +52,7 @@ pub fn repetitions(costs: &[Vec<f64>], slope: usize) -> Result<Vec<usize>, WarpE
             }
         }
         best = next;
+        before = least;
     }
     let mut j = columns;
     let mut result: Vec<usize> = taken

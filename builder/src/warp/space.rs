@@ -28,16 +28,20 @@ pub fn fit(u: &[f64], counts: &[usize], sums: &[f64], weights: [f64; 2]) -> Vec<
     }
     // Block elimination; every block is positive definite thanks to the hold.
     let inverse = |m: &Matrix2<f64>| m.try_inverse().unwrap_or_else(Matrix2::zeros);
-    for i in 1..frames {
-        let factor = smooth * inverse(&diagonal[i - 1]);
-        let (before, carried) = (factor * smooth, factor * right[i - 1]);
-        diagonal[i] -= before;
-        right[i] += carried;
+    // The diagonal becomes its own inverse, row by row.
+    for i in 0..frames {
+        if i > 0 {
+            let factor = smooth * diagonal[i - 1];
+            let (before, carried) = (factor * smooth, factor * right[i - 1]);
+            diagonal[i] -= before;
+            right[i] += carried;
+        }
+        diagonal[i] = inverse(&diagonal[i]);
     }
     let mut result = vec![Vector2::zeros(); frames];
     for i in (0..frames).rev() {
         let after = if i + 1 < frames { smooth * result[i + 1] } else { Vector2::zeros() };
-        result[i] = inverse(&diagonal[i]) * (right[i] + after);
+        result[i] = diagonal[i] * (right[i] + after);
     }
     result
 }

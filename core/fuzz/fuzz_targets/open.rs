@@ -5,7 +5,7 @@
 #![no_main]
 
 use gestus_core::{
-    Config, Database, Pose, Stylizer,
+    Config, Database, Effort, Pose, Stylizer,
     blob::{
         crc::crc32c,
         layout::{entry, header},
@@ -58,6 +58,11 @@ fn drive(database: Database<'_>, bytes: &[u8]) {
     let mut byte = || bytes.next().unwrap_or(0x3c);
     // Settings may be refused; then those before them stay.
     let _ = stylizer.set_style(&[(u16::from(byte()), 1.0), (u16::from(byte()), f32::from(byte()))]);
+    let target = [byte(), byte(), byte()].map(|b| f32::from(b as i8) / 16.0);
+    if let Ok(reached) = stylizer.set_effort(Effort::new(target)) {
+        assert!(reached.effort.factors().iter().all(|f| f.is_finite()), "{target:?}: {reached:?}");
+        assert!((stylizer.style().iter().sum::<f32>() - 1.0).abs() < 1e-3);
+    }
     let _ = stylizer.set_action((byte() & 1 == 1).then(|| u16::from(byte())));
     let _ = stylizer.set_input_style((byte() & 1 == 1).then(|| u16::from(byte())));
     let _ = stylizer.set_mask(u16::from(byte() & 7), false);

@@ -18,15 +18,45 @@ const TABLE: [u32; 16] = {
 
 /// Checksum of the pieces, as if they were one.
 pub fn crc32c(pieces: &[&[u8]]) -> u32 {
-    let mut crc = u32::MAX;
+    let mut crc = Crc32c::new();
     for piece in pieces {
         for &byte in *piece {
-            crc ^= u32::from(byte);
-            crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
-            crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+            crc.add(byte);
         }
     }
-    !crc
+    crc.value()
+}
+
+/// A checksum that is fed byte by byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Crc32c(u32);
+
+impl Crc32c {
+    /// The checksum of no byte.
+    pub const fn new() -> Self {
+        Self(u32::MAX)
+    }
+
+    /// Takes in a byte.
+    #[inline]
+    pub fn add(&mut self, byte: u8) {
+        let mut crc = self.0 ^ u32::from(byte);
+        crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+        self.0 = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+    }
+
+    /// The checksum of the bytes so far.
+    #[inline]
+    pub const fn value(self) -> u32 {
+        !self.0
+    }
+}
+
+impl Default for Crc32c {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! `docs/FORMAT.md` is the format for people, [`layout`] is the format for programs.
 
 pub mod crc;
+mod dial;
 pub mod layout;
 mod manifest;
 mod models;
@@ -108,6 +109,7 @@ pub struct TimingDof {
 #[derive(Debug, Clone, Copy)]
 pub struct Database<'db> {
     counts: Counts,
+    identity: u32,
     rate_hz: f32,
     block_shift: u32,
     manifest: &'db [u8],
@@ -144,6 +146,13 @@ impl<'db> Database<'db> {
     #[inline]
     pub fn counts(&self) -> &Counts {
         &self.counts
+    }
+
+    /// CRC-32C of header and section table. The table holds the sections' own checksums, so that two databases with
+    /// the same identity are the same bytes, short of a collision: how a board and its host know each other's.
+    #[inline]
+    pub fn identity(&self) -> u32 {
+        self.identity
     }
 
     /// Frames a second of the motion, and of the stream that a stylizer expects.

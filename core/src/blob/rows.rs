@@ -30,7 +30,7 @@ struct Packed<'a> {
 impl Database<'_> {
     /// Unpacks the dofs of a row into the first D places of `dofs`: metres, radians, and those a second.
     pub fn decode(&self, row: usize, dofs: &mut [f32]) {
-        self.decode_run(row, 1, dofs, |_, slot, value| *slot = value);
+        let _ = self.decode_run(row, 1, dofs, |_, slot, value| *slot = value);
         for (d, value) in dofs.iter_mut().enumerate().take(self.counts.dofs) {
             *value *= self.step(d);
         }
@@ -38,7 +38,7 @@ impl Database<'_> {
 
     /// Unpacks `count` rows of one clip from `row` on, at most [`MAX_RUN`], and gives every value to `put`: number
     /// of the row within the run, slot of the dof, value in quantisation steps. Slots get their values in the
-    /// order of the rows.
+    /// order of the rows. Returns the bytes read: the headers of the rows' blocks, and the rows.
     #[inline]
     pub(crate) fn decode_run<T>(
         &self,
@@ -46,20 +46,24 @@ impl Database<'_> {
         count: usize,
         slots: &mut [T],
         put: impl Fn(usize, &mut T, f32) + Copy,
-    ) {
+    ) -> u32 {
         let slots = slots.get_mut(..self.counts.dofs).unwrap_or(&mut []);
+        let packed = self.packed(row);
         let within = row & (self.counts.block_rows - 1);
+        let (mut headers, rows) = (1, count * packed.row_bytes);
         match count {
             _ if within + count > self.counts.block_rows => {
+                headers = 2;
                 for i in 0..count {
                     unpack::<1, T>(self.packed(row + i), slots, |_, slot, value| put(i, slot, value));
                 }
             }
-            1 => unpack::<1, T>(self.packed(row), slots, put),
-            2 => unpack::<2, T>(self.packed(row), slots, put),
-            3 => unpack::<3, T>(self.packed(row), slots, put),
-            _ => unpack::<MAX_RUN, T>(self.packed(row), slots, put),
+            1 => unpack::<1, T>(packed, slots, put),
+            2 => unpack::<2, T>(packed, slots, put),
+            3 => unpack::<3, T>(packed, slots, put),
+            _ => unpack::<MAX_RUN, T>(packed, slots, put),
         }
+        (headers * block::header(self.counts.dofs) + rows) as u32
     }
 
     #[inline]
@@ -76,13 +80,6 @@ impl Database<'_> {
             fields: bytes.get(widths + within * row_bytes..).unwrap_or(&[]),
             row_bytes,
         }
-    }
-
-    /// Bytes that unpacking a run of `count` rows reads: the headers of its blocks, and the rows.
-    pub(crate) fn run_cost(&self, row: usize, count: usize) -> usize {
-        let block_rows = self.counts.block_rows;
-        let headers = ((row & (block_rows - 1)) + count).div_ceil(block_rows.max(1));
-        headers * block::header(self.counts.dofs) + count * self.packed(row).row_bytes
     }
 }
 

@@ -5,6 +5,7 @@
 use super::{
     Counts, Database, Manifest,
     crc::crc32c,
+    dial,
     layout::{
         self, ALIGNMENT, DEGREE, ENTRIES, MAGIC, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES,
         MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
@@ -114,6 +115,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let counts = counts(head)?;
     Ok(Database {
         counts,
+        identity: head.u32(header::CRC),
         rate_hz: head.f32(header::RATE),
         block_shift: counts.block_rows.trailing_zeros(),
         manifest,
@@ -199,6 +201,7 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     timing_section(db)?;
     models::linear(db)?;
     models::statistics(db)?;
+    dial::effort(db)?;
     let translates = db.counts.frames > 0
         || db.optional(section::LTI).is_some()
         || db.optional(section::STATISTIC).is_some();

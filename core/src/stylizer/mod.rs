@@ -1,5 +1,6 @@
 //! One step: a pose in, the same pose in another style out.
 
+mod configure;
 mod settings;
 
 pub(crate) use settings::Settings;
@@ -36,6 +37,61 @@ pub(crate) struct Signals<const J: usize> {
     pub output: Dofs<J>,
 }
 
+/// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
+///
+/// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
+/// stack first, which has 4.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
+    database: Database<'db>,
+    config: Config,
+}
+
+impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
+    /// Compares what is needed with the capacities.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
+    /// parameter is out of its range.
+    pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
+        let counts = *database.counts();
+        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
+        // Dofs<J> has room for 3 J + 4 numbers from J = 4 on.
+        if counts.joints > J || counts.dofs > 4 * J {
+            return Err(ConfigError::Joints { need: short(counts.joints), have: short(J) });
+        }
+        if counts.classes > C {
+            return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
+        }
+        config.check(K)?;
+        let held = match config.method {
+            Method::Mar => counts.frames > 0,
+            Method::Lti => database.linear_from().is_some(),
+            Method::Statistic => database.statistic_from().is_some(),
+        };
+        if !held {
+            return Err(ConfigError::Method);
+        }
+        Ok(Self { database, config })
+    }
+
+    /// The stylizer, written straight to where the caller puts it.
+    #[inline(never)]
+    pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
+        let zero = [[0.0; 4]; J];
+        Stylizer {
+            database: self.database,
+            config: self.config,
+            settings: Settings::new(),
+            engine: Engine::new(self.config.method),
+            signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
+            input_anchor: Anchor::ORIGIN,
+            output_anchor: Anchor::ORIGIN,
+            last: None,
+        }
+    }
+}
+
 /// The method and its state: all lie in the same place, which is as large as the largest, the mixture's.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
@@ -46,6 +102,8 @@ enum Engine<const J: usize, const K: usize, const C: usize> {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
+    // A function of its own is given the place to write to; inlined, the state would be copied there.
+    #[inline(never)]
     fn new(method: Method) -> Self {
         match method {
             Method::Mar => Self::Mar(Mar::new()),
@@ -86,35 +144,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
     /// parameter is out of its range.
     pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
-        let counts = *database.counts();
-        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
-        // Dofs<J> has room for 3 J + 4 numbers from J = 4 on.
-        if counts.joints > J || counts.dofs > 4 * J {
-            return Err(ConfigError::Joints { need: short(counts.joints), have: short(J) });
-        }
-        if counts.classes > C {
-            return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
-        }
-        config.check(K)?;
-        let held = match config.method {
-            Method::Mar => counts.frames > 0,
-            Method::Lti => database.linear_from().is_some(),
-            Method::Statistic => database.statistic_from().is_some(),
-        };
-        if !held {
-            return Err(ConfigError::Method);
-        }
-        let zero = [[0.0; 4]; J];
-        Ok(Self {
-            database,
-            config,
-            settings: Settings::new(),
-            engine: Engine::new(config.method),
-            signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
-            input_anchor: Anchor::ORIGIN,
-            output_anchor: Anchor::ORIGIN,
-            last: None,
-        })
+        Ok(Fit::new(database, config)?.stylizer())
     }
 
     /// The database.

@@ -57,6 +57,18 @@ impl Model {
     pub fn states(&self) -> usize {
         self.units.iter().map(|u| u.system.order()).sum()
     }
+
+    /// Whether every number is one that the format holds.
+    pub fn is_usable(&self) -> bool {
+        let fits = |v: &f64| v.abs() < 9e3;
+        let feet = self.feet.iter().all(|f| f.projection.iter().chain([&f.boundary]).all(|v| v.abs() < 9e5));
+        let moments = self.inputs.iter().chain(&self.outputs).all(|(m, s)| m.abs() < 9e2 && *s < 9e2);
+        feet && moments
+            && self.units.iter().all(|u| {
+                let System { a, b, c, d } = &u.system;
+                [a, b, c, d].iter().all(|m| m.iter().all(fits))
+            })
+    }
 }
 
 /// Input and output dofs of the units of a body with D dofs: first and number of the inputs, of the outputs.

@@ -1,0 +1,40 @@
+//! `gestus cut`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::cut;
+use serde_json::json;
+
+/// Cut a database to what a smaller board needs.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The database
+    db: PathBuf,
+    /// Keep the linear models and the statistics, and no frame
+    #[arg(long)]
+    models_only: bool,
+    /// Where the smaller one goes
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    if !args.models_only {
+        bail!("say what is to be kept: --models-only");
+    }
+    let bytes = super::read_blob(&args.db)?;
+    let database = super::open(&args.db, &bytes)?;
+    let cut = cut::models_only(&database).with_context(|| args.db.display().to_string())?;
+    std::fs::write(&args.output, &cut)
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    if args.json {
+        super::say(json!({ "output": args.output, "bytes": cut.len(), "from_bytes": bytes.len() }))
+    } else {
+        super::say(format_args!("{}: {} bytes, of {}", args.output.display(), cut.len(), bytes.len()))
+    }
+}

@@ -1,0 +1,112 @@
+//! `gestus loop`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    body::Body,
+    bvh::{Bvh, Unit},
+    load::load,
+    models::bilinear::Bilinear,
+};
+use serde_json::json;
+
+use super::build::Selection;
+
+/// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of BVH files.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of BVH files
+    #[arg(long)]
+    data: PathBuf,
+    /// The gait
+    #[arg(long, default_value = "walk")]
+    action: String,
+    /// Styles to learn from, s,t; all where left out
+    #[arg(long, value_delimiter = ',')]
+    styles: Vec<String>,
+    /// Style, or weights a=1,b=0.5, brought to sum 1; a negative weight goes away from a style
+    #[arg(long, allow_hyphen_values = true)]
+    style: String,
+    /// Speed, metres a second, also beyond those of the data; the medium one where left out
+    #[arg(long)]
+    speed: Option<f64>,
+    /// Style whose cycle the others are set into correspondence with; `normal` or `neutral` where left out
+    #[arg(long)]
+    from: Option<String>,
+    /// Length, seconds
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// Where the walk goes, a BVH file
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    let selection = Selection::of(std::slice::from_ref(&args.action), &args.styles);
+    let loaded = load(&selection.config(Some(&args.data), None)?)?;
+    for note in &loaded.notes {
+        eprintln!("{note}");
+    }
+    let corpus = &loaded.corpus;
+    let style = |name: &str| {
+        corpus.styles.iter().position(|s| s == name).with_context(|| {
+            format!("{} has no style `{name}`: it has {}", args.data.display(), corpus.styles.join(", "))
+        })
+    };
+    let from = match &args.from {
+        Some(name) => style(name)?,
+        None => ["normal", "neutral"].iter().find_map(|n| style(n).ok()).unwrap_or(0),
+    };
+    let action = corpus.actions.iter().position(|a| *a == args.action).with_context(|| {
+        format!(
+            "{} has no action `{}`: it has {}",
+            args.data.display(),
+            args.action,
+            corpus.actions.join(", ")
+        )
+    })?;
+    let mut weights = vec![0.0; corpus.styles.len()];
+    for part in args.style.split(',').filter(|p| !p.trim().is_empty()) {
+        let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
+        let number: f64 = weight.trim().parse().with_context(|| format!("`{part}`: write style=0.5"))?;
+        weights[style(name.trim())?] += number;
+    }
+    let total: f64 = weights.iter().sum();
+    if !(total.is_finite() && total.abs() > 1e-6) {
+        bail!("--style {}: the weights sum to {total}", args.style);
+    }
+    weights.iter_mut().for_each(|w| *w /= total);
+    if !(0.1..=600.0).contains(&args.seconds) {
+        bail!("--seconds {}: from 0.1 to 600", args.seconds);
+    }
+    let body = Body::of(corpus)?;
+    let model = Bilinear::of(corpus, &body, action, from).with_context(|| args.data.display().to_string())?;
+    let speed = args.speed.unwrap_or(model.speeds_m_s[1]);
+    if !(0.0..=20.0).contains(&speed) {
+        bail!("--speed {speed}: metres a second, from 0 to 20");
+    }
+    let clip = model.walk(&body, &weights, speed, args.seconds);
+    let text = Bvh::from_clip(&clip, Unit::Centimetres)?.to_text();
+    std::fs::write(&args.output, text)
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    let frames = clip.frames.len();
+    if args.json {
+        super::say(json!({
+            "frames": frames, "seconds": clip.duration_s(), "speed_m_s": speed, "speeds_m_s": model.speeds_m_s,
+            "styles": corpus.styles, "weights": weights, "style_explained": model.explained[0],
+            "speed_explained": model.explained[1], "output": args.output,
+        }))
+    } else {
+        let known: Vec<String> = model.speeds_m_s.iter().map(|v| format!("{v:.2}")).collect();
+        super::say(format_args!(
+            "{}: {frames} frames at {speed:.2} m/s; the data walks at {} m/s (slow, medium, fast)",
+            args.output.display(),
+            known.join(", ")
+        ))
+    }
+}

@@ -1,0 +1,103 @@
+//! `gestus effort`: the form in which people say what Effort motion has.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    effort::{
+        fragment::Library,
+        model::BLENDS,
+        sheet::{SEEDS, selected, sheet},
+    },
+    load::load,
+};
+use serde_json::json;
+
+use super::build::Selection;
+
+/// Laban effort: what people see in motion.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Write a table of fragments and blends for a person to fill in, and a page that shows each of them
+    Sheet(SheetArgs),
+}
+
+/// Write a table to fill in, and the page that goes with it.
+#[derive(clap::Args)]
+struct SheetArgs {
+    /// Folder of BVH files
+    #[arg(long)]
+    data: PathBuf,
+    #[command(flatten)]
+    selection: Selection,
+    /// Fragments: as many of each action and style as there is room for
+    #[arg(long, default_value_t = SEEDS)]
+    fragments: usize,
+    /// Blends of two of them
+    #[arg(long, default_value_t = BLENDS)]
+    blends: usize,
+    /// Seed of the blends: the same seed draws the same
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for `effort.csv` and `effort.html`
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    let Command::Sheet(args) = &args.command;
+    if args.fragments < 2 {
+        bail!("--fragments {}: at least 2", args.fragments);
+    }
+    let loaded = load(&args.selection.config(Some(&args.data), None)?)?;
+    for note in &loaded.notes {
+        eprintln!("{note}");
+    }
+    let library = selected(&Library::found(&loaded.corpus)?, args.fragments);
+    if library.fragments.is_empty() {
+        bail!("{}: no fragment found", args.data.display());
+    }
+    let sheet = sheet(&library, args.blends, args.seed);
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    let save = |name: &str, content: &str| -> Result<PathBuf> {
+        let path = args.output.join(name);
+        std::fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))?;
+        Ok(path)
+    };
+    let table = args.output.join("effort.csv");
+    // Hours of looking go into a table: it is not written over.
+    if table.exists() {
+        bail!("{} is there already: move it away, or choose another folder", table.display());
+    }
+    let (csv, html) = (save("effort.csv", &sheet.csv)?, save("effort.html", &sheet.html)?);
+    if sheet.blends < args.blends {
+        eprintln!("only {} of {} blends: few fragments show one content", sheet.blends, args.blends);
+    }
+    if args.json {
+        super::say(json!({
+            "csv": csv, "html": html, "fragments": sheet.fragments, "blends": sheet.blends,
+        }))
+    } else {
+        super::say(format_args!(
+            "{} fragments and {} blends: look at them in {}, fill in flow, weight and time in {}, then\n  \
+             gestus build --data {} --labels {} -o DB.gestus",
+            sheet.fragments,
+            sheet.blends,
+            html.display(),
+            csv.display(),
+            args.data.display(),
+            csv.display()
+        ))
+    }
+}

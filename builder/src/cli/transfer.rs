@@ -1,0 +1,85 @@
+//! `gestus transfer`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    body::Body,
+    bvh::{Binding, Bvh, Options},
+    corpus::Corpus,
+    models::statistic::transfer::{self, mean_offset},
+    motion::Clip,
+};
+use serde_json::json;
+
+/// Give a clip the style of another clip, without a database: any clip is a style.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The clip, a BVH file
+    #[arg(long)]
+    input: PathBuf,
+    /// The clip that has the style, a BVH file on the same skeleton
+    #[arg(long)]
+    reference: PathBuf,
+    /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
+    #[arg(long, default_value_t = 0)]
+    rounds: usize,
+    /// Euler angles instead of quaternions, to see what goes wrong
+    #[arg(long)]
+    euler: bool,
+    /// Where the output goes, a BVH file
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+fn read(path: &PathBuf) -> Result<(Bvh, Binding, Clip)> {
+    let document = Bvh::read(path)?;
+    let name = path.display();
+    let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;
+    let clip = binding.to_clip(&document).with_context(|| name.to_string())?;
+    for note in binding.notes() {
+        eprintln!("{name}: {note}");
+    }
+    Ok((document, binding, clip))
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<()> {
+    let (document, binding, source) = read(&args.input)?;
+    let (_, _, reference) = read(&args.reference)?;
+    if source.skeleton.names != reference.skeleton.names {
+        bail!(
+            "{}: its joints are not those of {}: both clips have to be on one skeleton",
+            args.reference.display(),
+            args.input.display()
+        );
+    }
+    let reference = reference.resampled(source.rate_hz);
+    let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
+    let options = transfer::Options { rounds: args.rounds, euler: args.euler, ..Default::default() };
+    let out = transfer::transfer(&body, &source, &reference, &options)
+        .with_context(|| args.input.display().to_string())?;
+    let text = binding.write(&document, &out.clip)?.to_text();
+    std::fs::write(&args.output, text)
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    let offset = mean_offset(&body, &reference);
+    if args.json {
+        super::say(json!({
+            "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
+            "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(), "output": args.output,
+        }))
+    } else {
+        super::say(format_args!(
+            "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms; the recursive mean is {:.2} degrees off the geodesic one at most",
+            args.output.display(),
+            out.clip.frames.len(),
+            args.reference.display(),
+            out.warp_ms,
+            out.transfer_ms,
+            offset.to_degrees()
+        ))
+    }
+}

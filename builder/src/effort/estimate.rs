@@ -1,0 +1,184 @@
+//! Efforts estimated from motion alone, where nobody has looked at it.
+//!
+//! The literature ties each factor to a derivative of the joints' positions (Larboulette and Gibet, "A Review of
+//! Computable Expressive Descriptors of Human Motion", MOCO 2015, section on Laban's Effort; before it Hachimura et al.
+//! 2005 and Samadani et al. 2013):
+//!
+//! | factor | descriptor | unit before the logarithm |
+//! |---|---|---|
+//! | weight | greatest kinetic energy, `max over t of Σ_k |v_k(t)|²`, all masses 1 | m²/s² |
+//! | time | mean acceleration, `1/T Σ_t Σ_k |a_k(t)|` | m/s² |
+//! | flow | mean jerk, `1/T Σ_t Σ_k |j_k(t)|`, against speed and acceleration: `j v / a²` | 1 |
+//!
+//! Jerk by itself says little that acceleration does not, since a fast movement has more of all derivatives; the
+//! ratio `j v / a²` keeps its shape when a movement is made larger or faster, as dimensionless jerk does (Hogan and
+//! Sternad, "Sensitivity of Smoothness Measures", 2009). It is high where movement is checked and corrected on its way
+//! (bound), and least where it runs on (free).
+//!
+//! Descriptors become factors by the spread of the action: logarithm, less the mean over the action's fragments,
+//! divided by their standard deviation, held to -3 to 3. So 0 is what is usual for a walk among walks. **These are
+//! estimates, and named so wherever they go**: they follow an observer's notes in part only.
+
+use nalgebra::Vector3;
+
+use super::{Factors, POLE, fragment::Library, fragment::walk};
+use crate::{body::Body, segment::smooth};
+
+/// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
+const SMOOTH_S: f64 = 0.04;
+
+/// Length of the stretches that a whole clip is judged by, seconds.
+const STRETCH_S: f64 = 1.2;
+
+/// Logarithms of the three descriptors of a stretch of motion, in the order of the factors. `None` of fewer than eight
+/// frames.
+pub fn descriptors(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
+    if rows.len() < 8 {
+        return None;
+    }
+    let frames = walk(body, rows, rate_hz);
+    let positions: Vec<Vec<Vector3<f64>>> = frames.iter().map(|f| f.positions(&body.skeleton)).collect();
+    let joints = body.skeleton.joints();
+    let count = rows.len();
+    let mut energy = vec![0.0; count - 1];
+    let (mut speed, mut acceleration, mut jerk) = (0.0, 0.0, 0.0);
+    for j in 0..joints {
+        let axis = |c: usize| -> Vec<f64> {
+            smooth(&positions.iter().map(|p| p[j][c]).collect::<Vec<_>>(), SMOOTH_S * rate_hz)
+        };
+        let path = [axis(0), axis(1), axis(2)];
+        let at = |t: usize| Vector3::new(path[0][t], path[1][t], path[2][t]);
+        for t in 1..count {
+            let v = (at(t) - at(t - 1)) * rate_hz;
+            energy[t - 1] += v.norm_squared();
+            speed += v.norm() / (count - 1) as f64;
+        }
+        for t in 2..count {
+            let a = at(t) - at(t - 1) * 2.0 + at(t - 2);
+            acceleration += a.norm() * rate_hz.powi(2) / (count - 2) as f64;
+        }
+        for t in 3..count {
+            let j = at(t) - at(t - 1) * 3.0 + at(t - 2) * 3.0 - at(t - 3);
+            jerk += j.norm() * rate_hz.powi(3) / (count - 3) as f64;
+        }
+    }
+    let greatest = energy.iter().fold(0.0, |a: f64, &b| a.max(b));
+    let ln = |v: f64| v.max(1e-9).ln();
+    Some([ln(jerk) + ln(speed) - 2.0 * ln(acceleration), ln(greatest), ln(acceleration)])
+}
+
+/// Mean and standard deviation of each descriptor.
+type Spread = [(f64, f64); 3];
+
+/// Takes motion to estimated factors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimator {
+    /// By action; of fewer than four fragments the whole library's.
+    actions: Vec<Spread>,
+    all: Spread,
+}
+
+impl Estimator {
+    /// The spreads of a library.
+    pub fn of(library: &Library) -> Self {
+        use rayon::prelude::*;
+        let found: Vec<(usize, Factors)> = library
+            .fragments
+            .par_iter()
+            .filter_map(|f| Some((f.action, descriptors(&library.body, &f.rows, library.rate_hz)?)))
+            .collect();
+        let all = spread(&found.iter().map(|f| f.1).collect::<Vec<_>>());
+        let actions = (0..library.actions.len())
+            .map(|a| {
+                let own: Vec<Factors> = found.iter().filter(|f| f.0 == a).map(|f| f.1).collect();
+                if own.len() < 4 { all } else { spread(&own) }
+            })
+            .collect();
+        Self { actions, all }
+    }
+
+    /// The factors of descriptors; of no action in particular with `None`.
+    pub fn factors(&self, action: Option<usize>, descriptors: &Factors) -> Factors {
+        let spread = action.and_then(|a| self.actions.get(a)).unwrap_or(&self.all);
+        std::array::from_fn(|k| ((descriptors[k] - spread[k].0) / spread[k].1).clamp(-POLE, POLE))
+    }
+
+    /// The estimated Effort of a stretch of motion; `None` where it is too short.
+    pub fn estimate(
+        &self,
+        body: &Body,
+        rows: &[Vec<f64>],
+        rate_hz: f64,
+        action: Option<usize>,
+    ) -> Option<Factors> {
+        Some(self.factors(action, &descriptors(body, rows, rate_hz)?))
+    }
+
+    /// The estimated Effort of a whole clip: the mean over stretches about as long as a fragment, since the greatest
+    /// energy of a clip grows with its length.
+    pub fn clip(
+        &self,
+        body: &Body,
+        rows: &[Vec<f64>],
+        rate_hz: f64,
+        action: Option<usize>,
+    ) -> Option<Factors> {
+        let count = (rows.len() as f64 / (STRETCH_S * rate_hz)).round().max(1.0) as usize;
+        let edge = |i: usize| i * rows.len() / count;
+        let found: Vec<Factors> =
+            (0..count).filter_map(|i| descriptors(body, &rows[edge(i)..edge(i + 1)], rate_hz)).collect();
+        if found.is_empty() {
+            return None;
+        }
+        let mean = std::array::from_fn(|k| found.iter().map(|d| d[k]).sum::<f64>() / found.len() as f64);
+        Some(self.factors(action, &mean))
+    }
+}
+
+fn spread(values: &[Factors]) -> Spread {
+    let n = values.len().max(1) as f64;
+    std::array::from_fn(|k| {
+        let mean = values.iter().map(|v| v[k]).sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v[k] - mean).powi(2)).sum::<f64>() / n;
+        // Motion that is all alike has no spread to divide by.
+        (mean, variance.sqrt().max(0.01))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth;
+
+    #[test]
+    fn faster_is_stronger_and_more_sudden_and_no_more_bound() {
+        let options = synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into()],
+            clips: 1,
+            seconds: 6.0,
+            ..synth::Options::default()
+        };
+        let corpus = synth::corpus(&options).unwrap();
+        let body = Body::of(&corpus).unwrap();
+        let rows = body.clip_dofs(&corpus.examples[0].clip);
+        let slow = descriptors(&body, &rows, 30.0).unwrap();
+        // The same frames at another rate. Velocities are stored by the second.
+        let mut quick = rows.clone();
+        for row in &mut quick {
+            row[4..7].iter_mut().for_each(|v| *v *= 2.0);
+        }
+        let fast = descriptors(&body, &quick, 60.0).unwrap();
+        assert!((fast[1] - slow[1] - 4f64.ln()).abs() < 0.25, "{slow:?} {fast:?}");
+        assert!((fast[2] - slow[2] - 4f64.ln()).abs() < 0.35, "{slow:?} {fast:?}");
+        assert!((fast[0] - slow[0]).abs() < 0.35, "{slow:?} {fast:?}");
+        assert!(descriptors(&body, &rows[..7], 30.0).is_none());
+    }
+
+    #[test]
+    fn factors_are_deviations_held_to_the_poles() {
+        let estimator = Estimator { actions: vec![[(1.0, 0.5); 3]], all: [(0.0, 1.0); 3] };
+        assert_eq!(estimator.factors(Some(0), &[1.0, 1.5, -9.0]), [0.0, 1.0, -3.0]);
+        assert_eq!(estimator.factors(None, &[1.0, 1.5, -9.0]), [1.0, 1.5, -3.0]);
+    }
+}

@@ -1,0 +1,107 @@
+//! Laban effort: style as a place in a space that people can point to (Torresani, Hackney and Bregler, "Learning
+//! Motion Style Synthesis from Perceptual Observations", NIPS 2006: "paper 003" in the comments).
+//!
+//! Three factors, each from -3 to 3: **flow** from free to bound, **weight** from light to strong, **time** from
+//! sustained to sudden (the signs are Laban's: the indulging poles are negative, the fighting ones positive).
+//!
+//! 1. [`fragment`]: clips are cut into fragments, each one action or one gait cycle;
+//! 2. [`align`]: two fragments have one content where they are near under dynamic time warping (eqs. 3 to 5);
+//! 3. [`blend`]: such a pair is interpolated in space and time, by α from -0.25 to 1.25;
+//! 4. [`labels`]: people say what Effort fragments and blends have; where nobody has, [`estimate`] does;
+//! 5. [`components`] and [`learn`]: a function from a pair, its Efforts and α to the blend's Effort, by linear
+//!    interpolation, linear [`ridge`], kernel ridge or support vectors ([`support`]) (eqs. 6 and 7);
+//! 6. [`stage`]: an input is cut into the fragments it is made of, by one-stage dynamic programming (eqs. 8 to 11);
+//! 7. [`synthesize`]: each is replaced by the pair and α whose predicted Effort is nearest to the wanted (eq. 12).
+//!
+//! Beyond the paper, [`dial`] turns the labels into a table that the core looks style weights up in, so that a
+//! stream can be given an Effort too; [`sheet`] writes the form for people to fill in.
+
+pub mod align;
+pub mod blend;
+pub mod components;
+pub mod dial;
+pub mod estimate;
+pub mod fragment;
+pub mod labels;
+pub mod learn;
+pub mod model;
+pub mod ridge;
+pub mod sheet;
+pub mod stage;
+pub mod support;
+pub mod synthesize;
+
+/// Flow, weight and time.
+pub type Factors = [f64; 3];
+
+/// Names of the factors, in order.
+pub const NAMES: [&str; 3] = gestus_core::Effort::NAMES;
+
+/// Greatest value of a factor; the least is its opposite.
+pub const POLE: f64 = 3.0;
+
+/// Least and greatest α: a little beyond the two fragments (paper 003, section 7.2).
+pub const ALPHA: (f64, f64) = (-0.25, 1.25);
+
+/// Where Efforts come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Kinematic descriptors: nobody has looked at the motion.
+    Estimated,
+    /// People who did.
+    Given,
+    /// A known function of the motion with noise, to measure learning with.
+    Generated,
+}
+
+impl Source {
+    /// As tables and JSON have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Estimated => "estimated",
+            Self::Given => "given",
+            Self::Generated => "generated",
+        }
+    }
+}
+
+/// Reads `flow=1,weight=-0.5,time=2`; factors that are not named are `None`.
+///
+/// # Errors
+/// A message for a person: what is no factor, no number, or out of range.
+pub fn parse(text: &str) -> Result<[Option<f64>; 3], String> {
+    let mut factors = [None; 3];
+    for part in text.split(',').filter(|p| !p.trim().is_empty()) {
+        let (name, value) = part
+            .split_once('=')
+            .ok_or_else(|| format!("`{part}`: write flow=1, weight=-2 or time=0.5, separated by commas"))?;
+        let k = NAMES
+            .iter()
+            .position(|n| *n == name.trim())
+            .ok_or_else(|| format!("there is no effort factor `{}`: flow, weight, time", name.trim()))?;
+        let value: f64 =
+            value.trim().parse().map_err(|_| format!("`{part}`: `{}` is no number", value.trim()))?;
+        if !(-POLE..=POLE).contains(&value) {
+            return Err(format!("`{part}`: factors run from -3 to 3"));
+        }
+        factors[k] = Some(value);
+    }
+    if factors.iter().all(Option::is_none) {
+        return Err("no effort: give flow, weight, time or some of them, each from -3 to 3".into());
+    }
+    Ok(factors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_factors_and_refuses_what_is_none() {
+        assert_eq!(parse("flow=1, weight=-0.5"), Ok([Some(1.0), Some(-0.5), None]));
+        assert_eq!(parse("time=3"), Ok([None, None, Some(3.0)]));
+        for bad in ["", "flow", "speed=1", "flow=x", "flow=3.1", "flow=nan"] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! A clip with the style of another, the whole clip at once (paper 002).
+//!
+//! 1. Iterative motion warping sets the frames of both into correspondence (section 4): the shorter is warped onto
+//!    the longer.
+//! 2. Of every joint mean and spread, of the warped clips; the source's rotations are turned by `q̄_s⁻¹ q̄_r` and scaled
+//!    about `q̄_r` by `σ_r / σ_s` (section 5.4, eq. 7). The root's translation is taken from frame to frame and scaled
+//!    number by number (eq. 4), its turning is kept (section 5.2).
+//! 3. The warp is undone by slerp (section 6): the result runs at the source's time.
+//!
+//! Foot skate is cleaned up behind it, with the source's contacts, which are the result's: [`Transferred::contacts`].
+//!
+//! Cost: the warp; then three slerps a joint and frame.
+
+use std::time::Instant;
+
+use gestus_core::{
+    blob::layout::dof,
+    quaternion::{self, Quaternion},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{
+    euler,
+    mean::{self, Spread},
+};
+use crate::{
+    body::{Body, about_y, row_at},
+    contact,
+    models::moments,
+    motion::{Clip, Frame},
+    warp::{
+        self, Warp, WarpError,
+        imw::{Config, imw},
+    },
+};
+
+/// Standard deviation below which a dof counts as still, radians and metres.
+const STILL: f64 = 0.05;
+/// Most that a spread is scaled, as in the core.
+const MOST_SCALE: f32 = 4.0;
+/// Lengths further apart than this are brought together before warping: the slope limit is two.
+const NEAR: f64 = 1.8;
+
+/// How a style is transferred.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Rounds from the recursive mean towards the geodesic one; 0: the paper's own.
+    pub rounds: usize,
+    /// Euler angles instead of quaternions: the variant that the paper holds against its own.
+    pub euler: bool,
+    /// Set frames into correspondence before statistics are taken.
+    pub warp: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rounds: 0, euler: false, warp: true }
+    }
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Transferred {
+    /// The clip, at the source's time.
+    pub clip: Clip,
+    /// Which foot stands, as in the source. Shape `[frames]`.
+    pub contacts: Vec<[bool; 2]>,
+    /// Milliseconds that the correspondence took.
+    pub warp_ms: f64,
+    /// Milliseconds that statistics and transfer took.
+    pub transfer_ms: f64,
+}
+
+/// Gives `source` the style of `reference`; both on the body's skeleton, and at one rate.
+///
+/// # Errors
+/// [`WarpError`] where one of them has no frames.
+pub fn transfer(
+    body: &Body,
+    source: &Clip,
+    reference: &Clip,
+    options: &Options,
+) -> Result<Transferred, WarpError> {
+    if source.frames.is_empty() || reference.frames.is_empty() {
+        return Err(WarpError::Empty);
+    }
+    let (x, y) = (body.clip_dofs(source), body.clip_dofs(reference));
+    let start = Instant::now();
+    let (own, other) = if options.warp { correspond(&x, &y)? } else { straight(x.len(), y.len()) };
+    let warp_ms = start.elapsed().as_secs_f64() * 1e3;
+
+    let start = Instant::now();
+    let headings: Vec<f64> = source.frames.iter().map(|f| body.heading(f)).collect();
+    let (u, v) = (Turns::of(body, source), Turns::of(body, reference));
+    let joints = body.skeleton.joints();
+    let mut rotations: Vec<Vec<Quaternion>> = Vec::with_capacity(joints);
+    for j in 0..joints {
+        let (a, b) = (u.warped(j, &own), v.warped(j, &other));
+        let moved = if options.euler {
+            euler::moved(&a, &b)
+        } else {
+            let (s, r) = (spread(&a, options), spread(&b, options));
+            moved(&a, &s, &r)
+        };
+        rotations.push(back(&moved, &own, source.frames.len()));
+    }
+    let root = root(&x, &y, &own, &other);
+    let mut ground = source.frames[0].root;
+    let mut frames = Vec::with_capacity(source.frames.len());
+    for (t, &[height, forward, left]) in root.iter().enumerate() {
+        if t > 0 {
+            ground += about_y(headings[t - 1]) * Vector3::new(left, 0.0, forward) / source.rate_hz;
+        }
+        let mut turns: Vec<UnitQuaternion<f64>> = rotations.iter().map(|r| wide(r[t])).collect();
+        turns[0] = about_y(headings[t]) * turns[0];
+        frames.push(Frame { root: Vector3::new(ground.x, height, ground.z), rotations: turns });
+    }
+    let transfer_ms = start.elapsed().as_secs_f64() * 1e3;
+    let contacts = contact::contacts(source, &body.landmarks);
+    Ok(Transferred { clip: Clip { frames, ..source.clone() }, contacts, warp_ms, transfer_ms })
+}
+
+/// How far, at most, the recursive means of a clip's joints are from the geodesic ones, radians.
+pub fn mean_offset(body: &Body, clip: &Clip) -> f64 {
+    let turns = Turns::of(body, clip);
+    let offset = |j: usize| {
+        let all = turns.joint(j).to_vec();
+        let recursive = mean::recursive(all.iter().copied());
+        f64::from(quaternion::angle(recursive, mean::geodesic(recursive, all.iter().copied(), 8)))
+    };
+    (0..body.skeleton.joints()).map(offset).fold(0.0, f64::max)
+}
+
+fn spread(rotations: &[Quaternion], options: &Options) -> Spread {
+    mean::spread(rotations.iter().copied(), options.rounds)
+}
+
+/// Mean aligned, spread scaled.
+fn moved(rotations: &[Quaternion], from: &Spread, to: &Spread) -> Vec<Quaternion> {
+    let turn = quaternion::multiply(quaternion::conjugate(from.mean), to.mean);
+    let scale = (to.deviation / from.deviation).min(MOST_SCALE);
+    rotations.iter().map(|&q| quaternion::slerp(scale, to.mean, quaternion::multiply(q, turn))).collect()
+}
+
+/// Rotations of a clip as the core has them, joint by joint; the root's without its heading.
+struct Turns {
+    joints: Vec<Vec<Quaternion>>,
+}
+
+impl Turns {
+    fn of(body: &Body, clip: &Clip) -> Self {
+        let narrow = |q: &UnitQuaternion<f64>| [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
+        let mut joints: Vec<Vec<Quaternion>> = (0..body.skeleton.joints())
+            .map(|j| clip.frames.iter().map(|f| narrow(&f.rotations[j])).collect())
+            .collect();
+        joints[0] =
+            clip.frames.iter().map(|f| narrow(&(about_y(-body.heading(f)) * f.rotations[0]))).collect();
+        Self { joints }
+    }
+
+    fn joint(&self, joint: usize) -> &[Quaternion] {
+        &self.joints[joint]
+    }
+
+    /// Rotations of a joint at positions of the clip.
+    fn warped(&self, joint: usize, positions: &[f64]) -> Vec<Quaternion> {
+        positions.iter().map(|&p| at(&self.joints[joint], p)).collect()
+    }
+}
+
+/// The rotation at a fractional frame index.
+fn at(rotations: &[Quaternion], position: f64) -> Quaternion {
+    let last = rotations.len() - 1;
+    let i = (position.max(0.0) as usize).min(last);
+    let t = (position - i as f64) as f32;
+    if t < 1e-6 || i == last { rotations[i] } else { quaternion::slerp(t, rotations[i], rotations[i + 1]) }
+}
+
+/// Undoes the warp: rotations given at `positions` of a clip, at its frames.
+fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quaternion> {
+    let mut k = 0;
+    (0..frames)
+        .map(|t| {
+            let t = t as f64;
+            while k + 2 < positions.len() && positions[k + 1] <= t {
+                k += 1;
+            }
+            let next = (k + 1).min(positions.len() - 1);
+            let span = positions[next] - positions[k];
+            let share = if span > 0.0 { ((t - positions[k]) / span).clamp(0.0, 1.0) } else { 0.0 };
+            at(rotations, k as f64 + share)
+        })
+        .collect()
+}
+
+/// Height, forward and left velocity of every frame, scaled number by number (eq. 4).
+fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64; 3]> {
+    let numbers = [dof::HEIGHT, dof::FORWARD, dof::LEFT].map(|d| {
+        let at = |rows: &[Vec<f64>], positions: &[f64]| -> Vec<f64> {
+            let one: Vec<Vec<f64>> = rows.iter().map(|r| vec![r[d]]).collect();
+            positions.iter().map(|&p| row_at(&one, p)[0]).collect()
+        };
+        let (from, from_sd) = moments(at(x, own).into_iter(), 1e-3);
+        let (to, to_sd) = moments(at(y, other).into_iter(), 1e-3);
+        let scale = (to_sd / from_sd).min(f64::from(MOST_SCALE));
+        x.iter().map(|row| to + scale * (row[d] - from)).collect::<Vec<f64>>()
+    });
+    (0..x.len()).map(|t| [0, 1, 2].map(|k| numbers[k][t])).collect()
+}
+
+/// Positions in both clips that correspond, as many as the longer has frames.
+fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), WarpError> {
+    if x.len() > y.len() {
+        let (other, own) = correspond(y, x)?;
+        return Ok((own, other));
+    }
+    let last = (x.len() - 1) as f64;
+    // The shorter, brought nearer to the length of the longer where the slope limit could not follow.
+    let count = if (y.len() as f64) < NEAR * x.len() as f64 { x.len() } else { y.len() };
+    let even = |k: usize| if count > 1 { last * k as f64 / (count - 1) as f64 } else { 0.0 };
+    let shape = |row: Vec<f64>| -> Vec<f64> {
+        row.into_iter()
+            .enumerate()
+            .filter(|(d, _)| !(dof::FORWARD..dof::JOINTS).contains(d))
+            .map(|(_, v)| v)
+            .collect()
+    };
+    let u: Vec<Vec<f64>> = (0..count).map(|k| shape(row_at(x, even(k)))).collect();
+    let v: Vec<Vec<f64>> = y.iter().map(|row| shape(row.clone())).collect();
+    let (u, v) = warp::standardised(&u, &v, STILL);
+    let config = Config { tolerance: 1e-3, ..Config::default() };
+    let warp = imw(&u, &v, &config)?.warp;
+    let scale = if count > 1 { last / (count - 1) as f64 } else { 0.0 };
+    let own = inverse(&warp, y.len()).into_iter().map(|p| p * scale).collect();
+    Ok((own, (0..y.len()).map(|k| k as f64).collect()))
+}
+
+/// Where each frame of the second motion is in the first.
+fn inverse(warp: &Warp, frames: usize) -> Vec<f64> {
+    let positions = &warp.positions;
+    let mut i = 0;
+    (0..frames)
+        .map(|j| {
+            let j = j as f64;
+            while i + 2 < positions.len() && positions[i + 1] <= j {
+                i += 1;
+            }
+            let next = (i + 1).min(positions.len() - 1);
+            let span = positions[next] - positions[i];
+            i as f64 + if span > 0.0 { ((j - positions[i]) / span).clamp(0.0, 1.0) } else { 0.0 }
+        })
+        .collect()
+}
+
+fn straight(own: usize, other: usize) -> (Vec<f64>, Vec<f64>) {
+    let all = |n: usize| (0..n).map(|k| k as f64).collect();
+    (all(own), all(other))
+}
+
+fn wide(q: Quaternion) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = q.map(f64::from);
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth;
+
+    fn clips() -> (Body, Clip, Clip) {
+        let corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let body = Body::of(&corpus).unwrap();
+        let of = |style: usize| corpus.examples.iter().find(|e| e.style == style).unwrap().clip.clone();
+        (body, of(0), of(1))
+    }
+
+    #[test]
+    fn the_result_has_the_references_statistics() {
+        let (body, source, reference) = clips();
+        let options = Options { rounds: 6, warp: false, ..Options::default() };
+        let out = transfer(&body, &source, &reference, &options).unwrap().clip;
+        assert_eq!(out.frames.len(), source.frames.len());
+        let (a, b) = (Turns::of(&body, &out), Turns::of(&body, &reference));
+        for j in 0..body.skeleton.joints() {
+            let (found, wanted) = (spread(a.joint(j), &options), spread(b.joint(j), &options));
+            assert!(quaternion::angle(found.mean, wanted.mean) < 2e-3, "joint {j}: {found:?} {wanted:?}");
+            let still = spread(Turns::of(&body, &source).joint(j), &options).deviation < 0.01;
+            assert!(
+                still || (found.deviation / wanted.deviation - 1.0).abs() < 0.02,
+                "joint {j}: {found:?} {wanted:?}"
+            );
+        }
+        // Where it turns is the source's business.
+        for (a, b) in out.frames.iter().zip(&source.frames) {
+            assert!((body.heading(a) - body.heading(b)).abs() < 0.2);
+        }
+    }
+
+    #[test]
+    fn a_clip_in_its_own_style_stays() {
+        let (body, source, _) = clips();
+        for euler in [false, true] {
+            let options = Options { euler, ..Options::default() };
+            let out = transfer(&body, &source, &source, &options).unwrap().clip;
+            for (a, b) in out.frames.iter().zip(&source.frames) {
+                assert!((a.root - b.root).norm() < 0.01, "{euler}");
+                for (p, q) in a.rotations.iter().zip(&b.rotations) {
+                    assert!(p.angle_to(q) < 0.01, "{euler}: {}", p.angle_to(q));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_may_be_far_apart() {
+        let (body, source, reference) = clips();
+        let short = Clip { frames: source.frames[..30].to_vec(), ..source.clone() };
+        assert_eq!(transfer(&body, &short, &reference, &Options::default()).unwrap().clip.frames.len(), 30);
+        assert_eq!(
+            transfer(&body, &reference, &short, &Options::default()).unwrap().clip.frames.len(),
+            reference.frames.len()
+        );
+        let one = Clip { frames: source.frames[..1].to_vec(), ..source.clone() };
+        assert_eq!(transfer(&body, &one, &reference, &Options::default()).unwrap().clip.frames.len(), 1);
+        let none = Clip { frames: vec![], ..source };
+        assert!(transfer(&body, &none, &reference, &Options::default()).is_err());
+    }
+}

@@ -1,0 +1,43 @@
+//! What a server wants from the board it runs on.
+
+use crate::{Observer, Report};
+
+/// Number ([`counter`](super::counter)) and value of a statistic.
+pub type Statistic = (u16, u64);
+
+/// A board: who it is, and what it counts. It watches each step as an [`Observer`].
+pub trait Board<const J: usize>: Observer<J> {
+    /// Name of the board, at most 32 bytes: `mps2-an386`.
+    fn name(&self) -> &str;
+
+    /// Build of the firmware, at most 64 bytes: version, target, features.
+    fn build(&self) -> &str;
+
+    /// A step begins.
+    fn begin(&mut self) {}
+
+    /// A step has ended.
+    fn end(&mut self, _report: &Report) {}
+
+    /// Instructions of the last step by stage, at most [`MAX_STAGES`](super::MAX_STAGES): query, search, decode,
+    /// regression, timing, the rest. Empty where the board does not count.
+    fn stages(&self) -> &[u32] {
+        &[]
+    }
+
+    /// The board's own statistic `index`, counted from 0; `None` behind the last.
+    fn statistic(&mut self, _index: u16) -> Option<Statistic> {
+        None
+    }
+}
+
+/// No board: a server in a test, or on a host.
+impl<const J: usize> Board<J> for () {
+    fn name(&self) -> &str {
+        "host"
+    }
+
+    fn build(&self) -> &str {
+        env!("CARGO_PKG_VERSION")
+    }
+}

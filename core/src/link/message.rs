@@ -1,0 +1,357 @@
+//! What the two ends say to each other.
+//!
+//! The order of the variants and fields is the wire format: append, never insert, and raise
+//! [`VERSION`](super::VERSION) where an old end would misread the new message.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use super::{Fault, board::Statistic};
+use crate::{
+    Degraded, Pose, Report,
+    mixture::{MAX_KEPT, Share},
+};
+
+/// Most pairs of a number and a value in a message.
+pub const MAX_PAIRS: usize = 16;
+/// Most stages whose instructions a report tells apart.
+pub const MAX_STAGES: usize = 8;
+/// Statistics of one reply.
+pub const PAGE: usize = 12;
+
+/// Numbers and values: styles and their weights, groups and their strengths, parameters.
+pub type Pairs = Vec<(u16, f32), MAX_PAIRS>;
+
+/// What the host asks for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Request<'a> {
+    /// Starts a session: every setting and the stream go back to how the board starts. Answer: [`Reply::Hello`].
+    Hello {
+        /// A number that the host draws for each session, to tell a new one from a repetition.
+        session: u32,
+    },
+    /// Output styles and their weights. Answer, as for all settings: [`Reply::Done`].
+    Style(Pairs),
+    /// What the host knows of the input.
+    Labels {
+        /// Its action.
+        action: Option<u16>,
+        /// Its style.
+        input_style: Option<u16>,
+    },
+    /// Whether the search looks at a joint group.
+    Mask {
+        /// The group.
+        group: u16,
+        /// Looked at or not.
+        searched: bool,
+    },
+    /// Joint groups and their strengths of style.
+    Strength(Pairs),
+    /// [`parameter`](super::parameter)s and their values; those that are not named stay.
+    Configure(Pairs),
+    /// Forgets the stream; settings stay.
+    Reset,
+    /// One step. Answer: [`Reply::Pose`].
+    #[serde(borrow)]
+    Pose(PoseBytes<'a>),
+    /// A page of statistics. Answer: [`Reply::Statistics`].
+    Statistics {
+        /// How many to skip.
+        skip: u16,
+    },
+}
+
+/// What the board answers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reply<'a> {
+    /// Who is there. A new session has begun.
+    #[serde(borrow)]
+    Hello(Identity<'a>),
+    /// The setting is in force.
+    Done,
+    /// The pose in its style, and what the step said.
+    Pose(PoseBytes<'a>, StepReport),
+    /// A page of statistics: numbers ([`counter`](super::counter)) and values.
+    Statistics {
+        /// There are more behind these.
+        more: bool,
+        /// This page's.
+        page: Vec<Statistic, PAGE>,
+    },
+    /// The request was not carried out, and this is why.
+    Fault(Fault),
+}
+
+/// Who a board is, and what it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Identity<'a> {
+    /// The board.
+    pub board: &'a str,
+    /// The build of its firmware.
+    pub build: &'a str,
+    /// [`Database::identity`](crate::Database::identity).
+    pub database: u32,
+    /// Frames a second of the stream.
+    pub rate_hz: f32,
+    /// Joints of a pose.
+    pub joints: u16,
+    /// Classes of the database.
+    pub classes: u16,
+    /// The stylizer's capacities J, K and C.
+    pub capacity: [u16; 3],
+    /// Bytes of the stylizer.
+    pub ram_bytes: u32,
+    /// Bytes of a link buffer: the longest frame that the board takes and sends.
+    pub buffer_bytes: u16,
+}
+
+/// A pose as it travels: metres and quaternions `[x, y, z, w]`, binary32, little-endian.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PoseBytes<'a> {
+    /// Root position.
+    pub position: [f32; 3],
+    /// Joint rotations, 16 bytes a joint.
+    pub rotations: &'a [u8],
+}
+
+impl PoseBytes<'_> {
+    /// Joints of the pose; `None` where the bytes are no whole number of joints.
+    pub fn joints(&self) -> Option<usize> {
+        let (joints, rest) = self.rotations.as_chunks::<16>();
+        rest.is_empty().then_some(joints.len())
+    }
+
+    /// Copies the pose bit by bit. Joints that it lacks are left alone.
+    pub fn read<const J: usize>(&self, pose: &mut Pose<J>) {
+        pose.position = self.position;
+        for (slots, bytes) in pose.rotations.iter_mut().zip(self.rotations.as_chunks::<16>().0) {
+            for (slot, value) in slots.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *slot = f32::from_le_bytes(*value);
+            }
+        }
+    }
+}
+
+/// Room for a pose's bytes.
+#[derive(Debug, Clone)]
+pub struct PoseBuffer<const J: usize>([[u8; 16]; J]);
+
+impl<const J: usize> PoseBuffer<J> {
+    /// Room for J joints.
+    pub const fn new() -> Self {
+        Self([[0; 16]; J])
+    }
+
+    /// The first `joints` joints of a pose, bit by bit.
+    pub fn pose(&mut self, pose: &Pose<J>, joints: usize) -> PoseBytes<'_> {
+        for (bytes, rotation) in self.0.iter_mut().zip(&pose.rotations) {
+            for (slot, value) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(rotation) {
+                *slot = value.to_le_bytes();
+            }
+        }
+        PoseBytes {
+            position: pose.position,
+            rotations: self.0.get(..joints).unwrap_or(&self.0).as_flattened(),
+        }
+    }
+}
+
+impl<const J: usize> Default for PoseBuffer<J> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A [`Report`] as it travels.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepReport {
+    /// [`Report::step_s`].
+    pub step_s: f32,
+    /// [`Report::predicted_step_s`].
+    pub predicted_step_s: f32,
+    /// [`Report::distance2`].
+    pub distance2: f32,
+    /// [`Report::visits`].
+    pub visits: u32,
+    /// [`Report::bytes_read`].
+    pub bytes_read: u32,
+    /// Bit 0: the left foot stands; bit 1: the right one.
+    pub contacts: u8,
+    /// Bits of [`Report::degraded`].
+    pub degraded: u32,
+    /// Classes and proportions, largest first.
+    pub classes: Vec<(u16, f32), MAX_KEPT>,
+    /// Instructions of the step by stage, as [`Board::stages`](super::Board::stages) counts them; none where it
+    /// does not.
+    pub stages: Vec<u32, MAX_STAGES>,
+}
+
+impl StepReport {
+    /// The report of a step, and the board's counts of it.
+    pub fn new(report: &Report, stages: &[u32]) -> Self {
+        let [left, right] = report.contacts.map(u8::from);
+        Self {
+            step_s: report.step_s,
+            predicted_step_s: report.predicted_step_s,
+            distance2: report.distance2,
+            visits: report.visits,
+            bytes_read: report.bytes_read,
+            contacts: left | right << 1,
+            degraded: u32::from(report.degraded.bits()),
+            classes: taken(report.classes.iter().map(|s| (s.class, s.proportion))),
+            stages: taken(stages.iter().copied()),
+        }
+    }
+
+    /// The report that was sent. Flags that this core does not know are left out.
+    pub fn report(&self) -> Report {
+        let mut report = Report {
+            distance2: self.distance2,
+            visits: self.visits,
+            bytes_read: self.bytes_read,
+            contacts: [self.contacts & 1 != 0, self.contacts & 2 != 0],
+            step_s: self.step_s,
+            predicted_step_s: self.predicted_step_s,
+            ..Report::default()
+        };
+        report.classes = taken(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
+        for (flag, _) in Degraded::NAMES {
+            report.degraded.set(flag, self.degraded & u32::from(flag.bits()) != 0);
+        }
+        report
+    }
+}
+
+/// The first items, as many as there is room for. (`collect` panics where there is none.)
+pub(super) fn taken<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T, M> {
+    let mut list = Vec::new();
+    for item in items.take(M) {
+        let _ = list.push(item);
+    }
+    list
+}
+
+/// Decodes a message; `None` where the bytes are none, or more than one.
+pub fn decode<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((message, [])) => Some(message),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn both_ways<'a, T: Serialize + Deserialize<'a> + PartialEq + core::fmt::Debug>(
+        message: &T,
+        bytes: &'a mut [u8],
+    ) -> usize {
+        let bytes: &'a [u8] = postcard::to_slice(message, bytes).expect("it fits");
+        assert_eq!(decode::<T>(bytes).as_ref(), Some(message));
+        for short in 0..bytes.len() {
+            assert_eq!(decode::<T>(&bytes[..short]), None, "{message:?} cut to {short} bytes");
+        }
+        bytes.len()
+    }
+
+    #[test]
+    fn every_message_goes_both_ways() {
+        let pairs: Pairs = [(0, 0.5), (300, -1.0)].into_iter().collect();
+        let mut buffer = PoseBuffer::<3>::new();
+        let pose = buffer.pose(&Pose::IDENTITY, 2);
+        let requests = [
+            Request::Hello { session: u32::MAX },
+            Request::Style(pairs.clone()),
+            Request::Labels { action: Some(3), input_style: None },
+            Request::Mask { group: 2, searched: true },
+            Request::Strength(pairs.clone()),
+            Request::Configure(pairs),
+            Request::Reset,
+            Request::Pose(pose),
+            Request::Statistics { skip: 12 },
+        ];
+        for (number, request) in requests.iter().enumerate() {
+            let mut bytes = [0; 128];
+            both_ways(request, &mut bytes);
+            assert_eq!(usize::from(bytes[0]), number, "{request:?}");
+        }
+        let identity = Identity {
+            board: "a board",
+            build: "1",
+            database: 1,
+            rate_hz: 30.0,
+            joints: 22,
+            classes: 28,
+            capacity: [22, 40, 28],
+            ram_bytes: 24_304,
+            buffer_bytes: 512,
+        };
+        let report = StepReport { classes: [(1, 0.5)].into_iter().collect(), ..StepReport::default() };
+        let page = [(1, 2), (3, u64::MAX)].into_iter().collect();
+        let replies = [
+            Reply::Hello(identity),
+            Reply::Done,
+            Reply::Pose(pose, report),
+            Reply::Statistics { more: true, page },
+            Reply::Fault(Fault::Malformed),
+        ];
+        for (number, reply) in replies.iter().enumerate() {
+            let mut bytes = [0; 160];
+            both_ways(reply, &mut bytes);
+            assert_eq!(usize::from(bytes[0]), number, "{reply:?}");
+        }
+    }
+
+    #[test]
+    fn poses_travel_bit_by_bit() {
+        let mut pose = Pose::<4>::IDENTITY;
+        pose.position = [-0.0, f32::NAN, 1e-40];
+        pose.rotations[1] = [0.1, -0.2, 0.3, f32::from_bits(0x7f80_0001)];
+        let mut buffer = PoseBuffer::new();
+        let bytes = buffer.pose(&pose, 3);
+        assert_eq!(bytes.joints(), Some(3));
+        let mut back = Pose::<4>::IDENTITY;
+        bytes.read(&mut back);
+        let bits = |p: &Pose<4>| {
+            let all = p.position.iter().chain(p.rotations[..3].as_flattened());
+            all.map(|v| v.to_bits()).collect::<Vec<_, 16>>()
+        };
+        assert_eq!(bits(&back), bits(&pose));
+        assert_eq!(PoseBytes { rotations: &[0; 17], ..bytes }.joints(), None);
+    }
+
+    #[test]
+    fn the_longest_messages_fit_the_buffer() {
+        const JOINTS: usize = 64;
+        let pose = Pose::<JOINTS>::IDENTITY;
+        let mut buffer = PoseBuffer::new();
+        let report = StepReport {
+            visits: u32::MAX,
+            bytes_read: u32::MAX,
+            degraded: u32::MAX,
+            classes: [(u16::MAX, 1.0); MAX_KEPT].into_iter().collect(),
+            stages: [u32::MAX; MAX_STAGES].into_iter().collect(),
+            ..StepReport::default()
+        };
+        let mut frame = super::super::Frame::<2000>::new();
+        let header = super::super::Header::request(1, 0).reply();
+        for joints in [2, 8, 9, 12, 22, 64] {
+            let reply = Reply::Pose(buffer.pose(&pose, joints), report.clone());
+            let length = frame.write(header, &reply).expect("it fits").len();
+            assert!(length <= super::super::buffer_length(joints), "{joints} joints: {length}");
+        }
+        let page = [(u16::MAX, u64::MAX); PAGE].into_iter().collect();
+        let length = frame.write(header, &Reply::Statistics { more: true, page }).expect("it fits").len();
+        assert!(length <= super::super::buffer_length(2), "{length}");
+        let pairs: Pairs = [(u16::MAX, 1.0); MAX_PAIRS].into_iter().collect();
+        let length = frame.write(header, &Request::Style(pairs)).expect("it fits").len();
+        assert!(length <= super::super::buffer_length(2), "{length}");
+    }
+}

@@ -1,0 +1,154 @@
+//! Parameters of a [`Config`] by number, so that a host can set them on a board of another build.
+//!
+//! Numbers are part of the protocol: a number's meaning never changes. Values travel as `f32`, which holds each of
+//! them exactly.
+
+use crate::{Config, ConfigError, config::Yaw, regress::Ridge, timing::Timing};
+
+macro_rules! parameters {
+    ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
+        $($(#[$doc])* pub const $name: u16 = $number;)*
+
+        /// Every parameter's number and name.
+        pub const NAMES: &[(u16, &str)] = &[$(($name, $text)),*];
+    };
+}
+
+parameters! {
+    /// [`Config::k`].
+    K = 0, "k";
+    /// [`Config::lambda`].
+    LAMBDA = 1, "lambda";
+    /// [`Config::ridge`]: 0 raw, 1 normalised.
+    RIDGE = 2, "ridge";
+    /// [`Config::delta`].
+    DELTA = 3, "delta";
+    /// [`Config::prune`].
+    PRUNE = 4, "prune";
+    /// [`Config::classes`].
+    CLASSES = 5, "classes";
+    /// [`Config::kappa`].
+    KAPPA = 6, "kappa";
+    /// [`Config::rho`].
+    RHO = 7, "rho";
+    /// [`Config::visits`].
+    VISITS = 8, "visits";
+    /// [`Config::pool`].
+    POOL = 9, "pool";
+    /// [`Config::jump`].
+    JUMP = 10, "jump";
+    /// [`Config::timing`]: 0 free, 1 sync.
+    TIMING = 11, "timing";
+    /// [`Config::timing_width`].
+    TIMING_WIDTH = 12, "timing_width";
+    /// [`Config::yaw`]: 0 the input's, 1 predicted.
+    YAW = 13, "yaw";
+}
+
+/// Value of a parameter; `None` of an unknown number.
+pub fn value(config: &Config, number: u16) -> Option<f32> {
+    let choice = |second: bool| if second { 1.0 } else { 0.0 };
+    Some(match number {
+        K => f32::from(config.k),
+        LAMBDA => config.lambda,
+        RIDGE => choice(config.ridge == Ridge::Normalised),
+        DELTA => config.delta,
+        PRUNE => config.prune,
+        CLASSES => f32::from(config.classes),
+        KAPPA => config.kappa,
+        RHO => config.rho,
+        VISITS => f32::from(config.visits),
+        POOL => f32::from(config.pool),
+        JUMP => config.jump,
+        TIMING => choice(config.timing == Timing::Sync),
+        TIMING_WIDTH => config.timing_width,
+        YAW => choice(config.yaw == Yaw::Predicted),
+        _ => return None,
+    })
+}
+
+/// The configuration with a parameter set. Ranges are checked where it is put in force
+/// ([`Stylizer::set_config`](crate::Stylizer::set_config)).
+///
+/// # Errors
+/// [`ConfigError::Unknown`] of an unknown number, [`ConfigError::Parameter`] of a value that its type can't hold.
+pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigError> {
+    let choice = || match value {
+        0.0 => Ok(false),
+        1.0 => Ok(true),
+        _ => Err(ConfigError::Parameter),
+    };
+    Ok(match number {
+        K => config.k(whole(value)?),
+        LAMBDA => config.lambda(value),
+        RIDGE => config.ridge(if choice()? { Ridge::Normalised } else { Ridge::Raw }),
+        DELTA => config.delta(value),
+        PRUNE => config.prune(value),
+        CLASSES => config.classes(byte(value)?),
+        KAPPA => config.kappa(value),
+        RHO => config.rho(value),
+        VISITS => config.visits(whole(value)?),
+        POOL => config.pool(byte(value)?),
+        JUMP => config.jump(value),
+        TIMING => config.timing(if choice()? { Timing::Sync } else { Timing::Free }),
+        TIMING_WIDTH => config.timing_width(value),
+        YAW => config.yaw(if choice()? { Yaw::Predicted } else { Yaw::Input }),
+        id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
+    })
+}
+
+fn whole(value: f32) -> Result<u16, ConfigError> {
+    // The cast saturates, and NaN becomes 0: what comes back differs then.
+    let whole = value as u16;
+    if f32::from(whole) == value { Ok(whole) } else { Err(ConfigError::Parameter) }
+}
+
+fn byte(value: f32) -> Result<u8, ConfigError> {
+    u8::try_from(whole(value)?).map_err(|_| ConfigError::Parameter)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_goes_both_ways() {
+        let other = Config::new()
+            .k(17)
+            .lambda(0.3)
+            .ridge(Ridge::Normalised)
+            .delta(0.9)
+            .prune(0.02)
+            .classes(3)
+            .kappa(1.5)
+            .rho(0.25)
+            .visits(128)
+            .pool(50)
+            .jump(9.0)
+            .timing(Timing::Sync)
+            .timing_width(0.75)
+            .yaw(Yaw::Predicted);
+        let mut config = Config::new();
+        for (i, &(number, name)) in NAMES.iter().enumerate() {
+            assert_eq!(usize::from(number), i);
+            let wanted = value(&other, number).expect("it is known");
+            assert_ne!(Some(wanted), value(&config, number), "{name}: the test's value is the default's");
+            config = set(config, number, wanted).expect("it is in range");
+            assert_eq!(value(&config, number), Some(wanted), "{name}");
+        }
+        assert_eq!(config, other);
+    }
+
+    #[test]
+    fn odd_values_are_refused() {
+        let config = Config::new();
+        for (number, value) in
+            [(K, 3.5), (K, -1.0), (K, 7e4), (K, f32::NAN), (POOL, 300.0), (TIMING, 2.0), (YAW, 0.5)]
+        {
+            assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
+        }
+        let unknown = ConfigError::Unknown { id: 14, have: 14 };
+        assert_eq!(set(config, 14, 0.0), Err(unknown));
+        assert_eq!(value(&config, 14), None);
+    }
+}

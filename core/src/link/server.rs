@@ -1,0 +1,297 @@
+//! The board's end of the link: bytes in, bytes out.
+
+use super::{
+    Board, Direction, Fault, Frame, Full, Header, Identity, LinkCounts, PAGE, Pairs, PoseBuffer, PoseBytes,
+    Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken, parameter,
+};
+use crate::{Config, ConfigError, Pose, Stylizer, blob::layout::MAX_GROUPS};
+
+/// Serves a stylizer over a line.
+///
+/// `N` bytes is each of its two buffers; [`buffer_length`](super::buffer_length) of the joints is enough. Feed it
+/// every byte that comes in with [`receive`](Self::receive), and send what that returns:
+///
+/// ```
+/// use gestus_core::{Stylizer, link::{Board, Server, buffer_length}};
+///
+/// fn serve<const J: usize, const K: usize, const C: usize>(
+///     stylizer: &mut Stylizer<'_, J, K, C>,
+///     board: impl Board<J>,
+///     mut read: impl FnMut() -> Option<u8>,
+///     mut write: impl FnMut(&[u8]),
+/// ) {
+///     // On a board, J is known, and so is N: `Server::<_, 22, 40, 28, { buffer_length(22) }>::new(..)`.
+///     let mut server = Server::<_, J, K, C, { buffer_length(64) }>::new(stylizer, board);
+///     while let Some(byte) = read() {
+///         if let Some(reply) = server.receive(byte) {
+///             write(reply);
+///         }
+///     }
+/// }
+/// ```
+///
+/// No sequence of bytes makes it panic or hang. A byte costs a bounded number of instructions: those of storing it,
+/// and at the end of a frame those of at most one step.
+#[derive(Debug)]
+pub struct Server<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
+    stylizer: &'a mut Stylizer<'db, J, K, C>,
+    /// What a session starts with.
+    config: Config,
+    board: B,
+    receiver: Receiver<N>,
+    /// The answer to the last request that was carried out, kept in case that it has to be sent again.
+    answer: Frame<N>,
+    session: Option<u32>,
+    /// The last request that was carried out, and the last of its attempts that arrived.
+    last: Header,
+    counts: LinkCounts,
+}
+
+impl<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize>
+    Server<'a, 'db, B, J, K, C, N>
+where
+    B: Board<J>,
+{
+    /// A server that nobody has said hello to. The stylizer's parameters are those that sessions start with.
+    pub fn new(stylizer: &'a mut Stylizer<'db, J, K, C>, board: B) -> Self {
+        const { assert!(N >= 64, "a server's buffers are at least 64 bytes; see buffer_length") };
+        Self {
+            config: *stylizer.config(),
+            stylizer,
+            board,
+            receiver: Receiver::new(),
+            answer: Frame::new(),
+            session: None,
+            last: Header::request(0, 0),
+            counts: LinkCounts::default(),
+        }
+    }
+
+    /// Takes the next byte of the line, and gives what is to be sent back.
+    pub fn receive(&mut self, byte: u8) -> Option<&[u8]> {
+        let received = match self.receiver.receive(byte)? {
+            Ok(received) => received,
+            Err(damage) => {
+                self.counts.damaged(damage);
+                return None;
+            }
+        };
+        LinkCounts::one(&mut self.counts.frames);
+        let mut desk = Desk {
+            stylizer: self.stylizer,
+            config: self.config,
+            board: &mut self.board,
+            answer: &mut self.answer,
+            session: &mut self.session,
+            last: &mut self.last,
+            counts: &mut self.counts,
+        };
+        desk.take(received).then(|| self.answer.bytes())
+    }
+
+    /// What was counted of the line.
+    pub fn counts(&self) -> &LinkCounts {
+        &self.counts
+    }
+
+    /// The board.
+    pub fn board(&mut self) -> &mut B {
+        &mut self.board
+    }
+
+    /// The stylizer.
+    pub fn stylizer(&mut self) -> &mut Stylizer<'db, J, K, C> {
+        self.stylizer
+    }
+}
+
+/// A server without its receiver, which holds the request's bytes meanwhile.
+struct Desk<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
+    stylizer: &'a mut Stylizer<'db, J, K, C>,
+    config: Config,
+    board: &'a mut B,
+    answer: &'a mut Frame<N>,
+    session: &'a mut Option<u32>,
+    last: &'a mut Header,
+    counts: &'a mut LinkCounts,
+}
+
+impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize>
+    Desk<'_, '_, B, J, K, C, N>
+{
+    /// Carries a request out where it is due. True where the answer is to be sent.
+    fn take(&mut self, Received { header, message }: Received<'_>) -> bool {
+        if header.direction == Direction::Reply {
+            LinkCounts::one(&mut self.counts.foreign);
+            return false;
+        }
+        if header.version != VERSION {
+            LinkCounts::one(&mut self.counts.foreign);
+            // Another program is at the other end now.
+            *self.session = None;
+            self.fault(header, Fault::Version { need: VERSION, have: header.version });
+            return true;
+        }
+        let request = decode(message);
+        let new_session = match request {
+            Some(Request::Hello { session }) if *self.session != Some(session) => Some(session),
+            _ => None,
+        };
+        if new_session.is_none() {
+            if self.session.is_none() {
+                self.fault(header, Fault::NoSession);
+                return true;
+            }
+            if header.sequence == self.last.sequence {
+                let again = header.attempt == self.last.attempt;
+                LinkCounts::one(if again { &mut self.counts.doubled } else { &mut self.counts.repeated });
+                self.last.attempt = header.attempt;
+                return true;
+            }
+            if header.sequence != self.last.sequence.wrapping_add(1) {
+                LinkCounts::one(&mut self.counts.stale);
+                return false;
+            }
+        }
+        *self.last = header;
+        self.counts.lost = self.counts.lost.saturating_add(u32::from(header.attempt));
+        LinkCounts::one(&mut self.counts.requests);
+        if let Err(fault) = self.carry_out(header, request, new_session) {
+            self.fault(header, fault);
+        }
+        true
+    }
+
+    fn carry_out(
+        &mut self,
+        header: Header,
+        request: Option<Request<'_>>,
+        new_session: Option<u32>,
+    ) -> Result<(), Fault> {
+        let setting = match request.ok_or(Fault::Malformed)? {
+            Request::Hello { .. } => {
+                if new_session.is_some() {
+                    *self.session = new_session;
+                    self.stylizer.restore(self.config)?;
+                }
+                return self.hello(header);
+            }
+            Request::Pose(pose) => return self.step(header, &pose),
+            Request::Statistics { skip } => return self.statistics(header, skip),
+            Request::Style(weights) => self.stylizer.set_style(&weights),
+            Request::Labels { action, input_style } => self.labels(action, input_style),
+            Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
+            Request::Strength(strengths) => self.strengths(&strengths),
+            Request::Configure(parameters) => self.configure(&parameters),
+            Request::Reset => {
+                self.stylizer.reset();
+                Ok(())
+            }
+        };
+        setting?;
+        self.reply(header, &Reply::Done)
+    }
+
+    fn hello(&mut self, header: Header) -> Result<(), Fault> {
+        let database = self.stylizer.database();
+        let counts = database.counts();
+        let identity = Identity {
+            board: self.board.name(),
+            build: self.board.build(),
+            database: database.identity(),
+            rate_hz: database.rate_hz(),
+            joints: short(counts.joints),
+            classes: short(counts.classes),
+            capacity: [short(J), short(K), short(C)],
+            ram_bytes: size_of::<Stylizer<'_, J, K, C>>() as u32,
+            buffer_bytes: short(N),
+        };
+        self.answer.write(header.reply(), &Reply::Hello(identity)).map(|_| ()).map_err(overlong)
+    }
+
+    fn step(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
+        let joints = self.stylizer.database().counts().joints;
+        if bytes.joints() != Some(joints) {
+            let have = bytes.joints().map_or(u16::MAX, short);
+            return Err(Fault::Joints { need: short(joints), have });
+        }
+        let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
+        bytes.read(&mut input);
+        self.board.begin();
+        let report = self.stylizer.step_observed(&input, &mut output, self.board);
+        self.board.end(&report);
+        LinkCounts::one(&mut self.counts.steps);
+        let mut buffer = PoseBuffer::new();
+        let report = StepReport::new(&report, self.board.stages());
+        self.reply(header, &Reply::Pose(buffer.pose(&output, joints), report))
+    }
+
+    /// Both labels or none: each alone may name no class with the other's old value.
+    fn labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
+        let before = self.stylizer.labels();
+        self.put_labels(action, input_style).inspect_err(|_| {
+            // Those before name a class.
+            let _ = self.put_labels(before.0, before.1);
+        })
+    }
+
+    fn put_labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
+        self.stylizer.set_input_style(None)?;
+        self.stylizer.set_action(action)?;
+        self.stylizer.set_input_style(input_style)
+    }
+
+    /// All strengths or none.
+    fn strengths(&mut self, strengths: &Pairs) -> Result<(), ConfigError> {
+        let before: [f32; MAX_GROUPS] = core::array::from_fn(|group| self.stylizer.strength(group));
+        for &(group, strength) in strengths {
+            if let Err(error) = self.stylizer.set_strength(group, strength) {
+                for (group, strength) in (0..).zip(before) {
+                    // Groups that there are not refuse theirs.
+                    let _ = self.stylizer.set_strength(group, strength);
+                }
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    fn configure(&mut self, parameters: &Pairs) -> Result<(), ConfigError> {
+        let mut config = *self.stylizer.config();
+        for &(number, value) in parameters {
+            config = parameter::set(config, number, value)?;
+        }
+        self.stylizer.set_config(config)
+    }
+
+    fn statistics(&mut self, header: Header, skip: u16) -> Result<(), Fault> {
+        let sizes = [
+            (counter::STYLIZER_BYTES, size_of::<Stylizer<'_, J, K, C>>() as u64),
+            (counter::SERVER_BYTES, size_of::<Server<'_, '_, B, J, K, C, N>>() as u64),
+        ];
+        let board = (0..u16::MAX).map_while(|index| self.board.statistic(index));
+        let mut all = self.counts.statistics().into_iter().chain(sizes).chain(board).skip(usize::from(skip));
+        let page = taken::<_, PAGE>(all.by_ref());
+        let more = all.next().is_some();
+        drop(all);
+        self.reply(header, &Reply::Statistics { more, page })
+    }
+
+    fn reply(&mut self, header: Header, reply: &Reply<'_>) -> Result<(), Fault> {
+        self.answer.write(header.reply(), reply).map(|_| ()).map_err(overlong)
+    }
+
+    fn fault(&mut self, header: Header, fault: Fault) {
+        LinkCounts::one(&mut self.counts.faults);
+        // A fault is a few bytes, and N is at least 64.
+        let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
+    }
+}
+
+fn overlong(_: Full) -> Fault {
+    Fault::Overlong
+}
+
+fn short(value: usize) -> u16 {
+    u16::try_from(value).unwrap_or(u16::MAX)
+}

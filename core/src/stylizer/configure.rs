@@ -1,0 +1,43 @@
+//! Parameters that change while a stylizer runs: a board that misses its deadline lowers the cap on visits, a host
+//! at the other end of a link sets them all.
+
+use super::{Settings, Stylizer};
+use crate::{Config, ConfigError};
+
+impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
+    /// Puts other parameters in force, from the next step on. The stream goes on.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where a parameter is out of its range, or the method another one, which is for a new
+    /// stylizer; those in force stay.
+    pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
+        config.check(K)?;
+        if config.method != self.config.method {
+            return Err(ConfigError::Method);
+        }
+        self.config = config;
+        Ok(())
+    }
+
+    /// Most distances computed in a class a frame, 64 to 448: what a frame costs in the worst case, and the first
+    /// thing to lower where a deadline was missed. Frames that reach the cap say so
+    /// ([`Degraded::VISITS`](crate::Degraded::VISITS)).
+    ///
+    /// # Errors
+    /// [`ConfigError::Parameter`] out of that range; the cap in force stays.
+    pub fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {
+        self.set_config(self.config.visits(visits))
+    }
+
+    /// Goes back to how a stylizer is made: the database's first style, no labels, no masks, all of the strength,
+    /// the parameters given; and forgets the stream.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
+    pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
+        self.set_config(config)?;
+        self.settings = Settings::new();
+        self.reset();
+        Ok(())
+    }
+}

@@ -1,0 +1,25 @@
+//! Arm's MPS2 boards: Cortex-M4F (AN386), M7 (AN500), M33 (AN505, in the secure world).
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+#[cfg(feature = "defmt")]
+use defmt_semihosting as _;
+use gestus_core::{Config, link::buffer_length};
+use gestus_firmware::{counter::SysTick, flash, serve, stack, uart::cmsdk::Cmsdk};
+
+/// The M33's board has its ports elsewhere, and runs at 20 MHz in place of 25.
+const AN505: bool = cfg!(an505);
+const UART0: usize = if AN505 { 0x5020_0000 } else { 0x4000_4000 };
+const TICK_PS: u32 = if AN505 { 50_000 } else { 40_000 };
+const BUFFER: usize = buffer_length(22);
+
+#[entry]
+fn main() -> ! {
+    stack::paint();
+    let Some(peripherals) = cortex_m::Peripherals::take() else { semihosting::process::exit(1) };
+    let counter = SysTick::<TICK_PS>::start(peripherals.SYST);
+    // SAFETY: this is the address of the board's first UART, and nothing else in the image uses it.
+    let port = unsafe { Cmsdk::new(UART0) };
+    serve::<_, 22, 40, 28, BUFFER>(port, counter, flash::blob(), Config::new())
+}

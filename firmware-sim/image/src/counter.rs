@@ -1,0 +1,68 @@
+//! Instructions executed, read cheaply.
+//!
+//! The emulator can be told to take a fixed virtual time for every instruction (`-icount`), so that a timer counts
+//! them. On a real board the same timers count cycles, and the numbers are those.
+
+/// A counter of instructions, or of a multiple of them.
+pub trait Counter {
+    /// Ticks so far; wraps at [`RANGE`](Self::RANGE).
+    fn now(&self) -> u32;
+    /// The ticks wrap at this mask plus 1.
+    const RANGE: u32;
+    /// Instructions are ticks times the first over the second.
+    const RATIO: (u32, u32);
+
+    /// Instructions of so many ticks.
+    fn instructions(ticks: u64) -> u64 {
+        let (more, less) = Self::RATIO;
+        ticks * u64::from(more) / u64::from(less)
+    }
+
+    /// Ticks from one reading to another, less than one wrap later.
+    fn since(&self, start: u32, end: u32) -> u32 {
+        end.wrapping_sub(start) & Self::RANGE
+    }
+}
+
+/// Cortex-M: SysTick, which counts down. With `-icount shift=6` an instruction takes 64 ns; `TICK_PS` is the timer's
+/// tick in picoseconds.
+#[cfg(target_arch = "arm")]
+#[derive(Debug)]
+pub struct SysTick<const TICK_PS: u32>;
+
+#[cfg(target_arch = "arm")]
+impl<const TICK_PS: u32> SysTick<TICK_PS> {
+    /// Starts the timer.
+    pub fn start(mut timer: cortex_m::peripheral::SYST) -> Self {
+        timer.set_clock_source(cortex_m::peripheral::syst::SystClkSource::Core);
+        timer.set_reload(0x00ff_ffff);
+        timer.clear_current();
+        timer.enable_counter();
+        Self
+    }
+}
+
+#[cfg(target_arch = "arm")]
+impl<const TICK_PS: u32> Counter for SysTick<TICK_PS> {
+    const RANGE: u32 = 0x00ff_ffff;
+    const RATIO: (u32, u32) = (TICK_PS, 64_000);
+
+    fn now(&self) -> u32 {
+        !cortex_m::peripheral::SYST::get_current() & Self::RANGE
+    }
+}
+
+/// RISC-V: the counter of retired instructions, with `-icount shift=0`.
+#[cfg(target_arch = "riscv32")]
+#[derive(Debug)]
+pub struct Retired;
+
+#[cfg(target_arch = "riscv32")]
+impl Counter for Retired {
+    const RANGE: u32 = u32::MAX;
+    const RATIO: (u32, u32) = (1, 1);
+
+    fn now(&self) -> u32 {
+        riscv::register::minstret::read() as u32
+    }
+}

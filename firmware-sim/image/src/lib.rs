@@ -1,0 +1,90 @@
+//! What the boards share: a database is opened, a stylizer made, and a host served over a serial port.
+//!
+//! A board's binary brings its port and counter and calls [`serve`], which never returns: stylizer and server are
+//! locals of it, written to their place once. (In a `static` they would be copied there, and a second stylizer would
+//! have to fit the stack.)
+#![no_std]
+
+pub mod board;
+pub mod counter;
+#[cfg(not(target_abi = "eabi"))]
+pub mod flash;
+pub mod log;
+pub mod memory;
+pub mod stack;
+pub mod stages;
+pub mod uart;
+
+use gestus_core::{BlobError, Config, Database, Fit, link::Server};
+use board::Firmware;
+use counter::Counter;
+use uart::Uart;
+
+/// Exit codes of an image, for the emulator.
+pub mod exit {
+    /// The database can't be opened.
+    pub const DATABASE: i32 = 2;
+    /// The database does not fit the stylizer's capacities.
+    pub const CAPACITY: i32 = 3;
+    /// A panic.
+    pub const PANIC: i32 = 101;
+}
+
+/// Opens the database and serves it over the port, for ever. Ends the emulation where the database is none, or does
+/// not fit.
+pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
+    mut port: impl Uart,
+    counter: T,
+    blob: &'static [u8],
+    config: Config,
+) -> ! {
+    let start = counter.now();
+    let database = match open(blob) {
+        Ok(database) => database,
+        Err(error) => {
+            log::refused(error);
+            semihosting::process::exit(exit::DATABASE)
+        }
+    };
+    let open = counter.since(start, counter.now());
+    log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
+    let fit = match Fit::<J, K, C>::new(database, config) {
+        Ok(fit) => fit,
+        Err(error) => {
+            log::unfit(error);
+            semihosting::process::exit(exit::CAPACITY)
+        }
+    };
+    let mut stylizer = fit.stylizer();
+    let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
+    let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, Firmware::new(counter, open, state));
+    loop {
+        let Some(byte) = port.read() else { continue };
+        for &byte in receive(&mut server, byte).unwrap_or(&[]) {
+            port.write(byte);
+        }
+    }
+}
+
+// Functions of their own, so that the frames of the one are off the stack while the other runs.
+
+#[inline(never)]
+fn open(blob: &'static [u8]) -> Result<Database<'static>, BlobError> {
+    Database::open(blob)
+}
+
+#[inline(never)]
+fn receive<'s, T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
+    server: &'s mut Server<'_, '_, Firmware<T>, J, K, C, N>,
+    byte: u8,
+) -> Option<&'s [u8]> {
+    server.receive(byte)
+}
+
+/// What every image does in a panic, which the core has none of: it ends.
+#[panic_handler]
+fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
+    #[cfg(feature = "defmt")]
+    defmt::error!("{}", defmt::Display2Format(_info));
+    semihosting::process::exit(exit::PANIC)
+}

@@ -1,0 +1,30 @@
+//! Where the runtime's linker script has put things.
+
+use core::ptr::addr_of_mut;
+
+unsafe extern "C" {
+    #[cfg_attr(target_arch = "arm", link_name = "__sdata")]
+    #[cfg_attr(target_arch = "riscv32", link_name = "__sdata")]
+    static mut STATIC_START: u32;
+    // End of the static data; from here on the RAM is the stack's.
+    #[cfg_attr(target_arch = "arm", link_name = "__sheap")]
+    #[cfg_attr(target_arch = "riscv32", link_name = "__sheap")]
+    static mut STATIC_END: u32;
+    #[link_name = "_stack_start"]
+    static mut STACK_TOP: u32;
+}
+
+/// First address behind the static data, on a word boundary.
+pub fn stack_floor() -> usize {
+    (addr_of_mut!(STATIC_END) as usize).next_multiple_of(4)
+}
+
+/// First address above the stack.
+pub fn stack_top() -> usize {
+    addr_of_mut!(STACK_TOP) as usize
+}
+
+/// Bytes of RAM that static data takes, whether it starts at zero or not.
+pub fn static_bytes() -> usize {
+    stack_floor() - addr_of_mut!(STATIC_START) as usize
+}

@@ -1,0 +1,151 @@
+//! The boards that an emulator stands in for.
+
+use anyhow::{Result, bail};
+
+/// A board, its emulator, and how its image is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Board {
+    /// Short name.
+    pub name: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// QEMU's program.
+    pub emulator: &'static str,
+    /// QEMU's machine. It names the board too, where it names only one.
+    pub machine: &'static str,
+    /// Further arguments of QEMU.
+    pub arguments: &'static [&'static str],
+    /// The compiler's target.
+    pub target: &'static str,
+    /// The processor that code is scheduled for; the target's own where there is none.
+    pub cpu: Option<&'static str>,
+    /// Binary of the image.
+    pub binary: &'static str,
+    /// What the firmware says that it is.
+    pub reported: &'static str,
+    /// Where the database is loaded; `None` where it is part of the image.
+    pub blob_address: Option<u32>,
+    /// Virtual nanoseconds of an instruction, as a power of 2: what makes a timer of the board count instructions.
+    pub icount_shift: u8,
+}
+
+const NO_FPU_CPU: &str = "rv32,f=false,d=false";
+const FPU_CPU: &str = "rv32,d=false";
+
+/// All boards.
+pub const BOARDS: [Board; 6] = [
+    Board {
+        name: "m4f",
+        title: "Cortex-M4F (MPS2 AN386)",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an386",
+        arguments: &[],
+        target: "thumbv7em-none-eabihf",
+        cpu: Some("cortex-m4"),
+        binary: "mps2",
+        reported: "mps2-an386",
+        blob_address: Some(0x2100_0000),
+        icount_shift: 6,
+    },
+    Board {
+        name: "m7",
+        title: "Cortex-M7 (MPS2 AN500)",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an500",
+        arguments: &[],
+        target: "thumbv7em-none-eabihf",
+        cpu: Some("cortex-m7"),
+        binary: "mps2",
+        reported: "mps2-an500",
+        blob_address: Some(0x6000_0000),
+        icount_shift: 6,
+    },
+    Board {
+        name: "m33",
+        title: "Cortex-M33 (MPS2 AN505)",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an505",
+        arguments: &[],
+        target: "thumbv8m.main-none-eabihf",
+        cpu: Some("cortex-m33"),
+        binary: "mps2",
+        reported: "mps2-an505",
+        blob_address: Some(0x8000_0000),
+        icount_shift: 6,
+    },
+    Board {
+        name: "rv32imafc",
+        title: "RISC-V with FPU (virt)",
+        emulator: "qemu-system-riscv32",
+        machine: "virt",
+        arguments: &["-bios", "none", "-cpu", FPU_CPU],
+        target: "riscv32imafc-unknown-none-elf",
+        cpu: None,
+        binary: "virt",
+        reported: "virt-rv32imafc",
+        blob_address: Some(0x8100_0000),
+        icount_shift: 0,
+    },
+    Board {
+        name: "rv32imac",
+        title: "RISC-V without FPU (virt)",
+        emulator: "qemu-system-riscv32",
+        machine: "virt",
+        arguments: &["-bios", "none", "-cpu", NO_FPU_CPU],
+        target: "riscv32imac-unknown-none-elf",
+        cpu: None,
+        binary: "virt",
+        reported: "virt-rv32imac",
+        blob_address: Some(0x8100_0000),
+        icount_shift: 0,
+    },
+    Board {
+        name: "m0",
+        title: "Cortex-M0, 16 KB RAM (micro:bit)",
+        emulator: "qemu-system-arm",
+        machine: "microbit",
+        arguments: &[],
+        target: "thumbv6m-none-eabi",
+        cpu: None,
+        binary: "microbit",
+        reported: "microbit",
+        blob_address: None,
+        icount_shift: 6,
+    },
+];
+
+/// The board of a name: a short one, what the firmware reports, or QEMU's machine where it is one board's.
+///
+/// # Errors
+/// An unknown name, and a machine that is several boards'; the message lists them.
+pub fn find(name: &str) -> Result<&'static Board> {
+    if let Some(board) = BOARDS.iter().find(|b| b.name == name || b.reported == name) {
+        return Ok(board);
+    }
+    let of_machine: Vec<&Board> = BOARDS.iter().filter(|b| b.machine == name).collect();
+    match of_machine[..] {
+        [board] => Ok(board),
+        [] => bail!("there is no board `{name}`: there are {}", listed(&BOARDS.each_ref())),
+        _ => bail!("`{name}` is the machine of several boards: name one of {}", listed(&of_machine)),
+    }
+}
+
+fn listed(boards: &[&Board]) -> String {
+    boards.iter().map(|b| b.name).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boards_are_found_by_name_machine_and_report() {
+        for board in &BOARDS {
+            assert_eq!(find(board.name).unwrap(), board);
+            assert_eq!(find(board.reported).unwrap(), board);
+        }
+        assert_eq!(find("mps2-an386").unwrap().name, "m4f");
+        assert!(find("virt").unwrap_err().to_string().contains("rv32imafc, rv32imac"));
+        assert!(find("m5").unwrap_err().to_string().contains("m4f, m7, m33"));
+    }
+}

@@ -1,0 +1,114 @@
+//! A board in QEMU, and the line to it.
+
+use std::{
+    fs::File,
+    io::ErrorKind,
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result, bail};
+
+use super::boards::Board;
+use crate::link::line::{Line, Piped};
+
+/// How long QEMU may take to start.
+const START: Duration = Duration::from_secs(60);
+
+/// A running emulator. It ends with this value.
+#[derive(Debug)]
+pub struct Emulator {
+    child: Child,
+}
+
+impl Emulator {
+    /// Starts a board with an image and, where the board takes it from outside, a database. What the firmware says
+    /// through the debugger, which are its log lines, goes to `log`.
+    ///
+    /// # Errors
+    /// A missing emulator, with how to install it, and one that does not start.
+    pub fn start(board: &Board, image: &Path, blob: &Path, log: File) -> Result<(Self, impl Line + use<>)> {
+        let listener = TcpListener::bind("127.0.0.1:0").context("no port on the loopback")?;
+        let port = listener.local_addr()?.port();
+        let mut command = Command::new(board.emulator);
+        command.args(["-M", board.machine, "-display", "none", "-monitor", "none"]);
+        command.args(board.arguments);
+        command.args(["-icount", &format!("shift={}", board.icount_shift)]);
+        command.args(["-semihosting-config", "enable=on,target=native"]);
+        command.args(["-chardev", &format!("socket,id=link,host=127.0.0.1,port={port},nodelay=on")]);
+        command.args(["-serial", "chardev:link"]);
+        if let Some(address) = board.blob_address {
+            let Some(path) = blob.to_str().filter(|p| !p.contains(',')) else {
+                bail!("{}: QEMU can't load a file of that name", blob.display());
+            };
+            command.args(["-device", &format!("loader,file={path},addr={address:#x},force-raw=on")]);
+        }
+        command.arg("-kernel").arg(image);
+        let stderr = log.try_clone()?;
+        command.stdin(Stdio::null()).stdout(log).stderr(stderr);
+        let child = command.spawn().map_err(|error| match error.kind() {
+            ErrorKind::NotFound => anyhow::anyhow!(
+                "there is no {} here, which the {} board needs: `cargo xtask firmware --setup` installs it, or `apt-get install {}`",
+                board.emulator,
+                board.name,
+                package(board)
+            ),
+            _ => anyhow::Error::from(error).context(board.emulator),
+        })?;
+        let mut emulator = Self { child };
+        let stream = emulator.accept(&listener).with_context(|| board.emulator.to_owned())?;
+        stream.set_nodelay(true)?;
+        let line = Piped::new(stream.try_clone()?, stream);
+        Ok((emulator, line))
+    }
+
+    fn accept(&mut self, listener: &TcpListener) -> Result<std::net::TcpStream> {
+        listener.set_nonblocking(true)?;
+        let start = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(false)?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error.into()),
+            }
+            if let Some(status) = self.child.try_wait()? {
+                bail!("it ended before it started ({status})");
+            }
+            if start.elapsed() > START {
+                bail!("it did not start within {} s", START.as_secs());
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Why the firmware has ended, where it has: by the exit codes of the image.
+    pub fn ended(&mut self) -> Option<String> {
+        // The line closes a moment before the program ends.
+        std::thread::sleep(Duration::from_millis(200));
+        let status = self.child.try_wait().ok()??;
+        Some(match status.code() {
+            Some(2) => "the board refuses the database: is its firmware older than the file?".into(),
+            Some(3) => "the database has more joints or classes than the board's image has room for".into(),
+            Some(101) => "the firmware panicked".into(),
+            _ => format!("the emulator ended ({status})"),
+        })
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // Both fail where it has ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Debian's package of a board's emulator.
+pub fn package(board: &Board) -> &'static str {
+    if board.emulator == "qemu-system-arm" { "qemu-system-arm" } else { "qemu-system-misc" }
+}

@@ -1,0 +1,132 @@
+//! Building a board's image, and reading sizes off it.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, bail};
+use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
+
+use super::boards::Board;
+
+/// How an image is built.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Options<'a> {
+    /// The database that is compiled into images that hold theirs.
+    pub blob: Option<&'a Path>,
+    /// With log lines.
+    pub defmt: bool,
+    /// With the sizes of stack frames in the ELF, for a static bound. Needs `RUSTC_BOOTSTRAP`.
+    pub stack_sizes: bool,
+}
+
+/// Folder of the firmware's crate.
+pub fn crate_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("image")
+}
+
+/// Folder that images are built in.
+pub fn target_folder() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
+    target.join("firmware")
+}
+
+/// Builds the board's image and gives its path.
+///
+/// # Errors
+/// A missing compiler target, with how to install it, and whatever the compiler has to say.
+pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
+    let folder = crate_folder();
+    if !folder.join("Cargo.toml").is_file() {
+        bail!(
+            "the firmware's sources are not at {}: run from a checkout, or give an image with --image",
+            folder.display()
+        );
+    }
+    if !has_core(board.target) {
+        bail!(
+            "this Rust can't build for {} (the {} board): `cargo xtask firmware --setup` installs the target, or `rustup target add {}`",
+            board.target,
+            board.name,
+            board.target
+        );
+    }
+    let target = target_folder();
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(&folder).args(["build", "--release", "--quiet", "--bin", board.binary]);
+    cargo.args(["--target", board.target]).arg("--target-dir").arg(&target);
+    let mut flags = Vec::new();
+    if let Some(cpu) = board.cpu {
+        flags.push(format!("-Ctarget-cpu={cpu}"));
+    }
+    if options.stack_sizes {
+        flags.push("-Zemit-stack-sizes".to_owned());
+        cargo.env("RUSTC_BOOTSTRAP", "1");
+    }
+    if options.defmt {
+        cargo.args(["--features", "defmt"]);
+    }
+    // In place of flags that are meant for the host.
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}")).env_remove("RUSTFLAGS");
+    cargo.env("GESTUS_BOARD", board.reported);
+    if board.blob_address.is_none() {
+        let blob =
+            options.blob.with_context(|| format!("the {} board needs a database to hold", board.name))?;
+        cargo.env("GESTUS_BLOB", fs::canonicalize(blob).with_context(|| blob.display().to_string())?);
+    }
+    for (name, _) in env::vars_os() {
+        let text = name.to_string_lossy();
+        if ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_BIN_"].iter().any(|p| text.starts_with(p)) {
+            cargo.env_remove(&name);
+        }
+    }
+    let output =
+        cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        bail!("the image of {} can't be built:\n{}", board.name, said.trim_end());
+    }
+    if !said.trim().is_empty() {
+        eprintln!("{}", said.trim_end());
+    }
+    // Boards of one target share the compiler's output: each keeps a copy of its own.
+    let kind = match (options.defmt, options.stack_sizes) {
+        (false, false) => "",
+        (true, _) => "-defmt",
+        (false, true) => "-stack",
+    };
+    let built = target.join(board.target).join("release").join(board.binary);
+    let kept = target.join(format!("{}{kind}.elf", board.name));
+    fs::copy(&built, &kept).with_context(|| format!("{} can't be written", kept.display()))?;
+    Ok(kept)
+}
+
+/// Whether the compiler has the target's `core`.
+fn has_core(target: &str) -> bool {
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let answer = Command::new(rustc)
+        .current_dir(crate_folder())
+        .args(["--print", "target-libdir", "--target", target])
+        .stderr(Stdio::null())
+        .output();
+    let Ok(answer) = answer else { return false };
+    Path::new(String::from_utf8_lossy(&answer.stdout).trim()).is_dir()
+}
+
+/// Bytes of flash that an image takes: code, constants, the first values of variables.
+///
+/// # Errors
+/// A file that can't be read, or is no ELF.
+pub fn flash_bytes(image: &Path) -> Result<u64> {
+    let bytes = fs::read(image).with_context(|| format!("{} can't be read", image.display()))?;
+    let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
+    let loaded = |flags: SectionFlags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
+    Ok(file
+        .sections()
+        .filter(|s| s.kind() != SectionKind::UninitializedData && loaded(s.flags()))
+        .map(|s| s.size())
+        .sum())
+}

@@ -1,0 +1,170 @@
+//! A clip through an emulated board, and what it cost.
+
+use std::{fs::File, path::Path, time::Duration};
+
+use anyhow::{Context, Result};
+use gestus_builder::{motion::Clip, stream::Request};
+use gestus_core::{Database, Stage, link::counter};
+use serde_json::{Value, json};
+
+use super::{boards::Board, emulator::Emulator, image};
+use crate::link::{
+    client::{Client, Patience},
+    serve::with_board,
+    session::{Linked, Session, stream},
+};
+
+/// An emulated board is slow and its line has no faults: a repetition would only be noise.
+const PATIENCE: Patience =
+    Patience { first: Duration::from_secs(5), most: Duration::from_secs(60), repeats: 8 };
+
+/// What a board did with a clip.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// The board.
+    pub board: &'static Board,
+    /// Its output, and how it compares.
+    pub linked: Linked,
+    /// The board's statistics: numbers ([`counter`]) and values.
+    pub statistics: Vec<(u16, u64)>,
+    /// Bytes of the stylizer.
+    pub ram_bytes: u32,
+    /// Bytes of flash that the image takes.
+    pub flash_bytes: u64,
+    /// Bytes read from the blob, by frame, ascending.
+    pub bytes_read: Vec<u32>,
+}
+
+impl Measured {
+    /// Every bit of every frame was that of this machine.
+    pub fn bit_exact(&self) -> bool {
+        self.linked.differing == 0 && self.linked.streamed.digest == self.linked.host_digest
+    }
+
+    /// A statistic of the board.
+    pub fn statistic(&self, number: u16) -> Option<u64> {
+        self.statistics.iter().find(|(n, _)| *n == number).map(|(_, value)| *value)
+    }
+
+    /// Instructions of the frames in a stage, ascending.
+    pub fn stage(&self, stage: Stage) -> Vec<u32> {
+        let mut all: Vec<u32> =
+            self.linked.stages.iter().filter_map(|s| s.get(stage as usize).copied()).collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// The figures as JSON.
+    pub fn json(&self) -> Value {
+        let instructions = self.linked.instructions();
+        let stages: serde_json::Map<String, Value> = STAGES
+            .iter()
+            .map(|&stage| {
+                let counts = self.stage(stage);
+                let figures = json!({ "median": median(&counts), "max": counts.last() });
+                (Stage::NAMES[stage as usize].to_owned(), figures)
+            })
+            .collect();
+        json!({
+            "board": self.board.name,
+            "machine": self.board.machine,
+            "target": self.board.target,
+            "bit_exact": self.bit_exact(),
+            "frames": self.linked.streamed.steps.len(),
+            "frames_differing": self.linked.differing,
+            "first_difference": self.linked.first_difference,
+            "instructions_median": median(&instructions),
+            "instructions_max": instructions.last(),
+            "instructions_first": self.linked.stages.first().map(|s| s.iter().sum::<u32>()),
+            "stages": stages,
+            "instructions_open": self.statistic(counter::INSTRUCTIONS_OPEN),
+            "ram_bytes": self.ram_bytes,
+            "static_bytes": self.statistic(counter::STATIC_BYTES),
+            "stack_bytes": self.statistic(counter::STACK_BYTES),
+            "flash_bytes": self.flash_bytes,
+            "bytes_read_median": median(&self.bytes_read),
+            "bytes_read_max": self.bytes_read.last(),
+            "degraded": self.linked.streamed.steps.iter().filter(|s| !s.report.degraded.is_empty()).count(),
+            "digest": format!("{:08x}", self.linked.streamed.digest),
+            "host_digest": format!("{:08x}", self.linked.host_digest),
+        })
+    }
+}
+
+/// Every stage.
+pub const STAGES: [Stage; Stage::NAMES.len()] =
+    [Stage::Query, Stage::Search, Stage::Decode, Stage::Regression, Stage::Timing, Stage::Rest];
+
+/// The middle of ascending values.
+pub fn median<T: Copy>(ascending: &[T]) -> Option<T> {
+    ascending.get(ascending.len() / 2).copied()
+}
+
+/// A clip, what is asked for, and the database that answers.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// The database's file.
+    pub path: &'a Path,
+    /// The database.
+    pub database: Database<'a>,
+    /// The clip, at the database's rate and on its joints.
+    pub clip: &'a Clip,
+    /// Style, labels, parameters.
+    pub request: &'a Request,
+}
+
+/// Talks with an emulated board, with a twin of it on this machine.
+///
+/// # Errors
+/// An emulator that can't be started, a board that ends or does not answer, and what `talk` returns.
+pub fn converse<R>(
+    board: &'static Board,
+    image: &Path,
+    job_path: &Path,
+    database: Database<'_>,
+    talk: impl FnOnce(&mut Session<'_, Box<dyn crate::link::Line>>) -> Result<R>,
+) -> Result<R> {
+    let log = log_path(board);
+    if let Some(folder) = log.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
+    let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
+    let line: Box<dyn crate::link::Line> = Box::new(line);
+    let outcome = with_board(database, |twin| {
+        let client = Client::new(line, Client::<Box<dyn crate::link::Line>>::new_session(), PATIENCE);
+        let mut session = Session::begin(client, twin, &database)?;
+        talk(&mut session)
+    })?;
+    outcome.map_err(|error| match emulator.ended() {
+        Some(why) => error.context(why),
+        None => error,
+    })
+}
+
+/// Where the log lines of a board's last run are.
+pub fn log_path(board: &Board) -> std::path::PathBuf {
+    image::target_folder().join(format!("{}.log", board.name))
+}
+
+/// Streams a clip through a board.
+///
+/// # Errors
+/// As [`converse`], and settings that the board refuses.
+pub fn measure(
+    board: &'static Board,
+    image: &Path,
+    job: Job<'_>,
+    progress: impl FnMut(),
+) -> Result<Measured> {
+    let flash_bytes = image::flash_bytes(image)?;
+    converse(board, image, job.path, job.database, |session| {
+        session.wish(job.request)?;
+        let linked = stream(session, job.clip, false, progress)?;
+        let statistics = session.board().statistics()?;
+        let mut bytes_read: Vec<u32> = linked.streamed.steps.iter().map(|s| s.report.bytes_read).collect();
+        bytes_read.sort_unstable();
+        let ram_bytes = session.identity().ram_bytes;
+        Ok(Measured { board, linked, statistics, ram_bytes, flash_bytes, bytes_read })
+    })
+}

@@ -1,0 +1,221 @@
+//! `gestus-sim link`.
+
+use std::{path::PathBuf, time::Duration};
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{report::progress, translate::Input, wish::WishArgs};
+use gestus_core::Database;
+use serde_json::{Value, json};
+
+use super::{
+    client::{Client, Patience},
+    line::{self, Line},
+    loopback::Loopback,
+    noise::Noise,
+    serve::with_board,
+    session::{BoardIdentity, Linked, Session, named, stream},
+};
+
+/// Stream a clip through a board at the other end of a line, and compare every bit.
+#[derive(clap::Args, Debug)]
+pub struct LinkArgs {
+    /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
+    port: String,
+    /// Only ask who is there, and for its statistics
+    #[arg(long, conflicts_with_all = ["db", "input", "style"])]
+    probe: bool,
+    /// The database; it has to be the board's
+    #[arg(long, required = true)]
+    db: Option<PathBuf>,
+    /// The clip, a BVH file on the database's skeleton
+    #[arg(long, required = true)]
+    input: Option<PathBuf>,
+    #[command(flatten)]
+    wish: Option<WishArgs>,
+    /// Where the board's output goes, a BVH file at the database's rate
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Send frames at the database's rate, rather than each as soon as the one before is answered
+    #[arg(long)]
+    pace: bool,
+    /// Milliseconds to wait for an answer before the question is repeated; each repetition waits twice as long, up to
+    /// 8 times
+    #[arg(long, default_value_t = 250)]
+    timeout: u64,
+    /// Repetitions before the board is given up
+    #[arg(long, default_value_t = 20)]
+    repeats: u8,
+    /// Faults of the loopback line, such as lose=0.001,corrupt=0.001,drop=0.01,cut=0.01,delay=0.05:300,seed=7
+    #[arg(long)]
+    noise: Option<Noise>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+impl LinkArgs {
+    fn patience(&self) -> Patience {
+        let first = Duration::from_millis(self.timeout.max(1));
+        Patience { first, most: first * 8, repeats: self.repeats }
+    }
+
+    fn client<L: Line>(&self, line: L) -> Client<L> {
+        Client::new(line, Client::<L>::new_session(), self.patience())
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Files that can't be read or written, a board that does not answer or refuses, and bits that differ.
+pub fn run(args: &LinkArgs) -> Result<()> {
+    let loopback = args.port == "loopback";
+    if args.noise.is_some() && !loopback {
+        bail!("--noise is for the line `loopback`: a real one has its own");
+    }
+    if args.probe {
+        if loopback {
+            bail!("a loopback has no board to ask: give a port, or leave out --probe");
+        }
+        return probe(args).with_context(|| args.port.clone());
+    }
+    let (Some(db), Some(input), Some(wish)) = (&args.db, &args.input, &args.wish) else {
+        bail!("give --db, --input and --style, or --probe");
+    };
+    let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
+    let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
+    let input = Input::read(input, &database)?;
+    let outcome = with_board(database, |twin| {
+        if loopback {
+            let noise = args.noise.unwrap_or_default();
+            with_board(database, |board| {
+                let mut line = Loopback::new(board, noise);
+                let outcome = converse(args, &mut line, twin, &database, &input, wish);
+                let [there, back] = line.happened();
+                eprintln!("on the line to the board: {there}; on the way back: {back}");
+                outcome
+            })?
+        } else {
+            converse(args, line::open(&args.port)?, twin, &database, &input, wish)
+        }
+    })?;
+    outcome.with_context(|| args.port.clone())
+}
+
+fn probe(args: &LinkArgs) -> Result<()> {
+    let mut client = args.client(line::open(&args.port)?);
+    let identity = BoardIdentity::from(client.hello()?);
+    let statistics = named(&client.statistics()?);
+    if args.json {
+        println!("{}", json!({ "board": identity_json(&identity), "statistics": object(&statistics) }));
+    } else {
+        println!("{identity}");
+        for (name, value) in statistics {
+            println!("  {name} {value}");
+        }
+    }
+    Ok(())
+}
+
+fn converse<'t, L: Line>(
+    args: &LinkArgs,
+    line: L,
+    twin: &'t mut super::serve::BoardFn<'t>,
+    database: &Database<'_>,
+    input: &Input,
+    wish: &WishArgs,
+) -> Result<()> {
+    let mut session = Session::begin(args.client(line), twin, database)?;
+    eprintln!("{}", session.identity());
+    session.wish(&wish.request(database)?)?;
+    let bar = progress::bar(input.mapped.frames.len(), "frames");
+    let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let statistics = named(&session.board().statistics()?);
+    if let Some(path) = &args.output {
+        let document = input.document(&input.output(&linked.streamed))?;
+        std::fs::write(path, document.to_text())
+            .with_context(|| format!("{} can't be written", path.display()))?;
+    }
+    let figures = figures(&session, &linked, &statistics);
+    if args.json {
+        println!("{figures}");
+    } else {
+        say(&figures);
+    }
+    match linked.first_difference {
+        None => Ok(()),
+        Some(frame) => bail!(
+            "{} of {} frames differ from this machine's, frame {frame} first",
+            linked.differing,
+            linked.streamed.steps.len()
+        ),
+    }
+}
+
+fn identity_json(identity: &BoardIdentity) -> Value {
+    json!({
+        "board": identity.board,
+        "build": identity.build,
+        "database": format!("{:08x}", identity.database),
+        "rate_hz": identity.rate_hz,
+        "joints": identity.joints,
+        "classes": identity.classes,
+        "capacity": identity.capacity,
+        "ram_bytes": identity.ram_bytes,
+        "buffer_bytes": identity.buffer_bytes,
+    })
+}
+
+fn object(pairs: &[(String, u64)]) -> Value {
+    pairs.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>().into()
+}
+
+fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(String, u64)]) -> Value {
+    let mut trips: Vec<f64> = linked.streamed.steps.iter().map(|s| s.micros / 1e3).collect();
+    trips.sort_by(f64::total_cmp);
+    let quantile = |q: f64| trips.get((trips.len() as f64 * q) as usize).or(trips.last()).copied();
+    let instructions = linked.instructions();
+    let counts = session.counts();
+    json!({
+        "board": session.identity().board,
+        "identity": identity_json(session.identity()),
+        "bit_exact": linked.differing == 0,
+        "frames": linked.streamed.steps.len(),
+        "frames_differing": linked.differing,
+        "first_difference": linked.first_difference,
+        "digest": format!("{:08x}", linked.streamed.digest),
+        "host_digest": format!("{:08x}", linked.host_digest),
+        "round_trip_median_ms": quantile(0.5),
+        "round_trip_p99_ms": quantile(0.99),
+        "round_trip_max_ms": trips.last(),
+        "frames_late": linked.late,
+        "degraded": linked.streamed.steps.iter().filter(|s| !s.report.degraded.is_empty()).count(),
+        "instructions_median": instructions.get(instructions.len() / 2),
+        "instructions_max": instructions.last(),
+        "line": counts.all().into_iter().map(|(n, v)| (n.to_owned(), json!(v))).collect::<serde_json::Map<_, _>>(),
+        "statistics": object(statistics),
+    })
+}
+
+fn say(figures: &Value) {
+    let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
+    println!(
+        "{} frames, {} bit-exact, digest {}; {:.1} ms a round trip (median), {:.1} at most; {} questions repeated",
+        figures["frames"],
+        if figures["bit_exact"] == json!(true) { "all" } else { "not" },
+        figures["digest"].as_str().unwrap_or(""),
+        number("round_trip_median_ms"),
+        number("round_trip_max_ms"),
+        figures["line"]["repeats"]
+    );
+    let damage: Vec<String> = ["repeated", "doubled", "lost", "stale", "cut", "corrupted", "overlong"]
+        .iter()
+        .filter_map(|name| {
+            figures["statistics"][name].as_u64().filter(|n| *n > 0).map(|n| format!("{n} {name}"))
+        })
+        .collect();
+    if !damage.is_empty() {
+        println!("the board counted {}", damage.join(", "));
+    }
+}

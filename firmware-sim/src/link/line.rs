@@ -1,0 +1,226 @@
+//! Lines: where bytes go and come.
+
+use std::{
+    io::{self, Read, Write},
+    net::TcpStream,
+    sync::mpsc::{self, Receiver, RecvTimeoutError},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result, bail};
+
+/// Baud of a serial port where none is given.
+pub const BAUD: u32 = 921_600;
+/// How long a serial port waits for bytes before the reading thread looks again.
+const POLL: Duration = Duration::from_millis(100);
+
+/// A line of bytes in both directions, with a clock.
+pub trait Line {
+    /// Sends all of the bytes.
+    ///
+    /// # Errors
+    /// Where the line is gone.
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Receives some bytes, at least one; or 0, after that time without any.
+    ///
+    /// # Errors
+    /// Where the line is gone.
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize>;
+
+    /// Time since some moment: the line's own, for a line in a simulation has another clock than the wall.
+    fn now(&self) -> Duration;
+}
+
+/// A line of a reader and a writer: a thread reads, so that every reader has a time limit, whatever it is.
+pub struct Piped<W> {
+    writer: W,
+    reader: Receiver<io::Result<Vec<u8>>>,
+    /// Bytes read and not yet asked for.
+    left: Vec<u8>,
+    start: Instant,
+}
+
+impl<W: Write> Piped<W> {
+    /// A line out of its two halves.
+    pub fn new(mut reader: impl Read + Send + 'static, writer: W) -> Self {
+        let (sender, receiver) = mpsc::channel();
+        std::thread::spawn(move || {
+            let mut buffer = [0; 4096];
+            loop {
+                let read = match reader.read(&mut buffer) {
+                    Ok(0) => {
+                        Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the other end has closed the line"))
+                    }
+                    Ok(count) => Ok(buffer[..count].to_vec()),
+                    Err(e) if waits(&e) => continue,
+                    Err(e) => Err(e),
+                };
+                let last = read.is_err();
+                if sender.send(read).is_err() || last {
+                    return;
+                }
+            }
+        });
+        Self { writer, reader: receiver, left: Vec::new(), start: Instant::now() }
+    }
+}
+
+/// Nothing has come yet, which is no fault.
+fn waits(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
+}
+
+impl<W: Write> Line for Piped<W> {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.writer.write_all(bytes)?;
+        self.writer.flush()
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize> {
+        if self.left.is_empty() {
+            self.left = match self.reader.recv_timeout(within) {
+                Ok(read) => read?,
+                Err(RecvTimeoutError::Timeout) => return Ok(0),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the line is closed"));
+                }
+            };
+        }
+        let count = into.len().min(self.left.len());
+        for (slot, byte) in into.iter_mut().zip(self.left.drain(..count)) {
+            *slot = byte;
+        }
+        Ok(count)
+    }
+
+    fn now(&self) -> Duration {
+        self.start.elapsed()
+    }
+}
+
+impl<L: Line + ?Sized> Line for &mut L {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize> {
+        (**self).receive(into, within)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+}
+
+impl<L: Line + ?Sized> Line for Box<L> {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize> {
+        (**self).receive(into, within)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+}
+
+/// Opens a line by name:
+///
+/// - `tcp:HOST:PORT`;
+/// - `unix:PATH`, a socket;
+/// - `DEVICE` or `DEVICE@BAUD`, a serial port: `/dev/ttyACM0`, `COM3@115200`.
+///
+/// # Errors
+/// Where there is no such line, or it can't be opened; the message lists the serial ports that there are.
+pub fn open(name: &str) -> Result<Box<dyn Line>> {
+    if let Some(address) = name.strip_prefix("tcp:") {
+        let stream = TcpStream::connect(address).with_context(|| format!("{name}: can't connect"))?;
+        stream.set_nodelay(true)?;
+        return Ok(Box::new(Piped::new(stream.try_clone()?, stream)));
+    }
+    if let Some(path) = name.strip_prefix("unix:") {
+        return unix(path).with_context(|| format!("{name}: can't connect"));
+    }
+    let (device, baud) = match name.rsplit_once('@') {
+        Some((device, baud)) => {
+            let baud = baud
+                .parse()
+                .with_context(|| format!("{name}: `{baud}` is no baud rate; write {device}@115200"))?;
+            (device, baud)
+        }
+        None => (name, BAUD),
+    };
+    let port = match serialport::new(device, baud).timeout(POLL).open() {
+        Ok(port) => port,
+        Err(error) => bail!("{device}: {error}; {}", ports()),
+    };
+    Ok(Box::new(Piped::new(port.try_clone()?, port)))
+}
+
+#[cfg(unix)]
+fn unix(path: &str) -> Result<Box<dyn Line>> {
+    let stream = std::os::unix::net::UnixStream::connect(path)?;
+    Ok(Box::new(Piped::new(stream.try_clone()?, stream)))
+}
+
+#[cfg(not(unix))]
+fn unix(_: &str) -> Result<Box<dyn Line>> {
+    bail!("this system has no such sockets; use tcp:HOST:PORT")
+}
+
+fn ports() -> String {
+    let names: Vec<String> =
+        serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
+    let lines = "a line is DEVICE[@BAUD], tcp:HOST:PORT, unix:PATH or loopback";
+    match names.len() {
+        0 => format!("there are no serial ports here; {lines}"),
+        _ => format!("serial ports here: {}; {lines}", names.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_socket_is_a_line() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
+        let name = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+        let board = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("somebody connects");
+            let mut bytes = [0; 5];
+            stream.read_exact(&mut bytes).expect("five bytes come");
+            bytes.reverse();
+            stream.write_all(&bytes).expect("they go back");
+        });
+        let mut line = open(&name).expect("somebody listens");
+        let mut buffer = [0; 3];
+        assert_eq!(line.receive(&mut buffer, Duration::from_millis(5)).expect("no fault"), 0);
+        line.send(b"abcde").expect("the line is there");
+        let mut heard: Vec<u8> = vec![];
+        while heard.len() < 5 {
+            let count = line.receive(&mut buffer, Duration::from_secs(10)).expect("the line is there");
+            assert!(count > 0, "{heard:?}");
+            heard.extend(&buffer[..count]);
+        }
+        assert_eq!(heard, b"edcba");
+        board.join().expect("no assertion failed");
+        // The other end is gone: that is said, again and again.
+        for _ in 0..2 {
+            let gone = line.receive(&mut buffer, Duration::from_secs(10)).expect_err("it is closed");
+            assert_eq!(gone.kind(), io::ErrorKind::UnexpectedEof);
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_no_line_is_explained() {
+        let message = |name: &str| format!("{:#}", open(name).err().expect("there is no such line"));
+        assert!(message("/dev/no-such-port").contains("DEVICE[@BAUD]"));
+        assert!(message("/dev/no-such-port@fast").contains("`fast` is no baud rate"));
+        assert!(message("tcp:127.0.0.1:1").contains("can't connect"));
+        assert!(message("unix:/no/such/socket").contains("/no/such/socket"));
+    }
+}

@@ -1,0 +1,256 @@
+//! `gestus-sim view`: a page in which the core itself runs.
+//!
+//! The page holds the core as a wasm module (`firmware-sim/web`), the database, and a stream of input poses: one file
+//! that opens without a network. Its sliders change what the core is asked while the stream goes on. What it shows is
+//! computed in the browser, and it proves it: it streams the input a second time with the settings of the command and
+//! holds the digest against the one that this command has computed with the core on the host.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{
+    report::{
+        escape, fill,
+        page::{DRAW, STYLE, script_safe},
+    },
+    translate::Input,
+};
+use gestus_core::{
+    Database,
+    blob::{Manifest, Names},
+};
+
+use crate::recording::{Recording, Settings};
+
+/// Seconds of each action where no input is given.
+const SECONDS: f64 = 8.0;
+/// The repository, where this command was built.
+const WEB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/web");
+const TARGET: &str = "wasm32-unknown-unknown";
+const MODULE: &str = "wasm32-unknown-unknown/release/gestus_web.wasm";
+
+/// Write a page in which the core runs, to look at a database and to try it.
+#[derive(clap::Args, Debug)]
+pub struct ViewArgs {
+    /// The database
+    #[arg(long)]
+    db: PathBuf,
+    /// The clip, a BVH file on the database's skeleton; generated motion where left out
+    #[arg(long)]
+    input: Option<PathBuf>,
+    /// Output style to begin with: a name, or two with weights, a=1,b=2; the second style where left out
+    #[arg(long)]
+    style: Option<String>,
+    /// The input's action, where it is known
+    #[arg(long)]
+    action: Option<String>,
+    /// The input's style, where it is known
+    #[arg(long)]
+    input_style: Option<String>,
+    /// The core as a wasm module; built, or found where it was built before, where left out
+    #[arg(long)]
+    wasm: Option<PathBuf>,
+    /// Where the page goes
+    #[arg(short, long)]
+    output: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Files that can't be read or written, names that the database does not have, and a module that is not there.
+pub fn run(args: &ViewArgs) -> Result<()> {
+    let blob = fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
+    let database = match Database::open(&blob) {
+        Ok(database) => database,
+        Err(error) => bail!("{}: {error}", args.db.display()),
+    };
+    let counts = database.counts();
+    if counts.joints > 22 || counts.classes > 28 {
+        bail!(
+            "{} has {} joints and {} classes; the page's module is compiled for 22 and 28",
+            args.db.display(),
+            counts.joints,
+            counts.classes
+        );
+    }
+    let settings = settings(args, &database.manifest()?)?;
+    let (recording, what) = match &args.input {
+        Some(path) => {
+            let input = Input::read(path, &database)?;
+            (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
+        }
+        None => Recording::sample(&database, settings, SECONDS)?,
+    };
+    let digest = recording.digest(&database).with_context(|| args.db.display().to_string())?;
+    let module = module(args.wasm.as_deref())?;
+    let name = args.db.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let html = page(&format!("Gestus live: {name}"), &what, &module, &blob, &recording.to_bytes(digest));
+    fs::write(&args.output, &html).with_context(|| format!("{} can't be written", args.output.display()))?;
+    if args.json {
+        let output = args.output.display().to_string();
+        println!(
+            "{}",
+            serde_json::json!({
+                "output": output, "frames": recording.frames.len(), "digest": format!("{digest:08x}"),
+                "bytes": html.len(), "wasm_bytes": module.len(),
+            })
+        );
+    } else {
+        println!(
+            "{}: {} frames of input ({what}), digest {digest:08x}, {:.1} MB; open it in a browser",
+            args.output.display(),
+            recording.frames.len(),
+            html.len() as f64 / 1e6
+        );
+    }
+    Ok(())
+}
+
+/// What the stream begins with.
+fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
+    let find = |name: &str, names: Names<'_>, what: &str| {
+        let known = || names.iter().collect::<Vec<_>>().join(", ");
+        names.find(name).with_context(|| format!("there is no {what} `{name}`: the database has {}", known()))
+    };
+    let label = |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
+    let mut styles = Vec::new();
+    for part in args.style.iter().flat_map(|s| s.split(',')) {
+        let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
+        let weight: f32 =
+            weight.trim().parse().with_context(|| format!("--style {part}: the weight is a number"))?;
+        styles.push((find(name.trim(), manifest.styles, "style")?, weight));
+    }
+    let styles = match styles.as_slice() {
+        // The first style is most often the one that the input is in.
+        [] => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
+        [one] => [*one, (one.0, 0.0)],
+        [one, two] => [*one, *two],
+        _ => bail!("--style: one style or two to begin with; the page has all of them"),
+    };
+    Ok(Settings {
+        action: label(&args.action, manifest.actions, "action")?,
+        input_style: label(&args.input_style, manifest.styles, "style")?,
+        styles,
+    })
+}
+
+/// The page.
+fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) -> String {
+    let data = serde_json::json!({
+        "about": format!("The core runs in this page. Input: {about}."),
+        "wasm": base64(module), "blob": base64(blob), "recording": base64(recording),
+    });
+    let style = [STYLE, include_str!("../web/view.css")].concat();
+    let script = [DRAW, include_str!("../web/gestus.js"), include_str!("../web/view.js")].concat();
+    fill(
+        include_str!("../web/view.html"),
+        &[
+            ("title", &escape(title)),
+            ("style", &style),
+            ("data", &script_safe(&data.to_string())),
+            ("script", &script),
+        ],
+    )
+}
+
+/// The wasm module: the one that was named, or built now where cargo and the target are there, or the one that
+/// `cargo xtask wasm` has built.
+fn module(named: Option<&Path>) -> Result<Vec<u8>> {
+    let read = |path: &Path| fs::read(path).with_context(|| format!("{} can't be read", path.display()));
+    if let Some(path) = named {
+        return read(path);
+    }
+    let target = env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(WEB).join("../../target"), PathBuf::from)
+        .join("wasm");
+    let path = target.join(MODULE);
+    if let Err(why) = build(&target) {
+        if !path.is_file() {
+            bail!(
+                "there is no wasm module for the page, and it can't be built ({why}): `cargo xtask wasm --setup` builds it, --wasm FILE names one"
+            );
+        }
+        eprintln!("note: {} was built before, and could not be built anew ({why})", path.display());
+    }
+    read(&path)
+}
+
+/// Builds the module, which takes no time where nothing has changed. Answers why not.
+fn build(target: &Path) -> Result<(), String> {
+    let manifest = Path::new(WEB).join("Cargo.toml");
+    if !manifest.is_file() {
+        return Err(format!("{} is not there", manifest.display()));
+    }
+    let libdir = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+    let libdir =
+        libdir.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
+    if !libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
+        return Err(format!("the compiler has no {TARGET}"));
+    }
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo
+        .args(["build", "--release", "--quiet", "--locked", "--target", TARGET, "--manifest-path"])
+        .arg(&manifest);
+    // The same flags as `cargo xtask wasm` builds with, so that one product serves both.
+    cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
+    match cargo.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("cargo: {status}")),
+        Err(error) => Err(format!("cargo: {error}")),
+    }
+}
+
+/// Bytes as text that JavaScript's `atob` reads (RFC 4648, with padding).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let word = chunk.iter().enumerate().fold(0u32, |word, (i, &b)| word | u32::from(b) << (16 - 8 * i));
+        for i in 0..4 {
+            let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
+            text.push(if i <= chunk.len() { char::from(digit) } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        // RFC 4648, section 10.
+        let cases = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+        ];
+        for (plain, coded) in cases {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0xfe]), "+//+");
+    }
+
+    #[test]
+    fn the_page_is_one_file_and_names_stay_text() {
+        let html = page("</title><script>", "</script>", b"module", b"blob", b"recording");
+        for word in ["http:", "https:", "src=", "@import", "url(", "fetch(", "<link"] {
+            assert!(!html.contains(word), "{word}");
+        }
+        assert_eq!(html.matches("</script>").count(), 2, "the data and the program");
+        assert!(html.contains("&lt;/title&gt;&lt;script&gt;"));
+        assert!(!html.contains("{{"));
+    }
+}

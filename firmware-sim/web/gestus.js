@@ -1,0 +1,187 @@
+"use strict";
+// Gestus for JavaScript: the functions of the C interface (firmware-sim/capi/include/gestus.h), called with memory that
+// lies behind the module's own. One database, one stylizer.
+//
+// It is a plain script that defines `Gestus`, so that a page can hold it; node takes it by `require`.
+
+const Gestus = (() => {
+  const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
+  const DEGRADED = ["input", "visits", "classes", "prediction", "jump"];
+  const STANDARD = 0, PAGE = 65536, NAME_BYTES = 256, MOST_CLASSES = 8;
+
+  class Gestus {
+    // `module` is a WebAssembly.Module or the bytes of one, `blob` the bytes of a database.
+    static async load(module, blob) {
+      const made = await WebAssembly.instantiate(module, {});
+      return new Gestus((made.instance || made).exports, blob);
+    }
+
+    constructor(exports, blob) {
+      this.c = exports;
+      const size = [exports.gestus_database_size(), exports.gestus_stylizer_size(STANDARD)];
+      // The module never allocates: what is grown here is ours alone.
+      this.free = exports.memory.grow(Math.ceil((blob.length + size[0] + size[1] + 32768) / PAGE)) * PAGE;
+      const blobAt = this.take(blob.length);
+      new Uint8Array(exports.memory.buffer).set(blob, blobAt);
+      this.out = this.take(8);
+      this.text = this.take(NAME_BYTES);
+      this.detail = this.take(16);
+      const database = this.take(size[0]), stylizer = this.take(size[1]);
+      this.check(exports.gestus_database_open(database, size[0], blobAt, blob.length, this.detail, this.out));
+      this.database = database;
+      this.check(exports.gestus_stylizer_init(stylizer, size[1], STANDARD, database, 0, this.out));
+      this.stylizer = stylizer;
+      this.stylizerBytes = size[1];
+
+      const counts = this.take(28);
+      this.check(exports.gestus_database_counts(database, counts));
+      const words = new Uint32Array(exports.memory.buffer, counts, 7);
+      [this.joints, this.styleCount, this.actionCount, this.classCount, this.groupCount, this.frames] = words;
+      this.rate = new Float32Array(exports.memory.buffer, counts + 24, 1)[0];
+      for (const [kind, number] of Object.entries(KINDS)) {
+        const count = [this.joints, this.styleCount, this.actionCount, this.groupCount][number];
+        this[kind] = Array.from({ length: count }, (_, i) => this.name(number, i));
+      }
+      this.skeleton = Array.from({ length: this.joints }, (_, i) => this.joint(i));
+      this.classes = Array.from({ length: this.classCount }, (_, i) => this.classAt(i));
+
+      const numbers = 3 + 4 * this.joints;
+      const input = this.take(4 * numbers), output = this.take(4 * numbers);
+      this.inputAt = input;
+      this.outputAt = output;
+      this.reportAt = this.take(36 + 8 * MOST_CLASSES);
+      this.digestAt = this.take(4);
+      this.stylesAt = this.take(2 * 32);
+      this.weightsAt = this.take(4 * 32);
+      // Memory does not grow any more, so these views stay.
+      const buffer = exports.memory.buffer;
+      this.input = new Float32Array(buffer, input, numbers);
+      this.output = new Float32Array(buffer, output, numbers);
+      this.reportFloats = new Float32Array(buffer, this.reportAt, 9 + 2 * MOST_CLASSES);
+      this.reportWords = new Uint32Array(buffer, this.reportAt, 9 + 2 * MOST_CLASSES);
+      this.digestWord = new Uint32Array(buffer, this.digestAt, 1);
+    }
+
+    take(bytes) {
+      const at = this.free;
+      this.free = (at + bytes + 15) & ~15;
+      return at;
+    }
+
+    string(at) {
+      const bytes = new Uint8Array(this.c.memory.buffer, at, NAME_BYTES);
+      return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+    }
+
+    check(status) {
+      if (status !== 0) throw new Error(this.string(this.c.gestus_error_message(status)));
+    }
+
+    name(kind, index) {
+      this.check(this.c.gestus_database_name(this.database, kind, index, this.text, NAME_BYTES, 0));
+      return this.string(this.text);
+    }
+
+    joint(index) {
+      this.check(this.c.gestus_database_joint(this.database, index, this.text));
+      const [parent, group] = new Int32Array(this.c.memory.buffer, this.text, 2);
+      return { parent, group, offset: Array.from(new Float32Array(this.c.memory.buffer, this.text + 8, 3)) };
+    }
+
+    classAt(index) {
+      this.check(this.c.gestus_database_class(this.database, index, this.text));
+      const [action, style, frames] = new Uint32Array(this.c.memory.buffer, this.text, 3);
+      return { action, style, frames };
+    }
+
+    // Weights of styles: a list of [number, weight].
+    setStyle(pairs) {
+      const buffer = this.c.memory.buffer;
+      new Uint16Array(buffer, this.stylesAt, pairs.length).set(pairs.map((p) => p[0]));
+      new Float32Array(buffer, this.weightsAt, pairs.length).set(pairs.map((p) => p[1]));
+      this.check(this.c.gestus_stylizer_set_style(this.stylizer, this.stylesAt, this.weightsAt, pairs.length));
+    }
+
+    // Labels, -1 for none. They are taken back first: a database need not hold every action in every style.
+    setLabels(action, style) {
+      this.check(this.c.gestus_stylizer_set_action(this.stylizer, -1));
+      this.check(this.c.gestus_stylizer_set_input_style(this.stylizer, -1));
+      this.check(this.c.gestus_stylizer_set_action(this.stylizer, action));
+      this.check(this.c.gestus_stylizer_set_input_style(this.stylizer, style));
+    }
+
+    setMask(group, searched) {
+      this.check(this.c.gestus_stylizer_set_mask(this.stylizer, group, searched ? 1 : 0));
+    }
+
+    setStrength(group, strength) {
+      this.check(this.c.gestus_stylizer_set_strength(this.stylizer, group, strength));
+    }
+
+    // Forgets the stream; the digest begins anew.
+    reset() {
+      this.check(this.c.gestus_stylizer_reset(this.stylizer));
+      this.digestWord[0] = 0;
+    }
+
+    // Steps from `input` to `output`, and takes the output into the digest.
+    step() {
+      this.check(this.c.gestus_stylizer_step(this.stylizer, this.inputAt, this.inputAt + 12, this.joints,
+        this.outputAt, this.outputAt + 12, this.reportAt));
+    }
+
+    addToDigest() {
+      this.check(this.c.gestus_digest(this.digestAt, this.outputAt, this.outputAt + 12, this.joints, this.reportFloats[0]));
+    }
+
+    get digest() {
+      return this.digestWord[0].toString(16).padStart(8, "0");
+    }
+
+    // What the last step said.
+    report() {
+      const f = this.reportFloats, w = this.reportWords;
+      const classes = Array.from({ length: w[8] }, (_, i) => ({ index: w[9 + 2 * i], proportion: f[10 + 2 * i] }));
+      const degraded = DEGRADED.filter((_, i) => (w[5] >> i) & 1);
+      return { step: f[0], predicted: f[1], distance2: f[2], visits: w[3], bytes: w[4], degraded, contacts: [w[6], w[7]], classes };
+    }
+  }
+
+  // A recording (firmware-sim/src/recording.rs): poses, settings and the host's digest.
+  Gestus.recording = (bytes) => {
+    const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    if (String.fromCharCode(...bytes.slice(0, 8)) !== "GSTREAM1") throw new Error("this is no recording");
+    const count = view.getUint32(8, true), joints = view.getUint32(12, true);
+    const size = 16 + 4 * (3 + 4 * joints);
+    const frames = Array.from({ length: count }, (_, i) => {
+      const at = 24 + i * size;
+      const pose = Float32Array.from({ length: 3 + 4 * joints }, (_, k) => view.getFloat32(at + 16 + 4 * k, true));
+      const styles = [0, 1].map((k) => [view.getUint16(at + 4 + 2 * k, true), view.getFloat32(at + 8 + 4 * k, true)]);
+      return { action: view.getInt16(at, true), inputStyle: view.getInt16(at + 2, true), styles, pose };
+    });
+    return { joints, digest: view.getUint32(16, true).toString(16).padStart(8, "0"), frames };
+  };
+
+  // Runs a whole recording; answers the digest of what came out, and the report of each frame to `seen`.
+  Gestus.replay = (gestus, recording, seen = () => {}) => {
+    gestus.reset();
+    let before = "";
+    for (const frame of recording.frames) {
+      const settings = JSON.stringify([frame.action, frame.inputStyle, frame.styles]);
+      if (settings !== before) {
+        gestus.setStyle(frame.styles);
+        gestus.setLabels(frame.action, frame.inputStyle);
+        before = settings;
+      }
+      gestus.input.set(frame.pose);
+      gestus.step();
+      gestus.addToDigest();
+      seen(gestus);
+    }
+    return gestus.digest;
+  };
+
+  return Gestus;
+})();
+
+if (typeof module !== "undefined") module.exports = { Gestus };

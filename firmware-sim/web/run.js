@@ -1,0 +1,28 @@
+"use strict";
+// A recording through the wasm module in node: node run.js MODULE.wasm DB.gestus RECORDING
+// Says the digest, and fails where it is not the one that the recording carries.
+const fs = require("fs");
+const { Gestus } = require("./gestus.js");
+
+(async () => {
+  const [wasm, blob, stream] = process.argv.slice(2).map((name) => new Uint8Array(fs.readFileSync(name)));
+  const gestus = await Gestus.load(wasm, blob);
+  // What is refused is said in words.
+  for (const [what, wrong] of [["a style", () => gestus.setStyle([[99, 1]])], ["weights", () => gestus.setStyle([[0, NaN]])]]) {
+    let said = "";
+    try { wrong(); } catch (e) { said = e.message; }
+    if (!said) throw new Error(`${what} that can't be was taken`);
+  }
+  const recording = Gestus.recording(stream);
+  const start = process.hrtime.bigint();
+  let degraded = 0;
+  const digest = Gestus.replay(gestus, recording, (g) => { if (g.reportWords[5]) degraded++; });
+  const micros = Number(process.hrtime.bigint() - start) / 1e3 / recording.frames.length;
+  const again = Gestus.replay(gestus, recording);
+  console.log(`${recording.frames.length} frames, ${micros.toFixed(0)} us each, ${degraded} degraded, ` +
+    `${wasm.length} bytes of module, digest ${digest}`);
+  if (digest !== recording.digest || again !== digest) {
+    console.error(`the host's digest is ${recording.digest}, the second run's ${again}`);
+    process.exit(1);
+  }
+})().catch((error) => { console.error(error.message); process.exit(1); });

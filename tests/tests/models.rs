@@ -1,0 +1,394 @@
+//! The methods that need no frames, behind the same step: held against slow `f64` versions, checked at `open`, cut to a
+//! blob of their own.
+
+use gestus_builder::{
+    cut::models_only,
+    models::lti::{Model, clip},
+    stream::{Request, Streamed, from_pose, stream, to_pose},
+};
+use gestus_core::{
+    BlobError, Config, ConfigError, Database, Degraded, Method, Pose, Stylizer,
+    blob::layout::{self, dof, lti, section, statistic},
+};
+use gestus_tests::{
+    motion,
+    patch::{self, patched, with_section},
+    trace::Trace,
+};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+const LTI: Config = Config::new().method(Method::Lti);
+const STATISTIC: Config = Config::new().method(Method::Statistic);
+
+fn run(blob: &[u8], config: Config, style: &[(u16, f32)], frames: usize) -> (Trace, Streamed) {
+    let database = Database::open(blob).unwrap();
+    let request = Request { config, style: style.to_vec(), ..Request::style(0) };
+    let mut trace = Trace::default();
+    let streamed = stream(&database, &motion::unseen(0, 0, frames), &request, &mut trace).unwrap();
+    (trace, streamed)
+}
+
+fn wide(values: &[f32]) -> Vec<f64> {
+    values.iter().map(|&v| f64::from(v)).collect()
+}
+
+/// Numbers that a stream predicts, without the yaw, which is the input's.
+fn without_yaw(row: &[f64]) -> impl Iterator<Item = f64> + '_ {
+    row.iter().enumerate().filter(|(d, _)| *d != dof::YAW).map(|(_, v)| *v)
+}
+
+#[test]
+fn the_stream_of_a_linear_model_is_the_papers_recursion() {
+    let blob = motion::small();
+    let database = Database::open(blob).unwrap();
+    for (confidence, style) in [(3.0, 1), (1.5, 2), (1e6, 1)] {
+        let (trace, streamed) = run(blob, LTI.confidence(confidence), &[(style, 1.0)], 150);
+        let model = Model::of(&database, database.linear_model_of(style, None).unwrap());
+        let x: Vec<Vec<f64>> = trace.frames.iter().map(|f| wide(&f.x)).collect();
+        let options = clip::Options { before: 0, generalise: Some((f64::from(confidence), 8.0)) };
+        let truth = model.translate(&x, &options);
+        for (t, frame) in trace.frames.iter().enumerate() {
+            let found = wide(&frame.predicted);
+            for (d, (a, b)) in without_yaw(&found).zip(without_yaw(&truth.rows[t])).enumerate() {
+                assert!((a - b).abs() < 2e-4, "frame {t}, number {d}: {a} {b}");
+            }
+            let step = f64::from(frame.report.predicted_step_s) * motion::RATE_HZ;
+            assert!((step - truth.warp[t]).abs() < 1e-4, "frame {t}: {step} {}", truth.warp[t]);
+            assert_eq!(frame.report.contacts, truth.contacts[t], "frame {t}");
+        }
+        assert!(streamed.steps.iter().all(|s| s.report.degraded.is_empty()));
+    }
+}
+
+#[test]
+fn a_linear_model_learns_the_style() {
+    let (trace, _) = run(motion::small(), LTI, &[(2, 1.0)], 150);
+    let database = Database::open(motion::small()).unwrap();
+    // The same content in the style itself, by its means: `raised` holds its arms a radian higher.
+    let raised = motion::example(0, 2, 9, 150).clip;
+    let body = |rows: &dyn Fn(usize) -> f64| (60..150).map(rows).sum::<f64>() / 90.0;
+    let arm = 6;
+    let mean = database.joint(arm).mean.map(f64::from);
+    let mean = UnitQuaternion::new_normalize(Quaternion::new(mean[3], mean[0], mean[1], mean[2]));
+    for axis in 0..3 {
+        let d = layout::ROOT_DOFS + 3 * arm + axis;
+        let found = body(&|t| f64::from(trace.frames[t].predicted[d]));
+        let input = body(&|t| f64::from(trace.frames[t].x[d]));
+        let truth = body(&|t| (mean.inverse() * raised.frames[t].rotations[arm]).scaled_axis()[axis]);
+        let gap = (input - truth).abs();
+        assert!((found - truth).abs() < 0.1 * gap + 0.03, "axis {axis}: {found} for {truth}, input {input}");
+    }
+}
+
+#[test]
+fn statistics_are_transferred_as_in_the_paper() {
+    let blob = motion::small();
+    let database = Database::open(blob).unwrap();
+    let clip = motion::unseen(0, 0, 80);
+    let (trace, streamed) = run(blob, STATISTIC, &[(1, 1.0)], 80);
+    let (source, target) = (database.table_of(0, None).unwrap(), database.table_of(1, None).unwrap());
+    let q = |v: [f32; 4]| {
+        let [x, y, z, w] = v.map(f64::from);
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+    };
+    for (t, step) in streamed.steps.iter().enumerate() {
+        for j in 1..database.counts().joints {
+            let ((from, from_sd), (to, to_sd)) = (source.joint(j), target.joint(j));
+            let aligned = clip.frames[t].rotations[j] * (q(from).inverse() * q(to));
+            let scale = (f64::from(to_sd) / f64::from(from_sd)).min(4.0);
+            // Slerp from the mean is the mean times a scaled way.
+            let way: Vector3<f64> = (q(to).inverse() * aligned).scaled_axis() * scale;
+            let truth = q(to) * UnitQuaternion::from_scaled_axis(way);
+            let off = step.frame.rotations[j].angle_to(&truth);
+            assert!(off < 2e-3, "frame {t}, joint {j}: {off}");
+        }
+        let [mean, deviation] = source.root(0).map(f64::from);
+        let [to_mean, to_deviation] = target.root(0).map(f64::from);
+        let scale = (to_deviation / deviation).min(4.0);
+        let height = to_mean + scale * (f64::from(trace.frames[t].x[0]) - mean);
+        assert!((f64::from(trace.frames[t].predicted[0]) - height).abs() < 1e-4);
+        assert_eq!(step.report.step_s, 1.0 / 30.0);
+    }
+}
+
+/// An input in a style that the stored statistics are not about: running ones find it out.
+#[test]
+fn running_statistics_follow_the_input() {
+    let blob = motion::small();
+    let database = Database::open(blob).unwrap();
+    let clip = motion::example(0, 2, 9, 600).clip;
+    let (arm, target) = (6, database.table_of(1, None).unwrap());
+    let off = |config: Config| {
+        let request = Request { config, ..Request::style(1) };
+        let streamed = stream(&database, &clip, &request, &mut ()).unwrap();
+        let all = streamed.steps[400..].iter().map(|s| {
+            let q = s.frame.rotations[arm];
+            [q.i as f32, q.j as f32, q.k as f32, q.w as f32]
+        });
+        let all: Vec<[f32; 4]> = all.collect();
+        let mean = gestus_builder::models::statistic::mean::recursive(all);
+        gestus_core::quaternion::angle(mean, target.joint(arm).0)
+    };
+    // Half a second is a lively estimate; the stored statistics are those of `normal`, arms down.
+    let (running, stored) = (off(STATISTIC.halflife_s(3.0)), off(STATISTIC));
+    assert!(running < 0.15 && stored > 0.5, "{running} {stored}");
+    // Told what the style is, the stored ones are right.
+    let request = Request { config: STATISTIC, input_style: Some(2), ..Request::style(1) };
+    assert!(stream(&database, &clip, &request, &mut ()).is_ok());
+}
+
+#[test]
+fn the_inputs_own_style_is_the_input() {
+    for config in [LTI, STATISTIC] {
+        let (trace, streamed) = run(motion::small(), config, &[(0, 1.0)], 60);
+        for (t, frame) in trace.frames.iter().enumerate() {
+            for (a, b) in frame.predicted.iter().zip(&frame.x) {
+                assert!((a - b).abs() < 2e-3, "{config:?}, frame {t}: {a} {b}");
+            }
+            assert_eq!(streamed.steps[t].report.step_s, 1.0 / 30.0);
+        }
+    }
+}
+
+#[test]
+fn unexpected_input_passes_through() {
+    let database = Database::open(motion::small()).unwrap();
+    let mut clip = motion::unseen(0, 0, 120);
+    for frame in &mut clip.frames[40..80] {
+        frame.rotations[4] *= UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 2.5, 0.0));
+    }
+    let request = Request { config: LTI, ..Request::style(2) };
+    let mut trace = Trace::default();
+    let _ = stream(&database, &clip, &request, &mut trace).unwrap();
+    let apart = |t: usize| {
+        let frame = &trace.frames[t];
+        frame.predicted.iter().zip(&frame.x).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    assert!(apart(60) < 0.02, "{}", apart(60));
+    assert!(apart(110) > 0.3, "the style is back: {}", apart(110));
+    assert!(trace.frames[60].report.distance2 > 100.0);
+}
+
+/// A change of style glides; the model that comes in begins at x = 0, and is not seen to.
+#[test]
+fn styles_blend_and_change_without_a_jump() {
+    let database = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(0, 0, 160);
+    for config in [LTI, STATISTIC] {
+        let poses = |style: &[(u16, f32)]| {
+            let request = Request { config, style: style.to_vec(), ..Request::style(0) };
+            let mut trace = Trace::default();
+            let _ = stream(&database, &clip, &request, &mut trace).unwrap();
+            trace.frames.into_iter().map(|f| wide(&f.predicted)).collect::<Vec<_>>()
+        };
+        if config == LTI {
+            // Linear: the blend is the sum.
+            let (a, b, both) = (poses(&[(1, 1.0)]), poses(&[(2, 1.0)]), poses(&[(1, 3.0), (2, 1.0)]));
+            for (t, row) in both.iter().enumerate().skip(1) {
+                for (d, v) in row.iter().enumerate() {
+                    assert!((v - 0.75 * a[t][d] - 0.25 * b[t][d]).abs() < 1e-4, "frame {t}, dof {d}");
+                }
+            }
+            let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, config).unwrap());
+            let (mut output, mut last) = (Pose::IDENTITY, None);
+            let mut most: f64 = 0.0;
+            for (t, frame) in clip.frames.iter().enumerate() {
+                if t % 40 == 20 {
+                    stylizer.set_style(&[(if t % 80 == 20 { 2 } else { 1 }, 1.0)]).unwrap();
+                }
+                let _ = stylizer.step(&to_pose(frame), &mut output);
+                let now = from_pose(&output, 21);
+                if let Some(last) = last.replace(now.clone()) {
+                    let last: gestus_builder::motion::Frame = last;
+                    let turned = now.rotations.iter().zip(&last.rotations).map(|(a, b)| a.angle_to(b));
+                    most = turned.fold(most, f64::max);
+                }
+            }
+            assert!(most < 0.4, "a joint turned by {most} in a frame");
+        }
+    }
+}
+
+#[test]
+fn a_method_needs_its_section() {
+    let database = Database::open(motion::small()).unwrap();
+    assert_eq!(database.linear_from(), Some(0));
+    assert!(size_of::<Stylizer<'_, 22, 40, 28>>() <= 24_576);
+    let old = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/blob-v1.gestus")).unwrap();
+    let without = Database::open(&old).unwrap();
+    if without.linear_from().is_none() {
+        let refused = Stylizer::<22, 40, 28>::new(without, LTI).err();
+        assert_eq!(refused, Some(ConfigError::Method));
+    }
+}
+
+#[test]
+fn more_models_than_a_frame_may_use_are_cut_and_said() {
+    let mut blob = motion::small().to_vec();
+    // Three styles have two models; so many are never cut.
+    let database = Database::open(&blob).unwrap();
+    let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());
+    stylizer.set_style(&[(0, 1.0), (1, 1.0), (2, 1.0)]).unwrap();
+    let mut output = Pose::IDENTITY;
+    for frame in &motion::unseen(0, 0, 20).frames {
+        let report = stylizer.step(&to_pose(frame), &mut output);
+        assert!(!report.degraded.contains(Degraded::CLASSES));
+        assert!(output.is_valid(21));
+    }
+    // A blob that changes underneath gives other poses, and no panic.
+    let at = patch::section(&blob, section::LTI);
+    blob[at.start + 200..at.end].fill(0xff);
+    assert!(Database::open(&blob).is_err());
+}
+
+#[test]
+fn a_blob_of_models_alone_gives_the_same_bits() {
+    let whole = motion::small();
+    let cut = models_only(&Database::open(whole).unwrap()).unwrap();
+    let database = Database::open(&cut).unwrap();
+    assert_eq!(database.counts().frames, 0);
+    assert_eq!(database.manifest().unwrap().styles.iter().collect::<Vec<_>>(), motion::STYLES);
+    assert_eq!(database.manifest().unwrap().licences.count(), 1);
+    assert!(cut.len() < whole.len() / 4, "{} of {}", cut.len(), whole.len());
+    for config in [LTI, STATISTIC] {
+        let style = [(1, 0.5), (2, 0.5)];
+        assert_eq!(run(&cut, config, &style, 60).1.digest, run(whole, config, &style, 60).1.digest);
+    }
+    let refused = Stylizer::<22, 40, 28>::new(database, Config::new()).err();
+    assert_eq!(refused, Some(ConfigError::Method));
+    // Cut again it is the same; without models there is nothing to cut to.
+    assert_eq!(models_only(&database).unwrap(), cut);
+    let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());
+    stylizer.set_action(Some(1)).unwrap();
+    assert!(stylizer.set_action(Some(9)).is_err() && stylizer.set_mask(0, false).is_err());
+}
+
+fn refuses(name: &str, blob: &[u8], section: u16, record: u32) {
+    assert_eq!(Database::open(blob).err(), Some(BlobError::Value { section, record }), "{name}");
+}
+
+/// Every check of the linear models, one case each.
+#[test]
+fn linear_models_are_checked() {
+    let blob = motion::tiny();
+    let at = |at: usize, bytes: &[u8]| patched(blob, section::LTI, at, bytes);
+    let database = Database::open(blob).unwrap();
+    assert_eq!(database.linear_models(), 1);
+    let dofs = database.counts().dofs;
+    let model = database.linear_model(0);
+    let (entry, start) = (lti::HEADER, lti::HEADER + lti::ENTRY);
+    let units = start + lti::units(dofs, model.states);
+    let refuses = |name: &str, at_byte: usize, bytes: &[u8], record: u32| {
+        refuses(name, &at(at_byte, bytes), section::LTI, record);
+    };
+    refuses("no such style", lti::FROM.start, &9_u16.to_le_bytes(), 1);
+    refuses("style of the model", entry + lti::STYLE.start, &9_u16.to_le_bytes(), 0);
+    refuses("to its own style", entry + lti::STYLE.start, &0_u16.to_le_bytes(), 0);
+    refuses("no such action", entry + lti::ACTION.start, &9_u16.to_le_bytes(), 0);
+    refuses("more units than joints", entry + lti::UNITS.start, &999_u16.to_le_bytes(), 0);
+    refuses("fewer units", entry + lti::UNITS.start, &1_u16.to_le_bytes(), 0);
+    refuses("more states than there is room", entry + lti::STATES.start, &9_999_u16.to_le_bytes(), 0);
+    refuses("other states", entry + lti::STATES.start, &1_u16.to_le_bytes(), 0);
+    refuses("elsewhere", entry + lti::OFFSET.start, &48_u32.to_le_bytes(), 0);
+    refuses("longer than the section", entry + lti::BYTES.start, &u32::MAX.to_le_bytes(), 0);
+    // A model of one action alone leaves the style without one for all.
+    refuses("no model of all actions", entry + lti::ACTION.start, &0_u16.to_le_bytes(), 1);
+    for (name, value) in [("NaN", f32::NAN), ("infinite", f32::INFINITY), ("huge", 1e9)] {
+        refuses(&format!("mean {name}"), start, &value.to_le_bytes(), 0);
+        refuses(&format!("step {name}"), start + lti::step(dofs), &value.to_le_bytes(), 0);
+        refuses(&format!("foot {name}"), start + lti::feet(dofs), &value.to_le_bytes(), 0);
+        refuses(&format!("A {name}"), units + lti::UNIT, &value.to_le_bytes(), 0);
+    }
+    for (name, value) in [("zero", 0.0_f32), ("negative", -1.0), ("NaN", f32::NAN)] {
+        refuses(&format!("input deviation {name}"), start + 4, &value.to_le_bytes(), 0);
+        refuses(&format!("output deviation {name}"), start + 12, &value.to_le_bytes(), 0);
+        refuses(&format!("step deviation {name}"), start + lti::step(dofs) + 4, &value.to_le_bytes(), 0);
+    }
+    refuses("order", units + lti::ORDER, &[200], 0);
+    refuses("no input", units + lti::INPUTS, &[0], 0);
+    refuses("too many inputs", units + lti::INPUTS, &[5], 0);
+    refuses("no output", units + lti::OUTPUTS, &[0], 0);
+    refuses("reserved byte of a unit", units + lti::UNIT_RESERVED, &[1], 0);
+    refuses("input dof", units + lti::FIRST_INPUT.start, &(dofs as u16).to_le_bytes(), 0);
+    refuses("output dof", units + lti::FIRST_OUTPUT.start, &(dofs as u16).to_le_bytes(), 0);
+    // A pole outside the unit circle: the first number of A.
+    let unit = model.units().find(|u| u.order > 0).unwrap();
+    assert_eq!((unit.first_input, unit.inputs), (0, 4));
+    refuses("a pole outside", units + lti::UNIT, &50.0_f32.to_le_bytes(), 0);
+    let reserved = at(lti::RESERVED.start, &[1]);
+    assert_eq!(Database::open(&reserved).err(), Some(BlobError::Reserved { section: section::LTI }));
+    let longer = with_section(blob, section::LTI, |bytes| bytes.extend([0; 4]));
+    assert!(matches!(Database::open(&longer), Err(BlobError::Length { section: section::LTI, .. })));
+    let nothing = with_section(blob, section::LTI, |bytes| bytes.truncate(20));
+    assert!(matches!(Database::open(&nothing), Err(BlobError::Length { section: section::LTI, .. })));
+    let header = with_section(blob, section::LTI, Vec::clear);
+    assert!(matches!(Database::open(&header), Err(BlobError::Length { section: section::LTI, .. })));
+}
+
+/// Every check of the tables of statistics, one case each.
+#[test]
+fn statistics_are_checked() {
+    let blob = motion::tiny();
+    let database = Database::open(blob).unwrap();
+    let (dofs, joints) = (database.counts().dofs, database.counts().joints);
+    let tables = database.tables() as u32;
+    let table = statistic::HEADER;
+    let refuses = |name: &str, at: usize, bytes: &[u8], record: u32| {
+        refuses(name, &patched(blob, section::STATISTIC, at, bytes), section::STATISTIC, record);
+    };
+    refuses("no such style", statistic::FROM.start, &9_u16.to_le_bytes(), tables);
+    refuses("style of a table", table + statistic::STYLE.start, &9_u16.to_le_bytes(), 0);
+    refuses("the same twice", table + statistic::STYLE.start, &1_u16.to_le_bytes(), 1);
+    refuses("no such action", table + statistic::ACTION.start, &9_u16.to_le_bytes(), 0);
+    refuses("no table of all actions", table + statistic::ACTION.start, &0_u16.to_le_bytes(), tables);
+    let joint = table + statistic::joints(dofs);
+    for value in [f32::NAN, f32::INFINITY, 1e9] {
+        refuses("root", table + statistic::ROOT, &value.to_le_bytes(), 0);
+        refuses("foot", table + statistic::FEET, &value.to_le_bytes(), 0);
+        refuses("mean rotation", joint, &value.to_le_bytes(), 0);
+    }
+    for value in [0.0_f32, -1.0, f32::NAN] {
+        refuses("deviation of the root", table + statistic::ROOT + 4, &value.to_le_bytes(), 0);
+        refuses("deviation of a joint", joint + 16, &value.to_le_bytes(), 0);
+    }
+    for at in [statistic::RESERVED.start, table + statistic::TABLE_RESERVED.start] {
+        let error = Database::open(&patched(blob, section::STATISTIC, at, &[1])).err();
+        assert_eq!(error, Some(BlobError::Reserved { section: section::STATISTIC }), "byte {at}");
+    }
+    assert_eq!(statistic::length(joints), (patch::section(blob, section::STATISTIC).len() - 16) / 2);
+    assert!(statistic::length(22) <= 4096);
+    let longer = with_section(blob, section::STATISTIC, |bytes| bytes.extend([0; 4]));
+    assert!(matches!(Database::open(&longer), Err(BlobError::Length { section: section::STATISTIC, .. })));
+}
+
+/// A blob without frames is checked by the rules of all blobs, and has to hold a model.
+#[test]
+fn a_blob_of_models_alone_is_checked() {
+    use gestus_builder::write::assemble;
+    use gestus_core::blob::Counts;
+    let cut = models_only(&Database::open(motion::tiny()).unwrap()).unwrap();
+    let database = Database::open(&cut).unwrap();
+    let sections: Vec<_> = database.sections().into_iter().map(|(i, b)| (i, b.to_vec())).collect();
+    let nothing = assemble(database.counts(), 30.0, &sections);
+    refuses("neither frames nor models", &nothing, 0, 8);
+    let all: Vec<_> =
+        sections.iter().cloned().chain(database.optional_sections().map(|(i, b)| (i, b.to_vec()))).collect();
+    let with = |change: fn(&mut Counts)| {
+        let mut counts = *database.counts();
+        change(&mut counts);
+        assemble(&counts, 30.0, &all)
+    };
+    for change in [
+        (|c: &mut Counts| c.classes = 1) as fn(&mut Counts),
+        |c| c.rows = 1,
+        |c| c.features = 1,
+        |c| c.window = 1,
+        |c| c.timing = 1,
+        |c| c.cycles = 1,
+        |c| c.clips = 1,
+    ] {
+        refuses("frames are none, something about frames is there", &with(change), 0, 8);
+    }
+    let stray = with_section(&cut, section::FEATURES, |bytes| bytes.push(0));
+    assert!(matches!(Database::open(&stray), Err(BlobError::Length { section: section::FEATURES, .. })));
+}

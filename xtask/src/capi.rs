@@ -1,0 +1,169 @@
+//! `cargo xtask capi`: the C interface, from its tests to an example in C on an emulated board.
+//!
+//! 1. format, lints and tests of `firmware-sim/capi`, which is outside the workspace;
+//! 2. the header is what cbindgen makes of the source; made anew where it is not, which is a failure;
+//! 3. the example, compiled by the host's C compiler: the host's digest, and no complaint of valgrind;
+//! 4. the same file on a Cortex-M4F, in QEMU, with the blob where external flash would be: the same digest.
+//!
+//! What is missing is said, and the rest is done.
+
+use std::{fs, path::PathBuf, process::Command, time::Duration};
+
+use anyhow::{Context, Result, bail};
+
+use crate::{
+    recording::{Recorded, record},
+    shell::{Outcome, answer, cargo, command, root, run as run_command, run_for, target_dir},
+    target,
+};
+
+const CRATE: &str = "firmware-sim/capi";
+const HEADER: &str = "firmware-sim/capi/include/gestus.h";
+const M4F: &str = "thumbv7em-none-eabihf";
+/// Frames of the example's stream.
+const FRAMES: u32 = 2000;
+/// Far longer than the board takes for them.
+const PATIENCE: Duration = Duration::from_secs(300);
+const PACKAGES: [&str; 5] = ["gcc", "libc6-dev", "valgrind", "gcc-arm-none-eabi", "qemu-system-arm"];
+const WARNINGS: [&str; 6] = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+
+/// Does all of it.
+///
+/// # Errors
+/// Where something of it fails.
+pub fn run(setup: bool) -> Result<Outcome> {
+    let wanted = ["cc", "valgrind", "arm-none-eabi-gcc", "qemu-system-arm"];
+    if setup && wanted.iter().any(|program| !target::has_program(program)) {
+        target::install_packages(&PACKAGES);
+    }
+    let manifest = root().join(CRATE).join("Cargo.toml");
+    let own = |subcommand: &str| {
+        let mut cargo = cargo();
+        cargo.arg(subcommand).arg("--manifest-path").arg(&manifest);
+        cargo
+    };
+    let shared = |mut cargo: Command| {
+        cargo.args(["--quiet", "--locked", "--target-dir"]).arg(target_dir().join("capi"));
+        cargo
+    };
+    run_command(own("fmt").arg("--check"))?;
+    run_command(shared(own("clippy")).args(["--all-targets", "--", "-D", "warnings"]))?;
+    run_command(&mut shared(own("test")))?;
+
+    let mut missing = Vec::new();
+    missing.extend(header(setup)?);
+    let recorded = record(FRAMES)?;
+    missing.extend(on_host(&recorded)?);
+    missing.extend(on_board(&recorded, setup)?);
+    if missing.is_empty() {
+        return Ok(Outcome::Passed);
+    }
+    Ok(Outcome::Skipped(format!("in part, for want of {} (`cargo xtask capi --setup`)", missing.join(", "))))
+}
+
+/// Makes the header, and compares it with the one that is there. Answers what is missing for that.
+fn header(setup: bool) -> Result<Option<String>> {
+    let here = || target::has_program("cbindgen");
+    if !here() && setup {
+        let mut install = cargo();
+        // Built apart from the workspace's products, and kept by nobody.
+        install.args(["install", "--locked", "cbindgen"]).env_remove("CARGO_TARGET_DIR");
+        if let Err(e) = run_command(&mut install) {
+            println!("{e:#}");
+        }
+    }
+    if !here() {
+        return Ok(Some("cbindgen".into()));
+    }
+    let made = target_dir().join("capi/gestus.h");
+    let mut cbindgen = command("cbindgen");
+    cbindgen.args(["--quiet", "--config"]).arg(root().join(CRATE).join("cbindgen.toml"));
+    run_command(cbindgen.args(["--crate", "gestus-capi", "--output"]).arg(&made).arg(root().join(CRATE)))?;
+    let (new, kept) = (fs::read(&made)?, root().join(HEADER));
+    if fs::read(&kept).ok().as_deref() != Some(&new) {
+        fs::write(&kept, new).with_context(|| format!("{HEADER} can't be written"))?;
+        bail!(
+            "{HEADER} was not what cbindgen makes of the source: it was made anew, look at it and commit it"
+        );
+    }
+    Ok(None)
+}
+
+/// A static library for the host, or for a target.
+fn library(mut rustc: Command, folder: &str) -> Result<PathBuf> {
+    let folder = target_dir().join(folder);
+    rustc.args(["--release", "--quiet", "--locked", "--crate-type", "staticlib", "--manifest-path"]);
+    rustc.arg(root().join(CRATE).join("Cargo.toml")).arg("--target-dir").arg(&folder);
+    run_command(&mut rustc)?;
+    Ok(folder)
+}
+
+fn sources(names: &[&str]) -> Vec<PathBuf> {
+    names.iter().map(|name| root().join(CRATE).join("example").join(name)).collect()
+}
+
+/// The example on the host, and under valgrind. Answers what is missing.
+fn on_host(recorded: &Recorded) -> Result<Option<String>> {
+    if !target::has_program("cc") {
+        return Ok(Some("a C compiler".into()));
+    }
+    let mut rustc = cargo();
+    rustc.arg("rustc");
+    let folder = library(rustc, "capi")?;
+    let example = folder.join("example");
+    let mut cc = command("cc");
+    cc.args(WARNINGS)
+        .arg("-g")
+        .args(sources(&["example.c", "host.c"]))
+        .arg(folder.join("release/libgestus.a"));
+    // What the standard library wants where it is no part of the C library.
+    run_command(cc.args(["-lpthread", "-ldl", "-lm", "-o"]).arg(&example))?;
+    run_command(command(&example.to_string_lossy()).arg(&recorded.blob).arg(&recorded.stream))?;
+    if !target::has_program("valgrind") {
+        return Ok(Some("valgrind".into()));
+    }
+    let mut valgrind = command("valgrind");
+    valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=all"]);
+    run_command(valgrind.arg(&example).arg(&recorded.blob).arg(&recorded.stream))?;
+    Ok(None)
+}
+
+/// The example on an emulated Cortex-M4F. Answers what is missing.
+fn on_board(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
+    for program in ["arm-none-eabi-gcc", "qemu-system-arm"] {
+        if !target::has_program(program) {
+            return Ok(Some(program.into()));
+        }
+    }
+    let source = match target::find(M4F, setup) {
+        Ok(source) => source,
+        Err(missing) => return Ok(Some(missing)),
+    };
+    let folder = library(source.cargo("rustc", M4F), "bare-metal")?;
+    let (example, lengths) = (folder.join("example.elf"), folder.join("lengths"));
+    let mut gcc = command("arm-none-eabi-gcc");
+    gcc.args(WARNINGS).args(["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]);
+    gcc.args(["-ffreestanding", "-nostdlib", "-Wl,--gc-sections", "-Wl,-z,noexecstack", "-T"]);
+    gcc.args(sources(&["mps2.ld", "example.c", "mps2.c"])).arg(folder.join(M4F).join("release/libgestus.a"));
+    run_command(gcc.arg("-o").arg(&example))?;
+    if let Some(size) = answer(command("arm-none-eabi-size").arg(&example)) {
+        println!("{size}");
+    }
+    let bytes =
+        |file: &PathBuf| Ok::<_, anyhow::Error>(u32::try_from(fs::metadata(file)?.len())?.to_le_bytes());
+    fs::write(&lengths, [bytes(&recorded.blob)?, bytes(&recorded.stream)?].concat())?;
+    let mut qemu = command("qemu-system-arm");
+    qemu.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "none"]);
+    qemu.args(["-chardev", "stdio,id=text", "-semihosting-config", "enable=on,target=native,chardev=text"]);
+    qemu.arg("-kernel").arg(&example);
+    let loaded = [(&recorded.blob, 0x2100_0000), (&recorded.stream, 0x2180_0000), (&lengths, 0x217f_fff0)];
+    for (file, address) in loaded {
+        qemu.args(["-device", &format!("loader,file={},addr={address:#x},force-raw=on", file.display())]);
+    }
+    let (done, output) = run_for(&mut qemu, PATIENCE)?;
+    print!("{output}");
+    if !done || !output.contains(", the host's") {
+        bail!("the example does not give the host's digest on the board");
+    }
+    Ok(None)
+}
