@@ -18,6 +18,7 @@ pub mod methods;
 pub mod metrics;
 pub mod models;
 pub mod retarget;
+pub mod servo;
 pub mod skate;
 pub mod timing;
 

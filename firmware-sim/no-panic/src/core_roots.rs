@@ -1,6 +1,9 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
-use gestus_core::{Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, timing::Timing};
+use gestus_core::{
+    Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, retarget::Map, robot::{Drive, Robot},
+    timing::Timing,
+};
 
 /// Calls everything, and makes one number of what comes back, so that nothing can be left out.
 #[inline(never)]
@@ -13,7 +16,35 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
     }
+    sum ^= body(&database, blob, numbers, floats);
     sum ^ reads(&database, numbers[31] as usize)
+}
+
+/// Retargeting maps and robots out of bytes from outside.
+#[inline(never)]
+fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
+    let (mut wide, mut pose) = (Pose::<31>::IDENTITY, Pose::<22>::IDENTITY);
+    for (value, given) in wide.rotations.as_flattened_mut().iter_mut().zip(floats) {
+        *value = *given;
+    }
+    let mut sum = 0;
+    if let Ok(map) = Map::open(bytes) {
+        sum ^= u32::from(map.fits(database, numbers[20] as usize).is_ok()) ^ map.scale().to_bits();
+        map.bring(&wide, &mut pose);
+        let like = wide;
+        map.take_back(&pose, &like, &mut wide);
+        sum ^= wide.position[0].to_bits() ^ (map.sources() ^ map.targets()) as u32;
+    }
+    if let Ok(robot) = Robot::open(bytes)
+        && let Ok(mut drive) = Drive::<20>::new(robot, floats)
+    {
+        sum ^= u32::from(robot.fits(database, numbers[21] as usize).is_ok()) ^ robot.groups() as u32;
+        let driven = drive.step(&pose);
+        sum ^= u32::from(driven.held) ^ driven.lag.to_bits() ^ u32::from(drive.pulse(numbers[22] as usize));
+        sum ^= drive.motions().iter().zip(drive.targets()).map(|(m, t)| m.position.to_bits() ^ t.to_bits()).sum::<u32>();
+        sum ^= drive.robot().limb(numbers[23] as usize).map_or(0, |l| l.scale.to_bits());
+    }
+    sum
 }
 
 #[inline(never)]
