@@ -41,7 +41,8 @@ pub fn run(args: &RunArgs) -> Result<()> {
     };
     let input = Input::read(&args.input, &database)?;
     let request = args.wish.request(&database)?;
-    let streamed = translate(&database, &input, &request, &mut ())?;
+    let streamed =
+        translate(&database, &input, &request, &mut ()).with_context(|| args.db.display().to_string())?;
     if let Some(path) = &args.output {
         let document = input.document(&input.output(&streamed))?;
         std::fs::write(path, document.to_text())

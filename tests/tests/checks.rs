@@ -105,8 +105,8 @@ fn the_section_table() {
     }
     refuses("unknown", &put(blob(), at, &[77, 0]), misplaced(77));
     refuses("doubled", &put(blob(), at, &section::SKELETON.to_le_bytes()), misplaced(section::SKELETON));
-    // Another model's section in its place: that is known, but clips are missing.
-    refuses("missing", &put(blob(), at, &section::LTI.to_le_bytes()), misplaced(section::CLIPS));
+    // An optional section in its place: that is known, but clips are missing.
+    refuses("missing", &put(blob(), at, &section::RETARGET.to_le_bytes()), misplaced(section::CLIPS));
 
     let end = patch::section(blob(), section::MANIFEST).end;
     let next = end.next_multiple_of(ALIGNMENT);
@@ -315,9 +315,11 @@ fn the_query() {
 /// [`with_section`] for a blob that does not open (yet): the sections behind move along.
 fn rebuilt(blob: &[u8], id: u16, change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut change = Some(change);
-    let table_end = header::LENGTH + section::REQUIRED.len() * entry::LENGTH;
+    let count = usize::from(u16_at(blob, header::SECTIONS.start));
+    let table_end = header::LENGTH + count * entry::LENGTH;
     let mut result = blob[..table_end].to_vec();
-    for other in section::REQUIRED {
+    for i in 0..count {
+        let other = u16_at(blob, header::LENGTH + i * entry::LENGTH + entry::ID.start);
         let mut content = blob[patch::section(blob, other)].to_vec();
         if other == id {
             change.take().expect("a section comes once")(&mut content);

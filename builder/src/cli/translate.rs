@@ -63,16 +63,17 @@ pub fn run(args: &Args) -> Result<()> {
         return whole(args, &database, &input);
     }
     let request = args.wish.request(&database)?;
+    let of = || args.db.display().to_string();
     let streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
-            let streamed = translate(&database, &input, &request, &mut trace)?;
+            let streamed = translate(&database, &input, &request, &mut trace).with_context(of)?;
             trace
                 .write(path, &database, &request)
                 .with_context(|| format!("{} can't be written", path.display()))?;
             streamed
         }
-        None => translate(&database, &input, &request, &mut ())?,
+        None => translate(&database, &input, &request, &mut ()).with_context(of)?,
     };
     let output = input.output(&streamed);
     let document = input.document(&output)?;

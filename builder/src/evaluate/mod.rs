@@ -5,8 +5,8 @@
 //! figure.
 
 pub mod ablation;
-pub mod comparison;
 pub mod annotator;
+pub mod comparison;
 pub mod compression;
 pub mod correspondence;
 pub mod effort;
