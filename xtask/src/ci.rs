@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::{
-    bare_metal, budget, firmware, fuzz, real_data,
+    bare_metal, budget, capi, firmware, fuzz, no_panic, real_data,
     shell::{Outcome, cargo, run as run_command},
+    wasm,
 };
 
 /// Seconds for each fuzz target: enough to notice a target that is broken, or a bug that is near.
@@ -39,6 +40,9 @@ pub fn run(setup: bool) -> Outcome {
     step("core", &|| Ok(bare_metal::run(setup)));
     step("firmware", &|| firmware::run(setup));
     step("budget", &|| budget::run(setup, false));
+    step("no panic", &|| no_panic::run(setup));
+    step("C interface", &|| capi::run(setup));
+    step("wasm", &|| wasm::run(setup));
     step("real data", &real_data::run);
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
     summary(&steps)

@@ -204,15 +204,15 @@ impl<'r> Robot<'r> {
         }
     }
 
-    /// Limb `index`.
-    pub fn limb(&self, index: usize) -> Limb {
+    /// Limb `index`, where there is one.
+    pub fn limb(&self, index: usize) -> Option<Limb> {
         let bytes = Record::of(self.limbs, index, limb::LENGTH);
         let pair = |at: usize| [usize::from(bytes.u8(at)), usize::from(bytes.u8(at + 1))];
-        Limb {
+        (!bytes.0.is_empty()).then(|| Limb {
             joints: pair(limb::JOINTS.start),
             hinges: pair(limb::HINGES.start),
             scale: bytes.f32(limb::SCALE),
             tip: floats(bytes.0, limb::TIP.start),
-        }
+        })
     }
 }
