@@ -133,7 +133,9 @@ fn run(chore: Chore) -> Result<Outcome> {
 fn golden(blob: bool) -> Result<Outcome> {
     let record = if blob { "blob" } else { "1" };
     let mut tests = shell::cargo();
-    tests.args(["test", "-p", "gestus-tests", "--test", "golden"]).env("GESTUS_RECORD", record);
+    tests
+        .args(["test", "-p", "gestus-tests", "--test", "golden", "--test", "long_stream"])
+        .env("GESTUS_RECORD", record);
     shell::run(&mut tests)?;
     shell::run(shell::command("git").args(["status", "--short", "tests"]))?;
     Ok(Outcome::Passed)

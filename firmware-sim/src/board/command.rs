@@ -185,15 +185,23 @@ fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Repla
     let database = open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
     let recording = Recording::long(&database, args.frames.unwrap_or(frames), change);
-    let stream = |board: &&'static Board| {
-        let image = image_of(args, board, &path)?;
-        let bar = progress::bar(recording.frames.len(), "frames");
-        let replayed =
-            replay(board, &image, &path, database, &recording, || bar.inc(1)).context(board.name)?;
-        bar.finish_and_clear();
-        Ok(replayed)
-    };
-    boards.iter().map(stream).collect()
+    let images = boards.iter().map(|b| image_of(args, b, &path)).collect::<Result<Vec<_>>>()?;
+    // All at once: an emulator waits for bytes most of the time.
+    let bar = progress::bar(boards.len() * recording.frames.len(), "frames");
+    let replayed = std::thread::scope(|scope| {
+        let (path, recording, bar) = (&path, &recording, &bar);
+        let running: Vec<_> = boards
+            .iter()
+            .zip(&images)
+            .map(|(&board, image)| {
+                scope.spawn(move || replay(board, image, path, database, recording, || bar.inc(1)))
+            })
+            .collect();
+        let joined = running.into_iter().map(|r| r.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
+        joined.zip(boards).map(|(r, board)| r.context(board.name)).collect::<Result<Vec<_>>>()
+    })?;
+    bar.finish_and_clear();
+    Ok(replayed)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
