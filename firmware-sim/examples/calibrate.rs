@@ -84,7 +84,7 @@ fn compare_m0() -> Result<()> {
     let path = generated::SMALL.database()?;
     let bytes = std::fs::read(&path)?;
     let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
-    let clip = generated::SMALL.clip(1.5)?;
+    let clip = generated::SMALL.clip(2.0)?;
     let request = generated::SMALL.request();
     let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
     let job = Job { path: &path, database, clip: &clip, request: &request };
