@@ -96,6 +96,7 @@ pub const TOLERANCE: f32 = 0.25;
 
 /// The effort dial of a database.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dial<'db> {
     section: &'db [u8],
     styles: usize,

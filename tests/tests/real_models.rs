@@ -39,6 +39,7 @@ fn linear_models_beat_the_affine_map_on_walk() {
         configs: Vec::new(),
         mixtures_only: false,
         exact: false,
+        gaussian_process: false,
     };
     let rows = loo::run(&corpus, &options, &|| ()).unwrap();
     let mean = |method: &str| {
