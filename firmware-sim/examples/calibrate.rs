@@ -3,6 +3,9 @@
 //!
 //! `cargo run --release -p gestus-firmware-sim --example calibrate -- DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]`
 //!
+//! With the board `m0` alone, generated motion that fits it is streamed, and compared with the prices of RISC-V without
+//! FPU: what comes out is the factor between the two.
+//!
 //! The clip is streamed unlabelled, with its action, with action and style, and with half of the neighbors. Two
 //! frames of three are fitted, the third is predicted.
 
@@ -13,10 +16,13 @@ use gestus_builder::{stream::Request, translate::Input};
 use gestus_core::{Config, Database, Stage};
 use gestus_firmware_sim::{
     board::{
-        boards, image,
+        boards, generated, image,
         measure::{Job, STAGES, measure},
     },
-    parts::cost::{Prices, STAGE_OF, TERMS, Units, units},
+    parts::{
+        cost::{Prices, STAGE_OF, TERMS, Units, units},
+        prices::Isa,
+    },
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -30,8 +36,11 @@ struct Sample {
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments == ["m0"] {
+        return compare_m0();
+    }
     let [db, clip, action, input_style, style, names @ ..] = &arguments[..] else {
-        bail!("give DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]");
+        bail!("give m0, or DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]");
     };
     let bytes = std::fs::read(db).with_context(|| db.clone())?;
     let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{db}: {e}"))?;
@@ -65,6 +74,42 @@ fn main() -> Result<()> {
             }
         }
         report(name, &samples);
+    }
+    Ok(())
+}
+
+/// Counts of a Cortex-M0, in those that RISC-V without FPU would have.
+fn compare_m0() -> Result<()> {
+    let board = boards::find("m0")?;
+    let path = generated::SMALL.database()?;
+    let bytes = std::fs::read(&path)?;
+    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
+    let clip = generated::SMALL.clip(1.5)?;
+    let request = generated::SMALL.request();
+    let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
+    let job = Job { path: &path, database, clip: &clip, request: &request };
+    let measured = measure(board, &image, job, || ())?;
+    let prices = Isa::RiscV.calibration().prices;
+    let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
+    for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
+        let units = units(&database, (None, None), request.config.neighborhood().0, &step.report);
+        let modelled = prices.stages(&units);
+        for ((sums, &counted), modelled) in by_stage.iter_mut().zip(stages).zip(modelled) {
+            sums[0] += f64::from(counted);
+            sums[1] += modelled;
+        }
+        factors.push(stages.iter().map(|&s| f64::from(s)).sum::<f64>() / modelled.iter().sum::<f64>());
+    }
+    factors.sort_by(f64::total_cmp);
+    let quantile = |q: f64| factors[((factors.len() - 1) as f64 * q) as usize];
+    println!(
+        "m0 against RISC-V's prices: {:.2} (nine of ten {:.2} to {:.2})",
+        quantile(0.5),
+        quantile(0.05),
+        quantile(0.95)
+    );
+    for (name, [counted, modelled]) in Stage::NAMES.iter().zip(by_stage) {
+        println!("  {name:<12} {:.2}", counted / modelled);
     }
     Ok(())
 }

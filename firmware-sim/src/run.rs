@@ -66,7 +66,10 @@ pub fn run(args: &RunArgs) -> Result<()> {
             let (streamed, figures) = disturb(&database, &mut input, &request, faults)?;
             (streamed, Some(figures))
         }
-        None => (translate(&database, &input, &request, &mut ())?, None),
+        None => (
+            translate(&database, &input, &request, &mut ()).with_context(|| args.db.display().to_string())?,
+            None,
+        ),
     };
     if let Some(path) = &args.output {
         let document = input.document(&input.output(&streamed))?;

@@ -7,8 +7,8 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         layout::{
-            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, header,
-            joint, query, section, timing,
+            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, foot,
+            header, joint, query, section, timing,
         },
         read::{f32_at, u16_at, u32_at},
     },
@@ -248,6 +248,31 @@ fn the_skeleton() {
         let changed = patched(blob(), section::SKELETON, trailer + at, &[1]);
         refuses("reserved", &changed, BlobError::Reserved { section: section::SKELETON });
     }
+}
+
+#[test]
+fn legs_are_chains_at_heights_of_a_body() {
+    let legs = database().legs().unwrap();
+    let bad = |name: &str, side: usize, at: usize, written: &[u8]| {
+        refuses_value(name, section::FEET, side * foot::LENGTH + at, written, side);
+    };
+    bad("the root as a hip", 0, foot::HIP, &[0]);
+    bad("no such hip", 1, foot::HIP, &[database().counts().joints as u8]);
+    bad("a knee of the other leg", 0, foot::KNEE, &[legs[1].knee as u8]);
+    bad("no such ankle", 1, foot::ANKLE, &[254]);
+    bad("toes on the knee", 0, foot::TOE, &[legs[0].knee as u8]);
+    for v in [10.5, -10.5].into_iter().chain(NOT_FINITE) {
+        bad("height", 1, foot::TOE_HEIGHT.start, &float(v));
+        bad("height", 0, foot::ANKLE_HEIGHT.start, &float(v));
+    }
+    for at in foot::RESERVED {
+        let changed = patched(blob(), section::FEET, at, &[1]);
+        refuses("reserved", &changed, BlobError::Reserved { section: section::FEET });
+    }
+    let no_toes = patched(blob(), section::FEET, foot::TOE, &[foot::NO_TOE]);
+    assert_eq!(Database::open(&no_toes).unwrap().legs().unwrap()[0].toe, None);
+    let short = patch::with_section(blob(), section::FEET, |bytes| bytes.truncate(foot::LENGTH));
+    refuses("one leg", &short, BlobError::Section { section: section::FEET });
 }
 
 /// Where the groups of the features are in the blob.

@@ -76,7 +76,7 @@ fn a_linear_model_learns_the_style() {
         let input = body(&|t| f64::from(trace.frames[t].x[d]));
         let truth = body(&|t| (mean.inverse() * raised.frames[t].rotations[arm]).scaled_axis()[axis]);
         let gap = (input - truth).abs();
-        assert!((found - truth).abs() < 0.1 * gap + 0.03, "axis {axis}: {found} for {truth}, input {input}");
+        assert!((found - truth).abs() < 0.1 * gap + 0.05, "axis {axis}: {found} for {truth}, input {input}");
     }
 }
 

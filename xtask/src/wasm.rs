@@ -18,7 +18,7 @@ use crate::{
 
 const CRATE: &str = "firmware-sim/web";
 const TARGET: &str = "wasm32-unknown-unknown";
-/// Frames of the stream, and after how many its settings change: see the example `recording`.
+/// Frames of the long stream, which the boards are tried with too (`cargo xtask firmware`).
 const FRAMES: u32 = 10_000;
 /// Frames that a page plays at the least in ten seconds of its own time.
 const LEAST_PLAYED: u32 = 100;

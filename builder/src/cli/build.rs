@@ -79,7 +79,7 @@ impl Selection {
     /// Some actions and styles, and all else as the folder says.
     pub fn of(actions: &[String], styles: &[String]) -> Self {
         let (actions, styles) = (actions.to_vec(), styles.to_vec());
-        Self { actions, styles, rate: None, limit: None, strict: false }
+        Self { actions, styles, rate: None, limit: None, strict: false, joints: Vec::new() }
     }
 
     /// The configuration of a folder with the command line's choices over it.

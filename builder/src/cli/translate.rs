@@ -127,16 +127,17 @@ pub fn run(args: &Args) -> Result<()> {
         }
         request.config = request.config.contacts(false);
     }
+    let of = || args.db.display().to_string();
     let mut streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
-            let streamed = translate(&database, &input, &request, &mut trace)?;
+            let streamed = translate(&database, &input, &request, &mut trace).with_context(of)?;
             trace
                 .write(path, &database, &request)
                 .with_context(|| format!("{} can't be written", path.display()))?;
             streamed
         }
-        None => translate(&database, &input, &request, &mut ())?,
+        None => translate(&database, &input, &request, &mut ()).with_context(of)?,
     };
     if args.clean_up {
         // Changes are spread over a quarter of a second.

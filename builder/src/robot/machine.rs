@@ -362,8 +362,16 @@ impl Links {
         let here = self.places[last].translation.vector;
         let far = far.max_by(|a, b| (a - here).norm().total_cmp(&(b - here).norm()));
         far.filter(|f| (f - here).norm() > 0.01).unwrap_or_else(|| {
-            here + (here - self.places[upper.hinges[upper.hinges.len() - 1]].translation.vector)
+            here + (here - self.begin(upper, here))
         })
+    }
+
+    /// Where the upper bone begins: at its last hinge, or at its first where the last sits on the elbow (the yaw of
+    /// some upper arms).
+    fn begin(&self, upper: &Assigned, elbow: Vector3<f64>) -> Vector3<f64> {
+        let at = |h: usize| self.places[h].translation.vector;
+        let (first, last) = (at(upper.hinges[0]), at(upper.hinges[upper.hinges.len() - 1]));
+        if (elbow - last).norm() > 0.3 * (elbow - first).norm() { last } else { first }
     }
 
     /// Frames of upper and lower bone.
@@ -378,7 +386,7 @@ impl Links {
     ) {
         let (u, l) = (upper.hinges[upper.hinges.len() - 1], lower.hinges[lower.hinges.len() - 1]);
         let elbow = self.places[lower.hinges[0]].translation.vector;
-        let upper_bone = elbow - self.places[u].translation.vector;
+        let upper_bone = elbow - self.begin(upper, elbow);
         let lower_bone = tip - elbow;
         // How it bends: with its hinges in the middle of their ranges.
         let mut bent = vec![0.0; robot.hinges.len()];
