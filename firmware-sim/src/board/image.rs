@@ -68,6 +68,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     }
     if options.defmt {
         cargo.args(["--features", "defmt"]);
+        // Without it defmt keeps to errors.
+        cargo.env("DEFMT_LOG", env::var_os("DEFMT_LOG").unwrap_or_else(|| "info".into()));
     }
     // In place of flags that are meant for the host.
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}")).env_remove("RUSTFLAGS");
