@@ -14,7 +14,7 @@
 //! free: it keeps its last value, and q3 makes up for it.
 //!
 //! Source: Paden 1986, subproblems 1 and 2, in Murray, Li and Sastry 1994, section 3.3; Davenport angles. Cost: five
-//! arc tangents and cosines at most, about 900 instructions for three hinges on a Cortex-M4F.
+//! arc tangents and cosines at most.
 
 use crate::{
     math::{abs, acos, atan2, sin_cos, sqrt},

@@ -15,9 +15,9 @@ pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use board::Firmware;
 use counter::Counter;
+use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use uart::Uart;
 
 /// Exit codes of an image, for the emulator.
