@@ -4,7 +4,7 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         Counts, Manifest, Names,
-        layout::{self, MAX_TIMING, NONE, class, cycle, flag, joint, section, timing},
+        layout::{self, MAX_TIMING, NONE, class, cycle, flag, foot, joint, section, timing},
     },
 };
 use serde::{Deserialize, Serialize};
@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::{
     body::Body,
+    contact,
     corpus::{Corpus, Cycle, Example},
     features::{Cloud, FeatureSpace, clouds},
     index::{ClassFeatures, build_graph},
@@ -40,6 +41,8 @@ pub struct BuildOptions {
     pub from: Option<String>,
     /// Whether there is a model and a table for each action, besides those of all actions.
     pub models_by_action: bool,
+    /// Whether iterative motion warping refines the correspondence of gaits for the linear models.
+    pub warp_gaits: bool,
     /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
     pub mean_rounds: usize,
 }
@@ -54,6 +57,7 @@ impl Default for BuildOptions {
             models: true,
             from: None,
             models_by_action: false,
+            warp_gaits: false,
             mean_rounds: 0,
         }
     }
@@ -174,6 +178,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
             contacts: &contacts,
             pairing: &pairing,
             rate_hz: corpus.rate_hz,
+            warp_gaits: options.warp_gaits,
         };
         let wanted = Wanted {
             from: taken_style(corpus, options)?,
@@ -287,6 +292,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         (section::GRAPH, graph),
         (section::FLAGS, flags),
         (section::TIMING, timing_section(&timing_dofs)),
+        (section::FEET, feet_section(&body, &examples)),
     ];
     sections.extend(models);
     let bytes = assemble(&counts, corpus.rate_hz, &sections);
@@ -487,6 +493,26 @@ fn skeleton_section(body: &Body) -> Vec<u8> {
         *slot = toe as u8;
     }
     bytes.extend(trailer);
+    bytes
+}
+
+/// The legs, and how high ankles and toes are where they carry the foot.
+fn feet_section(body: &Body, examples: &[&Example]) -> Vec<u8> {
+    let marks = &body.landmarks;
+    let heights = contact::sole_heights(examples, marks);
+    let mut bytes = Vec::new();
+    for side in [0, 1] {
+        let mut record = [0; foot::LENGTH];
+        record[foot::HIP] = marks.hip_joints[side] as u8;
+        record[foot::KNEE] = marks.knees[side] as u8;
+        record[foot::ANKLE] = marks.feet[side] as u8;
+        let toes = marks.toes[side] != marks.feet[side];
+        record[foot::TOE] = if toes { marks.toes[side] as u8 } else { foot::NO_TOE };
+        let [ankle, toe] = heights[side].map(|h| h as f32);
+        record[foot::ANKLE_HEIGHT].copy_from_slice(&ankle.to_le_bytes());
+        record[foot::TOE_HEIGHT].copy_from_slice(&if toes { toe } else { 0.0 }.to_le_bytes());
+        bytes.extend(record);
+    }
     bytes
 }
 

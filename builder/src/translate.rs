@@ -107,6 +107,9 @@ impl Input {
         for (step, frame) in whole.steps.iter_mut().zip(self.take_back(&frames, &self.clip.frames)) {
             step.frame = frame;
         }
+        if let Some(retimed) = &mut whole.retimed {
+            retimed.frames = self.take_back(&retimed.frames, &self.clip.frames);
+        }
         whole.clip(&self.clip, self.clip.rate_hz)
     }
 
@@ -224,7 +227,8 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
             ((*name).to_owned(), frames.into())
         })
         .collect();
-    serde_json::json!({
+    let lags = || streamed.retimed.iter().flat_map(|r| &r.ticks).map(|t| t.lag_s);
+    let mut figures = serde_json::json!({
         "frames": steps.len(),
         "seconds": streamed.times().last().copied().unwrap_or(0.0),
         "median_us": quantile(0.5),
@@ -238,5 +242,13 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
         "degraded_by": by,
         "ram_bytes": streamed.ram_bytes,
         "digest": format!("{:08x}", streamed.digest),
-    })
+        "held": steps.iter().filter(|s| s.report.held != [false; 2]).count(),
+        "held_cm_max": steps.iter().flat_map(|s| s.report.held_m).fold(0.0, f32::max) * 100.0,
+    });
+    if let Some(retimed) = &streamed.retimed {
+        figures["lag_s_max"] = lags().fold(0.0, f32::max).into();
+        figures["lead_s_max"] = lags().map(|l| -l).fold(0.0, f32::max).into();
+        figures["latency_s"] = retimed.latency_s.into();
+    }
+    figures
 }

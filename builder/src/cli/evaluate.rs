@@ -6,9 +6,13 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     build::BuildOptions,
     effort::{fragment::Library, labels, model::Model},
-    evaluate::{Evaluation, ablation, compression, correspondence, effort, knn, loo, retarget, servo},
+    evaluate::{
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, knn, loo, retarget,
+        servo, skate, timing,
+    },
     load::load,
 };
+use gestus_core::retime::Bounds;
 use serde_json::json;
 
 use super::build::Selection;
@@ -17,8 +21,9 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
-    /// skeletons through --db and back), servo (a robot that does the motion)
+    /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
+    /// the data grows), retarget (other skeletons through --db and back), contacts (which foot stands), skate (how far
+    /// standing feet slide), timing (the output's time), servo (a robot that does the motion)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -46,6 +51,12 @@ pub struct Args {
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
+    /// timing: most seconds by which a pose may come early
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// timing: most seconds by which a pose may come late
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
     /// The robot of `servo`, a URDF file; the toy that comes with the project where left out
     #[arg(long)]
     robot: Option<PathBuf>,
@@ -107,6 +118,10 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
+        "methods" => comparison::evaluate(corpus, &options)?,
+        "contacts" => contacts::evaluate(corpus, &options)?,
+        "skate" => skate::evaluate(corpus, &options)?,
+        "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
         "correspondence" => correspondence::evaluate(corpus, from)?,
         "effort" => {
             let given = match &args.labels {
@@ -125,8 +140,8 @@ pub fn run(args: &Args) -> Result<()> {
         }
         "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
-             effort, gaussian-process, retarget, servo"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
+             correspondence, effort, gaussian-process, retarget, contacts, skate, timing, servo"
         ),
     };
     say(args, &evaluation)

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    cleanup,
     effort::{self, fragment::Library, labels, model::Model, sheet, synthesize},
     report::page,
     retarget::{MapFile, Retarget},
@@ -38,6 +39,9 @@ pub struct Args {
     /// the database; estimates where left out
     #[arg(long)]
     labels: Option<PathBuf>,
+    /// Take foot skate out of the whole clip at the end, with later frames known, instead of holding feet on the way
+    #[arg(long, conflicts_with = "no_contact")]
+    clean_up: bool,
     /// A page that shows input and output side by side
     #[arg(long)]
     page: Option<PathBuf>,
@@ -116,18 +120,29 @@ pub fn run(args: &Args) -> Result<()> {
     if args.wish.method == "effort" {
         return whole(args, &database, &input);
     }
-    let request = args.wish.request(&database)?;
-    let streamed = match &args.trace {
+    let mut request = args.wish.request(&database)?;
+    if args.clean_up {
+        if request.bounds.is_some() {
+            bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
+        }
+        request.config = request.config.contacts(false);
+    }
+    let of = || args.db.display().to_string();
+    let mut streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
-            let streamed = translate(&database, &input, &request, &mut trace)?;
+            let streamed = translate(&database, &input, &request, &mut trace).with_context(of)?;
             trace
                 .write(path, &database, &request)
                 .with_context(|| format!("{} can't be written", path.display()))?;
             streamed
         }
-        None => translate(&database, &input, &request, &mut ())?,
+        None => translate(&database, &input, &request, &mut ()).with_context(of)?,
     };
+    if args.clean_up {
+        // Changes are spread over a quarter of a second.
+        cleanup::clean_up(&database, &mut streamed, (0.25 * database.rate_hz()) as usize);
+    }
     let output = input.output(&streamed);
     let document = input.document(&output)?;
     std::fs::write(&args.output, document.to_text())

@@ -6,7 +6,9 @@
 
 pub mod ablation;
 pub mod annotator;
+pub mod comparison;
 pub mod compression;
+pub mod contacts;
 pub mod correspondence;
 pub mod effort;
 pub mod gaussian_process;
@@ -17,6 +19,8 @@ pub mod metrics;
 pub mod models;
 pub mod retarget;
 pub mod servo;
+pub mod skate;
+pub mod timing;
 
 use std::{fs, path::Path};
 

@@ -39,6 +39,7 @@ use layout::{header, joint, limb as limb_bytes, record};
 
 /// A checked map between an incoming skeleton of N joints and a database's of J. Cheap to copy.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Map<'m> {
     bytes: &'m [u8],
     source: Side<'m>,

@@ -32,6 +32,7 @@ pub struct Driven {
 
 /// Drives up to `H` hinges: owns all the RAM, about 20 bytes a hinge.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Drive<'r, const H: usize> {
     robot: Robot<'r>,
     motions: [Motion; H],

@@ -36,6 +36,7 @@ use servo::Servo;
 
 /// A checked robot. Cheap to copy.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Robot<'r> {
     bytes: &'r [u8],
     joints: &'r [u8],
@@ -60,6 +61,7 @@ pub struct Hinge {
 
 /// The hinges that stand for a joint.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Group {
     /// First hinge.
     pub first: usize,

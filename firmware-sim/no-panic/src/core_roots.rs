@@ -1,7 +1,7 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
 use gestus_core::{
-    Config, Database, Digest, Pose, Stylizer,
+    Config, Database, Digest, Method, Pose, Stylizer,
     regress::Ridge,
     retarget::Map,
     robot::{Drive, Robot},
@@ -14,6 +14,7 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let Ok(database) = Database::open(blob) else { return 1 };
     let mut sum = profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
+    sum ^= profile::<64, 64, 256>(database, numbers, floats);
     if let Ok(manifest) = database.manifest() {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
@@ -69,6 +70,11 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
     sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
     sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
+    sum ^= u32::from(stylizer.set_visits(short(20)).is_ok());
+    sum ^= u32::from(stylizer.set_config(config(numbers, floats).k(short(21))).is_ok());
+    if numbers[22] == 1 {
+        sum ^= u32::from(stylizer.restore(config(numbers, floats)).is_ok());
+    }
     if numbers[15] == 1 {
         stylizer.reset();
     }
@@ -109,6 +115,14 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .jump(floats[5])
         .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
         .timing_width(floats[6])
+        .method(match numbers[7] {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            _ => Method::Statistic,
+        })
+        .confidence(floats[7])
+        .preference(floats[10])
+        .halflife_s(floats[11])
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {
@@ -127,6 +141,18 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
     sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let mut dofs = [0.0; 196];
+    database.decode(index, &mut dofs);
+    database.decode(index, dofs.split_at_mut(index % 196).1);
+    sum ^= dofs.iter().fold(0, |sum, d| sum ^ d.to_bits()) as usize;
+    sum ^= database.cycle_of(index, index).unwrap_or(0) ^ usize::from(database.paired(index));
+    sum ^= database.counterpart(index, index, index).map_or(0, |c| c.now.row ^ c.before.row);
+    let (model, table) = (database.linear_model(index), database.table(index));
+    sum ^= database.linear_model_of(index as u16, Some(index as u16)).unwrap_or(0);
+    sum ^= model.units().count() ^ model.dof(index)[0].to_bits() as usize ^ model.foot(index).1.count();
+    sum ^= table.root(index)[0].to_bits() as usize ^ table.joint(index).1.to_bits() as usize;
+    sum ^= database.linear_model(index).units().count() ^ database.table(index).bytes();
+    sum ^= database.optional_sections().map(|(_, bytes)| bytes.len()).sum::<usize>();
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
