@@ -11,8 +11,9 @@
 //! the body's. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: [`STEPS`] times the hinges' forward
 //! kinematics at most.
 
-use super::{hinges::about, layout::MAX_CHAIN};
+use super::layout::MAX_CHAIN;
 use crate::{
+    ik::about,
     math::clamp,
     quaternion::{self, Quaternion, Vector},
 };
