@@ -144,7 +144,8 @@ impl Foreign {
         let chest = s.names.iter().position(|n| n.ends_with("Chest")).unwrap();
         let count = s.joints();
         // New order: the old joints, with the new ones put in front of what hangs on them.
-        let mut order: Vec<(String, Option<usize>, Vector3<f64>, Option<usize>)> = Vec::new();
+        type Bone = (String, Option<usize>, Vector3<f64>, Option<usize>);
+        let mut order: Vec<Bone> = Vec::new();
         let mut place = vec![0; count];
         for j in 0..count {
             let parent = s.parents[j].map(|p| place[p]);

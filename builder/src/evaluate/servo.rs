@@ -112,7 +112,7 @@ fn jumping(frames: &[Frame], rate_hz: f64) -> Vec<Frame> {
     (0..frames.len())
         .map(|i| {
             let turn = i / hold.max(1);
-            frames[if turn % 2 == 0 { i % (last + 1) } else { last - i }].clone()
+            frames[if turn.is_multiple_of(2) { i % (last + 1) } else { last - i }].clone()
         })
         .collect()
 }

@@ -33,8 +33,11 @@ pub struct Assignment {
     pub doubts: Vec<String>,
 }
 
+/// A word, and the part of a side that it tells.
+type Word = (&'static str, fn(Side) -> Part);
+
 /// The words by which a joint's name tells its part; the first that is in the name counts.
-const WORDS: [(&str, fn(Side) -> Part); 16] = [
+const WORDS: [Word; 16] = [
     ("knee", Part::LowerLeg),
     ("shin", Part::LowerLeg),
     ("calf", Part::LowerLeg),

@@ -2,7 +2,6 @@
 
 use super::{
     Robot,
-    hinges::about,
     layout::MAX_CHAIN,
     limits::Motion,
     reach::{Link, reach},
@@ -10,6 +9,7 @@ use super::{
 use crate::{
     ConfigError,
     blob::layout::MAX_JOINTS,
+    ik::about,
     math::{abs, clamp},
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector},

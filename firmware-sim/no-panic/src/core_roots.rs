@@ -1,7 +1,10 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
 use gestus_core::{
-    Config, Database, Digest, Method, Pose, Stylizer, regress::Ridge, retarget::Map, robot::{Drive, Robot},
+    Config, Database, Digest, Method, Pose, Stylizer,
+    regress::Ridge,
+    retarget::Map,
+    robot::{Drive, Robot},
     timing::Timing,
 };
 
@@ -41,7 +44,12 @@ fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f3
         sum ^= u32::from(robot.fits(database, numbers[21] as usize).is_ok()) ^ robot.groups() as u32;
         let driven = drive.step(&pose);
         sum ^= u32::from(driven.held) ^ driven.lag.to_bits() ^ u32::from(drive.pulse(numbers[22] as usize));
-        sum ^= drive.motions().iter().zip(drive.targets()).map(|(m, t)| m.position.to_bits() ^ t.to_bits()).sum::<u32>();
+        sum ^= drive
+            .motions()
+            .iter()
+            .zip(drive.targets())
+            .map(|(m, t)| m.position.to_bits() ^ t.to_bits())
+            .sum::<u32>();
         sum ^= drive.robot().limb(numbers[23] as usize).map_or(0, |l| l.scale.to_bits());
     }
     sum
