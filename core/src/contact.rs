@@ -90,8 +90,8 @@ impl Votes {
 }
 
 /// Squared distance of a leg from an example's: pose and rate of its nine dofs, rad².
-pub fn distance2(leg: &Leg, rate_hz: f32, x: &[f32], x_prev: &[f32], example: &[[f32; 4]]) -> f32 {
-    let rate_weight = RATE_WEIGHT_S * rate_hz;
+pub fn distance2(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32], example: &[[f32; 4]]) -> f32 {
+    let rate_weight = RATE_WEIGHT_S * database.rate_hz();
     let mut sum = 0.0;
     for joint in [leg.hip, leg.knee, leg.ankle] {
         // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
@@ -99,8 +99,10 @@ pub fn distance2(leg: &Leg, rate_hz: f32, x: &[f32], x_prev: &[f32], example: &[
         let of = |values: &'_ [f32], i: usize| values.get(first + i).copied().unwrap_or(0.0);
         for i in 0..3 {
             let Some(theirs) = example.get(first + i) else { continue };
-            let pose = of(x, i) - theirs[X];
-            let before = of(x_prev, i) - theirs[X_PREV];
+            // Examples are in quantisation steps.
+            let step = database.step(first + i);
+            let pose = of(x, i) - step * theirs[X];
+            let before = of(x_prev, i) - step * theirs[X_PREV];
             let rate = rate_weight * (pose - before);
             sum += pose * pose + rate * rate;
         }

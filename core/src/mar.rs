@@ -209,7 +209,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 Some(legs) => {
                     let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
                     let variables: &[[f32; 4]] = example.as_flattened();
-                    legs.map(|leg| contact::distance2(&leg, database.rate_hz(), x, x_prev, variables))
+                    legs.map(|leg| contact::distance2(database, &leg, x, x_prev, variables))
                 }
                 // A blob that names no legs: the whole body.
                 None => [metric.distance2(database.feature(row)); 2],

@@ -180,3 +180,38 @@ fn a_change_of_style_is_over_in_thirty_frames() {
     println!("largest joint difference {before:.3} rad before the change, {after:.4} rad thirty frames on");
     assert!(before > 0.3 && after < 0.02, "{before} {after}");
 }
+
+#[test]
+fn real_feet_stand_where_they_stand() {
+    use gestus_builder::{
+        contact::contacts,
+        evaluate::{
+            contacts::Score,
+            skate::{Performance, skate_cm_s},
+        },
+    };
+    let Some(corpus) = corpus(&["walk", "run"]) else { return };
+    let body = Body::of(&corpus).unwrap();
+    let mut score = Score::default();
+    for name in ["walk_normal_001", "run_normal_001"] {
+        let test = find(&corpus, name);
+        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
+        let database = Database::open(&built.bytes).unwrap();
+        let legs = database.legs().unwrap();
+        let clip = &corpus.examples[test].clip;
+        // To its own style: the clip's own feet are the truth.
+        let own = stream(&database, clip, &Request::style(0), &mut ()).unwrap();
+        for (step, truth) in own.steps.iter().zip(contacts(clip, &body.landmarks)) {
+            score.add(step.report.contacts[0], truth[0]);
+            score.add(step.report.contacts[1], truth[1]);
+        }
+        for style in [1, 2] {
+            let streamed = stream(&database, clip, &Request::style(style), &mut ()).unwrap();
+            let skate = skate_cm_s(&corpus.skeleton, &legs, &Performance::of_stream(&streamed));
+            println!("{name} to {}: skate {skate:.2} cm/s", corpus.styles[usize::from(style)]);
+            assert!(skate <= 1.0, "{name} to {style}: {skate}");
+        }
+    }
+    println!("contacts: F1 {:.4}, accuracy {:.4}", score.f1(), score.accuracy());
+    assert!(score.f1() >= 0.975, "{}", score.f1());
+}
