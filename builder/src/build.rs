@@ -4,7 +4,7 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         Counts, Manifest, Names,
-        layout::{self, MAX_TIMING, NONE, class, cycle, flag, joint, section, timing},
+        layout::{self, MAX_TIMING, NONE, class, cycle, flag, foot, joint, section, timing},
     },
 };
 use serde::{Deserialize, Serialize};
@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::{
     body::Body,
+    contact,
     corpus::{Corpus, Cycle, Example},
     features::{Cloud, FeatureSpace, clouds},
     index::{ClassFeatures, build_graph},
@@ -291,6 +292,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         (section::GRAPH, graph),
         (section::FLAGS, flags),
         (section::TIMING, timing_section(&timing_dofs)),
+        (section::FEET, feet_section(&body, &examples)),
     ];
     sections.extend(models);
     let bytes = assemble(&counts, corpus.rate_hz, &sections);
@@ -491,6 +493,26 @@ fn skeleton_section(body: &Body) -> Vec<u8> {
         *slot = toe as u8;
     }
     bytes.extend(trailer);
+    bytes
+}
+
+/// The legs, and how high ankles and toes are where they carry the foot.
+fn feet_section(body: &Body, examples: &[&Example]) -> Vec<u8> {
+    let marks = &body.landmarks;
+    let heights = contact::sole_heights(examples, marks);
+    let mut bytes = Vec::new();
+    for side in [0, 1] {
+        let mut record = [0; foot::LENGTH];
+        record[foot::HIP] = marks.hip_joints[side] as u8;
+        record[foot::KNEE] = marks.knees[side] as u8;
+        record[foot::ANKLE] = marks.feet[side] as u8;
+        let toes = marks.toes[side] != marks.feet[side];
+        record[foot::TOE] = if toes { marks.toes[side] as u8 } else { foot::NO_TOE };
+        let [ankle, toe] = heights[side].map(|h| h as f32);
+        record[foot::ANKLE_HEIGHT].copy_from_slice(&ankle.to_le_bytes());
+        record[foot::TOE_HEIGHT].copy_from_slice(&if toes { toe } else { 0.0 }.to_le_bytes());
+        bytes.extend(record);
+    }
     bytes
 }
 

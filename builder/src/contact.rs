@@ -3,6 +3,8 @@
 //! A foot stands where the lower of ankle and toe, less its usual height over the floor, is low and slow; with
 //! hysteresis, so that noise does not make it flicker. Thresholds follow the size of the body.
 
+use nalgebra::Vector3;
+
 use crate::{
     corpus::{Cycle, Example},
     landmarks::Landmarks,
@@ -19,12 +21,7 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     let mut result = vec![[false; 2]; frames];
     for side in [0, 1] {
         let joints = [landmarks.feet[side], landmarks.toes[side]];
-        // Height over the joint's own low: its 5% quantile, so that one bad frame does not count.
-        let lows = joints.map(|j| {
-            let mut heights: Vec<f64> = positions.iter().map(|p| p[j].y).collect();
-            heights.sort_by(f64::total_cmp);
-            heights[frames / 20]
-        });
+        let lows = joints.map(|j| low(&positions, j));
         let state = |t: usize| -> (f64, f64) {
             let (before, after) = (t.saturating_sub(1), (t + 1).min(frames - 1));
             let seconds = (after - before).max(1) as f64 / clip.rate_hz;
@@ -49,6 +46,38 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     result
 }
 
+/// Heights of ankle and toes over the floor while they carry the foot, metres, `[side][ankle, toe]`: medians over the
+/// frames in which the foot stands and the joint is the lower of the two, each over its own low in the clip.
+pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 2] {
+    let mut seen: [[Vec<f64>; 2]; 2] = Default::default();
+    for example in examples {
+        let positions: Vec<_> =
+            example.clip.frames.iter().map(|f| f.positions(&example.clip.skeleton)).collect();
+        for side in [0, 1] {
+            let joints = [landmarks.feet[side], landmarks.toes[side]];
+            let lows = joints.map(|j| low(&positions, j));
+            for (position, _) in positions.iter().zip(&example.contacts).filter(|(_, c)| c[side]) {
+                let over = [0, 1].map(|i| position[joints[i]].y - lows[i]);
+                let lower = usize::from(over[1] <= over[0]);
+                seen[side][lower].push(position[joints[lower]].y);
+            }
+        }
+    }
+    seen.map(|joints| {
+        joints.map(|mut heights| {
+            heights.sort_by(f64::total_cmp);
+            heights.get(heights.len() / 2).copied().unwrap_or(0.0)
+        })
+    })
+}
+
+/// A joint's own low: its 5% quantile, so that one bad frame does not count.
+fn low(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
+    let mut heights: Vec<f64> = positions.iter().map(|p| p[joint].y).collect();
+    heights.sort_by(f64::total_cmp);
+    heights[positions.len() / 20]
+}
+
 /// Removes contacts and gaps shorter than 50 ms.
 fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
     let shortest = (0.05 * rate_hz).ceil() as usize;
@@ -67,11 +96,34 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
     }
 }
 
+/// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
+/// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::contact`.
+pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
+    let reach = (3.0 * sigma).ceil() as isize;
+    let kernel: Vec<f64> =
+        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
+    let total: f64 = kernel.iter().sum();
+    let last = likelihoods.len() as isize - 1;
+    let at = |t: isize, side: usize| likelihoods[t.clamp(0, last) as usize][side];
+    (0..likelihoods.len() as isize)
+        .map(|t| {
+            [0, 1].map(|side| {
+                let sum: f64 = kernel.iter().zip(-reach..).map(|(k, i)| k * at(t + i, side)).sum();
+                sum > 0.5 * total
+            })
+        })
+        .collect()
+}
+
 /// Marks of a canonical timeline.
 const MARKS: usize = 48;
 
-/// Annotates the canonical timeline of every action in every style, and carries it to the clips: at each phase a foot
-/// stands where it stands in most cycles (paper 000, section 4). Outside of the cycles the clip's own contacts stay.
+/// Cycles that have to agree on a phase, as a share: below, foot-down and foot-up lie about here.
+const AGREED: f64 = 0.9;
+
+/// Annotates the canonical timeline of every action in every style, and carries it to the clips: where nearly all
+/// cycles agree that a foot stands at a phase, or that it does not, all do (paper 000, section 4). Around foot-down and
+/// foot-up, and outside of the cycles, the clip's own contacts stay: one step is a little longer than the next.
 ///
 /// One clip's noise then labels no frame of its own; what a style does at a phase, it does in all its cycles.
 pub fn carry(examples: &mut [Example]) {
@@ -94,8 +146,14 @@ pub fn carry(examples: &mut [Example]) {
             for (frame, phase) in phases(example) {
                 let mark = mark(phase);
                 // A few cycles leave no majority to speak of.
-                if seen[mark] >= 3.0 {
-                    example.contacts[frame] = stands[mark].map(|s| s > 0.5 * seen[mark]);
+                if seen[mark] < 3.0 {
+                    continue;
+                }
+                for side in [0, 1] {
+                    let share = stands[mark][side] / seen[mark];
+                    if !(1.0 - AGREED..=AGREED).contains(&share) {
+                        example.contacts[frame][side] = share > 0.5;
+                    }
                 }
             }
         }
@@ -115,4 +173,21 @@ fn phases(example: &Example) -> Vec<(usize, f64)> {
         range.map(|f| (f, c.phase(f as f64))).collect::<Vec<_>>()
     };
     example.cycles.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gaussian_takes_out_a_stray_frame_and_moves_no_edge() {
+        let mut likelihoods = vec![[1.0, 0.0]; 20];
+        likelihoods[8][0] = 0.1;
+        likelihoods[10..].iter_mut().for_each(|l| l[1] = 1.0);
+        let found = smoothed(&likelihoods, 1.0);
+        assert!(found.iter().all(|c| c[0]), "{found:?}");
+        assert!(found.iter().enumerate().all(|(t, c)| c[1] == (t >= 10)), "{found:?}");
+        // No smoothing: the bare vote.
+        assert!(!smoothed(&likelihoods, 0.0)[8][0]);
+    }
 }

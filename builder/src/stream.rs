@@ -3,8 +3,12 @@
 use std::time::Instant;
 
 use gestus_core::{
-    Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer, blob::layout, knn::Neighbor,
-    pose::Dofs, query::Feature,
+    Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,
+    blob::layout,
+    knn::Neighbor,
+    pose::Dofs,
+    query::Feature,
+    retime::{Bounds, Retimer, Tick},
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -25,6 +29,8 @@ pub struct Request {
     pub masked: Vec<u16>,
     /// Strength of joint groups, where it is not 1.
     pub strength: Vec<(u16, f32)>,
+    /// Bounds of the output's lead and lag: the output is brought to one pose a tick within them.
+    pub bounds: Option<Bounds>,
 }
 
 impl Request {
@@ -37,6 +43,7 @@ impl Request {
             input_style: None,
             masked: Vec::new(),
             strength: Vec::new(),
+            bounds: None,
         }
     }
 }
@@ -61,6 +68,36 @@ pub struct Streamed {
     pub digest: u32,
     /// Bytes of the stylizer.
     pub ram_bytes: usize,
+    /// One pose a tick, where the request has bounds.
+    pub retimed: Option<Retimed>,
+}
+
+/// A stream within its bounds: as many poses as went in, at the input's rate.
+#[derive(Debug, Clone)]
+pub struct Retimed {
+    /// One pose a tick.
+    pub frames: Vec<Frame>,
+    /// What each tick said.
+    pub ticks: Vec<Tick>,
+    /// By how much a live stream is delayed for its lead, seconds. A file is not: its poses stand at their inputs' times.
+    pub latency_s: f32,
+}
+
+impl Retimed {
+    /// Time at which each input frame's pose is shown, seconds from the first, and `None` behind the last tick.
+    pub fn shown_at(&self, rate_hz: f64) -> Vec<Option<f64>> {
+        let places: Vec<f64> =
+            self.ticks.iter().enumerate().map(|(k, t)| k as f64 - f64::from(t.lag_s) * rate_hz).collect();
+        (0..self.ticks.len())
+            .map(|n| {
+                let n = n as f64;
+                let k = places.iter().position(|&p| p >= n - 1e-6)?;
+                let Some(before) = k.checked_sub(1) else { return Some(0.0) };
+                let span = (places[k] - places[before]).max(1e-9);
+                Some((before as f64 + (n - places[before]) / span) / rate_hz)
+            })
+            .collect()
+    }
 }
 
 impl Streamed {
@@ -79,8 +116,19 @@ impl Streamed {
             .collect()
     }
 
-    /// The output as a clip at a fixed rate: poses at their time stamps, resampled.
+    /// The output as a clip at a fixed rate: poses at their time stamps, resampled; or tick by tick, where the stream was
+    /// retimed.
     pub fn clip(&self, like: &Clip, rate_hz: f64) -> Clip {
+        if let Some(retimed) = &self.retimed {
+            let frames = retimed.frames.clone();
+            let clip = Clip {
+                name: like.name.clone(),
+                skeleton: like.skeleton.clone(),
+                rate_hz: like.rate_hz,
+                frames,
+            };
+            return clip.resampled(rate_hz);
+        }
         let times = self.times();
         let end = times.last().copied().unwrap_or(0.0);
         let count = (end * rate_hz + 1e-6).floor() as usize + 1;
@@ -175,6 +223,7 @@ fn run<const J: usize, const K: usize, const C: usize>(
     }
     let counts = database.counts();
     let mut output = Pose::<J>::IDENTITY;
+    let mut playback = request.bounds.map(|b| Playback::<J>::new(database, b)).transpose()?;
     let mut digest = Digest::new();
     let mut steps = Vec::with_capacity(clip.frames.len());
     for frame in &clip.frames {
@@ -185,9 +234,56 @@ fn run<const J: usize, const K: usize, const C: usize>(
         let micros = start.elapsed().as_secs_f64() * 1e6;
         digest.add(&output, counts.joints, report.step_s);
         watcher.done(&report);
+        if let Some(playback) = &mut playback {
+            playback.push(&output, report.step_s, counts.joints);
+        }
         steps.push(Step { frame: from_pose(&output, counts.joints), report, micros });
     }
-    Ok(Streamed { steps, digest: digest.value(), ram_bytes: size_of::<Stylizer<'_, J, K, C>>() })
+    let retimed = playback.map(|p| p.finish(&output, steps.len(), counts.joints));
+    Ok(Streamed { steps, digest: digest.value(), ram_bytes: size_of::<Stylizer<'_, J, K, C>>(), retimed })
+}
+
+/// Poses that a retimer on the host remembers: bounds of seconds at any usual rate.
+const REMEMBERED: usize = 512;
+
+/// A retimer and what came out of it.
+struct Playback<const J: usize> {
+    retimer: Box<Retimer<J, REMEMBERED>>,
+    frames: Vec<Frame>,
+    ticks: Vec<Tick>,
+    step_s: f32,
+}
+
+impl<const J: usize> Playback<J> {
+    fn new(database: &Database<'_>, bounds: Bounds) -> Result<Self, ConfigError> {
+        let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
+        let retimer = Box::new(Retimer::new(millihz, millihz, bounds)?);
+        Ok(Self { retimer, frames: Vec::new(), ticks: Vec::new(), step_s: 1.0 / database.rate_hz() })
+    }
+
+    fn push(&mut self, pose: &Pose<J>, step_s: f32, joints: usize) {
+        self.retimer.push(pose, step_s);
+        while self.retimer.is_due() {
+            let mut output = Pose::IDENTITY;
+            self.ticks.push(self.retimer.tick(&mut output));
+            self.frames.push(from_pose(&output, joints));
+        }
+    }
+
+    /// Ends the stream: the last pose is held until all poses are out, and the delay of a live stream is taken off.
+    fn finish(mut self, last: &Pose<J>, count: usize, joints: usize) -> Retimed {
+        let latency_s = self.retimer.latency_s();
+        let delay = (latency_s / self.step_s).round() as usize;
+        for _ in 0..delay {
+            self.push(last, self.step_s, joints);
+        }
+        let keep = |i: usize| i >= delay && i < delay + count;
+        let mut index = 0..;
+        self.frames.retain(|_| keep(index.next().unwrap_or(0)));
+        let mut index = 0..;
+        self.ticks.retain(|_| keep(index.next().unwrap_or(0)));
+        Retimed { frames: self.frames, ticks: self.ticks, latency_s }
+    }
 }
 
 /// A frame as the core takes it.

@@ -131,7 +131,11 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "metric_mask": (0..counts.features).map(|f| searched(database.feature_group(f))).collect::<Vec<_>>(),
         "action": request.action,
         "input_style": request.input_style,
-        "timing": match config.timing_policy() { gestus_core::timing::Timing::Free => "free", gestus_core::timing::Timing::Sync => "sync" },
+        "timing": match (request.bounds, config.timing_policy()) {
+            (Some(_), _) => "bounded",
+            (None, gestus_core::timing::Timing::Free) => "free",
+            (None, gestus_core::timing::Timing::Sync) => "sync",
+        },
     })
 }
 

@@ -86,6 +86,11 @@ impl Input {
         Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget)) })
     }
 
+    /// The output on the database's skeleton, at any rate: what a robot is driven with.
+    pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
+        streamed.clip(&self.mapped, rate_hz)
+    }
+
     /// The map between the skeletons, where they are not one.
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.way {
@@ -101,6 +106,9 @@ impl Input {
         let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
         for (step, frame) in whole.steps.iter_mut().zip(self.take_back(&frames, &self.clip.frames)) {
             step.frame = frame;
+        }
+        if let Some(retimed) = &mut whole.retimed {
+            retimed.frames = self.take_back(&retimed.frames, &self.clip.frames);
         }
         whole.clip(&self.clip, self.clip.rate_hz)
     }
@@ -135,6 +143,21 @@ impl Input {
     /// Where the clip is not the input's.
     pub fn document(&self, output: &Clip) -> Result<Bvh> {
         Ok(self.binding.write(&self.document, output)?)
+    }
+}
+
+/// A clip on the database's skeleton, whatever skeleton it comes on, at its own rate.
+///
+/// # Errors
+/// Where its skeleton can't be mapped.
+pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
+    let target = Arc::new(skeleton(database));
+    match same_body(&clip.skeleton, &target) {
+        Some(joints) => {
+            let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
+            Ok(Clip { skeleton: target, frames, ..clip.clone() })
+        }
+        None => Ok(Retarget::new(database, clip, &MapFile::default())?.bring(clip)),
     }
 }
 
@@ -204,7 +227,8 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
             ((*name).to_owned(), frames.into())
         })
         .collect();
-    serde_json::json!({
+    let lags = || streamed.retimed.iter().flat_map(|r| &r.ticks).map(|t| t.lag_s);
+    let mut figures = serde_json::json!({
         "frames": steps.len(),
         "seconds": streamed.times().last().copied().unwrap_or(0.0),
         "median_us": quantile(0.5),
@@ -218,5 +242,13 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
         "degraded_by": by,
         "ram_bytes": streamed.ram_bytes,
         "digest": format!("{:08x}", streamed.digest),
-    })
+        "held": steps.iter().filter(|s| s.report.held != [false; 2]).count(),
+        "held_cm_max": steps.iter().flat_map(|s| s.report.held_m).fold(0.0, f32::max) * 100.0,
+    });
+    if let Some(retimed) = &streamed.retimed {
+        figures["lag_s_max"] = lags().fold(0.0, f32::max).into();
+        figures["lead_s_max"] = lags().map(|l| -l).fold(0.0, f32::max).into();
+        figures["latency_s"] = retimed.latency_s.into();
+    }
+    figures
 }

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{
-    Config, Database, Effort, Method, blob::Names, effort::Labels, regress::Ridge, timing::Timing,
+    Config, Database, Effort, Method, Safety, blob::Names, effort::Labels, regress::Ridge, retime::Bounds,
+    timing::Timing,
 };
 
 use crate::{effort, stream::Request};
@@ -11,7 +12,7 @@ use crate::{effort, stream::Request};
 #[derive(clap::Args, Clone, Debug)]
 pub struct WishArgs {
     /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
-    #[arg(long, default_value = "", hide_default_value = true, required_unless_present = "effort")]
+    #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
     /// Wanted Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's dial
     /// finds the mix of styles
@@ -27,10 +28,20 @@ pub struct WishArgs {
     /// pose at a time. effort: the whole clip rebuilt of blended fragments (`gestus translate` with --effort)
     #[arg(long, default_value = "mar")]
     pub method: String,
-    /// Output time: free (poses keep their predicted times) or sync (one pose a tick)
+    /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
+    /// (predicted times, within --lead and --lag of the input)
     #[arg(long, default_value = "free")]
     timing: String,
-    /// Leave feet as they come out (they are not locked yet in any case)
+    /// With --timing bounded: most seconds by which a pose may come early. A live stream is delayed by it
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// With --timing bounded: most seconds by which a pose may come late
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
+    /// What is put out where the input is no pose or leaps: follow, hold (the last output) or rest (ease to it)
+    #[arg(long, default_value = "follow")]
+    safety: String,
+    /// Leave feet as they come out: those that stand are not held
     #[arg(long)]
     no_contact: bool,
     /// Joint groups that the search leaves out: body, left-arm, right-arm
@@ -86,9 +97,9 @@ impl WishArgs {
             }
         };
         let policy = match self.timing.as_str() {
-            "free" => Timing::Free,
+            "free" | "bounded" => Timing::Free,
             "sync" => Timing::Sync,
-            other => bail!("--timing {other}: free or sync"),
+            other => bail!("--timing {other}: free, sync or bounded"),
         };
         let mut config = match self.preset.as_str() {
             "default" => Config::new(),
@@ -96,7 +107,14 @@ impl WishArgs {
             other => bail!("--preset {other}: default or paper"),
         }
         .timing(policy)
-        .method(method);
+        .method(method)
+        .contacts(!self.no_contact)
+        .safety(match self.safety.as_str() {
+            "follow" => Safety::Follow,
+            "hold" => Safety::Hold,
+            "rest" => Safety::Rest,
+            other => bail!("--safety {other}: follow, hold or rest"),
+        });
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
@@ -164,6 +182,7 @@ impl WishArgs {
         let label =
             |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
         Ok(Request {
+            bounds: (self.timing == "bounded").then_some(Bounds { lead_s: self.lead, lag_s: self.lag }),
             config: self.config()?,
             style,
             action: label(&self.action, manifest.actions, "action")?,

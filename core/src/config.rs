@@ -2,7 +2,7 @@
 //! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
 
 use crate::{
-    ConfigError, Database,
+    ConfigError, Database, Safety,
     knn::{MAX_VISITS, POOL},
     mixture::MAX_KEPT,
     regress::Ridge,
@@ -70,6 +70,10 @@ pub struct Config {
     pub(crate) timing: Timing,
     pub(crate) timing_width: f32,
     pub(crate) yaw: Yaw,
+    pub(crate) contacts: bool,
+    pub(crate) safety: Safety,
+    pub(crate) release_m: f32,
+    pub(crate) ease_s: f32,
     pub(crate) method: Method,
     pub(crate) confidence: f32,
     pub(crate) preference: f32,
@@ -120,6 +124,14 @@ settings! {
     timing_width: f32;
     /// Where the output's heading comes from.
     yaw: Yaw;
+    /// What is put out where the input fails.
+    safety: Safety;
+    /// Whether feet that stand are held where they stand. Default true.
+    contacts: bool;
+    /// A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+    release_m: f32;
+    /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+    ease_s: f32;
     /// The method of translation.
     method: Method;
     /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
@@ -150,6 +162,10 @@ impl Config {
             timing: Timing::Free,
             timing_width: 0.5,
             yaw: Yaw::Input,
+            contacts: true,
+            safety: Safety::Follow,
+            release_m: 0.2,
+            ease_s: 0.2,
             method: Method::Mar,
             confidence: 5.0,
             preference: 8.0,
@@ -207,6 +223,8 @@ impl Config {
             && (1..=POOL).contains(&usize::from(self.pool))
             && (1.0..=1e9).contains(&self.jump)
             && (1e-3..=1e3).contains(&self.timing_width)
+            && (0.01..=1.0).contains(&self.release_m)
+            && (0.01..=2.0).contains(&self.ease_s)
             && (1e-3..=1e6).contains(&self.confidence)
             && (1e-3..=1e3).contains(&self.preference)
             && (0.0..=1e6).contains(&self.halflife_s);

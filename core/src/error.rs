@@ -159,6 +159,13 @@ pub enum ConfigError {
         /// How many there are.
         have: u16,
     },
+    /// The bounds of a retimer need more poses than its `N`.
+    Poses {
+        /// Poses that the bounds need.
+        need: u16,
+        /// The retimer's capacity.
+        have: u16,
+    },
     /// No class has the labelled action in the labelled style.
     NoClass,
     /// The database does not hold what the method needs: frames, linear models or statistics.
@@ -187,6 +194,9 @@ impl fmt::Display for ConfigError {
                 write!(f, "k is {need}, this stylizer takes 1 to {have}: lower k or raise K")
             }
             Self::Unknown { id, have } => write!(f, "there is no number {id}: the database has {have}"),
+            Self::Poses { need, have } => {
+                write!(f, "these bounds need {need} poses, this retimer keeps {have}: raise N or narrow them")
+            }
             Self::NoClass => f.write_str(
                 "the database does not hold that action in that style: label one of them, or neither",
             ),

@@ -10,6 +10,7 @@
 
 use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES, rows::MAX_RUN},
+    contact::Stands,
     regress::{Example, X, X_PREV, Y, Y_PREV},
 };
 
@@ -23,6 +24,8 @@ pub(crate) struct Read {
     pub step_s: f32,
     /// Bytes of rows read.
     pub bytes: u32,
+    /// Which foot stands in the example's `y[t]`.
+    pub stands: Stands,
 }
 
 /// Reads the example at `row`, a searchable row of `class`.
@@ -47,6 +50,7 @@ pub(crate) fn read<const J: usize>(
     for (style, &weight) in weighted {
         let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
         read.step_s += weight * counterpart.step_s;
+        read.stands.add(database, counterpart.now, row, weight);
         read.bytes += blend(database, &counterpart, weight, first, variables);
         first = false;
     }

@@ -12,7 +12,8 @@
 //! 5. [`examples`] unpacks the neighbors and their counterparts in the output style ([`blob`]);
 //! 6. [`regress`] fits a local autoregressive model a dof, solved by [`ridge`], and asks it once;
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
-//! 8. [`pose`] takes the result back to a [`Pose`]; the [`Report`] says what happened.
+//! 8. [`pose`] takes the result back to a [`Pose`]; [`lock`] holds the feet that stand, by [`ik`]; the [`Report`]
+//!    says what happened.
 //!
 //! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
 //! statistics, which need no frames: see [`Method`].
@@ -43,12 +44,15 @@
 pub mod blob;
 pub mod config;
 pub mod contact;
+pub mod deadline;
 pub mod digest;
 pub mod effort;
 mod error;
 pub mod examples;
+pub mod ik;
 pub mod knn;
 pub mod link;
+pub mod lock;
 pub mod lti;
 mod mar;
 pub mod math;
@@ -60,6 +64,7 @@ pub mod query;
 pub mod regress;
 pub mod report;
 pub mod retarget;
+pub mod retime;
 pub mod ridge;
 pub mod robot;
 pub mod skeleton;
@@ -75,4 +80,4 @@ pub use error::{BlobError, ConfigError};
 pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::{Fit, Stylizer};
+pub use stylizer::{Fit, Safety, Stylizer};

@@ -14,9 +14,10 @@ use heapless::Vec;
 use crate::{
     Config, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
-    contact::Votes,
+    contact::{self, Votes},
     examples,
     knn::{Limits, Metric, Searcher},
+    math::clamp,
     mixture::{self, Share},
     observe::Stage,
     query::{ALIGNED, Feature, Window},
@@ -192,6 +193,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let Frame { database, settings, .. } = frame;
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
+        let legs = database.legs();
+        let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
         let mut bytes = 0;
         self.steps.ask(database, signals.x.as_flattened(), signals.x_prev.as_flattened());
@@ -202,13 +205,27 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Decode);
             let example = self.examples.place();
             let read = examples::read(database, class, row, &settings.styles, example);
+            let leg_distances = match &legs {
+                Some(legs) => {
+                    let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
+                    let variables: &[[f32; 4]] = example.as_flattened();
+                    legs.map(|leg| contact::distance2(&leg, database.rate_hz(), x, x_prev, variables))
+                }
+                // A blob that names no legs: the whole body.
+                None => [metric.distance2(database.feature(row)); 2],
+            };
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
             observer.stage(Stage::Rest);
-            votes.add(database, row, metric.distance2(database.feature(row)), share.proportion);
+            let (input, output) = (contact::of(database, row), read.stands.0);
+            let label = [0, 1].map(|i: usize| {
+                let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);
+                of(input) + strength * (of(output) - of(input))
+            });
+            votes.add(label, leg_distances, share.proportion);
         }
         observer.stage(Stage::Regression);
         self.examples.finish(dofs);
@@ -252,7 +269,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
             observer.timed(class, rows, self.steps.weights());
         }
-        report.contacts = votes.result();
+        report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }

@@ -19,13 +19,23 @@ impl Degraded {
     /// A class that has weight was searched anew, because the input has jumped.
     pub const JUMP: Self = Self(16);
 
+    /// No input had come; by the policy of safety.
+    pub const STALE: Self = Self(32);
+    /// The input was older than one before, or the same; by the policy of safety.
+    pub const ORDER: Self = Self(64);
+    /// The input moved faster than any body; by the policy of safety.
+    pub const LEAP: Self = Self(128);
+
     /// The flags, by name.
-    pub const NAMES: [(Self, &'static str); 5] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::INPUT, "input"),
         (Self::VISITS, "visits"),
         (Self::CLASSES, "classes"),
         (Self::PREDICTION, "prediction"),
         (Self::JUMP, "jump"),
+        (Self::STALE, "stale"),
+        (Self::ORDER, "order"),
+        (Self::LEAP, "leap"),
     ];
 
     /// True where nothing was degraded.
@@ -64,8 +74,14 @@ pub struct Report {
     pub visits: u32,
     /// Bytes of the blob's features, graph and rows that were read.
     pub bytes_read: u32,
-    /// Left and right foot: does it stand?
+    /// Left and right foot of the output: does it stand?
     pub contacts: [bool; 2],
+    /// How likely it is that they stand, 0 to 1, by this frame's neighbors alone.
+    pub contact_likelihood: [f32; 2],
+    /// Left and right foot: is it held where it stands?
+    pub held: [bool; 2],
+    /// How far each foot is from where the prediction has it, metres.
+    pub held_m: [f32; 2],
     /// Time from the last output pose to this one, seconds, under the timing policy.
     pub step_s: f32,
     /// The same as predicted from the neighbors, whatever the policy and the strength of the style.

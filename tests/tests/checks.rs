@@ -7,8 +7,8 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         layout::{
-            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, header,
-            joint, query, section, timing,
+            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, foot,
+            header, joint, query, section, timing,
         },
         read::{f32_at, u16_at, u32_at},
     },
@@ -105,8 +105,10 @@ fn the_section_table() {
     }
     refuses("unknown", &put(blob(), at, &[77, 0]), misplaced(77));
     refuses("doubled", &put(blob(), at, &section::SKELETON.to_le_bytes()), misplaced(section::SKELETON));
-    // An optional section in its place: that is known, but clips are missing.
-    refuses("missing", &put(blob(), at, &section::RETARGET.to_le_bytes()), misplaced(section::CLIPS));
+    // Another known section in its place: clips are missing.
+    let absent = section::OPTIONAL.into_iter().find(|&id| database().optional(id).is_none());
+    let absent = absent.expect("a section that the blob lacks");
+    refuses("missing", &put(blob(), at, &absent.to_le_bytes()), misplaced(section::CLIPS));
 
     let end = patch::section(blob(), section::MANIFEST).end;
     let next = end.next_multiple_of(ALIGNMENT);
@@ -248,6 +250,31 @@ fn the_skeleton() {
     }
 }
 
+#[test]
+fn legs_are_chains_at_heights_of_a_body() {
+    let legs = database().legs().unwrap();
+    let bad = |name: &str, side: usize, at: usize, written: &[u8]| {
+        refuses_value(name, section::FEET, side * foot::LENGTH + at, written, side);
+    };
+    bad("the root as a hip", 0, foot::HIP, &[0]);
+    bad("no such hip", 1, foot::HIP, &[database().counts().joints as u8]);
+    bad("a knee of the other leg", 0, foot::KNEE, &[legs[1].knee as u8]);
+    bad("no such ankle", 1, foot::ANKLE, &[254]);
+    bad("toes on the knee", 0, foot::TOE, &[legs[0].knee as u8]);
+    for v in [10.5, -10.5].into_iter().chain(NOT_FINITE) {
+        bad("height", 1, foot::TOE_HEIGHT.start, &float(v));
+        bad("height", 0, foot::ANKLE_HEIGHT.start, &float(v));
+    }
+    for at in foot::RESERVED {
+        let changed = patched(blob(), section::FEET, at, &[1]);
+        refuses("reserved", &changed, BlobError::Reserved { section: section::FEET });
+    }
+    let no_toes = patched(blob(), section::FEET, foot::TOE, &[foot::NO_TOE]);
+    assert_eq!(Database::open(&no_toes).unwrap().legs().unwrap()[0].toe, None);
+    let short = patch::with_section(blob(), section::FEET, |bytes| bytes.truncate(foot::LENGTH));
+    refuses("one leg", &short, BlobError::Section { section: section::FEET });
+}
+
 /// Where the groups of the features are in the blob.
 fn feature_groups() -> Range<usize> {
     let c = *database().counts();
@@ -316,10 +343,9 @@ fn the_query() {
 fn rebuilt(blob: &[u8], id: u16, change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut change = Some(change);
     let count = usize::from(u16_at(blob, header::SECTIONS.start));
-    let table_end = header::LENGTH + count * entry::LENGTH;
-    let mut result = blob[..table_end].to_vec();
-    for i in 0..count {
-        let other = u16_at(blob, header::LENGTH + i * entry::LENGTH + entry::ID.start);
+    let mut result = blob[..header::LENGTH + count * entry::LENGTH].to_vec();
+    let held = (0..count).map(|i| u16_at(blob, header::LENGTH + i * entry::LENGTH + entry::ID.start));
+    for other in held {
         let mut content = blob[patch::section(blob, other)].to_vec();
         if other == id {
             change.take().expect("a section comes once")(&mut content);

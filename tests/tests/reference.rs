@@ -70,6 +70,7 @@ impl Case {
             .timing_width(0.5)
             .timing(self.timing);
         Request {
+            bounds: None,
             config,
             style: self.style.clone(),
             action: self.action,

@@ -6,9 +6,13 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     build::BuildOptions,
     effort::{fragment::Library, labels, model::Model},
-    evaluate::{Evaluation, ablation, comparison, compression, correspondence, effort, knn, loo, retarget},
+    evaluate::{
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, knn, loo, retarget,
+        servo, skate, timing,
+    },
     load::load,
 };
+use gestus_core::retime::Bounds;
 use serde_json::json;
 
 use super::build::Selection;
@@ -18,7 +22,8 @@ use super::build::Selection;
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
     /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
-    /// the data grows), retarget (other skeletons through --db and back)
+    /// the data grows), retarget (other skeletons through --db and back), contacts (which foot stands), skate (how far
+    /// standing feet slide), timing (the output's time), servo (a robot that does the motion)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -46,6 +51,18 @@ pub struct Args {
     /// A database to judge, where one is judged rather than built
     #[arg(long)]
     db: Option<PathBuf>,
+    /// timing: most seconds by which a pose may come early
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// timing: most seconds by which a pose may come late
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
+    /// The robot of `servo`, a URDF file; the toy that comes with the project where left out
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, as TOML
+    #[arg(long, requires = "robot")]
+    robot_map: Option<PathBuf>,
     /// Folder for tables, plots and the report
     #[arg(short, long)]
     output: PathBuf,
@@ -56,7 +73,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    if args.what == "retarget" {
+    if ["retarget", "servo"].contains(&args.what.as_str()) {
         return on_database(args);
     }
     let config = args.selection.config(Some(&args.data), None)?;
@@ -102,6 +119,9 @@ pub fn run(args: &Args) -> Result<()> {
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
         "methods" => comparison::evaluate(corpus, &options)?,
+        "contacts" => contacts::evaluate(corpus, &options)?,
+        "skate" => skate::evaluate(corpus, &options)?,
+        "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
         "correspondence" => correspondence::evaluate(corpus, from)?,
         "effort" => {
             let given = match &args.labels {
@@ -121,7 +141,7 @@ pub fn run(args: &Args) -> Result<()> {
         "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
             "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
-             correspondence, effort, gaussian-process, retarget"
+             correspondence, effort, gaussian-process, retarget, contacts, skate, timing, servo"
         ),
     };
     say(args, &evaluation)
@@ -134,7 +154,11 @@ fn on_database(args: &Args) -> Result<()> {
     let database = super::open(path, &bytes)?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("{} can't be made", args.output.display()))?;
-    say(args, &retarget::evaluate(&database, &args.data)?)
+    let evaluation = match args.what.as_str() {
+        "servo" => servo::evaluate(&database, &args.data, args.robot.as_deref(), args.robot_map.as_deref())?,
+        _ => retarget::evaluate(&database, &args.data)?,
+    };
+    say(args, &evaluation)
 }
 
 fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {

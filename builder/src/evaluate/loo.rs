@@ -316,6 +316,30 @@ pub fn run(
     Ok(rows.into_iter().flatten().collect())
 }
 
+/// A test clip and the truth clip for it in a style: what a fold leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HeldOut {
+    /// The test clip.
+    pub test: usize,
+    /// The clip of the output style that is nearest in content.
+    pub truth: usize,
+    /// The output style.
+    pub style: usize,
+}
+
+/// The folds that [`run`] goes through, with their clips.
+pub fn held_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<HeldOut> {
+    let mut folds = Vec::new();
+    for test in test_clips(corpus, options.from, options.folds) {
+        for &style in &options.to {
+            if let Some(&truth) = by_content(corpus, body, test, style).first() {
+                folds.push(HeldOut { test, truth, style });
+            }
+        }
+    }
+    folds
+}
+
 /// How many folds [`run`] goes through.
 pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
     test_clips(corpus, options.from, options.folds).len() * options.to.len()
@@ -537,7 +561,7 @@ fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &m
 
 impl<'a> Fold<'a> {
     /// A test clip, its truth, and the database without either; `None` where the style has no clip of the action.
-    fn new(
+    pub(super) fn new(
         corpus: &'a Corpus,
         body: &Body,
         options: &LooOptions,
@@ -575,6 +599,18 @@ impl<'a> Fold<'a> {
         };
         let (body, other) = (body.clone(), near.get(1).copied());
         Some(Self { corpus, body, test, truth, other, style, shift, x, truth_rows })
+    }
+
+    /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
+    pub(super) fn true_steps(&self) -> Vec<Option<f64>> {
+        let (cycles, truth_cycles) = self.cycles();
+        let at = |t: usize| matched(cycles, t, truth_cycles, self.shift);
+        (0..self.x.len())
+            .map(|t| {
+                let (now, before) = (at(t)?, at(t.checked_sub(1)?)?);
+                (now > before).then_some((now - before) / self.corpus.rate_hz)
+            })
+            .collect()
     }
 
     fn cycles(&self) -> (&[Cycle], &[Cycle]) {

@@ -8,6 +8,7 @@ pub mod ablation;
 pub mod annotator;
 pub mod comparison;
 pub mod compression;
+pub mod contacts;
 pub mod correspondence;
 pub mod effort;
 pub mod gaussian_process;
@@ -17,6 +18,9 @@ pub mod methods;
 pub mod metrics;
 pub mod models;
 pub mod retarget;
+pub mod servo;
+pub mod skate;
+pub mod timing;
 
 use std::{fs, path::Path};
 

@@ -163,10 +163,12 @@ pub mod section {
     pub const EFFORT: u16 = 34;
     /// Retargeting maps, in a blob of their own: see [`retarget::layout`](crate::retarget::layout).
     pub const RETARGET: u16 = 35;
+    /// Legs: joints from hip to toe, and how high ankle and toe are over the floor of a foot that stands.
+    pub const FEET: u16 = 36;
     /// Robots, in a blob of their own: see [`robot::layout`](crate::robot::layout).
     pub const ROBOT: u16 = 37;
     /// The sections that a blob may have besides, in the order in which they are written.
-    pub const OPTIONAL: [u16; 4] = [LTI, STATISTIC, EFFORT, RETARGET];
+    pub const OPTIONAL: [u16; 5] = [LTI, STATISTIC, EFFORT, RETARGET, FEET];
 
     /// Name of a section, for people.
     pub const fn name(id: u16) -> Option<&'static str> {
@@ -190,6 +192,7 @@ pub mod section {
             STATISTIC => "statistic",
             EFFORT => "effort",
             RETARGET => "retarget",
+            FEET => "feet",
             ROBOT => "robot",
             _ => return None,
         })
@@ -361,6 +364,29 @@ pub mod timing {
     pub const POSE: Range<usize> = 4..8;
     /// Weight of squared differences of its change from frame to frame, f32.
     pub const CHANGE: Range<usize> = 8..12;
+}
+
+/// Byte ranges of a leg (16 bytes) in the feet section: left, then right.
+pub mod foot {
+    use super::Range;
+    /// Length of a leg's record.
+    pub const LENGTH: usize = 16;
+    /// The joint that turns the thigh, u8. Each of the next three joints is a child of the one before.
+    pub const HIP: usize = 0;
+    /// The knee, u8.
+    pub const KNEE: usize = 1;
+    /// The ankle, u8.
+    pub const ANKLE: usize = 2;
+    /// The toes, u8; [`NO_TOE`] where the skeleton has none.
+    pub const TOE: usize = 3;
+    /// No toes.
+    pub const NO_TOE: u8 = 255;
+    /// Height of the ankle over the floor where the foot stands on its heel or flat, metres, f32.
+    pub const ANKLE_HEIGHT: Range<usize> = 4..8;
+    /// Height of the toes over the floor where the foot stands on them or flat, metres, f32; 0 without toes.
+    pub const TOE_HEIGHT: Range<usize> = 8..12;
+    /// Zero.
+    pub const RESERVED: Range<usize> = 12..16;
 }
 
 /// Most states of one unit of a linear model.

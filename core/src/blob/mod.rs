@@ -105,6 +105,36 @@ pub struct TimingDof {
     pub change: f32,
 }
 
+/// A leg: its joints from hip to toe, each the parent of the next, and how high they stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Leg {
+    /// The joint that turns the thigh.
+    pub hip: usize,
+    /// The knee.
+    pub knee: usize,
+    /// The ankle.
+    pub ankle: usize,
+    /// The toes, where the skeleton has them.
+    pub toe: Option<usize>,
+    /// Heights of ankle and toes over the floor that they stand on, metres.
+    pub heights: [f32; 2],
+}
+
+impl Leg {
+    fn read(record: Record<'_>) -> Self {
+        use layout::foot;
+        let joint = |at: usize| usize::from(record.u8(at));
+        Self {
+            hip: joint(foot::HIP),
+            knee: joint(foot::KNEE),
+            ankle: joint(foot::ANKLE),
+            toe: (record.u8(foot::TOE) != foot::NO_TOE).then(|| joint(foot::TOE)),
+            heights: [record.f32(foot::ANKLE_HEIGHT), record.f32(foot::TOE_HEIGHT)],
+        }
+    }
+}
+
 /// A checked blob. Cheap to copy; several stylizers may share one.
 #[derive(Debug, Clone, Copy)]
 pub struct Database<'db> {
@@ -128,6 +158,14 @@ pub struct Database<'db> {
     flags: &'db [u8],
     timing: &'db [u8],
     optional: [Option<&'db [u8]>; section::OPTIONAL.len()],
+}
+
+/// What it holds, and not its megabytes.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Database<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Database {} at {} Hz", self.counts, self.rate_hz);
+    }
 }
 
 impl<'db> Database<'db> {
@@ -201,6 +239,12 @@ impl<'db> Database<'db> {
             let joint = record.u8(layout::joint::TOES.start + side);
             (joint != layout::joint::ROOT).then_some(usize::from(joint))
         })
+    }
+
+    /// The legs, left and right, where the blob describes them.
+    pub fn legs(&self) -> Option<[Leg; 2]> {
+        let section = self.optional(section::FEET)?;
+        Some([0, 1].map(|side| Leg::read(Record::of(section, side, layout::foot::LENGTH))))
     }
 
     fn trailer(&self) -> &'db [u8] {

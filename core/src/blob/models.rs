@@ -14,6 +14,7 @@ use crate::{
 
 /// The numbers of a byte string, f32 after f32.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Numbers<'a>(&'a [[u8; 4]]);
 
 impl<'a> Numbers<'a> {
@@ -43,6 +44,7 @@ impl Iterator for Numbers<'_> {
 
 /// A linear time-invariant model: one style of output, estimated from one action or from all.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinearModel<'db> {
     /// Style of its output.
     pub style: u16,
@@ -58,6 +60,7 @@ pub struct LinearModel<'db> {
 
 /// One unit of a linear model: some dofs that move on their own, `x' = A x + B u`, `y = C x + D u`.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unit<'db> {
     /// States n.
     pub order: usize,
@@ -121,6 +124,7 @@ impl<'db> LinearModel<'db> {
 
 /// A table of statistics: one style, over one action or all.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Table<'db> {
     /// Its style.
     pub style: u16,

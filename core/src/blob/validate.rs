@@ -8,8 +8,8 @@ use super::{
     dial,
     layout::{
         self, ALIGNMENT, DEGREE, ENTRIES, MAGIC, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES,
-        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, header,
-        joint, query, section, timing,
+        MAX_TIMING, MAX_WINDOW, NONE, VERSION, block, class, clip, cycle, dof_record, entry, flag, foot,
+        header, joint, query, section, timing,
     },
     models,
     read::{Record, f32_at, floats, u16_at, u32_at},
@@ -202,6 +202,7 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     models::linear(db)?;
     models::statistics(db)?;
     dial::effort(db)?;
+    feet(db)?;
     let translates = db.counts.frames > 0
         || db.optional(section::LTI).is_some()
         || db.optional(section::STATISTIC).is_some();
@@ -284,6 +285,28 @@ fn skeleton(db: &Database<'_>) -> Checked {
     check(section::SKELETON, c.joints, unit && toes_fit)?;
     let trailer = Record(db.skeleton.get(c.joints * joint::LENGTH..).unwrap_or(&[]));
     reserved(section::SKELETON, trailer.zero(joint::TOES.end..joint::TRAILER))
+}
+
+/// Legs: four joints, each a child of the one before, at heights that a body has.
+fn feet(db: &Database<'_>) -> Checked {
+    let (Some(content), Some(legs)) = (db.optional(section::FEET), db.legs()) else { return Ok(()) };
+    if content.len() != 2 * foot::LENGTH {
+        return Err(BlobError::Section { section: section::FEET });
+    }
+    let child =
+        |joint: usize, parent: usize| joint < db.counts.joints && db.joint(joint).parent == Some(parent);
+    for (side, leg) in legs.iter().enumerate() {
+        let chain = leg.hip > 0
+            && leg.hip < db.counts.joints
+            && child(leg.knee, leg.hip)
+            && child(leg.ankle, leg.knee)
+            && leg.toe.is_none_or(|toe| child(toe, leg.ankle));
+        let heights = leg.heights.iter().all(|h| (-10.0..=10.0).contains(h));
+        check(section::FEET, side, chain && heights)?;
+        let record = Record::of(content, side, foot::LENGTH);
+        reserved(section::FEET, record.zero(foot::RESERVED))?;
+    }
+    Ok(())
 }
 
 struct Joint {

@@ -139,6 +139,7 @@ impl PoseBytes<'_> {
 
 /// Room for a pose's bytes.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PoseBuffer<const J: usize>([[u8; 16]; J]);
 
 impl<const J: usize> PoseBuffer<J> {

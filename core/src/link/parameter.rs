@@ -3,7 +3,7 @@
 //! Numbers are part of the protocol: a number's meaning never changes. Values travel as `f32`, which holds each of
 //! them exactly.
 
-use crate::{Config, ConfigError, Method, config::Yaw, regress::Ridge, timing::Timing};
+use crate::{Config, ConfigError, Method, Safety, config::Yaw, regress::Ridge, timing::Timing};
 
 macro_rules! parameters {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
@@ -51,6 +51,14 @@ parameters! {
     HALFLIFE = 16, "halflife_s";
     /// [`Config::method`]: its place in [`Method::ALL`].
     METHOD = 17, "method";
+    /// [`Config::contacts`]: 0 false, 1 true.
+    CONTACTS = 18, "contacts";
+    /// [`Config::safety`]: its place in [`Safety::ALL`].
+    SAFETY = 19, "safety";
+    /// [`Config::release_m`].
+    RELEASE = 20, "release_m";
+    /// [`Config::ease_s`].
+    EASE = 21, "ease_s";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -75,6 +83,10 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         PREFERENCE => config.preference,
         HALFLIFE => config.halflife_s,
         METHOD => Method::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(m, _)| **m == config.method)?.1,
+        CONTACTS => choice(config.contacts),
+        SAFETY => Safety::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(s, _)| **s == config.safety)?.1,
+        RELEASE => config.release_m,
+        EASE => config.ease_s,
         _ => return None,
     })
 }
@@ -109,6 +121,10 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         PREFERENCE => config.preference(value),
         HALFLIFE => config.halflife_s(value),
         METHOD => config.method(*Method::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
+        CONTACTS => config.contacts(choice()?),
+        SAFETY => config.safety(*Safety::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
+        RELEASE => config.release_m(value),
+        EASE => config.ease_s(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -147,7 +163,11 @@ mod tests {
             .confidence(2.5)
             .preference(4.0)
             .halflife_s(1.5)
-            .method(Method::Statistic);
+            .method(Method::Statistic)
+            .contacts(false)
+            .safety(Safety::Hold)
+            .release_m(0.5)
+            .ease_s(1.0);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -171,11 +191,12 @@ mod tests {
             (TIMING, 2.0),
             (YAW, 0.5),
             (METHOD, 3.0),
+            (SAFETY, 3.0),
         ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 18, have: 18 };
-        assert_eq!(set(config, 18, 0.0), Err(unknown));
-        assert_eq!(value(&config, 18), None);
+        let unknown = ConfigError::Unknown { id: 22, have: 22 };
+        assert_eq!(set(config, 22, 0.0), Err(unknown));
+        assert_eq!(value(&config, 22), None);
     }
 }

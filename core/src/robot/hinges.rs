@@ -44,6 +44,7 @@ fn angle(axis: Vector, v: Vector, w: Vector) -> (f32, f32) {
 
 /// The hinges of a joint: axes at zero in the frame of the link before, unit vectors, in chain order.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hinges {
     /// How many, 1 to 3.
     pub count: usize,

@@ -26,6 +26,7 @@ const THERE: f32 = 1e-3;
 
 /// A hinge of the limb.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Link {
     /// Position in the frame behind the one before, metres.
     pub offset: Vector,

@@ -1,9 +1,13 @@
 //! One step: a pose in, the same pose in another style out.
 
 mod configure;
+mod guard;
 mod settings;
 
+pub use guard::Safety;
 pub(crate) use settings::Settings;
+
+use guard::Guard;
 
 use crate::{
     Config, ConfigError, Degraded, Method, Observer, Pose, Report,
@@ -12,6 +16,8 @@ use crate::{
         layout::{ROOT_DOFS, dof},
     },
     config::Yaw,
+    contact::Filter,
+    lock::{self, Lock},
     lti::Lti,
     mar::{Frame, Mar},
     pose::{self, Anchor, Dofs},
@@ -42,6 +48,7 @@ pub(crate) struct Signals<const J: usize> {
 /// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
 /// stack first, which has 4.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
     config: Config,
@@ -82,6 +89,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
+            contacts: Filter::new(),
+            lock: Lock::new(),
+            guard: Guard::new(),
             last: None,
         }
     }
@@ -107,6 +117,8 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
+    // Not part of its callers' frames: starting anew takes some stack.
+    #[inline(never)]
     fn reset(&mut self) {
         match self {
             Self::Mar(mar) => mar.reset(),
@@ -129,7 +141,18 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     signals: Signals<J>,
     input_anchor: Anchor,
     output_anchor: Anchor,
+    contacts: Filter,
+    lock: Lock,
+    guard: Guard,
     last: Option<Pose<J>>,
+}
+
+/// What it was made of, and not its state.
+#[cfg(feature = "defmt")]
+impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<'_, J, K, C> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Stylizer<{}, {}, {}> of {}: {}", J, K, C, self.database, self.config);
+    }
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
@@ -155,6 +178,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.engine.reset();
+        self.contacts = Filter::new();
+        self.lock.reset();
+        self.guard = Guard::new();
         self.last = None;
     }
 
@@ -174,12 +200,19 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let input_step = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s: input_step, predicted_step_s: input_step, ..Report::default() };
         if !input.is_valid(self.database.counts().joints) {
-            *output = self.last.unwrap_or(Pose::IDENTITY);
-            report.degraded.set(Degraded::INPUT, true);
-            return report;
+            return self.make_do(Degraded::INPUT, output);
         }
         let first = self.last.is_none();
+        let anchor = self.input_anchor;
         self.take_in(input, first);
+        if self.config.safety != Safety::Follow && !first && self.leaps() {
+            report.degraded.set(Degraded::LEAP, true);
+            if self.is_glitch() {
+                self.input_anchor = anchor;
+                return self.make_do(Degraded::LEAP, output);
+            }
+        }
+        self.accept(report.degraded.contains(Degraded::LEAP));
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         match &mut self.engine {
@@ -187,7 +220,13 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             Engine::Lti(lti) => lti.predict(frame, signals, &mut report),
             Engine::Statistic(statistic) => statistic.predict(frame, input, signals, &mut report),
         }
+        match self.config.method {
+            Method::Mar => report.contacts = self.contacts.take(report.contact_likelihood),
+            // The other models classify on their own.
+            _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
+        }
         self.put_out(first, &mut report, output);
+        self.mend(report.step_s, output);
 
         let signals = &mut self.signals;
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
@@ -228,7 +267,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 root_strength
             } else {
                 let group = self.database.joint_group((d - ROOT_DOFS) / 3);
-                self.settings.strength.get(group).copied().unwrap_or(1.0)
+                self.settings.strength_of(group)
             };
             *last = x + strength * (*predicted - x);
         }
@@ -251,5 +290,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
+        if self.config.contacts {
+            let tuning = lock::Tuning { release_m: self.config.release_m, ease_s: self.config.ease_s };
+            self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
+            (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
+        }
     }
 }

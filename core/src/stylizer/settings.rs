@@ -29,6 +29,11 @@ impl Settings {
         Self { styles, action: None, input_style: None, mask: u8::MAX, strength: [1.0; MAX_GROUPS] }
     }
 
+    /// Strength of a joint group.
+    pub fn strength_of(&self, group: usize) -> f32 {
+        self.strength.get(group).copied().unwrap_or(1.0)
+    }
+
     /// Whether the labels allow a class.
     pub fn allow(&self, class: Class) -> bool {
         matches(class, self.action, self.input_style)
@@ -123,7 +128,20 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     /// Strength of a joint group.
     pub fn strength(&self, group: usize) -> f32 {
-        self.settings.strength.get(group).copied().unwrap_or(1.0)
+        self.settings.strength_of(group)
+    }
+
+    /// Heights of the floor under the left and the right foot, metres over the floor of the database. May change with
+    /// every pose: the body follows.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for heights beyond 10 m or that are none; those in force stay.
+    pub fn set_floor(&mut self, heights: [f32; 2]) -> Result<(), ConfigError> {
+        if !heights.iter().all(|h| (-10.0..=10.0).contains(h)) {
+            return Err(ConfigError::Parameter);
+        }
+        self.lock.set_floor(heights);
+        Ok(())
     }
 
     /// The labelled action and input style.

@@ -1,0 +1,222 @@
+//! Foot skate taken out of a whole clip: for files, where later frames are known.
+//!
+//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as paper 002 uses it (section 6):
+//!
+//! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place: the mean of where its toes (or
+//!    ankle) are in it, on the floor. What takes the foot there is its offset in each frame.
+//! 2. **Root.** It takes what the standing feet have in common, between plants what lies between, all smoothed over a
+//!    window; and it comes near enough for every leg to reach.
+//! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::ik`]), the foot's
+//!    orientation kept.
+//! 4. **Smoothing.** Before and behind a plant the offset grows and fades over the window, so that nothing pops.
+//!
+//! A stream has [`gestus_core::lock`] instead, which knows no later frame.
+
+use gestus_core::{
+    Database, Pose,
+    blob::{Leg, layout::MAX_JOINTS},
+    ik::Chain,
+};
+use nalgebra::Vector3;
+
+use crate::{
+    contact::smoothed,
+    motion::Frame,
+    stream::{Streamed, from_pose, to_pose},
+};
+
+/// Part of its length that a leg is stretched to.
+const STRETCH: f64 = 0.995;
+/// Standard deviation of the Gaussian on contact likelihoods, frames (paper 000, section 6).
+const CONTACT_FRAMES: f64 = 0.6;
+
+type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
+
+/// Cleans a stream's output, whose feet were not held on the way; contacts are its likelihoods, smoothed by the paper's
+/// Gaussian. `window` is how many frames a change is spread over.
+pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize) {
+    let likelihoods: Vec<[f64; 2]> =
+        streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
+    let stands = smoothed(&likelihoods, CONTACT_FRAMES);
+    let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+    let cleaned = clean(database, &frames, &stands, window);
+    for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
+        step.frame = frame;
+        step.report.contacts = stands;
+    }
+}
+
+/// The poses with their feet where they stand. Without legs in the database they stay as they are.
+pub fn clean(database: &Database<'_>, frames: &[Frame], stands: &[[bool; 2]], window: usize) -> Vec<Frame> {
+    let Some(legs) = database.legs() else { return frames.to_vec() };
+    let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
+    let chains = |poses: &[Pose<MAX_JOINTS>]| -> Vec<[Chain; 2]> {
+        poses.iter().map(|p| legs.map(|leg| Chain::of(database, &leg, p))).collect()
+    };
+    let before = chains(&poses);
+    let plants = places(&before, &legs, stands);
+    let shifts = root_shifts(&before, &plants, window);
+    for (pose, shift) in poses.iter_mut().zip(&shifts) {
+        for (slot, shift) in pose.position.iter_mut().zip(shift.iter()) {
+            *slot += *shift as f32;
+        }
+    }
+    // What the root has not taken, the legs do; around the plants it fades.
+    for side in [0, 1] {
+        let own: Vec<Option<Vector3<f64>>> =
+            plants.iter().zip(&shifts).map(|(p, s)| p[side].map(|p| p - s)).collect();
+        let faded = fade(&own, window);
+        for ((pose, before), (offset, shift)) in poses.iter_mut().zip(&before).zip(faded.iter().zip(&shifts))
+        {
+            let leg = &legs[side];
+            let moved = *offset + *shift;
+            let ankle = vector(before[side].ankle) + moved;
+            let chain = Chain::of(database, leg, pose);
+            let reach =
+                (STRETCH * f64::from(chain.length())).max((vector(chain.ankle) - vector(chain.hip)).norm());
+            if offset.norm() > 1e-6 {
+                chain.place(leg, [ankle.x as f32, ankle.y as f32, ankle.z as f32], reach as f32, pose);
+            }
+        }
+    }
+    poses.iter().map(|p| from_pose(p, database.counts().joints)).collect()
+}
+
+fn vector(v: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(v.map(f64::from))
+}
+
+/// The joint that holds a foot, and its height over the floor where it stands.
+fn carrier(chain: &Chain, leg: &Leg) -> (Vector3<f64>, f64) {
+    match leg.toe {
+        Some(_) => (vector(chain.toe), f64::from(leg.heights[1])),
+        None => (vector(chain.ankle), f64::from(leg.heights[0])),
+    }
+}
+
+/// Offsets that take each standing foot to its plant's place.
+fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offsets {
+    let mut offsets: Offsets = vec![[None; 2]; chains.len()];
+    for side in [0, 1] {
+        let mut start = 0;
+        while start < chains.len() {
+            let end = (start..chains.len()).find(|&t| !stands[t][side]).unwrap_or(chains.len());
+            let plant = start..end;
+            let mean = plant.clone().map(|t| carrier(&chains[t][side], &legs[side]).0).sum::<Vector3<f64>>()
+                / plant.len().max(1) as f64;
+            for t in plant {
+                let (place, height) = carrier(&chains[t][side], &legs[side]);
+                offsets[t][side] = Some(Vector3::new(mean.x, height, mean.z) - place);
+            }
+            start = end + 1;
+        }
+    }
+    offsets
+}
+
+/// What the root takes: the mean of the standing feet's offsets, in between what lies between, smoothed, and so that
+/// every leg reaches.
+fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Vector3<f64>> {
+    let common: Vec<Option<Vector3<f64>>> = plants
+        .iter()
+        .map(|p| {
+            let standing: Vec<Vector3<f64>> = p.iter().flatten().copied().collect();
+            (!standing.is_empty()).then(|| standing.iter().sum::<Vector3<f64>>() / standing.len() as f64)
+        })
+        .collect();
+    let mut shifts = smooth(&between(&common), window);
+    // Twice: what one leg asks for may take the other one out of reach.
+    for _ in 0..2 {
+        for (shift, (chains, plants)) in shifts.iter_mut().zip(chains.iter().zip(plants)) {
+            for (chain, plant) in chains.iter().zip(plants) {
+                let Some(plant) = plant else { continue };
+                let way = vector(chain.ankle) + plant - vector(chain.hip) - *shift;
+                let (length, most) = (way.norm(), STRETCH * f64::from(chain.length()));
+                if length > most {
+                    *shift += way * (1.0 - most / length);
+                }
+            }
+        }
+        shifts = smooth(&shifts, window / 2);
+    }
+    shifts
+}
+
+/// Gaps filled by straight lines; held at both ends.
+fn between(values: &[Option<Vector3<f64>>]) -> Vec<Vector3<f64>> {
+    let known: Vec<(usize, Vector3<f64>)> =
+        values.iter().enumerate().filter_map(|(t, v)| v.map(|v| (t, v))).collect();
+    (0..values.len())
+        .map(|t| {
+            let after = known.partition_point(|k| k.0 < t);
+            match (after.checked_sub(1).map(|i| known[i]), known.get(after)) {
+                (_, Some(&(at, v))) if at == t => v,
+                (Some((a, v)), Some(&(b, w))) => v.lerp(&w, (t - a) as f64 / (b - a) as f64),
+                (Some((_, v)), None) | (None, Some(&(_, v))) => v,
+                (None, None) => Vector3::zeros(),
+            }
+        })
+        .collect()
+}
+
+/// A Gaussian over the window.
+fn smooth(values: &[Vector3<f64>], window: usize) -> Vec<Vector3<f64>> {
+    let sigma = (window as f64 / 3.0).max(1e-9);
+    let last = values.len().saturating_sub(1);
+    (0..values.len())
+        .map(|t| {
+            let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+            for i in 0..=2 * window {
+                let away = i as f64 - window as f64;
+                let weight = (-0.5 * (away / sigma).powi(2)).exp();
+                sum += values[(t + i).saturating_sub(window).min(last)] * weight;
+                total += weight;
+            }
+            sum / total
+        })
+        .collect()
+}
+
+/// Offsets in plants as they are; around them they fade by a smoothstep over the window, nearest plant first.
+fn fade(values: &[Option<Vector3<f64>>], window: usize) -> Vec<Vector3<f64>> {
+    let step = |t: f64| 1.0 - t * t * (3.0 - 2.0 * t);
+    (0..values.len())
+        .map(|t| {
+            if let Some(v) = values[t] {
+                return v;
+            }
+            let near = |reach: &dyn Fn(usize) -> Option<usize>| {
+                (1..=window).find_map(|d| values.get(reach(d)?).copied().flatten().map(|v| (d, v)))
+            };
+            let part = |found: Option<(usize, Vector3<f64>)>| {
+                found.map_or(Vector3::zeros(), |(d, v)| v * step(d as f64 / (window + 1) as f64))
+            };
+            part(near(&|d| t.checked_sub(d))) + part(near(&|d| Some(t + d)))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_filled_and_plants_fade() {
+        let v = |x: f64| Some(Vector3::new(x, 0.0, 0.0));
+        let values = [None, v(1.0), None, None, None, v(5.0), None];
+        let filled: Vec<f64> = between(&values).iter().map(|v| v.x).collect();
+        assert_eq!(filled, [1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0]);
+        assert!(between(&[None, None]).iter().all(|v| *v == Vector3::zeros()));
+        let faded: Vec<f64> = fade(&[v(1.0), None, None, None, None, None], 2).iter().map(|v| v.x).collect();
+        assert_eq!(faded[0], 1.0);
+        assert!(faded[1] > faded[2] && faded[2] > 0.0 && faded[3] == 0.0, "{faded:?}");
+    }
+
+    #[test]
+    fn a_constant_stays_under_the_gaussian() {
+        let values = vec![Vector3::new(1.0, -2.0, 0.5); 9];
+        for v in smooth(&values, 4) {
+            assert!((v - values[0]).norm() < 1e-12);
+        }
+    }
+}

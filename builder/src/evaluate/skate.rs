@@ -1,0 +1,265 @@
+//! How far feet slide while they stand, and what holding them costs: before and after the lock, beside real motion.
+
+use gestus_core::{Database, blob::Leg};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::{
+    Evaluation,
+    loo::{HeldOut, LooOptions, held_out},
+};
+use crate::{
+    body::Body,
+    build::{BuildError, build},
+    contact::contacts,
+    corpus::Corpus,
+    motion::{Clip, Frame, Skeleton},
+    report::{
+        html::Figure,
+        plot::{self, Labels},
+        progress, table,
+    },
+    stream::{Request, Streamed, stream},
+};
+
+/// Poses with the times between them and the feet that stand.
+#[derive(Debug, Clone)]
+pub struct Performance {
+    /// The poses.
+    pub frames: Vec<Frame>,
+    /// Seconds from each pose's predecessor to it.
+    pub steps_s: Vec<f64>,
+    /// Which foot stands.
+    pub stands: Vec<[bool; 2]>,
+}
+
+impl Performance {
+    /// A clip with its kinematic contacts.
+    pub fn of_clip(clip: &Clip, body: &Body) -> Self {
+        Self {
+            frames: clip.frames.clone(),
+            steps_s: vec![1.0 / clip.rate_hz; clip.frames.len()],
+            stands: contacts(clip, &body.landmarks),
+        }
+    }
+
+    /// A stream's output, each pose at its own time, with the contacts that the core saw.
+    pub fn of_stream(streamed: &Streamed) -> Self {
+        let steps = || streamed.steps.iter();
+        Self {
+            frames: steps().map(|s| s.frame.clone()).collect(),
+            steps_s: steps().map(|s| f64::from(s.report.step_s)).collect(),
+            stands: steps().map(|s| s.report.contacts).collect(),
+        }
+    }
+}
+
+/// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
+/// the one before. Shape `[frames][side]`.
+pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> Vec<[Option<f64>; 2]> {
+    let positions: Vec<Vec<Vector3<f64>>> = of.frames.iter().map(|f| f.positions(skeleton)).collect();
+    (0..positions.len())
+        .map(|t| {
+            [0, 1].map(|side| {
+                let before = t.checked_sub(1).filter(|&b| of.stands[b][side] && of.stands[t][side])?;
+                let leg = &legs[side];
+                let over = |joint: usize, height: f32| positions[t][joint].y - f64::from(height);
+                let joint = match leg.toe {
+                    Some(toe) if over(toe, leg.heights[1]) <= over(leg.ankle, leg.heights[0]) => toe,
+                    _ => leg.ankle,
+                };
+                let way = positions[t][joint] - positions[before][joint];
+                Some(way.x.hypot(way.z) / of.steps_s[t])
+            })
+        })
+        .collect()
+}
+
+/// Mean speed on the ground of feet that stand, cm/s; 0 where none does.
+pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
+    let speeds: Vec<f64> =
+        standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v).collect();
+    speeds.iter().sum::<f64>() / speeds.len().max(1) as f64
+}
+
+/// Fastest angular speed of each joint, rad/s. Shape `[joints]`.
+pub fn peak_speeds(of: &Performance) -> Vec<f64> {
+    let joints = of.frames.first().map_or(0, |f| f.rotations.len());
+    (0..joints)
+        .map(|j| {
+            of.frames
+                .windows(2)
+                .zip(&of.steps_s[1..])
+                .map(|(w, s)| w[0].rotations[j].angle_to(&w[1].rotations[j]) / s)
+                .fold(0.0, f64::max)
+        })
+        .collect()
+}
+
+/// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames.
+fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [f64; 2] {
+    let mut heights: Vec<f64> = of
+        .frames
+        .iter()
+        .zip(&of.stands)
+        .flat_map(|(frame, stands)| {
+            let p = frame.positions(skeleton);
+            [0, 1].map(|side| {
+                stands[side].then(|| {
+                    let leg = &legs[side];
+                    let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
+                    100.0 * leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
+                })
+            })
+        })
+        .flatten()
+        .collect();
+    heights.sort_by(f64::total_cmp);
+    let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
+    [at(0.05), at(0.95)]
+}
+
+/// Runs the evaluation and draws its plots.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let body = Body::of(corpus)?;
+    let folds = held_out(corpus, &body, options);
+    let bar = progress::bar(folds.len(), "skate");
+    let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
+        .par_iter()
+        .enumerate()
+        .map(|(i, fold)| {
+            let result = one(corpus, &body, fold, options, i)?;
+            bar.inc(1);
+            Ok(result)
+        })
+        .collect::<Result<_, BuildError>>()?;
+    bar.finish_and_clear();
+    let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    Ok(Evaluation {
+        what: "skate",
+        about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
+                is the clip, `raw` its translation, `locked` the same with its feet held, `real` a held-out clip of the \
+                output style. Speeds of joints are relative to the fastest of the same joint in the input."
+            .into(),
+        keys: vec!["method", "action", "style"],
+        rows: rows.into_iter().flatten().collect(),
+        figures: figures.into_iter().flatten().take(6).collect(),
+    })
+}
+
+fn one(
+    corpus: &Corpus,
+    body: &Body,
+    fold: &HeldOut,
+    options: &LooOptions,
+    number: usize,
+) -> Result<(Vec<table::Row>, Option<Figure>), BuildError> {
+    let built = build(&corpus.without(&[fold.test, fold.truth]), &options.build)?;
+    let database = Database::open(&built.bytes)?;
+    let (Some(legs), Some(config)) = (database.legs(), options.configs.first()) else {
+        return Ok((Vec::new(), None));
+    };
+    let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
+    let run = |held: bool| {
+        let request = Request { config: config.1.contacts(held), ..Request::style(fold.style as u16) };
+        stream(&database, clip, &request, &mut ())
+    };
+    let (Ok(raw), Ok(locked)) = (run(false), run(true)) else { return Ok((Vec::new(), None)) };
+    let let_go = let_go(&locked);
+    let performances = [
+        ("input", Performance::of_clip(clip, body)),
+        ("raw", Performance::of_stream(&raw)),
+        ("locked", Performance::of_stream(&locked)),
+        ("real", Performance::of_clip(truth, body)),
+    ];
+    let skeleton = &corpus.skeleton;
+    let input_peaks = peak_speeds(&performances[0].1);
+    let raw_peaks = peak_speeds(&performances[1].1);
+    let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
+    let most = |peaks: &[f64]| peaks.iter().copied().fold(0.0, f64::max);
+    let rows = performances
+        .iter()
+        .map(|(method, performance)| {
+            let peaks = peak_speeds(performance);
+            let ratio =
+                |to: &[f64]| leg_joints.iter().map(|&j| peaks[j] / to[j].max(1e-9)).fold(0.0, f64::max);
+            let [low, high] = heights_cm(skeleton, &legs, performance);
+            super::row(json!({
+                "method": method,
+                "action": corpus.actions[corpus.examples[fold.test].action],
+                "style": corpus.styles[fold.style],
+                "clip": if *method == "real" { &truth.name } else { &clip.name },
+                "skate_cm_s": skate_cm_s(skeleton, &legs, performance),
+                "joint_speed_ratio": most(&peaks) / most(&input_peaks),
+                "leg_speed_ratio": ratio(&input_peaks),
+                "leg_speed_over_raw": ratio(&raw_peaks),
+                "lowest_cm": low,
+                "highest_cm": high,
+                "held_cm_max": (*method == "locked").then(|| 100.0 * held_most(&locked)),
+                "let_go": (*method == "locked").then_some(let_go),
+            }))
+        })
+        .collect();
+    let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &performances));
+    Ok((rows, figure))
+}
+
+/// How often a foot that stands was let go for the distance.
+fn let_go(streamed: &Streamed) -> usize {
+    let steps = &streamed.steps;
+    (1..steps.len())
+        .flat_map(|t| [0, 1].map(|side| (t, side)))
+        .filter(|&(t, side)| {
+            steps[t - 1].report.held[side] && !steps[t].report.held[side] && steps[t].report.contacts[side]
+        })
+        .count()
+}
+
+fn held_most(streamed: &Streamed) -> f64 {
+    let of = |s: &crate::stream::Step| {
+        [0, 1].map(|i| if s.report.held[i] { f64::from(s.report.held_m[i]) } else { 0.0 })
+    };
+    streamed.steps.iter().flat_map(of).fold(0.0, f64::max)
+}
+
+/// Speed of the left foot's toes on the ground over time, before and after.
+fn foot_speed(
+    corpus: &Corpus,
+    fold: &HeldOut,
+    legs: &[Leg; 2],
+    performances: &[(&str, Performance)],
+) -> Figure {
+    let joint = legs[0].toe.unwrap_or(legs[0].ankle);
+    let series: Vec<(String, Vec<(f64, f64)>)> = performances
+        .iter()
+        .filter(|(name, _)| *name == "raw" || *name == "locked")
+        .map(|(name, performance)| {
+            let places: Vec<Vector3<f64>> =
+                performance.frames.iter().map(|f| f.positions(&corpus.skeleton)[joint]).collect();
+            let mut time = 0.0;
+            let points = (1..places.len())
+                .map(|t| {
+                    time += performance.steps_s[t];
+                    let way = places[t] - places[t - 1];
+                    (time, 100.0 * way.x.hypot(way.z) / performance.steps_s[t])
+                })
+                .take_while(|(time, _)| *time < 4.0)
+                .collect();
+            ((*name).to_owned(), points)
+        })
+        .collect();
+    let name = &corpus.examples[fold.test].clip.name;
+    let style = &corpus.styles[fold.style];
+    let title = format!("Left toes of {name} in the style {style}");
+    Figure {
+        name: format!("{name}-{style}"),
+        caption: format!(
+            "Speed on the ground of the left toes, {name} in the style {style}, before and after the lock."
+        ),
+        svg: plot::lines(Labels { title: &title, x: "output time, s", y: "cm/s" }, &series),
+    }
+}

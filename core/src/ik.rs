@@ -1,0 +1,178 @@
+//! Inverse kinematics of a leg: two bones, in closed form.
+//!
+//! The ankle is put to a target. Only three joints turn: the knee about the axis about which it is bent already, so that
+//! it keeps its direction; the hip by the shortest arc that brings the ankle to the target; the ankle so that the foot
+//! keeps its orientation in the world.
+//!
+//! ```text
+//! cos φ = (d² - l₁² - l₂²) / (2 l₁ l₂)      φ: how far the knee is bent; d: from hip to target; l: the bones
+//! ```
+//!
+//! Source: the analytic limb of Tolani, Goswami and Badler 2000, "Real-time inverse kinematics techniques for
+//! anthropomorphic limbs", with the swivel angle left as it is; Kovar, Schreiner and Gleicher 2002, "Footskate cleanup
+//! for motion capture editing", section 5.3. Cost: about 1,200 instructions a leg, kinematics included.
+
+use crate::{
+    blob::{Database, Leg},
+    math::{acos, atan2, sin_cos, sqrt},
+    pose::Pose,
+    quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
+};
+
+/// Squared length under which a direction is none, metres² (or its square).
+const NO_DIRECTION: f32 = 1e-12;
+
+/// Where a leg is, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Chain {
+    /// Orientation of the joint above the hip joint.
+    pub parent: Quaternion,
+    /// Orientations of thigh, shin and foot.
+    pub turns: [Quaternion; 3],
+    /// The hip joint, metres.
+    pub hip: Vector,
+    /// The knee.
+    pub knee: Vector,
+    /// The ankle.
+    pub ankle: Vector,
+    /// The toes; the ankle where there are none.
+    pub toe: Vector,
+    /// A side axis of the body, from right to left: about which a straight knee bends.
+    pub side: Vector,
+}
+
+impl Chain {
+    /// A leg of a pose, by forward kinematics.
+    pub fn of<const J: usize>(database: &Database<'_>, leg: &Leg, pose: &Pose<J>) -> Self {
+        let turn = |joint: usize| pose.rotations.get(joint).copied().unwrap_or(IDENTITY);
+        let offset = |joint: usize| database.joint(joint).offset;
+        // From the hip joint up to the root: parents come before their children, so that this ends.
+        let (mut parent, mut hip) = (IDENTITY, offset(leg.hip));
+        let mut above = database.joint(leg.hip).parent;
+        for _ in 0..J {
+            let Some(joint) = above else { break };
+            hip = rotate(turn(joint), hip);
+            parent = multiply(turn(joint), parent);
+            above = database.joint(joint).parent;
+            hip = add(hip, if above.is_some() { offset(joint) } else { pose.position });
+        }
+        let thigh = multiply(parent, turn(leg.hip));
+        let knee = add(hip, rotate(thigh, offset(leg.knee)));
+        let shin = multiply(thigh, turn(leg.knee));
+        let ankle = add(knee, rotate(shin, offset(leg.ankle)));
+        let foot = multiply(shin, turn(leg.ankle));
+        let toe = leg.toe.map_or(ankle, |toe| add(ankle, rotate(foot, offset(toe))));
+        let side = rotate(turn(0), database.hips_line());
+        Self { parent, turns: [thigh, shin, foot], hip, knee, ankle, toe, side }
+    }
+
+    /// Length of the stretched leg, metres.
+    pub fn length(&self) -> f32 {
+        norm(subtract(self.knee, self.hip)) + norm(subtract(self.ankle, self.knee))
+    }
+
+    /// Turns hip, knee and ankle of `pose`, which this is a leg of, so that the ankle lies at `target`, or as near to it
+    /// as a leg of at most `reach` metres from hip to ankle comes.
+    pub fn place<const J: usize>(&self, leg: &Leg, target: Vector, reach: f32, pose: &mut Pose<J>) {
+        let [thigh, shin, foot] = self.turns;
+        let (upper, lower) = (subtract(self.knee, self.hip), subtract(self.ankle, self.knee));
+        let (l1, l2) = (norm(upper), norm(lower));
+        let wanted = subtract(target, self.hip);
+        let distance = norm(wanted);
+        if !(l1 > 1e-4 && l2 > 1e-4 && distance > 1e-4) {
+            return;
+        }
+        let shortest = crate::math::abs(l1 - l2) + 0.05 * (l1 + l2);
+        let held = if distance > reach { reach } else { distance };
+        let held = if held < shortest { shortest } else { held };
+
+        let bent_about = cross(upper, lower);
+        let axis = unit(bent_about).or(unit(self.side)).unwrap_or([1.0, 0.0, 0.0]);
+        let bent = atan2(norm(bent_about), dot(upper, lower));
+        let bend = acos((held * held - l1 * l1 - l2 * l2) / (2.0 * l1 * l2));
+        let fold = about(axis, bend - bent);
+        let ankle = add(upper, rotate(fold, lower));
+        let swing = arc(ankle, wanted);
+
+        let thigh = multiply(swing, thigh);
+        let shin = multiply(swing, multiply(fold, shin));
+        let turns = [
+            (leg.hip, multiply(conjugate(self.parent), thigh)),
+            (leg.knee, multiply(conjugate(thigh), shin)),
+            (leg.ankle, multiply(conjugate(shin), foot)),
+        ];
+        for (joint, turn) in turns {
+            if let (Some(slot), Some(turn)) = (pose.rotations.get_mut(joint), quaternion::normalize(turn)) {
+                *slot = turn;
+            }
+        }
+    }
+}
+
+/// Distance of two places, metres.
+pub fn distance(a: Vector, b: Vector) -> f32 {
+    norm(subtract(a, b))
+}
+
+/// `a + b`.
+pub(crate) fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// `a - b`.
+pub(crate) fn subtract(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: Vector, b: Vector) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Length of a vector.
+pub(crate) fn norm(v: Vector) -> f32 {
+    sqrt(dot(v, v))
+}
+
+fn unit(v: Vector) -> Option<Vector> {
+    let length2 = dot(v, v);
+    (length2 > NO_DIRECTION).then(|| {
+        let inverse = 1.0 / sqrt(length2);
+        v.map(|x| x * inverse)
+    })
+}
+
+fn about(axis: Vector, angle: f32) -> Quaternion {
+    let (s, c) = sin_cos(0.5 * angle);
+    [axis[0] * s, axis[1] * s, axis[2] * s, c]
+}
+
+/// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.
+fn arc(a: Vector, b: Vector) -> Quaternion {
+    let c = cross(a, b);
+    quaternion::normalize([c[0], c[1], c[2], dot(a, b) + sqrt(dot(a, a) * dot(b, b))]).unwrap_or(IDENTITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shortest_arc_turns_one_direction_into_the_other() {
+        for (a, b) in [
+            ([0.0, -1.0, 0.0], [0.3, -0.8, 0.2]),
+            ([0.1, -0.7, 0.4], [0.1, -0.7, 0.4]),
+            ([1.0, 0.0, 0.0], [0.0, 0.0, 2.0]),
+        ] {
+            let turned = unit(rotate(arc(a, b), a)).unwrap();
+            let wanted = unit(b).unwrap();
+            assert!(norm(subtract(turned, wanted)) < 1e-6, "{a:?} {b:?} {turned:?}");
+        }
+        // Half a turn has no shortest way: the leg stays.
+        assert_eq!(arc([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]), IDENTITY);
+    }
+}

@@ -1,0 +1,371 @@
+//! Feet that stand stay where they are.
+//!
+//! A regression moves the feet of its output a few centimetres while they should stand. Here, behind the prediction and
+//! without a look ahead, each foot that stands ([`crate::contact`]) is held by the joint that carries it, heel (ankle) or
+//! toes, whichever is lower:
+//!
+//! 1. At foot-down the place where the foot has come down is remembered; nothing moves yet. From then on the foot's
+//!    **offset** is what takes it back there. When the weight goes from heel to toes, the toes are held where they were.
+//! 2. The root follows its feet: what standing feet slide on and on, forward and sideways, is the root's speed that does
+//!    not agree with its legs. It is learnt over a few steps and taken off the root; the legs take the rest.
+//! 3. Heights go to the floor: the root takes what all standing feet have in common, slowly (a critically damped
+//!    spring), and comes down where a leg would be stretched beyond its length; the legs take the rest.
+//! 4. At foot-up, or where a foot has come further than `release_m` from where the prediction has it, the offset is
+//!    eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. In the air a foot is kept
+//!    from going through the floor.
+//! 5. Each leg meets its target by [`crate::ik`].
+//!
+//! The prediction fed back stays as it was: this is on the way out alone.
+//! Source: paper 000, section 6; Kovar, Schreiner and Gleicher 2002 ("Footskate cleanup"), in a causal form.
+//! Cost: about 5,000 instructions a frame.
+
+use crate::{
+    blob::{Database, Leg},
+    ik::{Chain, add, norm, subtract},
+    math::{clamp, exp, sqrt},
+    pose::Pose,
+    quaternion::{IDENTITY, Vector, rotate},
+};
+
+/// Time constant of the root's own correction of its speed, seconds of standing, and the most that it comes to, m/s.
+const LEARN_S: f32 = 0.25;
+const DRIFT_SPEED: f32 = 0.8;
+/// Rate of the spring that moves the root's height, 1/s.
+const ROOT_RATE: f32 = 6.0;
+/// Time constant of a standing foot's way to the floor, seconds, and the most that it goes, m/s.
+const SETTLE_S: f32 = 0.08;
+const SETTLE_SPEED: f32 = 0.25;
+/// The most that the root comes down for a stretched leg, metres.
+const STOOP_M: f32 = 0.04;
+/// Time constant of its way up again, seconds.
+const STOOP_S: f32 = 0.15;
+/// How fast it comes down at most, m/s.
+const STOOP_SPEED: f32 = 0.5;
+/// How fast the floor under a foot follows what the caller says, m/s.
+const FLOOR_SPEED: f32 = 0.8;
+/// Part of its length that a leg is stretched to by a lock.
+const STRETCH: f32 = 0.995;
+/// A foot in the air may be this much lower than where it stands: toes bend, soles are soft. Metres.
+const SOFT_M: f32 = 0.02;
+/// A foot whose prediction is this high over the floor does not stand, whatever its neighbors say. Metres.
+const UP_M: f32 = 0.06;
+/// By how much the other joint has to be lower before it carries the foot, metres.
+const HANDOVER_M: f32 = 0.0005;
+/// How fast an offset is eased out at most, m/s: a large one takes longer than a small one.
+const RETURN_SPEED: f32 = 0.3;
+/// The height over the floor of toes that are not there.
+const NEVER_M: f32 = 1e3;
+
+/// What a foot does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum Phase {
+    /// In the air, or let go: the offset is eased out.
+    Free,
+    /// Held by the ankle.
+    Heel,
+    /// Held by the toes.
+    Toe,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Foot {
+    phase: Phase,
+    /// What is added to the ankle's place, metres, the root's lift apart.
+    offset: Vector,
+    /// Held: the place on the ground (y unused). Free: the offset when it was let go.
+    held: Vector,
+    /// Where the joint that does not carry the foot was on the ground in the last frame.
+    other: [f32; 2],
+    /// Seconds since it was let go.
+    age_s: f32,
+}
+
+impl Foot {
+    const FREE: Self =
+        Self { phase: Phase::Free, offset: [0.0; 3], held: [0.0; 3], other: [0.0; 2], age_s: 0.0 };
+}
+
+/// How feet are locked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tuning {
+    /// A foot that is held further than this from where the prediction has it is let go, metres.
+    pub release_m: f32,
+    /// How long an offset is eased out, seconds.
+    pub ease_s: f32,
+}
+
+/// The locks of both feet: all that is kept between frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Lock {
+    feet: [Foot; 2],
+    /// How much higher the root is than predicted, metres, and how fast that grows, m/s.
+    lift: f32,
+    rise: f32,
+    /// How far the root has come down for a stretched leg, metres, 0 or less.
+    stoop: f32,
+    /// What is added to the root's speed, forward and left, m/s.
+    drift_speed: [f32; 2],
+    /// What that has come to, x and z, metres.
+    drift: [f32; 2],
+    /// The floor under each foot as the caller says it, metres, and as the feet are led to it.
+    wanted_floor: [f32; 2],
+    floor: [f32; 2],
+}
+
+impl Lock {
+    /// No foot held, the floor at height 0.
+    pub const fn new() -> Self {
+        Self {
+            feet: [Foot::FREE; 2],
+            lift: 0.0,
+            rise: 0.0,
+            stoop: 0.0,
+            drift_speed: [0.0; 2],
+            drift: [0.0; 2],
+            wanted_floor: [0.0; 2],
+            floor: [0.0; 2],
+        }
+    }
+
+    /// Forgets the stream; the floor stays.
+    pub fn reset(&mut self) {
+        *self = Self { wanted_floor: self.wanted_floor, floor: self.wanted_floor, ..Self::new() };
+    }
+
+    /// Heights of the floor under the left and the right foot, metres.
+    pub fn set_floor(&mut self, heights: [f32; 2]) {
+        self.wanted_floor = heights;
+    }
+
+    /// Which feet are held.
+    pub fn held(&self) -> [bool; 2] {
+        self.feet.map(|f| f.phase != Phase::Free)
+    }
+
+    /// How far the feet are from where the prediction has them, metres.
+    pub fn offsets(&self) -> [f32; 2] {
+        self.feet.map(|f| norm(f.offset))
+    }
+
+    /// Holds the feet of `pose` that stand; `step_s` is the time since the last pose. Feet that are clearly in the air
+    /// are taken out of `stands`. Without legs in the database nothing happens.
+    pub fn hold<const J: usize>(
+        &mut self,
+        database: &Database<'_>,
+        stands: &mut [bool; 2],
+        step_s: f32,
+        tuning: Tuning,
+        pose: &mut Pose<J>,
+    ) {
+        let Some(legs) = database.legs() else { return };
+        let ahead =
+            heading(rotate(pose.rotations.first().copied().unwrap_or(IDENTITY), database.hips_line()));
+        self.drift_root(ahead, step_s, pose);
+        let chains = legs.map(|leg| Chain::of(database, &leg, pose));
+        for (floor, wanted) in self.floor.iter_mut().zip(self.wanted_floor) {
+            *floor += clamp(wanted - *floor, -FLOOR_SPEED * step_s, FLOOR_SPEED * step_s);
+        }
+        for ((stands, &floor), (leg, chain)) in
+            stands.iter_mut().zip(&self.floor).zip(legs.iter().zip(&chains))
+        {
+            *stands = *stands && lower(over_floor(leg, chain, floor - self.lift)) < UP_M;
+        }
+        let stands = *stands;
+        self.lift_root(&legs, &chains, stands, step_s);
+        // Ankles, before the root is lifted.
+        let mut targets = [[0.0; 3]; 2];
+        let before = self.feet;
+        let feet = self.feet.iter_mut().zip(&mut targets).zip(self.floor.iter().zip(stands));
+        for (((foot, target), (&floor, stands)), (leg, chain)) in feet.zip(legs.iter().zip(&chains)) {
+            let over = over_floor(leg, chain, floor - self.lift);
+            foot.advance(chain, over, stands, step_s, tuning);
+            *target = add(chain.ankle, foot.offset);
+            if foot.phase == Phase::Free {
+                let deep = -SOFT_M - lower(over) - foot.offset[1];
+                target[1] += if deep > 0.0 { deep } else { 0.0 };
+            }
+        }
+        self.learn_drift(&before, ahead);
+        self.stoop_root(&chains, &targets, step_s);
+        for ((leg, chain), (foot, mut target)) in legs.iter().zip(&chains).zip(self.feet.iter().zip(targets))
+        {
+            if foot.phase != Phase::Free {
+                // A foot that is held does not come down with the root.
+                target[1] -= self.stoop;
+            }
+            // Nothing to do is done to the bit.
+            if norm(subtract(target, chain.ankle)) > 1e-6 {
+                chain.place(leg, target, reach(chain), pose);
+            }
+        }
+        pose.position[1] += self.lift + self.stoop;
+    }
+
+    /// Moves the root by what has been learnt of its speed.
+    fn drift_root<const J: usize>(&mut self, [fx, fz]: [f32; 2], step_s: f32, pose: &mut Pose<J>) {
+        let [forward, left] = self.drift_speed;
+        // Left of (x, z) is (z, -x): facing +Z it is +X.
+        self.drift[0] += (forward * fx + left * fz) * step_s;
+        self.drift[1] += (forward * fz - left * fx) * step_s;
+        pose.position[0] += self.drift[0];
+        pose.position[2] += self.drift[1];
+    }
+
+    /// Held feet whose offsets grow say how fast the root goes astray.
+    fn learn_drift(&mut self, before: &[Foot; 2], [fx, fz]: [f32; 2]) {
+        let (mut grown, mut count) = ([0.0; 2], 0.0);
+        for (foot, old) in self.feet.iter().zip(before) {
+            if foot.phase != Phase::Free && foot.phase == old.phase {
+                grown[0] += foot.offset[0] - old.offset[0];
+                grown[1] += foot.offset[2] - old.offset[2];
+                count += 1.0;
+            }
+        }
+        if count > 0.0 {
+            let [x, z] = grown.map(|g| g / count);
+            for (speed, slid) in self.drift_speed.iter_mut().zip([x * fx + z * fz, x * fz - z * fx]) {
+                // An offset grown within a frame, over the frame's time, times the frame's time over the constant.
+                *speed = clamp(*speed + slid / LEARN_S, -DRIFT_SPEED, DRIFT_SPEED);
+            }
+        }
+    }
+
+    /// The root takes the height that the standing feet have in common.
+    fn lift_root(&mut self, legs: &[Leg; 2], chains: &[Chain; 2], stands: [bool; 2], step_s: f32) {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (((leg, chain), &floor), stands) in legs.iter().zip(chains).zip(&self.floor).zip(stands) {
+            if stands {
+                sum -= lower(over_floor(leg, chain, floor));
+                count += 1.0;
+            }
+        }
+        // Nobody on the ground: the root goes on as it is.
+        let wanted = if count > 0.0 { sum / count } else { self.lift };
+        // Stable at any rate of frames: a step of the spring is at most half a radian.
+        let rate = clamp(ROOT_RATE, 0.0, 0.5 / clamp(step_s, 1e-3, 10.0));
+        self.rise += step_s * (rate * rate * (wanted - self.lift) - 2.0 * rate * self.rise);
+        self.lift += step_s * self.rise;
+    }
+
+    /// The root comes down, at once, where a held foot stretches its leg; and goes up again slowly.
+    fn stoop_root(&mut self, chains: &[Chain; 2], targets: &[Vector; 2], step_s: f32) {
+        let mut need = 0.0;
+        for ((foot, chain), &target) in self.feet.iter().zip(chains).zip(targets) {
+            if foot.phase == Phase::Free {
+                continue;
+            }
+            let way = subtract(target, chain.hip);
+            let reach = reach(chain);
+            // How far the ankle may be below the hip joint at this distance on the ground.
+            let below = sqrt(reach * reach - way[0] * way[0] - way[2] * way[2]);
+            let down = way[1] + below;
+            need = if down < need { down } else { need };
+        }
+        let need = clamp(need, self.stoop - STOOP_SPEED * step_s, 0.0);
+        let need = if need < -STOOP_M { -STOOP_M } else { need };
+        let risen = self.stoop * exp(-step_s / STOOP_S);
+        self.stoop = if need < risen { need } else { risen };
+    }
+}
+
+impl Default for Lock {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Foot {
+    /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
+    /// floor that they would stand on.
+    fn advance(&mut self, chain: &Chain, over: [f32; 2], stands: bool, step_s: f32, tuning: Tuning) {
+        if self.phase == Phase::Free {
+            self.ease(step_s, tuning.ease_s);
+            // One that has slipped comes most of its way back before it is held again.
+            if stands && norm(self.offset) <= 0.5 * tuning.release_m {
+                self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
+                self.held = add(self.carrier(chain), self.offset);
+            }
+        } else if stands {
+            let lower = match self.phase {
+                Phase::Toe if over[0] < over[1] - HANDOVER_M => Phase::Heel,
+                Phase::Heel if over[1] < over[0] - HANDOVER_M => Phase::Toe,
+                phase => phase,
+            };
+            if lower != self.phase {
+                self.phase = lower;
+                self.held = [self.other[0], 0.0, self.other[1]];
+            }
+        } else {
+            self.release();
+            self.ease(step_s, tuning.ease_s);
+        }
+        if self.phase != Phase::Free {
+            let carrier = self.carrier(chain);
+            self.offset[0] = self.held[0] - carrier[0];
+            self.offset[2] = self.held[2] - carrier[2];
+            let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
+            let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
+            self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+            if self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2]
+                > tuning.release_m * tuning.release_m
+            {
+                self.release();
+            }
+        }
+        let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
+        self.other = [other[0] + self.offset[0], other[2] + self.offset[2]];
+    }
+
+    /// Where the joint that carries the foot is predicted.
+    fn carrier(&self, chain: &Chain) -> Vector {
+        if self.phase == Phase::Toe { chain.toe } else { chain.ankle }
+    }
+
+    fn release(&mut self) {
+        (self.phase, self.held, self.age_s) = (Phase::Free, self.offset, 0.0);
+    }
+
+    /// Eases the offset out.
+    fn ease(&mut self, step_s: f32, ease_s: f32) {
+        self.age_s += step_s;
+        // A smoothstep is steepest in its middle, 1.5 times its mean slope.
+        let least = 1.5 * norm(self.held) / RETURN_SPEED;
+        let whole = if least > ease_s { least } else { ease_s };
+        let t = clamp(self.age_s / whole, 0.0, 1.0);
+        let left = 1.0 - t * t * (3.0 - 2.0 * t);
+        self.offset = self.held.map(|v| v * left);
+    }
+}
+
+/// Direction ahead on the ground, x and z, of a body whose hips line points there.
+fn heading(line: Vector) -> [f32; 2] {
+    let length = sqrt(line[0] * line[0] + line[2] * line[2]);
+    if length > 1e-3 { [-line[2] / length, line[0] / length] } else { [0.0, 1.0] }
+}
+
+/// Heights of ankle and toes over where they stand on a floor of that height, metres.
+fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
+    let ankle = chain.ankle[1] - leg.heights[0] - floor;
+    // Without toes the ankle carries the foot all the time.
+    let toe = if leg.toe.is_some() { chain.toe[1] - leg.heights[1] - floor } else { NEVER_M };
+    [ankle, toe]
+}
+
+/// Height of a foot over the floor of the database, metres.
+pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
+    lower(over_floor(leg, chain, 0.0))
+}
+
+fn lower(over: [f32; 2]) -> f32 {
+    if over[1] <= over[0] { over[1] } else { over[0] }
+}
+
+/// How far from the hip joint a lock may take the ankle: almost the whole leg, or as far as it is.
+fn reach(chain: &Chain) -> f32 {
+    let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
+    if most > is { most } else { is }
+}

@@ -1,0 +1,208 @@
+//! What comes out where the input is late, out of order, no pose, or somewhere else all of a sudden.
+//!
+//! A loop that drives servos has to put out a pose a tick whatever comes in. What it then is, is the caller's choice
+//! ([`Safety`]); the report says which fault it was. Behind a fault the output is **mended**: over [`MEND_S`] each pose is
+//! taken a growing part of the way from the last one put out to the one that is due, so that nothing jumps.
+//!
+//! | fault | flag | told by |
+//! |---|---|---|
+//! | nothing has come | [`Degraded::STALE`] | [`Stylizer::tick`] without an input |
+//! | older than what has come already, or the same again | [`Degraded::ORDER`] | the number given with the input |
+//! | no pose: NaN, a rotation of no length, beyond the room | [`Degraded::INPUT`] | the pose |
+//! | faster than any body | [`Degraded::LEAP`] | joints over 40 rad/s, root over 15 m/s, heading over 20 rad/s |
+//!
+//! A leap that is still there after [`PATIENCE`] frames is no glitch: the body is somewhere else. It is taken up there
+//! without the speed that the leap would mean.
+
+use super::Stylizer;
+use crate::{
+    Degraded, Pose, Report,
+    blob::layout::dof,
+    ik::Chain,
+    lock::lowest,
+    math::{abs, clamp, exp},
+    pose::Anchor,
+    quaternion,
+    retime::interpolate,
+};
+
+/// How long the way back from a fault takes, seconds.
+pub const MEND_S: f32 = 0.3;
+/// Frames for which a leap is taken for a glitch.
+pub const PATIENCE: u8 = 5;
+/// Time constant of the way to rest, seconds, and how fast the root comes to stand at most, m/s.
+const REST_S: f32 = 0.4;
+const SETTLE_SPEED: f32 = 0.3;
+/// Faster than any body: joints and heading, rad/s, root, m/s.
+const JOINT_SPEED: f32 = 40.0;
+const HEADING_SPEED: f32 = 20.0;
+const ROOT_SPEED: f32 = 15.0;
+
+/// What is put out where the input fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Safety {
+    /// The output goes where the input goes, at once, leaps included; where there is no input the last output is held.
+    #[default]
+    Follow,
+    /// The last output is held; the way back is eased.
+    Hold,
+    /// The output is eased to rest, the database's mean pose on the floor; the way back is eased.
+    Rest,
+}
+
+impl Safety {
+    /// Every policy, in the order of the protocol's numbers.
+    pub const ALL: [Self; 3] = [Self::Follow, Self::Hold, Self::Rest];
+}
+
+/// What is kept of faults.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Guard {
+    /// Number of the last input taken.
+    number: Option<u32>,
+    /// Frames from the last input taken to this one, by their numbers.
+    gap: u16,
+    leaps: u8,
+    /// Seconds until the output is the stream's again.
+    mend_s: f32,
+}
+
+impl Guard {
+    pub const fn new() -> Self {
+        Self { number: None, gap: 1, leaps: 0, mend_s: 0.0 }
+    }
+
+    /// Frames from the last input taken to this one: by their numbers, or by the glitches between them.
+    fn frames(&self) -> f32 {
+        let glitches = u16::from(self.leaps) + 1;
+        f32::from(if glitches > self.gap { glitches } else { self.gap })
+    }
+
+    /// Frames from the last input taken to number `number`; `None` where it is not after that.
+    fn gap(&self, number: u32) -> Option<u16> {
+        let Some(last) = self.number else { return Some(1) };
+        // Numbers wrap; the nearer way round says which is later.
+        match number.wrapping_sub(last) {
+            0 | 0x8000_0000.. => None,
+            gap => Some(u16::try_from(gap).unwrap_or(u16::MAX)),
+        }
+    }
+}
+
+impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
+    /// [`step`](Self::step) in a loop: a tick with the input that has come since the last one and its number (of frames,
+    /// or any count that grows by one a frame and may wrap), or without one. Always puts out a pose, by the policy
+    /// [`Safety`]; the report says what was wrong.
+    pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
+        let Some((pose, number)) = input else { return self.make_do(Degraded::STALE, output) };
+        let Some(gap) = self.guard.gap(number) else { return self.make_do(Degraded::ORDER, output) };
+        self.guard.gap = gap;
+        let report = self.step_observed(pose, output, &mut ());
+        self.guard.gap = 1;
+        if !report.degraded.contains(Degraded::INPUT) && self.guard.leaps == 0 {
+            self.guard.number = Some(number);
+        }
+        report
+    }
+
+    /// True where the dofs just taken in are nowhere that a body could have come to: `signals.x` against `x_prev`.
+    pub(super) fn leaps(&self) -> bool {
+        let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
+        // Rates of the root are over one frame, however many lie between.
+        let frames = self.guard.frames();
+        let seconds = frames / self.database.rate_hz();
+        let mut values = x.iter().zip(x_prev).enumerate().take(self.database.counts().dofs);
+        values.any(|(d, (&now, &before))| match d {
+            dof::FORWARD | dof::LEFT => abs(now) > ROOT_SPEED * frames,
+            dof::YAW => abs(now) > HEADING_SPEED * frames,
+            dof::HEIGHT => abs(now - before) > ROOT_SPEED * seconds,
+            _ => abs(now - before) > JOINT_SPEED * seconds,
+        })
+    }
+
+    /// Whether a leap is a glitch, to be made do without; counts it.
+    pub(super) fn is_glitch(&mut self) -> bool {
+        if self.guard.leaps >= PATIENCE {
+            return false;
+        }
+        self.guard.leaps += 1;
+        true
+    }
+
+    /// The input is taken: where frames have gone missing before it, its speeds are over all of them; where it has leapt,
+    /// it has none.
+    pub(super) fn accept(&mut self, leapt: bool) {
+        let frames = self.guard.frames();
+        if leapt || frames > 1.0 {
+            for d in [dof::FORWARD, dof::LEFT, dof::YAW] {
+                if let Some(speed) = self.signals.x.as_flattened_mut().get_mut(d) {
+                    *speed = if leapt { 0.0 } else { *speed / frames };
+                }
+            }
+        }
+        if leapt {
+            self.guard.mend_s = MEND_S;
+        }
+        self.guard.leaps = 0;
+    }
+
+    /// A frame without an input to go by.
+    pub(super) fn make_do(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
+        let step_s = 1.0 / self.database.rate_hz();
+        let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
+        report.degraded.set(fault, true);
+        let Some(last) = self.last else {
+            *output = Pose::IDENTITY;
+            return report;
+        };
+        *output = last;
+        if self.config.safety == Safety::Rest {
+            let part = 1.0 - exp(-step_s / REST_S);
+            *output = interpolate(&last, &self.at_rest(&last), part);
+            self.stand(step_s, output);
+            self.last = Some(*output);
+        }
+        if self.config.safety != Safety::Follow {
+            self.guard.mend_s = MEND_S;
+        }
+        report
+    }
+
+    /// Takes the output a part of the way from the last one, while a fault is being mended.
+    pub(super) fn mend(&mut self, step_s: f32, output: &mut Pose<J>) {
+        let left = self.guard.mend_s;
+        if left <= 0.0 {
+            return;
+        }
+        if let Some(last) = self.last {
+            // All of the way is left at first, and none at the end: equal parts of a straight way.
+            let part = clamp(step_s / left, 0.0, 1.0);
+            *output = interpolate(&last, output, part);
+        }
+        self.guard.mend_s = left - step_s;
+    }
+
+    /// The mean pose where `pose` stands, facing as it does.
+    fn at_rest(&self, pose: &Pose<J>) -> Pose<J> {
+        let mut rest = *pose;
+        let root = pose.rotations.first().copied().unwrap_or(quaternion::IDENTITY);
+        let anchor = Anchor::of(&self.database, pose.position, root, self.output_anchor);
+        for (j, rotation) in rest.rotations.iter_mut().enumerate().take(self.database.counts().joints) {
+            *rotation = self.database.joint(j).mean;
+            if j == 0 {
+                *rotation = quaternion::multiply(quaternion::about_y(anchor.heading), *rotation);
+            }
+        }
+        rest
+    }
+
+    /// Brings the lower foot to the floor, slowly.
+    fn stand(&self, step_s: f32, pose: &mut Pose<J>) {
+        let Some(legs) = self.database.legs() else { return };
+        let [left, right] = legs.map(|leg| lowest(&leg, &Chain::of(&self.database, &leg, pose)));
+        let over = if left < right { left } else { right };
+        pose.position[1] -= clamp(over, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+    }
+}

@@ -1,0 +1,282 @@
+//! Feet: the leg that is put to a target, and the foot that stays where it stands.
+
+use std::sync::OnceLock;
+
+use gestus_builder::{
+    build::{BuildOptions, build},
+    cleanup::clean_up,
+    evaluate::skate::{Performance, peak_speeds, skate_cm_s},
+    motion::{Clip, Frame},
+    stream::{Request, Streamed, from_pose, stream, to_pose},
+    synth::{Options, corpus},
+    translate::skeleton,
+};
+use gestus_core::{Config, Database, Pose, Stylizer, ik::Chain};
+use gestus_tests::motion;
+use nalgebra::Vector3;
+
+type Standard<'db> = Stylizer<'db, 22, 40, 28>;
+
+fn streamed(database: &Database<'_>, action: usize, input: usize, style: u16, held: bool) -> Streamed {
+    let clip = motion::unseen(action, input, 150);
+    let request = Request { config: Config::new().contacts(held), ..Request::style(style) };
+    stream(database, &clip, &request, &mut ()).unwrap()
+}
+
+#[test]
+fn the_ankle_meets_its_target_the_knee_keeps_its_direction_the_foot_its_orientation() {
+    let database = Database::open(motion::small()).unwrap();
+    let legs = database.legs().unwrap();
+    let skeleton = skeleton(&database);
+    for (t, frame) in motion::unseen(0, 0, 40).frames.iter().enumerate() {
+        for leg in &legs {
+            let pose = to_pose::<22>(frame);
+            let chain = Chain::of(&database, leg, &pose);
+            let before = from_pose(&pose, 21).positions(&skeleton);
+            // The chain against forward kinematics in f64.
+            for (joint, place) in [(leg.hip, chain.hip), (leg.knee, chain.knee), (leg.ankle, chain.ankle)] {
+                let apart = (before[joint] - Vector3::from(place.map(f64::from))).norm();
+                assert!(apart < 1e-5, "frame {t}: joint {joint} is {apart} m off");
+            }
+            let a = t as f32;
+            let target = [
+                chain.ankle[0] + 0.06 * (0.7 * a).sin(),
+                chain.ankle[1] + 0.03 + 0.03 * (1.3 * a).sin(),
+                chain.ankle[2] + 0.08 * (0.4 * a).cos(),
+            ];
+            let mut moved = pose;
+            chain.place(leg, target, chain.length(), &mut moved);
+            let after = from_pose(&moved, 21).positions(&skeleton);
+            let reached = (after[leg.ankle] - before[leg.hip]).norm() < 0.999 * f64::from(chain.length());
+            let wanted = Vector3::from(target.map(f64::from));
+            let missed = (after[leg.ankle] - wanted).norm();
+            assert!(!reached || missed < 2e-5, "frame {t}: {missed} m from the target");
+            // The knee stays on its side: the leg bends in the plane that it bent in, turned with the leg.
+            let knee = |p: &[Vector3<f64>]| (p[leg.knee] - p[leg.hip]).cross(&(p[leg.ankle] - p[leg.knee]));
+            let (old, new) = (knee(&before), knee(&after));
+            if old.norm() > 1e-3 && new.norm() > 1e-3 {
+                assert!(old.normalize().dot(&new.normalize()) > 0.9, "frame {t}: the knee turned aside");
+            }
+            let foot = |f: &Frame| {
+                [leg.ankle, leg.knee, leg.hip, 0]
+                    .iter()
+                    .fold(nalgebra::UnitQuaternion::identity(), |q, &j| f.rotations[j] * q)
+            };
+            let turned = foot(&from_pose(&moved, 21)).angle_to(&foot(&from_pose(&pose, 21)));
+            assert!(turned < 1e-3, "frame {t}: the foot turned by {turned} rad");
+            // Bones keep their lengths.
+            for joint in [leg.knee, leg.ankle, leg.toe.unwrap()] {
+                let length = |p: &[Vector3<f64>]| (p[joint] - p[skeleton.parents[joint].unwrap()]).norm();
+                assert!((length(&before) - length(&after)).abs() < 1e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_target_out_of_reach_stretches_the_leg_and_breaks_nothing() {
+    let database = Database::open(motion::small()).unwrap();
+    let leg = database.legs().unwrap()[1];
+    let pose = to_pose::<22>(&motion::unseen(0, 0, 40).frames[11]);
+    let chain = Chain::of(&database, &leg, &pose);
+    for target in
+        [[9.0, -9.0, 0.0], chain.hip, [f32::NAN, 0.0, 0.0], [chain.hip[0], chain.hip[1] - 0.02, chain.hip[2]]]
+    {
+        let mut moved = pose;
+        chain.place(&leg, target, 0.99 * chain.length(), &mut moved);
+        assert!(moved.is_valid(21), "{target:?}");
+        let stretched = Chain::of(&database, &leg, &moved);
+        let distance = gestus_core::ik::distance(stretched.hip, stretched.ankle);
+        assert!(distance <= 0.9901 * chain.length(), "{target:?}: {distance}");
+    }
+}
+
+/// A walker of the generator, whose feet stand where they stand: a database, and a clip that it does not hold.
+fn walker() -> &'static (Vec<u8>, Clip) {
+    static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
+    WALKER.get_or_init(|| {
+        let options = Options {
+            actions: vec!["walk".to_owned()],
+            styles: ["neutral", "old", "childlike"].map(String::from).to_vec(),
+            clips: 3,
+            seconds: 6.0,
+            ..Options::default()
+        };
+        let corpus = corpus(&options).unwrap();
+        let style = corpus.styles.iter().position(|s| s == "neutral").unwrap();
+        let test = corpus.examples.iter().position(|e| e.style == style).unwrap();
+        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
+        (built.bytes, corpus.examples[test].clip.clone())
+    })
+}
+
+#[test]
+fn standing_feet_stay_and_joints_turn_no_faster_for_it() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    let styles = database.manifest().unwrap().styles;
+    for style in ["old", "childlike"] {
+        let style_number = styles.find(style).unwrap();
+        let run = |held: bool| {
+            let request = Request { config: Config::new().contacts(held), ..Request::style(style_number) };
+            Performance::of_stream(&stream(&database, clip, &request, &mut ()).unwrap())
+        };
+        let (raw, held) = (run(false), run(true));
+        let skate = |p: &Performance| skate_cm_s(&clip.skeleton, &legs, p);
+        let peak = |p: &Performance| peak_speeds(p).into_iter().fold(0.0, f64::max);
+        println!(
+            "{style}: skate {:.1} -> {:.2} cm/s, fastest joint {:.2} -> {:.2} rad/s",
+            skate(&raw),
+            skate(&held),
+            peak(&raw),
+            peak(&held)
+        );
+        assert!(skate(&raw) > 2.0, "{}: nothing to hold", skate(&raw));
+        assert!(skate(&held) <= 1.0, "{}", skate(&held));
+        assert!(peak(&held) <= 1.2 * peak(&raw), "{} {}", peak(&held), peak(&raw));
+    }
+}
+
+#[test]
+fn a_whole_clip_is_cleaned_up_without_a_pop() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    let style = database.manifest().unwrap().styles.find("old").unwrap();
+    let request = Request { config: Config::new().contacts(false), ..Request::style(style) };
+    let mut streamed = stream(&database, clip, &request, &mut ()).unwrap();
+    let raw = Performance::of_stream(&streamed);
+    clean_up(&database, &mut streamed, 8);
+    let cleaned = Performance::of_stream(&streamed);
+    let skate = |p: &Performance| skate_cm_s(&clip.skeleton, &legs, p);
+    let peak = |p: &Performance| peak_speeds(p).into_iter().fold(0.0, f64::max);
+    println!(
+        "whole clip: skate {:.1} -> {:.2} cm/s, fastest joint {:.2} -> {:.2} rad/s",
+        skate(&raw),
+        skate(&cleaned),
+        peak(&raw),
+        peak(&cleaned)
+    );
+    assert!(skate(&cleaned) <= 1.0 && skate(&raw) > 5.0, "{} {}", skate(&raw), skate(&cleaned));
+    assert!(peak(&cleaned) <= 1.2 * peak(&raw), "{} {}", peak(&raw), peak(&cleaned));
+    // Arms and trunk are as they were.
+    let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
+    for (a, b) in raw.frames.iter().zip(&cleaned.frames) {
+        for j in (0..a.rotations.len()).filter(|j| !leg_joints.contains(j)) {
+            assert!(a.rotations[j].angle_to(&b.rotations[j]) < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn the_prediction_is_the_same_with_and_without_the_lock() {
+    let database = Database::open(motion::small()).unwrap();
+    let (raw, held) = (streamed(&database, 0, 0, 1, false), streamed(&database, 0, 0, 1, true));
+    for (a, b) in raw.steps.iter().zip(&held.steps) {
+        assert_eq!(a.report.step_s.to_bits(), b.report.step_s.to_bits());
+        assert_eq!(a.report.classes, b.report.classes);
+        // Arms and trunk are the prediction's, to the bit.
+        for j in (0..21).filter(|j| !(13..21).contains(j)) {
+            assert_eq!(a.frame.rotations[j], b.frame.rotations[j], "joint {j}");
+        }
+    }
+    assert!(raw.steps.iter().all(|s| s.report.held == [false; 2] && s.report.held_m == [0.0; 2]));
+    assert!(held.steps.iter().any(|s| s.report.held != [false; 2]));
+}
+
+#[test]
+fn nothing_is_looked_ahead_to() {
+    let database = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(0, 0, 90);
+    let poses: Vec<Pose<22>> = clip.frames.iter().map(to_pose).collect();
+    let run = |poses: &[Pose<22>]| {
+        let mut stylizer = Standard::new(database, Config::new()).unwrap();
+        stylizer.set_style(&[(1, 1.0)]).unwrap();
+        let mut output = Pose::IDENTITY;
+        poses
+            .iter()
+            .map(|p| {
+                let _ = stylizer.step(p, &mut output);
+                output
+            })
+            .collect::<Vec<_>>()
+    };
+    let mut other = poses.clone();
+    other[60..].reverse();
+    assert_eq!(run(&poses)[..60], run(&other)[..60]);
+}
+
+#[test]
+fn a_foot_is_let_go_beyond_its_distance_and_comes_back() {
+    let database = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(0, 0, 150);
+    let config = Config::new().release_m(0.03);
+    let request = Request { config, ..Request::style(1) };
+    let streamed = stream(&database, &clip, &request, &mut ()).unwrap();
+    let reports = || streamed.steps.iter().map(|s| &s.report);
+    let held_most =
+        reports().flat_map(|r| [0, 1].map(|i| if r.held[i] { r.held_m[i] } else { 0.0 })).fold(0.0, f32::max);
+    // Heights apart: those settle on their own.
+    assert!(held_most < 0.06, "{held_most}");
+    let let_go = streamed.steps.windows(2).any(|w| {
+        [0, 1].iter().any(|&i| w[0].report.held[i] && !w[1].report.held[i] && w[1].report.contacts[i])
+    });
+    assert!(let_go, "no foot was let go at 3 cm");
+    // An offset that is eased out moves no foot by more than a few millimetres a frame.
+    for w in streamed.steps.windows(2) {
+        for i in [0, 1] {
+            if !w[0].report.held[i] && !w[1].report.held[i] {
+                let eased = w[0].report.held_m[i] - w[1].report.held_m[i];
+                assert!(eased < 0.3 * w[1].report.step_s + 1e-4, "{eased}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_body_follows_the_floor_smoothly() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    let joints = clip.skeleton.joints();
+    let last = clip.frames.len() - 1;
+    let run = |floor: f32| {
+        let mut stylizer = Standard::new(database, Config::new()).unwrap();
+        let mut output = Pose::IDENTITY;
+        clip.frames
+            .iter()
+            .enumerate()
+            .map(|(t, frame)| {
+                if t == 60 {
+                    stylizer.set_floor([floor; 2]).unwrap();
+                }
+                let report = stylizer.step(&to_pose(frame), &mut output);
+                (from_pose(&output, joints), report)
+            })
+            .collect::<Vec<_>>()
+    };
+    let (flat, step) = (run(0.0), run(0.12));
+    let rise = |t: usize| step[t].0.root.y - flat[t].0.root.y;
+    assert!(rise(59).abs() < 1e-9 && (rise(last) - 0.12).abs() < 0.02, "{}", rise(last));
+    for t in 1..=last {
+        assert!((rise(t) - rise(t - 1)).abs() < 0.03, "frame {t}: {} m in a frame", rise(t) - rise(t - 1));
+    }
+    // At the end standing feet are on the new floor.
+    for (frame, report) in &step[130..] {
+        let p = frame.positions(&clip.skeleton);
+        for (side, leg) in legs.iter().enumerate().filter(|(i, _)| report.held[*i]) {
+            let over = (p[leg.ankle].y - f64::from(leg.heights[0]))
+                .min(p[leg.toe.unwrap()].y - f64::from(leg.heights[1]));
+            assert!((over - 0.12).abs() < 0.04, "side {side}: {over}");
+        }
+    }
+    let mut stylizer = Standard::new(database, Config::new()).unwrap();
+    assert!(stylizer.set_floor([f32::NAN, 0.0]).is_err() && stylizer.set_floor([0.0, 11.0]).is_err());
+}
+
+#[test]
+fn the_state_stays_small() {
+    assert!(size_of::<gestus_core::lock::Lock>() <= 128, "{}", size_of::<gestus_core::lock::Lock>());
+    assert!(size_of::<Standard<'_>>() <= 24_576, "{}", size_of::<Standard<'_>>());
+}

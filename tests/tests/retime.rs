@@ -1,0 +1,239 @@
+//! One pose a tick: bounds, order, rates and time without end.
+
+use gestus_builder::{motion::Clip, stream::to_pose};
+use gestus_core::{
+    ConfigError, Pose,
+    retime::{Bounds, Retimer},
+};
+use gestus_tests::motion;
+
+type Wide = Retimer<22, 48>;
+
+/// Where in a stream of poses a pose lies, told by its root, which moves a centimetre an input frame.
+fn place(pose: &Pose<22>) -> f64 {
+    f64::from(pose.position[0]) * 100.0
+}
+
+fn pose_at(frame: usize) -> Pose<22> {
+    Pose { position: [frame as f32 * 0.01, 1.0, 0.0], ..Pose::IDENTITY }
+}
+
+fn clip_poses(clip: &Clip) -> Vec<Pose<22>> {
+    clip.frames.iter().map(to_pose).collect()
+}
+
+/// All ticks of a stream whose poses take `step` input frames each: place, lag in frames, waited.
+fn play(
+    retimer: &mut Wide,
+    rate_hz: f64,
+    frames: usize,
+    step: impl Fn(usize) -> f64,
+) -> Vec<(f64, f64, bool)> {
+    let mut ticks = Vec::new();
+    let mut output = Pose::IDENTITY;
+    for frame in 0..frames {
+        retimer.push(&pose_at(frame), (step(frame) / rate_hz) as f32);
+        while retimer.is_due() {
+            let tick = retimer.tick(&mut output);
+            ticks.push((place(&output), f64::from(tick.lag_s) * rate_hz, tick.waited));
+        }
+    }
+    ticks
+}
+
+#[test]
+fn in_time_with_its_input_a_stream_passes_to_the_bit() {
+    let mut retimer = Wide::new(30_000, 30_000, Bounds::SYNC).unwrap();
+    let mut output = Pose::IDENTITY;
+    for pose in clip_poses(&motion::unseen(0, 0, 90)) {
+        // Whatever the style's own time.
+        retimer.push(&pose, 0.047);
+        let tick = retimer.tick(&mut output);
+        assert!(!tick.waited && tick.lag_s == 0.0 && !retimer.is_due());
+        assert_eq!(output, pose);
+    }
+    assert_eq!(retimer.latency_s(), 0.0);
+}
+
+#[test]
+fn styles_forty_percent_slower_and_faster_stay_within_bounds_and_in_order() {
+    let bounds = Bounds { lead_s: 0.2, lag_s: 0.3 };
+    for tempo in [1.4, 0.6] {
+        let mut retimer = Wide::new(30_000, 30_000, bounds).unwrap();
+        assert!((retimer.latency_s() - 0.2).abs() < 1e-6);
+        let ticks = play(&mut retimer, 30.0, 600, |_| tempo);
+        assert_eq!(ticks.len(), 600, "one pose a tick");
+        for w in ticks.windows(2) {
+            assert!(w[1].0 >= w[0].0 - 1e-4, "went back: {w:?}");
+        }
+        let lags: Vec<f64> = ticks.iter().map(|t| t.1).collect();
+        let (least, most) =
+            (lags.iter().copied().fold(0.0, f64::min), lags.iter().copied().fold(0.0, f64::max));
+        assert!(least >= -6.0 - 1e-3 && most <= 9.0 + 1e-3, "tempo {tempo}: {least} to {most}");
+        assert!(ticks.iter().all(|t| !t.2), "waited");
+        // It does follow the style: at first at its speed, then at the bound's edge.
+        let speed = (ticks[10].0 - ticks[7].0) / 3.0;
+        assert!((speed - 1.0 / tempo).abs() < 0.12 * (1.0 / tempo), "tempo {tempo}: speed {speed}");
+        let settled = lags[599];
+        assert!(if tempo > 1.0 { settled > 4.0 } else { settled < -3.0 }, "tempo {tempo}: {settled}");
+        // And at the input's speed where it stays.
+        let late = (ticks[599].0 - ticks[499].0) / 100.0;
+        assert!((late - 1.0).abs() < 0.02, "tempo {tempo}: {late}");
+    }
+}
+
+#[test]
+fn a_lag_is_eased_back_when_the_style_is_in_time_again() {
+    let mut retimer = Wide::new(30_000, 30_000, Bounds { lead_s: 0.1, lag_s: 0.3 }).unwrap();
+    let ticks = play(&mut retimer, 30.0, 900, |t| if t < 60 { 1.4 } else { 1.0 });
+    let most = ticks.iter().map(|t| t.1).fold(0.0, f64::max);
+    assert!(most > 4.0, "{most}");
+    let last = ticks[899].1;
+    assert!(last.abs() < 0.05, "{last}");
+    // Eased: no step of the lag is larger than the style's own.
+    for w in ticks.windows(2) {
+        assert!((w[1].1 - w[0].1).abs() <= 0.45, "{w:?}");
+    }
+}
+
+#[test]
+fn any_ratio_of_rates_gives_its_number_of_poses_at_their_places() {
+    for (input, output) in [
+        (30_000, 30_000),
+        (30_000, 60_000),
+        (30_000, 120_000),
+        (30_000, 50_000),
+        (120_000, 30_000),
+        (100_000, 30_000),
+        (59_940, 30_000),
+        (25_000, 100_000),
+        (30_000, 7_500),
+        (44_100, 48_000),
+    ] {
+        let mut retimer = Wide::new(input, output, Bounds::SYNC).unwrap();
+        let frames = 400;
+        let ticks = play(&mut retimer, f64::from(input) / 1000.0, frames, |_| 1.0);
+        let ratio = f64::from(output) / f64::from(input);
+        let due = ((frames - 1) as f64 * ratio + 1e-9).floor() as usize + 1;
+        assert_eq!(ticks.len(), due, "{input} to {output}");
+        let late = f64::from(retimer.latency_s()) * f64::from(input) / 1000.0;
+        assert!(late < 1.0, "{late}");
+        for (k, tick) in ticks.iter().enumerate() {
+            let wanted = (k as f64 / ratio - late).max(0.0);
+            assert!(
+                (tick.0 - wanted).abs() < 2e-3,
+                "{input} to {output}: tick {k} at {} not {wanted}",
+                tick.0
+            );
+        }
+    }
+}
+
+#[test]
+fn resampling_agrees_with_the_builders_in_f64() {
+    let clip = motion::unseen(0, 0, 120);
+    let fast = clip.resampled(120.0);
+    let mut retimer = Wide::new(120_000, 30_000, Bounds::SYNC).unwrap();
+    let mut output = Pose::IDENTITY;
+    let mut worst = 0.0_f64;
+    let mut count = 0;
+    for pose in clip_poses(&fast) {
+        retimer.push(&pose, 1.0 / 120.0);
+        while retimer.is_due() {
+            let _ = retimer.tick(&mut output);
+            let truth = &clip.frames[count];
+            let got = gestus_builder::stream::from_pose(&output, 21);
+            worst =
+                got.rotations.iter().zip(&truth.rotations).map(|(a, b)| a.angle_to(b)).fold(worst, f64::max);
+            count += 1;
+        }
+    }
+    assert!(count >= 119 && worst < 1e-3, "{count} poses, {worst} rad");
+    // And between poses, against interpolation in f64.
+    let mut retimer = Wide::new(30_000, 50_000, Bounds::SYNC).unwrap();
+    let late = f64::from(retimer.latency_s()) * 30.0;
+    let mut tick = 0;
+    for pose in clip_poses(&clip) {
+        retimer.push(&pose, 1.0 / 30.0);
+        while retimer.is_due() {
+            let _ = retimer.tick(&mut output);
+            let truth = clip.at((f64::from(tick) * 0.6 - late).max(0.0));
+            let got = gestus_builder::stream::from_pose(&output, 21);
+            let apart =
+                got.rotations.iter().zip(&truth.rotations).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
+            assert!(apart < 2e-3, "tick {tick}: {apart} rad");
+            tick += 1;
+        }
+    }
+}
+
+#[test]
+fn a_day_of_ticks_does_not_drift() {
+    let mut retimer = Retimer::<4, 8>::new(30_000, 49_999, Bounds::SYNC).unwrap();
+    let mut output = Pose::IDENTITY;
+    let pose = Pose::IDENTITY;
+    let mut ticks = 0_u64;
+    let frames = 30 * 3600 * 24;
+    for _ in 0..frames {
+        retimer.push(&pose, 1.0 / 30.0);
+        while retimer.is_due() {
+            let _ = retimer.tick(&mut output);
+            ticks += 1;
+        }
+    }
+    assert_eq!(ticks, (frames - 1) * 49_999 / 30_000 + 1);
+}
+
+#[test]
+fn late_input_is_waited_for_and_caught_up_with() {
+    let mut retimer = Wide::new(30_000, 30_000, Bounds { lead_s: 0.0, lag_s: 0.1 }).unwrap();
+    let mut output = Pose::IDENTITY;
+    let mut places = Vec::new();
+    let mut waited = 0;
+    for t in 0..500_usize {
+        // The ticks go on; ten inputs come late, all at once.
+        if !(50..60).contains(&t) {
+            let from = if t == 60 { 50 } else { t };
+            for frame in from..=t {
+                retimer.push(&pose_at(frame), 1.0 / 30.0);
+            }
+        }
+        let tick = retimer.tick(&mut output);
+        waited += usize::from(tick.waited);
+        places.push(place(&output));
+    }
+    assert_eq!(waited, 10);
+    for w in places.windows(2) {
+        assert!(w[1] >= w[0] - 1e-4 && w[1] - w[0] < 3.1, "{w:?}");
+    }
+    assert!((places[499] - 499.0).abs() < 0.2, "{}", places[499]);
+}
+
+#[test]
+fn before_the_first_pose_nothing_is_shown() {
+    let mut retimer = Wide::new(30_000, 30_000, Bounds::SYNC).unwrap();
+    let mut output = pose_at(7);
+    assert!(retimer.tick(&mut output).waited);
+    assert_eq!(output, pose_at(7));
+    retimer.push(&pose_at(3), f32::NAN);
+    assert!(!retimer.tick(&mut output).waited);
+    assert_eq!(output, pose_at(3));
+    retimer.reset();
+    assert!(!retimer.is_due() && retimer.tick(&mut output).waited);
+}
+
+#[test]
+fn rates_and_bounds_are_checked() {
+    let new = |i, o, lead_s, lag_s| Wide::new(i, o, Bounds { lead_s, lag_s }).err();
+    assert_eq!(new(30_000, 30_000, 0.5, 0.5), None);
+    for (i, o) in [(0, 30_000), (30_000, 0), (30_000, 121_000), (121_000, 30_000)] {
+        assert_eq!(new(i, o, 0.0, 0.0), Some(ConfigError::Parameter), "{i} to {o}");
+    }
+    for bad in [-0.1, f32::NAN, 11.0] {
+        assert_eq!(new(30_000, 30_000, bad, 0.0), Some(ConfigError::Parameter));
+        assert_eq!(new(30_000, 30_000, 0.0, bad), Some(ConfigError::Parameter));
+    }
+    assert!(
+        matches!(new(120_000, 120_000, 0.3, 0.3), Some(ConfigError::Poses { need, have: 48 }) if need > 48)
+    );
+}
