@@ -361,9 +361,7 @@ impl Links {
         let far = fixed.map(|f| (self.places[last] * f.origin).translation.vector);
         let here = self.places[last].translation.vector;
         let far = far.max_by(|a, b| (a - here).norm().total_cmp(&(b - here).norm()));
-        far.filter(|f| (f - here).norm() > 0.01).unwrap_or_else(|| {
-            here + (here - self.begin(upper, here))
-        })
+        far.filter(|f| (f - here).norm() > 0.01).unwrap_or_else(|| here + (here - self.begin(upper, here)))
     }
 
     /// Where the upper bone begins: at its last hinge, or at its first where the last sits on the elbow (the yaw of
