@@ -27,7 +27,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     #[inline(never)]
     fn switch(&mut self, method: Method) {
         self.engine = Engine::new(method);
-        self.last = None;
+        self.reset();
     }
 
     /// Most distances computed in a class a frame, 64 to 448: what a frame costs in the worst case, and the first

@@ -163,7 +163,7 @@ impl Map {
     }
 
     fn apply(&self, q: Quaternion) -> Quaternion {
-        quaternion::slerp(self.scale, self.mean, quaternion::multiply(q, self.turn))
+        mean::near_slerp(self.scale, self.mean, quaternion::multiply(q, self.turn))
     }
 }
 
@@ -240,8 +240,12 @@ fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quate
 fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64; 3]> {
     let numbers = [dof::HEIGHT, dof::FORWARD, dof::LEFT].map(|d| {
         let at = |rows: &[Vec<f64>], positions: &[f64]| -> Vec<f64> {
-            let one: Vec<Vec<f64>> = rows.iter().map(|r| vec![r[d]]).collect();
-            positions.iter().map(|&p| row_at(&one, p)[0]).collect()
+            let one = |&p: &f64| {
+                let i = (p.max(0.0) as usize).min(rows.len() - 1);
+                let next = rows[(i + 1).min(rows.len() - 1)][d];
+                rows[i][d] + (p - i as f64) * (next - rows[i][d])
+            };
+            positions.iter().map(one).collect()
         };
         let (from, from_sd) = moments(at(x, own).into_iter(), 1e-3);
         let (to, to_sd) = moments(at(y, other).into_iter(), 1e-3);
@@ -316,7 +320,8 @@ fn straight(own: usize, other: usize) -> (Vec<f64>, Vec<f64>) {
 
 fn wide(q: Quaternion) -> UnitQuaternion<f64> {
     let [x, y, z, w] = q.map(f64::from);
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+    // Of unit length already, but for the rounding of f32.
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z))
 }
 
 #[cfg(test)]
