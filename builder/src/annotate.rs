@@ -107,6 +107,8 @@ pub struct Config {
     pub actions: Vec<String>,
     /// Styles to take; all if empty.
     pub styles: Vec<String>,
+    /// Joints to keep, with all of their parents; all if empty.
+    pub joints: Vec<String>,
     /// Rate of the database, frames a second.
     pub rate_hz: f64,
     /// Most clips an action and style; 0 is no limit.
@@ -129,6 +131,7 @@ impl Default for Config {
             unit: None,
             actions: Vec::new(),
             styles: Vec::new(),
+            joints: Vec::new(),
             rate_hz: 30.0,
             limit: 0,
             build: BuildOptions::default(),

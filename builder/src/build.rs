@@ -41,6 +41,8 @@ pub struct BuildOptions {
     pub from: Option<String>,
     /// Whether there is a model and a table for each action, besides those of all actions.
     pub models_by_action: bool,
+    /// Whether iterative motion warping refines the correspondence of gaits for the linear models.
+    pub warp_gaits: bool,
     /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
     pub mean_rounds: usize,
 }
@@ -55,6 +57,7 @@ impl Default for BuildOptions {
             models: true,
             from: None,
             models_by_action: false,
+            warp_gaits: false,
             mean_rounds: 0,
         }
     }
@@ -175,6 +178,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
             contacts: &contacts,
             pairing: &pairing,
             rate_hz: corpus.rate_hz,
+            warp_gaits: options.warp_gaits,
         };
         let wanted = Wanted {
             from: taken_style(corpus, options)?,

@@ -13,6 +13,7 @@ use crate::{
     annotate::{AnnotateError, Annotation, Config, FILE_NAME},
     bvh::{Binding, Bvh, BvhError, Options, read_folder},
     corpus::Corpus,
+    joints::JointsError,
     landmarks::LandmarkError,
     motion::{Clip, Skeleton},
     register::{Performance, register},
@@ -41,6 +42,9 @@ pub enum LoadError {
     /// The skeleton.
     #[error("{0}: {1}")]
     Landmark(String, LandmarkError),
+    /// Joints to keep that can't be kept.
+    #[error("{0}: {1}")]
+    Joints(String, JointsError),
     /// A file that was left out, under `strict`.
     #[error("{0} (--strict: nothing is left out)")]
     Strict(String),
@@ -109,6 +113,9 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
     corpus.order(&config.actions, &config.styles);
+    if !config.joints.is_empty() {
+        corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
+    }
     let mut notes = vec![files.summary()];
     if config.unit.is_none() {
         let units = units.join(" and ");

@@ -86,6 +86,11 @@ impl Input {
         Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget)) })
     }
 
+    /// The output on the database's skeleton, at any rate: what a robot is driven with.
+    pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
+        streamed.clip(&self.mapped, rate_hz)
+    }
+
     /// The map between the skeletons, where they are not one.
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.way {
@@ -138,6 +143,21 @@ impl Input {
     /// Where the clip is not the input's.
     pub fn document(&self, output: &Clip) -> Result<Bvh> {
         Ok(self.binding.write(&self.document, output)?)
+    }
+}
+
+/// A clip on the database's skeleton, whatever skeleton it comes on, at its own rate.
+///
+/// # Errors
+/// Where its skeleton can't be mapped.
+pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
+    let target = Arc::new(skeleton(database));
+    match same_body(&clip.skeleton, &target) {
+        Some(joints) => {
+            let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
+            Ok(Clip { skeleton: target, frames, ..clip.clone() })
+        }
+        None => Ok(Retarget::new(database, clip, &MapFile::default())?.bring(clip)),
     }
 }
 

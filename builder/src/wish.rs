@@ -12,7 +12,7 @@ use crate::{effort, stream::Request};
 #[derive(clap::Args, Clone, Debug)]
 pub struct WishArgs {
     /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
-    #[arg(long, default_value = "", hide_default_value = true, required_unless_present = "effort")]
+    #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
     /// Wanted Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's dial
     /// finds the mix of styles

@@ -2,7 +2,7 @@
 //! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
 
 use crate::{
-    ConfigError, Safety,
+    ConfigError, Database, Safety,
     knn::{MAX_VISITS, POOL},
     mixture::MAX_KEPT,
     regress::Ridge,
@@ -31,6 +31,25 @@ pub enum Method {
     Lti,
     /// Transfer of means and spreads (paper 002).
     Statistic,
+}
+
+impl Method {
+    /// All, by the numbers that they go by on a link.
+    pub const ALL: [Self; 3] = [Self::Mar, Self::Lti, Self::Statistic];
+
+    /// Whether a database holds what the method needs.
+    pub fn is_held_by(self, database: &Database<'_>) -> bool {
+        match self {
+            Self::Mar => database.counts().frames > 0,
+            Self::Lti => database.linear_from().is_some(),
+            Self::Statistic => database.statistic_from().is_some(),
+        }
+    }
+
+    /// The first method that a database holds what is needed for: for firmware that takes any blob.
+    pub fn of(database: &Database<'_>) -> Self {
+        Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
+    }
 }
 
 /// Parameters of the method. Build one by chaining: `Config::new().k(32).lambda(0.2)`.
@@ -115,7 +134,8 @@ settings! {
     ease_s: f32;
     /// The method of translation.
     method: Method;
-    /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8).
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
+    /// some sixty dofs one is always two or three deviations out, and a blend that comes and goes is seen.
     confidence: f32;
     /// How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
     preference: f32;
@@ -147,7 +167,7 @@ impl Config {
             release_m: 0.2,
             ease_s: 0.2,
             method: Method::Mar,
-            confidence: 3.0,
+            confidence: 5.0,
             preference: 8.0,
             halflife_s: 0.0,
         }

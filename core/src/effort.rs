@@ -91,11 +91,12 @@ impl Reached {
     }
 }
 
-/// A reached factor nearer than this to its target counts as the target: a twelfth of the way between the poles.
-pub const TOLERANCE: f32 = 0.5;
+/// A reached factor nearer than this to its target counts as the target: a twenty-fourth of the way between the poles.
+pub const TOLERANCE: f32 = 0.25;
 
 /// The effort dial of a database.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dial<'db> {
     section: &'db [u8],
     styles: usize,

@@ -138,13 +138,6 @@ pub enum ConfigError {
         /// The stylizer's capacity.
         have: u16,
     },
-    /// The robot has more hinges than the drive's `H`.
-    Hinges {
-        /// Hinges of the robot.
-        need: u16,
-        /// The drive's capacity.
-        have: u16,
-    },
     /// `k` is zero or larger than the stylizer's `K`.
     Neighbors {
         /// Neighbors asked for.
@@ -168,14 +161,21 @@ pub enum ConfigError {
     },
     /// No class has the labelled action in the labelled style.
     NoClass,
-    /// The database does not hold what the method needs: frames, linear models or statistics.
-    Method,
     /// A weight is negative or not finite, or all are zero.
     Weights,
     /// A parameter is out of its range or not finite.
     Parameter,
     /// The database has no effort dial.
     NoDial,
+    /// The robot has more hinges than the drive's `H`.
+    Hinges {
+        /// Hinges of the robot.
+        need: u16,
+        /// The drive's capacity.
+        have: u16,
+    },
+    /// The database does not hold what the method needs: frames, linear models or statistics.
+    Method,
 }
 
 impl fmt::Display for ConfigError {

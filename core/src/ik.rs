@@ -77,24 +77,8 @@ impl Chain {
     pub fn place<const J: usize>(&self, leg: &Leg, target: Vector, reach: f32, pose: &mut Pose<J>) {
         let [thigh, shin, foot] = self.turns;
         let (upper, lower) = (subtract(self.knee, self.hip), subtract(self.ankle, self.knee));
-        let (l1, l2) = (norm(upper), norm(lower));
         let wanted = subtract(target, self.hip);
-        let distance = norm(wanted);
-        if !(l1 > 1e-4 && l2 > 1e-4 && distance > 1e-4) {
-            return;
-        }
-        let shortest = crate::math::abs(l1 - l2) + 0.05 * (l1 + l2);
-        let held = if distance > reach { reach } else { distance };
-        let held = if held < shortest { shortest } else { held };
-
-        let bent_about = cross(upper, lower);
-        let axis = unit(bent_about).or(unit(self.side)).unwrap_or([1.0, 0.0, 0.0]);
-        let bent = atan2(norm(bent_about), dot(upper, lower));
-        let bend = acos((held * held - l1 * l1 - l2 * l2) / (2.0 * l1 * l2));
-        let fold = about(axis, bend - bent);
-        let ankle = add(upper, rotate(fold, lower));
-        let swing = arc(ankle, wanted);
-
+        let Some([swing, fold]) = bend(upper, lower, self.side, wanted, reach) else { return };
         let thigh = multiply(swing, thigh);
         let shin = multiply(swing, multiply(fold, shin));
         let turns = [
@@ -108,6 +92,34 @@ impl Chain {
             }
         }
     }
+}
+
+/// Two bones that reach for a point: the fold of the lower one about the axis about which the limb is bent (about `side`
+/// where it is straight), and the swing of the whole limb that follows it, both in the world. `wanted` is seen from the
+/// limb's beginning; what is further than `reach` is pointed at. `None` where there is nothing to reach with or for.
+pub fn bend(
+    upper: Vector,
+    lower: Vector,
+    side: Vector,
+    wanted: Vector,
+    reach: f32,
+) -> Option<[Quaternion; 2]> {
+    let (l1, l2) = (norm(upper), norm(lower));
+    let distance = norm(wanted);
+    if !(l1 > 1e-4 && l2 > 1e-4 && distance > 1e-4) {
+        return None;
+    }
+    let shortest = crate::math::abs(l1 - l2) + 0.05 * (l1 + l2);
+    let held = if distance > reach { reach } else { distance };
+    let held = if held < shortest { shortest } else { held };
+
+    let bent_about = cross(upper, lower);
+    let axis = unit(bent_about).or(unit(side)).unwrap_or([1.0, 0.0, 0.0]);
+    let bent = atan2(norm(bent_about), dot(upper, lower));
+    let bend = acos((held * held - l1 * l1 - l2 * l2) / (2.0 * l1 * l2));
+    let fold = about(axis, bend - bent);
+    let end = add(upper, rotate(fold, lower));
+    Some([arc(end, wanted), fold])
 }
 
 /// Distance of two places, metres.
@@ -146,13 +158,14 @@ fn unit(v: Vector) -> Option<Vector> {
     })
 }
 
-fn about(axis: Vector, angle: f32) -> Quaternion {
+/// The rotation about a unit axis.
+pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {
     let (s, c) = sin_cos(0.5 * angle);
     [axis[0] * s, axis[1] * s, axis[2] * s, c]
 }
 
 /// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.
-fn arc(a: Vector, b: Vector) -> Quaternion {
+pub(crate) fn arc(a: Vector, b: Vector) -> Quaternion {
     let c = cross(a, b);
     quaternion::normalize([c[0], c[1], c[2], dot(a, b) + sqrt(dot(a, a) * dot(b, b))]).unwrap_or(IDENTITY)
 }

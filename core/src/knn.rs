@@ -46,6 +46,7 @@ pub struct Neighbor {
 
 /// The query, ready to be compared with stored features.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Metric {
     /// The query, metres; 0 for components that a mask leaves out.
     query: Feature,
@@ -147,6 +148,7 @@ pub struct Effort {
 
 /// What limits a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
     /// Neighbors wanted.
     pub k: usize,
@@ -160,6 +162,7 @@ pub struct Limits {
 
 /// Room for one search; used for one class after another.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Searcher {
     pool: Vec<Neighbor, POOL>,
     visited: [u16; SLOTS],

@@ -19,6 +19,9 @@
 //! statistics, which need no frames: see [`Method`].
 //! Between frames the style may be set by name and weight, or by an [`effort`].
 //!
+//! Beside that walk, [`deadline`] says how much a frame may cost by how long the last ones took, and [`link`] carries
+//! poses to a board and back over a line that loses bytes.
+//!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
 //! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
 //!
@@ -44,6 +47,7 @@
 pub mod blob;
 pub mod config;
 pub mod contact;
+pub mod deadline;
 pub mod digest;
 pub mod effort;
 mod error;

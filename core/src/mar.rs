@@ -26,6 +26,8 @@ use crate::{
     timing::Steps,
 };
 
+/// Most classes of a frame in which the classes are searched anew: what bounds the worst frame.
+const CLASSES_ANEW: usize = 4;
 /// Mean squared distance of a class that was not searched.
 const NOT_SEARCHED: f32 = -1.0;
 
@@ -141,6 +143,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
         observer.stage(Stage::Rest);
         let (most, means) = (usize::from(config.classes), self.mean_distance2.get(..classes).unwrap_or(&[]));
+        // A stream that begins or has jumped searches twice as long, and its classes hardly differ yet.
+        let anew = 2 * jumps.iter().filter(|j| **j).count() > classes || frame.first;
+        let most = if anew { most.min(CLASSES_ANEW) } else { most };
         let cut = mixture::proportions(means, config.delta, config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
         // Far classes are found anew all the time; that counts where it is heard.
@@ -150,7 +155,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             report.classes.first().and_then(|s| means.get(usize::from(s.class))).copied().unwrap_or(0.0);
     }
 
-    /// A first pose has no frame before it: what the neighbors came from stands in for it.
+    /// A first pose has no frame before it: what the nearest class's neighbors came from stands in for it.
     fn settle(
         &mut self,
         frame: Frame<'_, '_>,
@@ -159,24 +164,18 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
-        let dofs = frame.database.counts().dofs;
-        let mut rates = [0.0; 3];
         (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
-        for share in &report.classes {
-            report.bytes_read += self.gather(frame, metric, *share, signals, &mut Votes::default(), observer);
-            let slots = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.y_prev.as_flattened_mut());
-            for (d, (x_prev, y_prev)) in slots.enumerate().take(dofs) {
-                let weight = share.proportion * frame.database.step(d);
-                let [mean_x_prev, mean_y_prev, mean_x] = self.examples.means(d);
-                *x_prev += weight * mean_x_prev;
-                *y_prev += weight * mean_y_prev;
-                if let Some(rate) = d.checked_sub(dof::FORWARD).and_then(|i| rates.get_mut(i)) {
-                    *rate += weight * mean_x;
-                }
+        let Some(&nearest) = report.classes.first() else { return };
+        report.bytes_read += self.gather(frame, metric, nearest, signals, &mut Votes::default(), observer);
+        let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
+        let slots = inputs.zip(signals.y_prev.as_flattened_mut());
+        for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(frame.database.counts().dofs) {
+            let [mean_x_prev, mean_y_prev, mean_x] =
+                self.examples.means(d).map(|mean| mean * frame.database.step(d));
+            (*x_prev, *y_prev) = (mean_x_prev, mean_y_prev);
+            if (dof::FORWARD..dof::JOINTS).contains(&d) {
+                *x = mean_x;
             }
-        }
-        if let Some(slots) = signals.x.as_flattened_mut().get_mut(dof::FORWARD..dof::JOINTS) {
-            slots.copy_from_slice(&rates);
         }
     }
 

@@ -31,6 +31,7 @@ pub const ALIGNED: usize = 3 * MAX_WINDOW;
 
 /// The joint positions of the last frames.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Window<const J: usize> {
     /// Ring of clouds, metres, world.
     clouds: [[Vector; J]; MAX_WINDOW],

@@ -31,6 +31,7 @@ pub enum Ridge {
 
 /// What a regression is told besides its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
     /// λ.
     pub lambda: f32,
@@ -116,6 +117,7 @@ pub const ROOM: usize = 16 * BATCH;
 
 /// The examples of one class: their sums, and room for those not yet taken in.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Examples<const J: usize> {
     /// The first example: what the sums are taken about.
     first: Example<J>,

@@ -67,6 +67,7 @@ pub struct Tick {
 
 /// Takes poses at the input's rate and gives poses at the output's. `J` joints; `N` poses of memory.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Retimer<const J: usize, const N: usize> {
     poses: [Pose<J>; N],
     /// Step of each pose, in input frames.

@@ -2,6 +2,7 @@
 
 /// Normal equations `A β = r` of four unknowns; `A` by its lower triangle, row after row.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct System {
     /// `A`: 00, 10, 11, 20, 21, 22, 30, 31, 32, 33.
     pub matrix: [f32; 10],

@@ -27,6 +27,7 @@ pub enum Timing {
 
 /// A dof of the timing metric, and what is asked of it. In quantisation steps, as examples are.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
     dof: u16,
     /// Weight of squared differences of the dof, a square step.
@@ -51,6 +52,7 @@ struct Memory {
 
 /// The neighbors of one class, as the timing prediction sees them.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Steps<const K: usize> {
     metric: [Entry; MAX_TIMING],
     entries: usize,

@@ -17,6 +17,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::copy(PathBuf::from("memory").join(map), out.join("memory.x"))?;
     println!("cargo:rerun-if-changed=memory/{map}");
+    if map == "microbit.x" {
+        println!("cargo:rerun-if-env-changed=GESTUS_BLOB");
+        let Ok(blob) = env::var("GESTUS_BLOB") else {
+            return Err("name the database that the image is to hold in GESTUS_BLOB: see the README".into());
+        };
+        println!("cargo:rerun-if-changed={blob}");
+        println!("cargo:rustc-env=GESTUS_BLOB={blob}");
+    }
     println!("cargo:rustc-link-search={}", out.display());
     if target.starts_with("riscv32") {
         // riscv-rt's script does not ask for it.

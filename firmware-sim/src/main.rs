@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
-    link::command::{self as link, LinkArgs},
+    link::command::{self as link, LinkArgs, ProbeArgs},
     run::{self, RunArgs},
     view::{self, ViewArgs},
 };
@@ -31,11 +31,17 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Run(args) => run::run(&args),
-        Command::Link(args) => link::run(&args),
-        Command::Board(args) => board::run(&args),
-        Command::View(args) => view::run(&args),
+    // Neither the table of parts nor a probe needs a database or a clip, which the parser would ask for.
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
+        && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
+    {
+        run::list(rest.contains(&"--json"));
+        return ExitCode::SUCCESS;
+    }
+    let outcome = match ProbeArgs::asked(&words) {
+        Some(args) => link::probe(&args),
+        None => run_command(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -43,5 +49,14 @@ fn main() -> ExitCode {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
         }
+    }
+}
+
+fn run_command() -> anyhow::Result<()> {
+    match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Link(args) => link::run(&args),
+        Command::Board(args) => board::run(&args),
+        Command::View(args) => view::run(&args),
     }
 }

@@ -17,13 +17,16 @@
 
 use anyhow::{Result, bail};
 use gestus_builder::{
-    motion::Clip,
+    motion::{Clip, Skeleton},
     stream::{Request, to_pose},
     synth,
 };
 use gestus_core::{
     Config, Database, Digest, Pose, Stylizer,
-    blob::layout::{MAX_JOINTS, MAX_STYLES, ROOT_DOFS, dof},
+    blob::{
+        Manifest,
+        layout::{MAX_JOINTS, MAX_STYLES, ROOT_DOFS, dof},
+    },
     math::wrap_angle,
     pose::{self, Anchor},
 };
@@ -105,7 +108,7 @@ impl Recording {
             let Ok(example) = synth::performance(seed, action, synth::STYLES[0], rate, seconds) else {
                 continue;
             };
-            if !example.clip.skeleton.names.iter().map(String::as_str).eq(manifest.joints.iter()) {
+            if !same_body(&example.clip.skeleton, database, &manifest) {
                 break;
             }
             poses.extend(example.clip.frames.iter().map(to_pose));
@@ -146,7 +149,7 @@ impl Recording {
         if counts.joints <= 22 && counts.classes <= 28 {
             self.replay::<22, 40, 28>(database)
         } else {
-            self.replay::<MAX_JOINTS, 40, { 8 * MAX_STYLES }>(database)
+            self.replay::<MAX_JOINTS, 64, { 8 * MAX_STYLES }>(database)
         }
     }
 
@@ -189,6 +192,16 @@ impl Recording {
         }
         bytes
     }
+}
+
+/// True where a skeleton is the database's: the same joints, and bones that differ by less than a centimetre.
+fn same_body(skeleton: &Skeleton, database: &Database<'_>, manifest: &Manifest<'_>) -> bool {
+    let named = skeleton.names.iter().map(String::as_str).eq(manifest.joints.iter());
+    // Where the root stands before it is moved is no bone.
+    let mut bones = skeleton.offsets.iter().enumerate().skip(1);
+    let alike =
+        |j: usize, k: usize, length: f64| (length - f64::from(database.joint(j).offset[k])).abs() < 0.01;
+    named && bones.all(|(j, bone)| (0..3).all(|k| alike(j, k, bone[k])))
 }
 
 /// The captured frames of some classes as poses, clip after clip; each goes on from where the one before has ended.

@@ -7,7 +7,7 @@
 const Gestus = (() => {
   const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
   const DEGRADED = ["input", "visits", "classes", "prediction", "jump"];
-  const STANDARD = 0, PAGE = 65536, NAME_BYTES = 256, MOST_CLASSES = 8;
+  const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, PAGE = 65536, NAME_BYTES = 256, MOST_CLASSES = 8;
 
   class Gestus {
     // `module` is a WebAssembly.Module or the bytes of one, `blob` the bytes of a database.
@@ -18,7 +18,7 @@ const Gestus = (() => {
 
     constructor(exports, blob) {
       this.c = exports;
-      const size = [exports.gestus_database_size(), exports.gestus_stylizer_size(STANDARD)];
+      const size = [exports.gestus_database_size(), Math.max(...PROFILES.map((p) => exports.gestus_stylizer_size(p)))];
       // The module never allocates: what is grown here is ours alone.
       this.free = exports.memory.grow(Math.ceil((blob.length + size[0] + size[1] + 32768) / PAGE)) * PAGE;
       const blobAt = this.take(blob.length);
@@ -29,9 +29,15 @@ const Gestus = (() => {
       const database = this.take(size[0]), stylizer = this.take(size[1]);
       this.check(exports.gestus_database_open(database, size[0], blobAt, blob.length, this.detail, this.out));
       this.database = database;
-      this.check(exports.gestus_stylizer_init(stylizer, size[1], STANDARD, database, 0, this.out));
+      // The smallest profile that takes the database.
+      let status;
+      for (const profile of PROFILES) {
+        status = exports.gestus_stylizer_init(stylizer, size[1], profile, database, 0, this.out);
+        this.stylizerBytes = exports.gestus_stylizer_size(profile);
+        if (status !== JOINTS && status !== CLASSES) break;
+      }
+      this.check(status);
       this.stylizer = stylizer;
-      this.stylizerBytes = size[1];
 
       const counts = this.take(28);
       this.check(exports.gestus_database_counts(database, counts));

@@ -247,11 +247,12 @@
       return parts.length === 1 ? parts[0][0] : parts.map(([name, w]) => `${Math.round(100 * w)}% ${name}`).join(", ");
     }
 
+    const quantile = (values, q) => values.slice().sort((a, b) => a - b)[Math.floor(q * (values.length - 1))] || 0;
     const LEFT = 172, RIGHT = 18;
     function drawLines() {
       const strips = [["Time step", "milliseconds", (s) => 1e3 * s.step, 1], ["Visits", "distances a frame", (s) => s.visits, 0],
         ["Time a step", "microseconds here", (s) => s.micros, 0]];
-      const [g, w, h] = fit($("lines"), 12 + 36 + 96 + strips.length * 50 + 8);
+      const [g, w, h] = fit($("lines"), 12 + 20 + 36 + 96 + strips.length * 50 + 8);
       g.clearRect(0, 0, w, h);
       const x = (i) => w - RIGHT - (w - LEFT - RIGHT) * (history.length - i) / LENGTH, wide = x(1) - x(0) + 0.5;
       let y = 12;
@@ -261,6 +262,11 @@
         g.fillStyle = colors.dim; g.font = font(10);
         g.fillText(unit, 14, from + 16);
       };
+      g.textAlign = "left"; g.textBaseline = "middle"; g.fillStyle = colors.ink; g.font = font(12, 600);
+      g.fillText("Degraded", 14, y + 5);
+      g.fillStyle = "#d23f3f";
+      history.forEach((r, i) => { if (r.degraded.length) g.fillRect(x(i), y + 2, Math.max(2, wide), 6); });
+      y += 20;
       title("Contacts", "of the output's feet", y + 6);
       for (let s = 0; s < 2; s++) {
         g.fillStyle = colors.dim; g.font = font(10, 600); g.textAlign = "left";
@@ -287,24 +293,20 @@
         const values = history.map(value);
         let lo = values.length ? Math.min(...values) : 0, hi = values.length ? Math.max(...values) : 1;
         // From 0, but for the time step, which is read against its own range.
-        if (digits) { const half = Math.max(0.05 * (lo + hi) / 2, (hi - lo) / 2) * 1.1, mid = (lo + hi) / 2; lo = mid - half; hi = mid + half; } else { lo = 0; hi = 1.15 * hi || 1; }
+        if (digits) { const half = Math.max(0.05 * (lo + hi) / 2, (hi - lo) / 2) * 1.1, mid = (lo + hi) / 2; lo = mid - half; hi = mid + half; } else { lo = 0; hi = 1.3 * quantile(values, 0.95) || 1; }
         g.textAlign = "right"; g.fillStyle = colors.dim; g.font = font(10);
         g.fillText(hi.toFixed(digits), LEFT - 8, y + 5);
         g.fillText(lo.toFixed(digits), LEFT - 8, y + 34);
         g.strokeStyle = colors.rule; g.strokeRect(LEFT + 0.5, y + 0.5, w - LEFT - RIGHT - 1, 37);
         g.strokeStyle = colors.accent; g.lineWidth = 1.5;
         g.beginPath();
-        values.forEach((v, i) => g.lineTo(x(i + 0.5), y + 38 * (1 - (v - lo) / (hi - lo || 1))));
+        values.forEach((v, i) => g.lineTo(x(i + 0.5), y + 38 * (1 - Math.min(1, (v - lo) / (hi - lo || 1)))));
         g.stroke();
         g.lineWidth = 1;
         y += 50;
       }
-      // Frames that were degraded, over everything.
-      g.fillStyle = "#d23f3f";
-      history.forEach((r, i) => { if (r.degraded.length) g.fillRect(x(i), 3, Math.max(2, wide), 5); });
     }
 
-    const mean = (values) => values.reduce((a, b) => a + b, 0) / (values.length || 1);
     const kib = (n) => (n >= 1 << 20 ? `${(n / (1 << 20)).toFixed(2)} MiB` : `${(n / 1024).toFixed(1)} KiB`);
     function texts() {
       $("clock").textContent = `frame ${at} of ${count}`;
@@ -322,13 +324,13 @@
         legend.append(item);
       }
       const facts = [
-        ["A step here", `${mean(recent.map((r) => r.micros)).toFixed(0)} µs, mean of ${recent.length}`],
+        ["A step here", `${quantile(recent.map((r) => r.micros), 0.5).toFixed(0)} µs (median)`],
         ["Visits", `${now.visits} distances`],
         ["Read from the blob", kib(now.bytes)],
         ["Distance to the data", Math.sqrt(now.distance2).toFixed(3)],
-        ["Output's step", `${(1e3 * now.step).toFixed(1)} ms, the input's is ${(1e3 * period).toFixed(1)}`],
+        ["Output's step", `${(1e3 * now.step).toFixed(1)} ms (input ${(1e3 * period).toFixed(1)})`],
         ["Contacts", ["none", "left", "right", "both"][now.contacts[0] + 2 * now.contacts[1]]],
-        ["Degraded", now.degraded.length ? now.degraded.join(", ") : `not now; ${degraded} of ${total} frames`],
+        ["Degraded", now.degraded.length ? now.degraded.join(", ") : `no; ${degraded} of ${total} were`],
         ["Digest of this stream", core.digest],
         ["Stylizer's RAM", kib(core.stylizerBytes)],
         ["Core as wasm", kib(sizes.wasm)],
@@ -365,7 +367,7 @@
         }
         if (dirty) { dirty = false; drawView(); drawLines(); texts(); }
       } catch (error) { say(error); return; }
-      requestAnimationFrame(tick);
+      next(tick);
     }
 
     function listen() {
@@ -407,19 +409,40 @@
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redo);
     }
 
+    // A headless browser draws when it likes; its clock runs all the same.
+    const place = new URLSearchParams(location.hash.slice(1));
+    const next = place.has("check") ? (f) => setTimeout(() => f(performance.now()), 16) : requestAnimationFrame;
+
     theme();
     makeSettings();
     defaults();
     listen();
+    // What `cargo xtask wasm` looks for: controls that were used while the page played, and what came of it.
+    function tryControls() {
+      const tried = [], use = (element, event) => element.dispatchEvent(new Event(event));
+      const style = rows.style[0].range, group = rows.group[0].range;
+      style.value = 0.5;
+      use(style, "input");
+      if (weights[0] === 0.5 && $("said").textContent === "") tried.push("style");
+      group.value = 1.5;
+      use(group, "input");
+      if (strengths[0] === 1.5 && $("said").textContent === "") tried.push("strength");
+      $("action").value = 0;
+      use($("action"), "change");
+      if ($("said").textContent === "") tried.push("label");
+      page.dataset.tried = tried.join(", ");
+    }
+
     // A link can name a place and a look: page.html#t=2.5&overlay=1&play=0&style=old
-    const place = new URLSearchParams(location.hash.slice(1));
     if (place.has("style")) { const k = core.styles.indexOf(place.get("style")); if (k >= 0) setWeights(() => weights.fill(0).splice(k, 1, 1)); }
     $("overlay").checked = place.get("overlay") === "1";
     seek(Math.min(count - 1, Math.round((Number(place.get("t")) || 0) * core.rate)));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     setPlaying(place.has("play") ? place.get("play") === "1" : place.has("check") || !still);
-    requestAnimationFrame((now) => { last = now; tick(now); });
+    if (place.has("check")) setTimeout(tryControls, 4000);
+    next((now) => { last = now; tick(now); });
   }
 
+  addEventListener("error", (event) => say(event.error || new Error(event.message)));
   begin().catch(say);
 })();

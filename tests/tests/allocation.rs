@@ -6,7 +6,7 @@ use std::{
 };
 
 use gestus_builder::stream::to_pose;
-use gestus_core::{Config, Database, Observer, Pose, Stylizer};
+use gestus_core::{Config, Database, Method, Observer, Pose, Stylizer};
 use gestus_tests::motion;
 
 thread_local! {
@@ -57,32 +57,35 @@ fn opening_making_and_stepping_take_nothing() {
     // A jump, and input that is no pose: those paths too.
     poses.extend(motion::unseen(1, 2, 30).frames.iter().map(to_pose::<22>));
     poses[50].position[0] = f32::NAN;
-    let mut looks = Looks(0);
-    let taken = taken_by(|| {
-        let database = Database::open(blob).unwrap();
-        let mut stylizer = Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap();
-        let mut output = Pose::IDENTITY;
-        for (t, pose) in poses.iter().enumerate() {
-            if t == 20 {
-                stylizer.set_style(&[(0, 1.0), (2, 1.0)]).unwrap();
-                stylizer.set_action(Some(0)).unwrap();
+    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+        let mut looks = Looks(0);
+        let taken = taken_by(|| {
+            let database = Database::open(blob).unwrap();
+            let config = Config::new().method(method).halflife_s(1.0);
+            let mut stylizer = Stylizer::<22, 40, 28>::new(database, config).unwrap();
+            let mut output = Pose::IDENTITY;
+            for (t, pose) in poses.iter().enumerate() {
+                if t == 20 {
+                    stylizer.set_style(&[(0, 1.0), (2, 1.0)]).unwrap();
+                    stylizer.set_action(Some(0)).unwrap();
+                }
+                if t == 40 {
+                    stylizer.set_action(None).unwrap();
+                    stylizer.set_mask(1, false).unwrap();
+                    stylizer.set_strength(2, 0.5).unwrap();
+                    assert!(stylizer.set_style(&[(99, 1.0)]).is_err());
+                }
+                if t == 100 {
+                    stylizer.reset();
+                }
+                let _ = if t % 2 == 0 {
+                    stylizer.step(pose, &mut output)
+                } else {
+                    stylizer.step_observed(pose, &mut output, &mut looks)
+                };
             }
-            if t == 40 {
-                stylizer.set_action(None).unwrap();
-                stylizer.set_mask(1, false).unwrap();
-                stylizer.set_strength(2, 0.5).unwrap();
-                assert!(stylizer.set_style(&[(99, 1.0)]).is_err());
-            }
-            if t == 100 {
-                stylizer.reset();
-            }
-            let _ = if t % 2 == 0 {
-                stylizer.step(pose, &mut output)
-            } else {
-                stylizer.step_observed(pose, &mut output, &mut looks)
-            };
-        }
-    });
-    assert!(looks.0 > 0);
-    assert_eq!(taken, 0, "allocations");
+        });
+        assert_eq!(looks.0 > 0, method == Method::Mar);
+        assert_eq!(taken, 0, "allocations of {method:?}");
+    }
 }

@@ -174,7 +174,9 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         for &(c, own) in &all {
             let proportion = traced.row("proportion", t)[c];
             if proportion == 0.0 {
-                assert!(own < 0.011, "frame {t}: {own} of the weight was dropped at once");
+                // Frames that search anew keep the four heaviest.
+                let kept = traced.row("proportion", t).iter().filter(|p| **p > 0.0).count();
+                assert!(own < 0.011 || kept == 4, "frame {t}: {own} of the weight was dropped at once");
                 continue;
             }
             near("proportion", t, proportion, own / kept, 1e-3);

@@ -9,7 +9,7 @@
 use std::{fs, path::PathBuf};
 
 use gestus_core::{
-    Config, Database, Digest, Observer, Pose, Stylizer,
+    Config, Database, Digest, Method, Observer, Pose, Stylizer,
     knn::Neighbor,
     math::sin_cos,
     quaternion::{self, exp},
@@ -136,6 +136,10 @@ fn digests_are_as_recorded() {
         ("paper", Config::paper()),
         ("normalised", Config::new().ridge(Ridge::Normalised).lambda(1.0)),
         ("sync", Config::new().timing(Timing::Sync).k(16)),
+        ("lti", Config::new().method(Method::Lti)),
+        ("lti-trusting", Config::new().method(Method::Lti).confidence(1e6).timing(Timing::Sync)),
+        ("statistic", Config::new().method(Method::Statistic)),
+        ("statistic-running", Config::new().method(Method::Statistic).halflife_s(1.5)),
     ];
     let mut found = String::new();
     for (name, config) in cases {

@@ -40,8 +40,8 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
     use gestus_firmware_sim::link::Line;
     let noise: Noise = noise.parse()?;
     let database = Database::open(motion::small())?;
-    with_board(database, |twin| {
-        with_board(database, |board| {
+    with_board(database, Config::new(), |twin| {
+        with_board(database, Config::new(), |board| {
             let mut line = Loopback::new(board, noise);
             let patience = Patience { repeats: 60, ..Patience::default() };
             let client = Client::new(&mut line, 77, patience);
@@ -136,7 +136,7 @@ fn a_dead_line_is_given_up_with_advice() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
     let patience =
         Patience { first: Duration::from_millis(100), most: Duration::from_millis(400), repeats: 4 };
-    let error = with_board(database, |board| {
+    let error = with_board(database, Config::new(), |board| {
         let mut client =
             Client::new(Loopback::new(board, "drop=1".parse().expect("it is right")), 1, patience);
         client.hello().map(|_| ()).expect_err("nobody hears")
@@ -153,8 +153,8 @@ fn another_database_is_refused() {
     let (database, other) = (motion::small(), motion::tiny());
     let [database, other] = [database, other].map(|b| Database::open(b).expect("the generated blob opens"));
     assert_ne!(database.identity(), other.identity());
-    let error = with_board(database, |twin| {
-        with_board(other, |board| {
+    let error = with_board(database, Config::new(), |twin| {
+        with_board(other, Config::new(), |board| {
             let client = Client::new(Loopback::new(board, Noise::default()), 1, Patience::default());
             Session::begin(client, twin, &database).map(|_| ()).expect_err("it is another one")
         })
@@ -170,8 +170,8 @@ fn a_board_that_starts_anew_is_noticed() {
     let pose = gestus_builder::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
     let mut buffer = PoseBuffer::new();
     // Two boards, the second of which knows nothing of the first one's session.
-    let error = with_board(database, |first| {
-        with_board(database, |second| {
+    let error = with_board(database, Config::new(), |first| {
+        with_board(database, Config::new(), |second| {
             let mut bytes = 0;
             let line = Loopback::new(
                 |byte| {

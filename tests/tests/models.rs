@@ -17,8 +17,9 @@ use gestus_tests::{
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-const LTI: Config = Config::new().method(Method::Lti);
-const STATISTIC: Config = Config::new().method(Method::Statistic);
+// Feet are not held: what the methods say is what is looked at.
+const LTI: Config = Config::new().method(Method::Lti).contacts(false);
+const STATISTIC: Config = Config::new().method(Method::Statistic).contacts(false);
 
 fn run(blob: &[u8], config: Config, style: &[(u16, f32)], frames: usize) -> (Trace, Streamed) {
     let database = Database::open(blob).unwrap();
@@ -41,7 +42,7 @@ fn without_yaw(row: &[f64]) -> impl Iterator<Item = f64> + '_ {
 fn the_stream_of_a_linear_model_is_the_papers_recursion() {
     let blob = motion::small();
     let database = Database::open(blob).unwrap();
-    for (confidence, style) in [(3.0, 1), (1.5, 2), (1e6, 1)] {
+    for (confidence, style) in [(5.0, 1), (1.5, 2), (1e6, 1)] {
         let (trace, streamed) = run(blob, LTI.confidence(confidence), &[(style, 1.0)], 150);
         let model = Model::of(&database, database.linear_model_of(style, None).unwrap());
         let x: Vec<Vec<f64>> = trace.frames.iter().map(|f| wide(&f.x)).collect();
@@ -76,7 +77,7 @@ fn a_linear_model_learns_the_style() {
         let input = body(&|t| f64::from(trace.frames[t].x[d]));
         let truth = body(&|t| (mean.inverse() * raised.frames[t].rotations[arm]).scaled_axis()[axis]);
         let gap = (input - truth).abs();
-        assert!((found - truth).abs() < 0.1 * gap + 0.03, "axis {axis}: {found} for {truth}, input {input}");
+        assert!((found - truth).abs() < 0.1 * gap + 0.05, "axis {axis}: {found} for {truth}, input {input}");
     }
 }
 
@@ -214,6 +215,21 @@ fn a_method_needs_its_section() {
     let database = Database::open(motion::small()).unwrap();
     assert_eq!(database.linear_from(), Some(0));
     assert!(size_of::<Stylizer<'_, 22, 40, 28>>() <= 24_576);
+    let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap());
+    // A stylizer that changes its method begins anew, and gives what one that was made for it gives.
+    let mut output = Pose::IDENTITY;
+    let clip = motion::unseen(0, 0, 40);
+    for frame in &clip.frames {
+        let _ = stylizer.step(&to_pose(frame), &mut output);
+    }
+    stylizer.set_config(LTI).unwrap();
+    stylizer.set_style(&[(1, 1.0)]).unwrap();
+    let (_, wanted) = run(motion::small(), LTI, &[(1, 1.0)], 40);
+    for (frame, wanted) in clip.frames.iter().zip(&wanted.steps) {
+        let _ = stylizer.step(&to_pose(frame), &mut output);
+        assert_eq!(from_pose(&output, 21), wanted.frame);
+    }
+    assert_eq!(Method::of(&database), Method::Mar);
     let old = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/blob-v1.gestus")).unwrap();
     let without = Database::open(&old).unwrap();
     if without.linear_from().is_none() {
@@ -256,6 +272,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     }
     let refused = Stylizer::<22, 40, 28>::new(database, Config::new()).err();
     assert_eq!(refused, Some(ConfigError::Method));
+    assert_eq!(Method::of(&database), Method::Lti);
     // Cut again it is the same; without models there is nothing to cut to.
     assert_eq!(models_only(&database).unwrap(), cut);
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());

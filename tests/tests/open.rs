@@ -7,7 +7,7 @@ use gestus_builder::{
     stream::to_pose,
     write::with_section,
 };
-use gestus_core::{BlobError, Config, Database, Effort, Pose, Stylizer, blob::layout::section};
+use gestus_core::{BlobError, Config, Database, Effort, Method, Pose, Stylizer, blob::layout::section};
 use gestus_tests::{motion, patch};
 use proptest::prelude::*;
 
@@ -15,9 +15,16 @@ use proptest::prelude::*;
 fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
     let database = Database::open(blob)?;
     let _ = database.manifest();
+    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+        step_by(database, Config::new().method(method).halflife_s(0.5));
+    }
+    Ok(())
+}
+
+fn step_by(database: Database<'_>, config: Config) {
     let counts = *database.counts();
     // A database that fits no stylizer is refused by it, which is not this test's business.
-    let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return Ok(()) };
+    let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, config) else { return };
     for style in 0..counts.styles {
         let _ = stylizer.set_style(&[(style as u16, 1.0), (0, 0.5)]);
     }
@@ -37,7 +44,6 @@ fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
         assert!(output.is_valid(counts.joints), "frame {t}: {output:?}");
         assert!(report.step_s.is_finite(), "frame {t}: {report:?}");
     }
-    Ok(())
 }
 
 #[test]
@@ -112,7 +118,7 @@ fn a_blob_with_a_dial_opens_and_a_stream_obeys_it() {
 fn place() -> impl Strategy<Value = usize> {
     let blob = motion::tiny();
     let small: Vec<std::ops::Range<usize>> =
-        [2u16, 3, 5, 6, 7, 8, 9, 10, 14, 15].map(|id| patch::section(blob, id)).into();
+        [2u16, 3, 5, 6, 7, 8, 9, 10, 14, 15, 32, 33].map(|id| patch::section(blob, id)).into();
     prop_oneof![
         2 => 0..304usize,
         4 => prop::sample::select(small).prop_flat_map(|r| r),

@@ -43,7 +43,7 @@ pub fn run(setup: bool) -> Result<Outcome> {
         cargo
     };
     let shared = |mut cargo: Command| {
-        cargo.args(["--quiet", "--locked", "--target-dir"]).arg(target_dir().join("capi"));
+        cargo.args(["--quiet", "--target-dir"]).arg(target_dir().join("capi"));
         cargo
     };
     run_command(own("fmt").arg("--check"))?;
@@ -92,7 +92,7 @@ fn header(setup: bool) -> Result<Option<String>> {
 /// A static library for the host, or for a target.
 fn library(mut rustc: Command, folder: &str) -> Result<PathBuf> {
     let folder = target_dir().join(folder);
-    rustc.args(["--release", "--quiet", "--locked", "--crate-type", "staticlib", "--manifest-path"]);
+    rustc.args(["--release", "--quiet", "--crate-type", "staticlib", "--manifest-path"]);
     rustc.arg(root().join(CRATE).join("Cargo.toml")).arg("--target-dir").arg(&folder);
     run_command(&mut rustc)?;
     Ok(folder)

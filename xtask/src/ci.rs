@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::{
-    bare_metal, fuzz, real_data,
+    bare_metal, budget, capi, firmware, fuzz, no_panic, real_data,
     shell::{Outcome, cargo, run as run_command},
+    wasm,
 };
 
 /// Seconds for each fuzz target: enough to notice a target that is broken, or a bug that is near.
@@ -37,6 +38,11 @@ pub fn run(setup: bool) -> Outcome {
     let docs = ["doc", "--workspace", "--no-deps", "--keep-going"];
     step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| Ok(bare_metal::run(setup)));
+    step("firmware", &|| firmware::run(setup));
+    step("budget", &|| budget::run(setup, false));
+    step("no panic", &|| no_panic::run(setup));
+    step("C interface", &|| capi::run(setup));
+    step("wasm", &|| wasm::run(setup));
     step("real data", &real_data::run);
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
     summary(&steps)

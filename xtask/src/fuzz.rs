@@ -47,6 +47,11 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
         seed_with_blobs(&corpus)?;
     }
     let mut command = nightly_cargo();
+    if target == "link" {
+        let blob = target_dir().join("fuzz-link.gestus");
+        write_blob(&blob)?;
+        command.env("GESTUS_BLOB", blob);
+    }
     command
         .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
         .arg(&folder)
@@ -70,13 +75,16 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
 /// blob with bytes behind it, which the target makes settings and poses of.
 fn seed_with_blobs(corpus: &Path) -> Result<()> {
     let seed = corpus.join("seed");
-    run_command(
-        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(&seed),
-    )?;
+    write_blob(&seed)?;
     let mut bytes = std::fs::read(&seed)?;
     bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
     std::fs::write(corpus.join("seed-with-poses"), bytes)?;
     Ok(())
+}
+
+/// Builds a small database.
+fn write_blob(file: &Path) -> Result<()> {
+    run_command(cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(file))
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.

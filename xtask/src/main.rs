@@ -4,13 +4,17 @@
 //! installed and skips the rest with a line that says what is missing; with `--setup` it installs it first.
 
 mod bare_metal;
+mod budget;
 mod capi;
 mod ci;
+mod firmware;
 mod fuzz;
+mod log_lines;
 mod no_panic;
 mod real_data;
 mod recording;
 mod shell;
+mod stack;
 mod target;
 mod wasm;
 
@@ -64,6 +68,21 @@ enum Chore {
         #[arg(long)]
         setup: bool,
     },
+    /// The firmware for every emulated board, and a long stream that has to give the same bits on all of them
+    Firmware {
+        /// Install the targets, QEMU and defmt-print
+        #[arg(long)]
+        setup: bool,
+    },
+    /// What the core costs on boards, against budgets.toml
+    Budget {
+        /// Install the targets and QEMU
+        #[arg(long)]
+        setup: bool,
+        /// Write today's figures into budgets.toml
+        #[arg(long)]
+        record: bool,
+    },
     /// The core as a wasm module, for node and for the pages of `gestus-sim view`
     Wasm {
         /// Install the target, node and Chromium
@@ -102,6 +121,8 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Core { setup } => Ok(bare_metal::run(setup)),
         Chore::NoPanic { setup } => no_panic::run(setup),
         Chore::Capi { setup } => capi::run(setup),
+        Chore::Firmware { setup } => firmware::run(setup),
+        Chore::Budget { setup, record } => budget::run(setup, record),
         Chore::Wasm { setup } => wasm::run(setup),
         Chore::RealData => real_data::run(),
         Chore::Golden { blob } => golden(blob),
@@ -112,7 +133,9 @@ fn run(chore: Chore) -> Result<Outcome> {
 fn golden(blob: bool) -> Result<Outcome> {
     let record = if blob { "blob" } else { "1" };
     let mut tests = shell::cargo();
-    tests.args(["test", "-p", "gestus-tests", "--test", "golden"]).env("GESTUS_RECORD", record);
+    tests
+        .args(["test", "-p", "gestus-tests", "--test", "golden", "--test", "long_stream"])
+        .env("GESTUS_RECORD", record);
     shell::run(&mut tests)?;
     shell::run(shell::command("git").args(["status", "--short", "tests"]))?;
     Ok(Outcome::Passed)

@@ -81,7 +81,7 @@ fn link(
     let mut build = source.cargo("build", target);
     let folder = target_dir().join("bare-metal");
     build
-        .args(["--release", "--quiet", "--locked", "--manifest-path"])
+        .args(["--release", "--quiet", "--manifest-path"])
         .arg(root().join(CRATE).join("Cargo.toml"))
         .args(["--features", &[features, mode].join(" ")])
         .arg("--target-dir")

@@ -37,7 +37,7 @@ pub fn run() -> Result<Outcome> {
 }
 
 /// The folder of real clips, where there is one.
-fn folder() -> Option<PathBuf> {
+pub fn folder() -> Option<PathBuf> {
     let folder =
         env::var_os("GESTUS_DATA").map_or_else(|| root().join("../shared/data"), |dir| root().join(dir));
     folder.is_dir().then_some(folder)

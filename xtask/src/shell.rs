@@ -118,6 +118,30 @@ pub fn answer(command: &mut Command) -> Option<String> {
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
+/// Standard output of a command, which is one JSON object; what it says besides goes to standard error.
+///
+/// # Errors
+/// Where it fails, or says something else.
+pub fn json(command: &mut Command) -> Result<serde_json::Value> {
+    let text = answer_of(command.stdin(Stdio::null()))?;
+    serde_json::from_str(text.trim()).with_context(|| format!("`{}` does not say JSON", show(command)))
+}
+
+/// Shows a command, runs it, and gives its standard output.
+///
+/// # Errors
+/// Where the program can't be started or exits with something else than 0.
+pub fn answer_of(command: &mut Command) -> Result<String> {
+    let shown = show(command);
+    println!("$ {shown}");
+    let output = command.stderr(Stdio::inherit()).output();
+    let output = output.with_context(|| format!("`{shown}` can't be started"))?;
+    if !output.status.success() {
+        bail!("`{shown}` failed ({})", output.status);
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
 /// A command as a person would type it, with the settings that were made for it.
 fn show(command: &Command) -> String {
     let set = command

@@ -61,6 +61,9 @@ pub struct Selection {
     /// Styles to take, s,t; all where left out. The first is a stylizer's first output style
     #[arg(long, value_delimiter = ',')]
     styles: Vec<String>,
+    /// Joints to keep, each with all of its parents: for a board with little memory, or a body that lacks the others
+    #[arg(long, value_delimiter = ',')]
+    joints: Vec<String>,
     /// Frames a second of the database
     #[arg(long)]
     rate: Option<f64>,
@@ -76,7 +79,7 @@ impl Selection {
     /// Some actions and styles, and all else as the folder says.
     pub fn of(actions: &[String], styles: &[String]) -> Self {
         let (actions, styles) = (actions.to_vec(), styles.to_vec());
-        Self { actions, styles, rate: None, limit: None, strict: false }
+        Self { actions, styles, rate: None, limit: None, strict: false, joints: Vec::new() }
     }
 
     /// The configuration of a folder with the command line's choices over it.
@@ -94,6 +97,9 @@ impl Selection {
         }
         if !self.styles.is_empty() {
             config.styles.clone_from(&self.styles);
+        }
+        if !self.joints.is_empty() {
+            config.joints.clone_from(&self.joints);
         }
         if let Some(rate) = self.rate {
             if !(1.0..=1000.0).contains(&rate) {

@@ -7,8 +7,8 @@ use gestus_builder::{
     build::BuildOptions,
     effort::{fragment::Library, labels, model::Model},
     evaluate::{
-        Evaluation, ablation, compression, contacts, correspondence, effort, knn, loo, retarget, skate,
-        timing,
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, knn, loo, retarget,
+        servo, skate, timing,
     },
     load::load,
 };
@@ -21,9 +21,9 @@ use super::build::Selection;
 #[derive(clap::Args)]
 pub struct Args {
     /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// correspondence, effort, gaussian-process (its accuracy, time and memory as the data grows), retarget (other
-    /// skeletons through --db and back), contacts (which foot stands), skate (how far standing feet slide), timing (the
-    /// output's time)
+    /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
+    /// the data grows), retarget (other skeletons through --db and back), contacts (which foot stands), skate (how far
+    /// standing feet slide), timing (the output's time), servo (a robot that does the motion)
     what: String,
     /// Folder of BVH files
     #[arg(long)]
@@ -57,6 +57,12 @@ pub struct Args {
     /// timing: most seconds by which a pose may come late
     #[arg(long, default_value_t = 0.2)]
     lag: f32,
+    /// The robot of `servo`, a URDF file; the toy that comes with the project where left out
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, as TOML
+    #[arg(long, requires = "robot")]
+    robot_map: Option<PathBuf>,
     /// Folder for tables, plots and the report
     #[arg(short, long)]
     output: PathBuf,
@@ -67,7 +73,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    if args.what == "retarget" {
+    if ["retarget", "servo"].contains(&args.what.as_str()) {
         return on_database(args);
     }
     let config = args.selection.config(Some(&args.data), None)?;
@@ -112,6 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
         "ablation" => ablation::evaluate(corpus, &options)?,
         "knn" => knn::evaluate(corpus, &options)?,
         "compression" => compression::evaluate(corpus, &options)?,
+        "methods" => comparison::evaluate(corpus, &options)?,
         "contacts" => contacts::evaluate(corpus, &options)?,
         "skate" => skate::evaluate(corpus, &options)?,
         "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
@@ -133,8 +140,8 @@ pub fn run(args: &Args) -> Result<()> {
         }
         "gaussian-process" => loo::growth(corpus, &options)?,
         other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, correspondence, \
-             effort, gaussian-process, retarget, contacts, skate, timing"
+            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
+             correspondence, effort, gaussian-process, retarget, contacts, skate, timing, servo"
         ),
     };
     say(args, &evaluation)
@@ -147,7 +154,11 @@ fn on_database(args: &Args) -> Result<()> {
     let database = super::open(path, &bytes)?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("{} can't be made", args.output.display()))?;
-    say(args, &retarget::evaluate(&database, &args.data)?)
+    let evaluation = match args.what.as_str() {
+        "servo" => servo::evaluate(&database, &args.data, args.robot.as_deref(), args.robot_map.as_deref())?,
+        _ => retarget::evaluate(&database, &args.data)?,
+    };
+    say(args, &evaluation)
 }
 
 fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {

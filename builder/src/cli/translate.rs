@@ -8,13 +8,15 @@ use gestus_builder::{
     effort::{self, fragment::Library, labels, model::Model, sheet, synthesize},
     report::page,
     retarget::{MapFile, Retarget},
+    robot::{Machine, RobotMap, play},
+    stream::Streamed,
     trace::Trace,
     translate::{Input, figures, translate},
-    view,
+    urdf, view,
     wish::WishArgs,
 };
 use gestus_core::Database;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// Translate a clip into another style.
 #[derive(clap::Args)]
@@ -46,9 +48,61 @@ pub struct Args {
     /// Everything that the steps computed, as .npz
     #[arg(long)]
     trace: Option<PathBuf>,
+    #[command(flatten)]
+    robot: RobotArgs,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// A robot that does what comes out.
+#[derive(clap::Args)]
+struct RobotArgs {
+    /// A robot, a URDF file: what comes out, as its joint angles
+    #[arg(long, value_name = "FILE.urdf")]
+    robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, and its servos, as TOML
+    #[arg(long, requires = "robot", value_name = "FILE.toml")]
+    robot_map: Option<PathBuf>,
+    /// Where the robot's joint angles go, radians
+    #[arg(long, requires = "robot")]
+    csv: Option<PathBuf>,
+    /// Where they go in the shape of a ROS JointTrajectory
+    #[arg(long, requires = "robot", value_name = "OUT.json")]
+    trajectory: Option<PathBuf>,
+    /// Where the servos' pulses go, microseconds
+    #[arg(long, requires = "robot", value_name = "OUT.csv")]
+    servo: Option<PathBuf>,
+    /// Where the robot's tables for the core go: what a board needs to drive it
+    #[arg(long, requires = "robot", value_name = "OUT.gestus")]
+    robot_section: Option<PathBuf>,
+}
+
+impl RobotArgs {
+    /// Drives the robot and writes what was asked for; its figures.
+    fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
+        let Some(path) = &self.robot else { return Ok(None) };
+        let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
+        let machine = Machine::new(database, urdf::Robot::read(path)?, &map)
+            .with_context(|| path.display().to_string())?;
+        for doubt in &machine.doubts {
+            eprintln!("{}: doubt: {doubt}", path.display());
+        }
+        let played = play(&machine, &input.body(streamed, machine.tick_hz));
+        let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
+            let Some(path) = path else { return Ok(()) };
+            std::fs::write(path, bytes()?).with_context(|| format!("{} can't be written", path.display()))
+        };
+        write(&self.csv, &|| Ok(played.csv().into_bytes()))?;
+        write(&self.trajectory, &|| Ok(serde_json::to_vec(&played.trajectory())?))?;
+        write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
+        write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
+        let mut figures = machine.json();
+        if let (Some(object), Value::Object(more)) = (figures.as_object_mut(), played.figures(&machine)) {
+            object.extend(more);
+        }
+        Ok(Some(figures))
+    }
 }
 
 /// Runs the command.
@@ -73,16 +127,17 @@ pub fn run(args: &Args) -> Result<()> {
         }
         request.config = request.config.contacts(false);
     }
+    let of = || args.db.display().to_string();
     let mut streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
-            let streamed = translate(&database, &input, &request, &mut trace)?;
+            let streamed = translate(&database, &input, &request, &mut trace).with_context(of)?;
             trace
                 .write(path, &database, &request)
                 .with_context(|| format!("{} can't be written", path.display()))?;
             streamed
         }
-        None => translate(&database, &input, &request, &mut ())?,
+        None => translate(&database, &input, &request, &mut ()).with_context(of)?,
     };
     if args.clean_up {
         // Changes are spread over a quarter of a second.
@@ -105,6 +160,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
+    if let Some(robot) = args.robot.run(&database, &input, &streamed)? {
+        figures["robot"] = robot;
+    }
     figures["retargeted"] = json!(input.retarget().is_some());
     if args.json {
         super::say(&figures)?;

@@ -6,10 +6,11 @@
 //! what blends were seen as counts as much as what their ends were. A node's mix is
 //!
 //! ```text
-//! w(e) = least of |S⁻¹ (G w - e)|² + ε |w|²   over  w >= 0, Σ w = 1
+//! w(e) = least of |S⁻¹ (G w - e)|² + 2 mean over actions of |S⁻¹ (G_a - G) w|² + ε |w|²   over  w >= 0, Σ w = 1
 //! ```
 //!
-//! with S the ranges of the factors, so that each counts alike. The penalty makes it unique and continuous: of mixes that look
+//! with S the ranges of the factors, so that each counts alike, and G_a the mean Efforts of the styles in one action: a
+//! mix that looks strong in a walk and light in a run is of little use on a dial that knows no actions. The last penalty makes it unique and continuous: of mixes that look
 //! alike it takes the one that is spread over most styles. And it is monotone: for two targets that differ in one
 //! factor the mixes satisfy `(e - e')ᵀ S⁻² (G w - G w') >= 0`, so no factor ever goes against its own knob. What is
 //! stored are bytes; [`Dial::backsteps`] says by how much rounding undoes that (a hundredth of the range at most).
@@ -24,6 +25,8 @@ use super::{Factors, NAMES, Source, model::Model};
 pub const NODES: usize = 9;
 /// Penalty on the mix, in units of squared ranges.
 const PENALTY: f64 = 2e-3;
+/// Weight of what differs from action to action.
+const UNEVEN: f64 = 2.0;
 /// Steps of the projected gradient.
 const STEPS: usize = 600;
 /// Shortest axis.
@@ -68,7 +71,26 @@ pub fn solve(model: &Model, rest: usize) -> Option<Dial> {
     }
     let efforts = fit(&samples, styles);
     let known: Vec<Option<Factors>> = efforts.into_iter().zip(&seen).map(|(e, s)| s.then_some(e)).collect();
-    Some(Dial::new(model.source, known, rest))
+    Some(Dial::of_actions(model.source, known, &actions(model), rest))
+}
+
+/// Mean Effort of each style in each action that it is seen in.
+fn actions(model: &Model) -> Vec<Vec<Option<Factors>>> {
+    (0..model.library.actions.len())
+        .map(|action| {
+            (0..model.library.styles.len())
+                .map(|style| {
+                    let fragments = model.library.fragments.iter().zip(&model.known.efforts);
+                    let own: Vec<&Factors> = fragments
+                        .filter(|(f, _)| (f.action, f.style) == (action, style))
+                        .map(|(_, e)| e)
+                        .collect();
+                    let mean = |k: usize| own.iter().map(|e| e[k]).sum::<f64>() / own.len() as f64;
+                    (!own.is_empty()).then(|| [mean(0), mean(1), mean(2)])
+                })
+                .collect()
+        })
+        .collect()
 }
 
 /// Least squares, with as little penalty as keeps styles without samples at zero.
@@ -90,6 +112,20 @@ impl Dial {
     /// # Panics
     /// Where no style has an Effort.
     pub fn new(source: Source, styles: Vec<Option<Factors>>, rest: usize) -> Self {
+        Self::of_actions(source, styles, &[], rest)
+    }
+
+    /// The same, with the styles' Efforts in each of some actions, `[actions][styles]`: mixes that look alike in all of
+    /// them are preferred.
+    ///
+    /// # Panics
+    /// Where no style has an Effort.
+    pub fn of_actions(
+        source: Source,
+        styles: Vec<Option<Factors>>,
+        actions: &[Vec<Option<Factors>>],
+        rest: usize,
+    ) -> Self {
         use rayon::prelude::*;
         let used: Vec<usize> = (0..styles.len()).filter(|&s| styles[s].is_some()).collect();
         let efforts: Vec<Factors> = styles.iter().flatten().copied().collect();
@@ -103,13 +139,21 @@ impl Dial {
         });
         let rest = styles.get(rest).copied().flatten().unwrap_or(efforts[0]);
         let scales: Factors = axes.map(|(low, high): (f64, f64)| 1.0 / (high - low));
+        // How much the styles' Efforts differ from action to action.
+        let mut spread = DMatrix::<f64>::zeros(used.len(), used.len());
+        for action in actions {
+            let off = DMatrix::from_fn(3, used.len(), |k, i| {
+                action[used[i]].map_or(0.0, |e| scales[k] * (e[k] - efforts[i][k]))
+            });
+            spread += off.tr_mul(&off) * (UNEVEN / actions.len() as f64);
+        }
         let place = |k: usize, i: usize| axes[k].0 + (axes[k].1 - axes[k].0) * i as f64 / (NODES - 1) as f64;
         let table = (0..NODES.pow(3))
             .into_par_iter()
             .map(|node| {
                 let target =
                     [place(0, node / NODES.pow(2)), place(1, node / NODES % NODES), place(2, node % NODES)];
-                let mix = nearest(&efforts, &scales, &target);
+                let mix = nearest(&efforts, &scales, &spread, &target);
                 let mut weights = vec![0.0; styles.len()];
                 used.iter().zip(mix).for_each(|(&s, w)| weights[s] = w);
                 bytes(&weights)
@@ -196,7 +240,7 @@ impl Dial {
 }
 
 /// The mix nearest to a target, by accelerated projected gradient (Nesterov's steps, Duchi's projection).
-fn nearest(efforts: &[Factors], scales: &Factors, target: &Factors) -> Vec<f64> {
+fn nearest(efforts: &[Factors], scales: &Factors, spread: &DMatrix<f64>, target: &Factors) -> Vec<f64> {
     let n = efforts.len();
     let at = |w: &[f64]| -> Factors {
         std::array::from_fn(|k| {
@@ -205,16 +249,19 @@ fn nearest(efforts: &[Factors], scales: &Factors, target: &Factors) -> Vec<f64> 
     };
     // The gradient changes at most this fast: twice the trace bounds the largest eigenvalue.
     let trace: f64 = efforts.iter().map(|e| (0..3).map(|k| (scales[k] * e[k]).powi(2)).sum::<f64>()).sum();
-    let step = 0.5 / (trace + PENALTY);
+    let step = 0.5 / (trace + spread.trace() + PENALTY);
     let mut w = vec![1.0 / n as f64; n];
     let (mut ahead, mut momentum) = (w.clone(), 1.0f64);
     for _ in 0..STEPS {
         let off = at(&ahead);
+        let uneven = spread * DVector::from_column_slice(&ahead);
         let moved: Vec<f64> = ahead
             .iter()
             .zip(efforts)
-            .map(|(w, e)| {
-                let gradient = 2.0 * ((0..3).map(|k| scales[k] * e[k] * off[k]).sum::<f64>() + PENALTY * w);
+            .zip(uneven.iter())
+            .map(|((w, e), uneven)| {
+                let pull = (0..3).map(|k| scales[k] * e[k] * off[k]).sum::<f64>();
+                let gradient = 2.0 * (pull + uneven + PENALTY * w);
                 w - step * gradient
             })
             .collect();
@@ -274,14 +321,17 @@ mod tests {
     fn no_mix_on_a_fine_lattice_is_nearer() {
         let efforts: Vec<Factors> = efforts().into_iter().flatten().collect();
         let scales = [0.7, 0.3, 0.35];
+        let uneven = DMatrix::from_fn(3, 4, |i, j| 0.1 * ((3 * i + 5 * j) % 4) as f64);
+        let spread = uneven.tr_mul(&uneven);
         let misfit = |w: &[f64], e: &Factors| {
             let off = (0..3).map(|k| {
                 (scales[k] * (efforts.iter().zip(w).map(|(s, w)| s[k] * w).sum::<f64>() - e[k])).powi(2)
             });
-            off.sum::<f64>() + PENALTY * w.iter().map(|w| w * w).sum::<f64>()
+            let w = DVector::from_column_slice(w);
+            off.sum::<f64>() + PENALTY * w.norm_squared() + (w.transpose() * &spread * &w)[0]
         };
         for target in [[0.2, 0.3, 0.1], [2.0, 2.0, 2.0], [-0.4, -1.0, 1.0]] {
-            let found = misfit(&nearest(&efforts, &scales, &target), &target);
+            let found = misfit(&nearest(&efforts, &scales, &spread, &target), &target);
             for a in 0..=20 {
                 for b in 0..=20 - a {
                     for c in 0..=20 - a - b {

@@ -3,7 +3,8 @@
 //!
 //! The input is `z = [c_i, c_j, e_i, e_j, α]`: components and Efforts of both fragments, and α; each number is taken to
 //! mean 0 and variance 1 over the training examples. Linear interpolation, `(1-α) e_i + α e_j`, learns nothing and is
-//! what earlier work assumes.
+//! what earlier work assumes. It is also a good place to start from: the kernel methods learn the Effort itself, as the
+//! paper has it, or its deviation from interpolation, whichever cross-validation finds better.
 
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
@@ -84,38 +85,58 @@ impl Known {
 pub struct Learner {
     /// Mean and inverse standard deviation of each number of z.
     scales: Vec<(f64, f64)>,
-    /// One machine a factor; none of linear interpolation.
-    machines: Vec<Machine>,
+    /// One machine a factor, and whether it adds to linear interpolation; none of linear interpolation alone.
+    machines: Vec<(Machine, bool)>,
 }
 
 impl Learner {
-    /// Fits to examples, with parameters chosen by ten-fold cross-validation over them.
+    /// Fits to examples, with everything that is free chosen by ten-fold cross-validation over them.
     pub fn fit(method: Method, known: &Known, examples: &[Example]) -> Self {
         let inputs: Vec<Vec<f64>> =
             examples.iter().map(|e| known.input(e.first, e.second, e.alpha)).collect();
         let scales = scales(&inputs);
         let z: Vec<Vec<f64>> = inputs.iter().map(|i| scaled(&scales, i)).collect();
-        let targets: Vec<Vec<f64>> = (0..3).map(|k| examples.iter().map(|e| e.effort[k]).collect()).collect();
+        // The Efforts, and behind them what they deviate from interpolation by.
+        let line = |e: &Example| known.interpolated(e.first, e.second, e.alpha);
+        let targets: Vec<Vec<f64>> = (0..6)
+            .map(|k| {
+                let less = |e: &Example| if k < 3 { 0.0 } else { line(e)[k % 3] };
+                examples.iter().map(|e| e.effort[k % 3] - less(e)).collect()
+            })
+            .collect();
         let radial: Vec<Kernel> = gammas(scales.len()).map(Kernel::Radial).collect();
-        let ridge = |kernels: &[Kernel]| -> Vec<Machine> {
-            let chosen = ridge::choose(kernels, &z, &targets);
-            chosen.iter().zip(&targets).map(|(&(k, l), y)| ridge::fit(k, l, &z, y)).collect()
-        };
         let machines = match method {
             Method::LinearInterpolation => Vec::new(),
-            Method::LinearRidge => ridge(&[Kernel::Linear]),
-            Method::KernelRidge => ridge(&radial),
-            Method::SupportVector => targets
-                .iter()
-                .map(|y| {
-                    // Ridge's kernel and its neighbors: the width is a matter of the data more than of the loss.
-                    let (near, _) = ridge::choose(&radial, &z, std::slice::from_ref(y))[0];
-                    let at = radial.iter().position(|k| *k == near).unwrap_or(0);
-                    let kernels = &radial[at.saturating_sub(1)..(at + 2).min(radial.len())];
-                    let (kernel, parameters) = support::choose(kernels, &z, y);
-                    support::fit(kernel, parameters, &z, y)
-                })
-                .collect(),
+            Method::LinearRidge => {
+                let chosen = ridge::choose(&[Kernel::Linear], &z, &targets[..3]);
+                let fit =
+                    |(&(k, l, _), y): (&(Kernel, f64, f64), &Vec<f64>)| (ridge::fit(k, l, &z, y), false);
+                chosen.iter().zip(&targets).map(fit).collect()
+            }
+            Method::KernelRidge => {
+                let chosen = ridge::choose(&radial, &z, &targets);
+                (0..3)
+                    .map(|k| {
+                        let about_line = chosen[3 + k].2 < chosen[k].2;
+                        let pick = if about_line { 3 + k } else { k };
+                        (ridge::fit(chosen[pick].0, chosen[pick].1, &z, &targets[pick]), about_line)
+                    })
+                    .collect()
+            }
+            Method::SupportVector => {
+                // Ridge's kernel and its neighbors: the width is a matter of the data more than of the loss.
+                let near = ridge::choose(&radial, &z, &targets);
+                (0..3)
+                    .map(|k| {
+                        let about_line = near[3 + k].2 < near[k].2;
+                        let pick = if about_line { 3 + k } else { k };
+                        let at = radial.iter().position(|r| *r == near[pick].0).unwrap_or(0);
+                        let kernels = &radial[at.saturating_sub(1)..(at + 2).min(radial.len())];
+                        let (kernel, parameters, _) = support::choose(kernels, &z, &targets[pick]);
+                        (support::fit(kernel, parameters, &z, &targets[pick]), about_line)
+                    })
+                    .collect()
+            }
         };
         Self { scales, machines }
     }
@@ -126,7 +147,11 @@ impl Learner {
             return known.interpolated(first, second, alpha);
         }
         let z = scaled(&self.scales, &known.input(first, second, alpha));
-        std::array::from_fn(|k| self.machines[k].predict(&z))
+        let line = known.interpolated(first, second, alpha);
+        std::array::from_fn(|k| {
+            let (machine, about_line) = &self.machines[k];
+            machine.predict(&z) + if *about_line { line[k] } else { 0.0 }
+        })
     }
 }
 

@@ -42,7 +42,7 @@ pub struct Model {
     pub learner: Learner,
 }
 
-/// Draws blends of fragments of one content: two clips or styles, α uniform over its range. Fewer come out where few
+/// Draws blends of fragments of one action and content: two clips or styles, α uniform over its range. Fewer come out where few
 /// fragments match.
 pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -59,6 +59,8 @@ pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
         let alpha = rng.random_range(ALPHA.0..ALPHA.1);
         // Another style where there is one: two walks of one person hardly differ.
         let differ = library.styles.len() < 2 || fragments[i].style != fragments[j].style;
+        // What people have named differently is not one content, however near its poses are.
+        let differ = differ && fragments[i].action == fragments[j].action;
         if i != j && differ && distance(&fragments[i].content, &fragments[j].content) < THRESHOLD_RAD {
             draws.push((i, j, alpha));
         }

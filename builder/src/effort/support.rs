@@ -107,14 +107,17 @@ pub fn cross_validate(kernel: &DMatrix<f64>, y: &[f64], parameters: Parameters) 
     sum / n as f64
 }
 
-/// The best kernel and parameters by cross-validation.
-pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Parameters) {
+/// The best kernel and parameters by cross-validation, and their error. C and ε are tried in standard deviations of y.
+pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Parameters, f64) {
     let mut best = (f64::INFINITY, Kernel::Radial(1.0), Parameters { c: 1.0, epsilon: 0.1 });
+    let n = y.len().max(1) as f64;
+    let mean = y.iter().sum::<f64>() / n;
+    let deviation = (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-6);
     for &kernel in kernels {
         let matrix = kernel.matrix(z);
-        for c in [1.0, 4.0, 16.0] {
+        for c in [0.3, 1.0, 4.0, 16.0] {
             for epsilon in [0.1, 0.3] {
-                let parameters = Parameters { c, epsilon };
+                let parameters = Parameters { c: c * deviation, epsilon: epsilon * deviation };
                 let error = cross_validate(&matrix, y, parameters);
                 if error < best.0 {
                     best = (error, kernel, parameters);
@@ -122,7 +125,7 @@ pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], y: &[f64]) -> (Kernel, Paramet
             }
         }
     }
-    (best.1, best.2)
+    (best.1, best.2, best.0)
 }
 
 #[cfg(test)]

@@ -93,12 +93,13 @@ pub fn best_alpha(misfit: impl Fn(f64) -> f64) -> (f64, f64) {
     if refined.0 < best.0 { (refined.1, refined.0) } else { (best.1, best.0) }
 }
 
-/// The fragments nearest in content to one, itself among them: as many of each style, nearest first.
+/// The fragments of its action nearest in content to one, itself among them: as many of each style, nearest first.
 pub fn neighbors(model: &Model, of: usize, k: usize) -> Vec<usize> {
     let fragments = &model.library.fragments;
     let mut near: Vec<(f64, usize)> = fragments
         .par_iter()
         .enumerate()
+        .filter(|(_, f)| f.action == fragments[of].action)
         .map(|(i, f)| (distance(&fragments[of].content, &f.content), i))
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -26,7 +26,7 @@ use crate::{
         fragment::Library,
         learn::{Method, rank_correlation, table as mse_table},
         model::{BLENDS, Model, draw},
-        sheet::{caveat, selected},
+        sheet::{SEEDS, caveat, selected},
         stage::segment,
         synthesize,
     },
@@ -116,7 +116,7 @@ pub fn evaluate(corpus: &Corpus, options: &EffortOptions<'_>) -> Result<Evaluati
 
 /// A model of estimates, learned as from a filled-in sheet.
 fn estimated(library: &Library) -> Model {
-    let library = selected(library, 4 * crate::effort::sheet::SEEDS);
+    let library = selected(library, 4 * SEEDS);
     let draws = draw(&library, BLENDS, SEED);
     Model::estimated(library, &draws)
 }
@@ -132,7 +132,7 @@ fn generated() -> Result<Model, BuildError> {
     };
     // The names above are the generator's own.
     let corpus = synth::corpus(&options).map_err(|e| BuildError::Unpaired(e.to_string()))?;
-    let library = selected(&Library::found(&corpus)?, 4 * crate::effort::sheet::SEEDS);
+    let library = selected(&Library::found(&corpus)?, SEEDS);
     let annotator = Annotator::of(&library, SEED);
     let draws = draw(&library, BLENDS, SEED);
     Ok(Model::observed(library, Source::Generated, &draws, &move |rows, action| annotator.note(rows, action)))
@@ -309,7 +309,7 @@ fn dialled(
                 "rank_correlation": rank_correlation(&asked, &got),
                 "low": asked.first(), "high": asked.last(),
                 "moved": got.last().zip(got.first()).map(|(a, b)| a - b),
-                "held_out": held_out,
+                "held_out": held_out, "targets": asked, "estimates": got,
             }));
             Some((row, (k, curve)))
         })
@@ -350,6 +350,7 @@ fn clips(corpus: &Corpus, model: &Model, tests: &[usize], tick: &(dyn Fn() + Syn
                 "low": low, "high": high,
                 "moved": got[got.len() - 1] - got[0],
                 "predicted_off": predicted.iter().sum::<f64>() / predicted.len() as f64,
+                "targets": asked, "estimates": got,
                 "held_out": !library.fragments.iter().any(|f| names.contains(&f.span.clip.as_str())),
             })))
         })

@@ -68,6 +68,8 @@ pub struct Row {
     pub third_difference: f64,
     /// Cycle-to-cycle variability relative to the truth's; of clips with two cycles or more.
     pub variability: Option<f64>,
+    /// F1 of standing feet against the truth's; of methods that say which foot stands.
+    pub contact_f1: Option<f64>,
 }
 
 /// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
@@ -193,7 +195,7 @@ fn trade_off(results: &[Row]) -> Figure {
 }
 
 /// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
-fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
+pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
     let body = Body::of(corpus)?;
     let empty = || Figure { name: "dof".into(), caption: String::new(), svg: String::new() };
     let (Some(&test), Some(&style)) = (test_clips(corpus, options.from, 1).first(), options.to.first())
@@ -246,7 +248,7 @@ fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
 }
 
 impl Row {
-    fn to_json(&self, corpus: &Corpus) -> table::Row {
+    pub(super) fn to_json(&self, corpus: &Corpus) -> table::Row {
         super::row(json!({
             "method": self.method,
             "action": corpus.actions[self.action],
@@ -258,6 +260,7 @@ impl Row {
             "duration_error": self.duration_error,
             "third_difference": self.third_difference,
             "variability": self.variability,
+            "contact_f1": self.contact_f1,
         }))
     }
 }
@@ -267,7 +270,7 @@ pub(super) struct Fold<'a> {
     pub(super) corpus: &'a Corpus,
     pub(super) body: Body,
     pub(super) test: usize,
-    truth: usize,
+    pub(super) truth: usize,
     pub(super) other: Option<usize>,
     pub(super) style: usize,
     shift: usize,
@@ -565,16 +568,28 @@ impl<'a> Fold<'a> {
         test: usize,
         style: usize,
     ) -> Result<Option<(Self, Vec<u8>)>, BuildError> {
-        let near =
-            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
-        let Some(&truth) = near.first() else { return Ok(None) };
+        let Some(fold) = Self::of(corpus, body, options, test, style) else { return Ok(None) };
         let wanted = BuildOptions {
             models: !options.mixtures_only,
             models_by_action: true,
             from: corpus.styles.get(options.from).cloned(),
             ..options.build.clone()
         };
-        let built = build(&corpus.without(&[test, truth]), &wanted)?;
+        let built = build(&corpus.without(&[test, fold.truth]), &wanted)?;
+        Ok(Some((fold, built.bytes)))
+    }
+
+    /// A test clip and its truth.
+    pub(super) fn of(
+        corpus: &'a Corpus,
+        body: &Body,
+        options: &LooOptions,
+        test: usize,
+        style: usize,
+    ) -> Option<Self> {
+        let near =
+            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
+        let &truth = near.first()?;
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
         let shift = if options.exact {
@@ -582,18 +597,8 @@ impl<'a> Fold<'a> {
         } else {
             best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles)
         };
-        let fold = Self {
-            corpus,
-            body: body.clone(),
-            test,
-            truth,
-            other: near.get(1).copied(),
-            style,
-            shift,
-            x,
-            truth_rows,
-        };
-        Ok(Some((fold, built.bytes)))
+        let (body, other) = (body.clone(), near.get(1).copied());
+        Some(Self { corpus, body, test, truth, other, style, shift, x, truth_rows })
     }
 
     /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
@@ -618,6 +623,8 @@ impl<'a> Fold<'a> {
         let rate = self.corpus.rate_hz;
         let (mut error, mut count) = (0.0, 0.0);
         let (mut step_error, mut steps, mut predicted_s, mut truth_s) = (0.0, 0.0, 0.0, 0.0);
+        let truth_contacts = &self.corpus.examples[self.truth].contacts;
+        let (mut hit, mut off) = (0.0, 0.0);
         for (t, row) in output.iter().enumerate() {
             let Some(at) = matched(cycles, t, truth_cycles, self.shift) else { continue };
             error += joint_distance(
@@ -625,6 +632,12 @@ impl<'a> Fold<'a> {
                 &centred(&self.body, &row_at(&self.truth_rows, at)),
             );
             count += 1.0;
+            if let (Some(streamed), Some(truth)) = (streamed, truth_contacts.get(at.round() as usize)) {
+                for (said, stands) in streamed.steps[t].report.contacts.iter().zip(truth) {
+                    hit += f64::from(u8::from(*said && *stands));
+                    off += f64::from(u8::from(said != stands));
+                }
+            }
             if let (Some(streamed), Some(before)) =
                 (streamed, t.checked_sub(1).and_then(|b| matched(cycles, b, truth_cycles, self.shift)))
                 && at > before
@@ -653,6 +666,7 @@ impl<'a> Fold<'a> {
             duration_error: (truth_s > 0.0).then(|| (predicted_s - truth_s).abs() / truth_s),
             third_difference: third_difference(&poses(resampled.as_deref().unwrap_or(output))) / truth_third,
             variability: variability(&self.body, output, cycles).zip(truth_variability).map(|(a, b)| a / b),
+            contact_f1: (hit + off > 0.0).then(|| 2.0 * hit / (2.0 * hit + off)),
         }
     }
 }

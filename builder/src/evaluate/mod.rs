@@ -6,6 +6,7 @@
 
 pub mod ablation;
 pub mod annotator;
+pub mod comparison;
 pub mod compression;
 pub mod contacts;
 pub mod correspondence;
@@ -17,6 +18,7 @@ pub mod methods;
 pub mod metrics;
 pub mod models;
 pub mod retarget;
+pub mod servo;
 pub mod skate;
 pub mod timing;
 

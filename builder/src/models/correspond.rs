@@ -1,7 +1,9 @@
 //! Frames of the input style beside their counterparts in an output style (paper 001, sections 3 and 4.1).
 //!
-//! Cycles are paired by content ([`crate::pair`]) and brought to equal canonical time; iterative motion warping
-//! ([`crate::warp::imw`]) then refines the correspondence within each pair. The output is warped to the input's
+//! Cycles are paired by content ([`crate::pair`]) and brought to equal canonical time. Whole-clip actions have nothing
+//! but their ends in common: iterative motion warping ([`crate::warp::imw`]) finds the correspondence within each
+//! pair. Gaits have strikes, found from the feet, between which time is taken to run evenly; warping them on top is an
+//! option that costs more than it gives (`docs/PERFORMANCE.md`). The output is warped to the input's
 //! time, and the logarithm of the differential time warp `w` goes with it as one dof more: its exponential is
 //! positive whatever a linear model makes of it.
 
@@ -21,6 +23,8 @@ use gestus_core::blob::layout::dof;
 const STILL: f64 = 0.05;
 /// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
 const SMOOTH_S: f64 = 0.06;
+/// Knots of a gait cycle: left, right and left strike.
+const GAIT_KNOTS: usize = 3;
 /// Bounds of the differential time warp.
 const SLOPE: f64 = 4.0;
 
@@ -50,6 +54,8 @@ pub struct Pairs<'a> {
     pub pairing: &'a Pairing,
     /// Frames a second.
     pub rate_hz: f64,
+    /// Whether iterative motion warping refines gaits too, whose strikes are known.
+    pub warp_gaits: bool,
 }
 
 /// All stretches of a style that have a counterpart in another: cycles that follow each other in a clip are one
@@ -77,7 +83,7 @@ pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
                 (&prototype.cycle, prototype.rows.as_slice(), None)
             }
         };
-        let positions = positions(input, &frames, cycle, rows, pairs.rate_hz);
+        let positions = positions(input, &frames, cycle, rows, pairs);
         let follows = open.is_some_and(|(clip, at)| clip == input.clip && (at - start).abs() < 1e-6);
         if !follows {
             stretches.push(Aligned { action, inputs: vec![], outputs: vec![], contacts: vec![] });
@@ -110,9 +116,13 @@ fn positions(
     frames: &[usize],
     output: &Cycle,
     rows: &[Vec<f64>],
-    rate_hz: f64,
+    pairs: &Pairs<'_>,
 ) -> Vec<f64> {
+    let rate_hz = pairs.rate_hz;
     let canonical: Vec<f64> = frames.iter().map(|&t| output.position(input.cycle.phase(t as f64))).collect();
+    if input.cycle.knots.len() == GAIT_KNOTS && !pairs.warp_gaits {
+        return canonical;
+    }
     let shape = |row: &[f64]| -> Vec<f64> {
         // Velocities follow from where the body is, not from what it does now.
         row.iter()
@@ -181,6 +191,7 @@ mod tests {
             contacts: &[&contacts[0], &contacts[1]],
             pairing: &pairing,
             rate_hz: 60.0,
+            warp_gaits: false,
         };
         let aligned = align(&pairs, 0, 1);
         assert_eq!((aligned.len(), aligned[0].inputs.len()), (1, 60));

@@ -109,7 +109,7 @@ impl Body {
 
     fn checked(self, which: &'static str) -> Result<Self, MapError> {
         let length_m = self.anatomy.leg_m;
-        if (0.02..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
+        if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
     }
 
     /// Joints of a chain with their places along it, 0 to 1: ends first and last, those between at the middle of the

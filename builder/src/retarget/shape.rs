@@ -142,7 +142,7 @@ fn chains(skeleton: &Skeleton, height: &dyn Fn(usize) -> f64) -> Vec<Chain> {
         })
         .collect();
     let mut chains = Vec::new();
-    let leaves = (1..joints).filter(|&j| branches[j] == 0 && real(j) || (branches[j] == 0 && long(j)));
+    let leaves = (1..joints).filter(|&j| branches[j] == 0 && (real(j) || long(j)));
     for leaf in leaves {
         let mut path = vec![leaf];
         let mut at = leaf;

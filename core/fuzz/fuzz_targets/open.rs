@@ -5,7 +5,7 @@
 #![no_main]
 
 use gestus_core::{
-    Config, Database, Effort, Pose, Stylizer,
+    Config, Database, Effort, Method, Pose, Stylizer,
     blob::{
         crc::crc32c,
         layout::{entry, header},
@@ -53,7 +53,14 @@ fn drive(database: Database<'_>, bytes: &[u8]) {
     let counts = *database.counts();
     let names = database.manifest().expect("open has decoded it");
     assert_eq!(names.styles.count(), counts.styles);
-    let Ok(mut stylizer) = Stylizer::<JOINTS, 40, 64>::new(database, Config::new()) else { return };
+    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+        drive_by(database, Config::new().method(method), bytes);
+    }
+}
+
+fn drive_by(database: Database<'_>, config: Config, bytes: &[u8]) {
+    let counts = *database.counts();
+    let Ok(mut stylizer) = Stylizer::<JOINTS, 40, 64>::new(database, config) else { return };
     let mut bytes = bytes.iter().copied().cycle();
     let mut byte = || bytes.next().unwrap_or(0x3c);
     // Settings may be refused; then those before them stay.

@@ -160,6 +160,14 @@ pub struct Database<'db> {
     optional: [Option<&'db [u8]>; section::OPTIONAL.len()],
 }
 
+/// What it holds, and not its megabytes.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Database<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Database {} at {} Hz", self.counts, self.rate_hz);
+    }
+}
+
 impl<'db> Database<'db> {
     /// Checks a blob: magic, version, lengths, checksums, every index, every scale. Takes time in proportion to
     /// its size, and no memory.

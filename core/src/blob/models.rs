@@ -14,6 +14,7 @@ use crate::{
 
 /// The numbers of a byte string, f32 after f32.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Numbers<'a>(&'a [[u8; 4]]);
 
 impl<'a> Numbers<'a> {
@@ -43,6 +44,7 @@ impl Iterator for Numbers<'_> {
 
 /// A linear time-invariant model: one style of output, estimated from one action or from all.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinearModel<'db> {
     /// Style of its output.
     pub style: u16,
@@ -58,6 +60,7 @@ pub struct LinearModel<'db> {
 
 /// One unit of a linear model: some dofs that move on their own, `x' = A x + B u`, `y = C x + D u`.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unit<'db> {
     /// States n.
     pub order: usize,
@@ -121,6 +124,7 @@ impl<'db> LinearModel<'db> {
 
 /// A table of statistics: one style, over one action or all.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Table<'db> {
     /// Its style.
     pub style: u16,
@@ -277,7 +281,7 @@ pub(super) fn linear(db: &Database<'_>) -> Checked {
             (0..i).map(|j| db.linear_model(j)).any(|m| (m.style, m.action) == (model.style, model.action));
         // One unit a joint, and two more of the root; their states have room in a stylizer of as many joints.
         check(id, i, !doubled && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
-        next += entry.u32(lti::BYTES) as usize;
+        next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;
         check(id, i, one_model(&model, c.dofs))?;
     }

@@ -36,6 +36,7 @@ pub fn floats<const N: usize>(data: &[u8], at: usize) -> [f32; N] {
 
 /// One record of a table.
 #[derive(Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Record<'a>(pub &'a [u8]);
 
 impl<'a> Record<'a> {

@@ -90,6 +90,14 @@ pub struct Frame<const N: usize> {
     length: u16,
 }
 
+/// Its bytes, as they go over the line.
+#[cfg(feature = "defmt")]
+impl<const N: usize> defmt::Format for Frame<N> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "{=[u8]:#04x}", self.bytes());
+    }
+}
+
 impl<const N: usize> Frame<N> {
     /// No message.
     pub const fn new() -> Self {

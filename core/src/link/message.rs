@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Most pairs of a number and a value in a message.
-pub const MAX_PAIRS: usize = 16;
+pub const MAX_PAIRS: usize = 20;
 /// Most stages whose instructions a report tells apart.
 pub const MAX_STAGES: usize = 8;
 /// Statistics of one reply.
@@ -139,6 +139,7 @@ impl PoseBytes<'_> {
 
 /// Room for a pose's bytes.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PoseBuffer<const J: usize>([[u8; 16]; J]);
 
 impl<const J: usize> PoseBuffer<J> {

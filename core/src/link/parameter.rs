@@ -3,7 +3,7 @@
 //! Numbers are part of the protocol: a number's meaning never changes. Values travel as `f32`, which holds each of
 //! them exactly.
 
-use crate::{Config, ConfigError, config::Yaw, regress::Ridge, timing::Timing};
+use crate::{Config, ConfigError, Method, Safety, config::Yaw, regress::Ridge, timing::Timing};
 
 macro_rules! parameters {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
@@ -43,6 +43,22 @@ parameters! {
     TIMING_WIDTH = 12, "timing_width";
     /// [`Config::yaw`]: 0 the input's, 1 predicted.
     YAW = 13, "yaw";
+    /// [`Config::confidence`].
+    CONFIDENCE = 14, "confidence";
+    /// [`Config::preference`].
+    PREFERENCE = 15, "preference";
+    /// [`Config::halflife_s`].
+    HALFLIFE = 16, "halflife_s";
+    /// [`Config::method`]: its place in [`Method::ALL`].
+    METHOD = 17, "method";
+    /// [`Config::contacts`]: 0 false, 1 true.
+    CONTACTS = 18, "contacts";
+    /// [`Config::safety`]: its place in [`Safety::ALL`].
+    SAFETY = 19, "safety";
+    /// [`Config::release_m`].
+    RELEASE = 20, "release_m";
+    /// [`Config::ease_s`].
+    EASE = 21, "ease_s";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -63,6 +79,14 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         TIMING => choice(config.timing == Timing::Sync),
         TIMING_WIDTH => config.timing_width,
         YAW => choice(config.yaw == Yaw::Predicted),
+        CONFIDENCE => config.confidence,
+        PREFERENCE => config.preference,
+        HALFLIFE => config.halflife_s,
+        METHOD => Method::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(m, _)| **m == config.method)?.1,
+        CONTACTS => choice(config.contacts),
+        SAFETY => Safety::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(s, _)| **s == config.safety)?.1,
+        RELEASE => config.release_m,
+        EASE => config.ease_s,
         _ => return None,
     })
 }
@@ -93,6 +117,14 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         TIMING => config.timing(if choice()? { Timing::Sync } else { Timing::Free }),
         TIMING_WIDTH => config.timing_width(value),
         YAW => config.yaw(if choice()? { Yaw::Predicted } else { Yaw::Input }),
+        CONFIDENCE => config.confidence(value),
+        PREFERENCE => config.preference(value),
+        HALFLIFE => config.halflife_s(value),
+        METHOD => config.method(*Method::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
+        CONTACTS => config.contacts(choice()?),
+        SAFETY => config.safety(*Safety::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
+        RELEASE => config.release_m(value),
+        EASE => config.ease_s(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -127,7 +159,15 @@ mod tests {
             .jump(9.0)
             .timing(Timing::Sync)
             .timing_width(0.75)
-            .yaw(Yaw::Predicted);
+            .yaw(Yaw::Predicted)
+            .confidence(2.5)
+            .preference(4.0)
+            .halflife_s(1.5)
+            .method(Method::Statistic)
+            .contacts(false)
+            .safety(Safety::Hold)
+            .release_m(0.5)
+            .ease_s(1.0);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -142,13 +182,21 @@ mod tests {
     #[test]
     fn odd_values_are_refused() {
         let config = Config::new();
-        for (number, value) in
-            [(K, 3.5), (K, -1.0), (K, 7e4), (K, f32::NAN), (POOL, 300.0), (TIMING, 2.0), (YAW, 0.5)]
-        {
+        for (number, value) in [
+            (K, 3.5),
+            (K, -1.0),
+            (K, 7e4),
+            (K, f32::NAN),
+            (POOL, 300.0),
+            (TIMING, 2.0),
+            (YAW, 0.5),
+            (METHOD, 3.0),
+            (SAFETY, 3.0),
+        ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 14, have: 14 };
-        assert_eq!(set(config, 14, 0.0), Err(unknown));
-        assert_eq!(value(&config, 14), None);
+        let unknown = ConfigError::Unknown { id: 22, have: 22 };
+        assert_eq!(set(config, 22, 0.0), Err(unknown));
+        assert_eq!(value(&config, 22), None);
     }
 }

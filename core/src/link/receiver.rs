@@ -39,6 +39,7 @@ pub struct Received<'a> {
 
 /// Takes a line byte by byte and gives the frames on it. `N` bytes are the longest frame before COBS.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Receiver<const N: usize> {
     bytes: [u8; N],
     length: u16,

@@ -4,7 +4,7 @@ use super::{
     Board, Direction, Fault, Frame, Full, Header, Identity, LinkCounts, PAGE, Pairs, PoseBuffer, PoseBytes,
     Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken, parameter,
 };
-use crate::{Config, ConfigError, Pose, Stylizer, blob::layout::MAX_GROUPS};
+use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
 
 /// Serves a stylizer over a line.
 ///
@@ -45,6 +45,16 @@ pub struct Server<'a, 'db, B, const J: usize, const K: usize, const C: usize, co
     /// The last request that was carried out, and the last of its attempts that arrived.
     last: Header,
     counts: LinkCounts,
+}
+
+/// Who serves what, and what was counted.
+#[cfg(feature = "defmt")]
+impl<B, const J: usize, const K: usize, const C: usize, const N: usize> defmt::Format
+    for Server<'_, '_, B, J, K, C, N>
+{
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Server of a {}, session {}: {}", self.stylizer, self.session, self.counts);
+    }
 }
 
 impl<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize>
@@ -162,12 +172,17 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         true
     }
 
+    // What it calls is never inlined into it: the frames of a step and of a page of statistics would add up.
     fn carry_out(
         &mut self,
         header: Header,
         request: Option<Request<'_>>,
         new_session: Option<u32>,
     ) -> Result<(), Fault> {
+        #[cfg(feature = "defmt")]
+        if let Some(request) = request.as_ref().filter(|r| !matches!(r, Request::Pose(_))) {
+            defmt::info!("asked: {}", request);
+        }
         let setting = match request.ok_or(Fault::Malformed)? {
             Request::Hello { .. } => {
                 if new_session.is_some() {
@@ -192,6 +207,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.reply(header, &Reply::Done)
     }
 
+    #[inline(never)]
     fn hello(&mut self, header: Header) -> Result<(), Fault> {
         let database = self.stylizer.database();
         let counts = database.counts();
@@ -209,24 +225,39 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.answer.write(header.reply(), &Reply::Hello(identity)).map(|_| ()).map_err(overlong)
     }
 
+    #[inline(never)]
     fn step(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
         let joints = self.stylizer.database().counts().joints;
         if bytes.joints() != Some(joints) {
             let have = bytes.joints().map_or(u16::MAX, short);
             return Err(Fault::Joints { need: short(joints), have });
         }
-        let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
+        let mut output = Pose::<J>::IDENTITY;
+        let report = self.stepped(bytes, &mut output);
+        LinkCounts::one(&mut self.counts.steps);
+        self.answer_pose(header, &output, &report)
+    }
+
+    #[inline(never)]
+    fn stepped(&mut self, bytes: &PoseBytes<'_>, output: &mut Pose<J>) -> Report {
+        let mut input = Pose::<J>::IDENTITY;
         bytes.read(&mut input);
         self.board.begin();
-        let report = self.stylizer.step_observed(&input, &mut output, self.board);
+        let report = self.stylizer.step_observed(&input, output, self.board);
         self.board.end(&report);
-        LinkCounts::one(&mut self.counts.steps);
+        report
+    }
+
+    #[inline(never)]
+    fn answer_pose(&mut self, header: Header, output: &Pose<J>, report: &Report) -> Result<(), Fault> {
+        let joints = self.stylizer.database().counts().joints;
         let mut buffer = PoseBuffer::new();
-        let report = StepReport::new(&report, self.board.stages());
-        self.reply(header, &Reply::Pose(buffer.pose(&output, joints), report))
+        let report = StepReport::new(report, self.board.stages());
+        self.reply(header, &Reply::Pose(buffer.pose(output, joints), report))
     }
 
     /// Both labels or none: each alone may name no class with the other's old value.
+    #[inline(never)]
     fn labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
         let before = self.stylizer.labels();
         self.put_labels(action, input_style).inspect_err(|_| {
@@ -242,6 +273,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     }
 
     /// All strengths or none.
+    #[inline(never)]
     fn strengths(&mut self, strengths: &Pairs) -> Result<(), ConfigError> {
         let before: [f32; MAX_GROUPS] = core::array::from_fn(|group| self.stylizer.strength(group));
         for &(group, strength) in strengths {
@@ -256,6 +288,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         Ok(())
     }
 
+    #[inline(never)]
     fn configure(&mut self, parameters: &Pairs) -> Result<(), ConfigError> {
         let mut config = *self.stylizer.config();
         for &(number, value) in parameters {
@@ -264,6 +297,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.stylizer.set_config(config)
     }
 
+    #[inline(never)]
     fn statistics(&mut self, header: Header, skip: u16) -> Result<(), Fault> {
         let sizes = [
             (counter::STYLIZER_BYTES, size_of::<Stylizer<'_, J, K, C>>() as u64),
@@ -281,8 +315,11 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.answer.write(header.reply(), reply).map(|_| ()).map_err(overlong)
     }
 
+    #[inline(never)]
     fn fault(&mut self, header: Header, fault: Fault) {
         LinkCounts::one(&mut self.counts.faults);
+        #[cfg(feature = "defmt")]
+        defmt::warn!("not done: {}", fault);
         // A fault is a few bytes, and N is at least 64.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }

@@ -2,7 +2,6 @@
 
 use super::{
     Robot,
-    hinges::about,
     layout::MAX_CHAIN,
     limits::Motion,
     reach::{Link, reach},
@@ -10,6 +9,7 @@ use super::{
 use crate::{
     ConfigError,
     blob::layout::MAX_JOINTS,
+    ik::about,
     math::{abs, clamp},
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector},
@@ -32,6 +32,7 @@ pub struct Driven {
 
 /// Drives up to `H` hinges: owns all the RAM, about 20 bytes a hinge.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Drive<'r, const H: usize> {
     robot: Robot<'r>,
     motions: [Motion; H],
@@ -150,8 +151,7 @@ impl<'r, const H: usize> Drive<'r, H> {
                 slots.iter_mut().zip(found).for_each(|(slot, q)| *slot = q);
             }
             self.place(range, angles, &mut links);
-            if let Some(l) = group.limb {
-                let limb = robot.limb(l);
+            if let Some(limb) = group.limb.and_then(|l| robot.limb(l)) {
                 let [from, to] = limb.joints.map(|j| places.get(j).copied().unwrap_or([0.0; 3]));
                 let way = quaternion::rotate(to_base, sub(to, from));
                 let goal = way.map(|v| v * limb.scale);

@@ -14,18 +14,13 @@
 //! free: it keeps its last value, and q3 makes up for it.
 //!
 //! Source: Paden 1986, subproblems 1 and 2, in Murray, Li and Sastry 1994, section 3.3; Davenport angles. Cost: five
-//! arc tangents and cosines at most, about 900 instructions for three hinges on a Cortex-M4F.
+//! arc tangents and cosines at most.
 
 use crate::{
-    math::{abs, acos, atan2, sin_cos, sqrt},
+    ik::about,
+    math::{abs, acos, atan2, sqrt},
     quaternion::{self, Quaternion, Vector},
 };
-
-/// The rotation about a unit axis.
-pub fn about(axis: Vector, angle: f32) -> Quaternion {
-    let (s, c) = sin_cos(0.5 * angle);
-    [axis[0] * s, axis[1] * s, axis[2] * s, c]
-}
 
 fn dot(a: Vector, b: Vector) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -44,6 +39,7 @@ fn angle(axis: Vector, v: Vector, w: Vector) -> (f32, f32) {
 
 /// The hinges of a joint: axes at zero in the frame of the link before, unit vectors, in chain order.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hinges {
     /// How many, 1 to 3.
     pub count: usize,
@@ -203,7 +199,7 @@ mod tests {
         let bone = [0.0, 0.0, 1.0];
         let hinges = Hinges { count: 2, axes: [y, x, x], pointed: bone, ranges: FREE };
         for wanted in [unit([0.4, 0.2, 0.9]), unit([-0.8, -0.5, 0.3])] {
-            let turn = crate::retarget::limb::arc(bone, wanted);
+            let turn = crate::ik::arc(bone, wanted);
             let q = hinges.solve(turn, [0.0; 3]);
             let got = quaternion::rotate(quaternion::multiply(about(y, q[0]), about(x, q[1])), bone);
             assert!(dot(got, wanted) > 0.999_99, "{wanted:?}: {got:?}");

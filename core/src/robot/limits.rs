@@ -10,7 +10,7 @@
 //! ```
 //!
 //! is the time-optimal motion to rest at the target (the seven phases of a third-order profile), and a tick of it is
-//! found by bisecting for the switch. A moving target is tracked in its own frame, with the velocity at which it
+//! found by looking for the switch (false position). A moving target is tracked in its own frame, with the velocity at which it
 //! moved since the last tick.
 //!
 //! What holds, whatever the targets are: velocity, acceleration and jerk within their limits at every instant, not at
@@ -20,8 +20,9 @@
 //! after the fact. NaN as a target is a stop.
 //!
 //! Idea: Kröger 2011, "Opening the door to new sensor-based robot applications"; Berscheid and Kröger 2021,
-//! "Jerk-limited real-time trajectory generation with arbitrary target states" (Ruckig). Cost: 14 profiles of one
-//! root and three divisions, about 3,000 instructions a hinge on a Cortex-M4F (`docs/PERFORMANCE.md`).
+//! "Jerk-limited real-time trajectory generation with arbitrary target states" (Ruckig). Cost: at most 20 profiles of one
+//! root and three divisions. A whole drive of 16 hinges takes about 84,000 instructions a tick on a Cortex-M4F
+//! (`docs/PERFORMANCE.md`).
 
 use crate::math::{abs, clamp, sqrt};
 
@@ -53,8 +54,10 @@ pub struct Motion {
     pub acceleration: f32,
 }
 
-/// Halvings of a tick in search of the switch: 1/4096 of a tick.
-const HALVINGS: usize = 12;
+/// Looks for the switch within a tick, at most.
+const LOOKS: usize = 8;
+/// Radians short of the target that are near enough for the switch.
+const CLOSE: f32 = 1e-6;
 
 /// Constant jerk for a time.
 #[derive(Clone, Copy)]
@@ -113,18 +116,16 @@ impl Limits {
         }
         let side = if left < 0.0 { -1.0 } else { 1.0 };
         let push = self.toward(at, side * self.velocity - pace);
-        let short = |m: Motion| side * -self.stop_position(m) >= 0.0;
+        // What is left to go, where a stop begins after so much of the push.
+        let short = |m: Motion| side * -self.stop_position(m);
         let pushed = run(at, &push, seconds);
-        let next = if short(pushed) {
+        let beyond = short(pushed);
+        let next = if beyond >= 0.0 {
             pushed
         } else {
-            let (mut from, mut to) = (0.0, seconds);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (from + to);
-                if short(run(at, &push, middle)) { from = middle } else { to = middle }
-            }
-            let switch = run(at, &push, from);
-            run(switch, &self.toward(switch, 0.0), seconds - from)
+            let after = crossing(seconds, side * left, beyond, |t| short(run(at, &push, t)));
+            let switch = run(at, &push, after);
+            run(switch, &self.toward(switch, 0.0), seconds - after)
         };
         Motion {
             position: target + next.position + pace * seconds,
@@ -171,6 +172,30 @@ impl Limits {
             Phase { jerk: -side * j, seconds: greatest(greatest(peak, a), 0.0) / j },
         ]
     }
+}
+
+/// The time in 0 to `end` at which a falling function, `first` at 0 and `last` below zero at the end, comes down to zero:
+/// the last time looked at where it is not below. False position, with Illinois' weights.
+fn crossing(end: f32, first: f32, last: f32, value: impl Fn(f32) -> f32) -> f32 {
+    let (mut from, mut to) = (0.0, end);
+    let (mut above, mut below) = (first, last);
+    for _ in 0..LOOKS {
+        let span = above - below;
+        let share = if span > 1e-20 { clamp(above / span, 0.02, 0.98) } else { 0.5 };
+        let time = from + share * (to - from);
+        let height = value(time);
+        if height >= 0.0 {
+            (from, above) = (time, height);
+            if height < CLOSE {
+                break;
+            }
+            below *= 0.5;
+        } else {
+            (to, below) = (time, height);
+            above *= 0.5;
+        }
+    }
+    from
 }
 
 /// A motion after some phases, for `seconds` at most; after them it coasts.

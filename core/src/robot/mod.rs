@@ -36,6 +36,7 @@ use servo::Servo;
 
 /// A checked robot. Cheap to copy.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Robot<'r> {
     bytes: &'r [u8],
     joints: &'r [u8],
@@ -60,6 +61,7 @@ pub struct Hinge {
 
 /// The hinges that stand for a joint.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Group {
     /// First hinge.
     pub first: usize,
@@ -202,15 +204,15 @@ impl<'r> Robot<'r> {
         }
     }
 
-    /// Limb `index`.
-    pub fn limb(&self, index: usize) -> Limb {
+    /// Limb `index`, where there is one.
+    pub fn limb(&self, index: usize) -> Option<Limb> {
         let bytes = Record::of(self.limbs, index, limb::LENGTH);
         let pair = |at: usize| [usize::from(bytes.u8(at)), usize::from(bytes.u8(at + 1))];
-        Limb {
+        (!bytes.0.is_empty()).then(|| Limb {
             joints: pair(limb::JOINTS.start),
             hinges: pair(limb::HINGES.start),
             scale: bytes.f32(limb::SCALE),
             tip: floats(bytes.0, limb::TIP.start),
-        }
+        })
     }
 }

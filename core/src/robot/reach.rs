@@ -9,10 +9,11 @@
 //! a 3x3 system in closed form. The damping keeps a stretched limb from flailing: what is out of reach is pointed
 //! at. Angles stay in their ranges at every step, and start from the decomposition, so that the limb's posture is
 //! the body's. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: [`STEPS`] times the hinges' forward
-//! kinematics, about 900 instructions a step of a limb with four hinges on a Cortex-M4F.
+//! kinematics at most.
 
-use super::{hinges::about, layout::MAX_CHAIN};
+use super::layout::MAX_CHAIN;
 use crate::{
+    ik::about,
     math::clamp,
     quaternion::{self, Quaternion, Vector},
 };
@@ -26,6 +27,7 @@ const THERE: f32 = 1e-3;
 
 /// A hinge of the limb.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Link {
     /// Position in the frame behind the one before, metres.
     pub offset: Vector,

@@ -121,7 +121,7 @@ pub(super) fn contents(robot: &Robot<'_>) -> Result<(), BlobError> {
     }
     for l in 0..limbs {
         number += 1;
-        let record = robot.limb(l);
+        let Some(record) = robot.limb(l) else { continue };
         let [first, last] = record.hinges;
         let fits = record.joints.iter().all(|&j| j < robot.joints())
             && first <= last

@@ -51,6 +51,11 @@ pub enum Safety {
     Rest,
 }
 
+impl Safety {
+    /// Every policy, in the order of the protocol's numbers.
+    pub const ALL: [Self; 3] = [Self::Follow, Self::Hold, Self::Rest];
+}
+
 /// What is kept of faults.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

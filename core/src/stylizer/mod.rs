@@ -48,6 +48,7 @@ pub(crate) struct Signals<const J: usize> {
 /// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
 /// stack first, which has 4.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
     config: Config,
@@ -70,12 +71,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
         }
         config.check(K)?;
-        let held = match config.method {
-            Method::Mar => counts.frames > 0,
-            Method::Lti => database.linear_from().is_some(),
-            Method::Statistic => database.statistic_from().is_some(),
-        };
-        if !held {
+        if !config.method.is_held_by(&database) {
             return Err(ConfigError::Method);
         }
         Ok(Self { database, config })
@@ -121,6 +117,8 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
+    // Not part of its callers' frames: starting anew takes some stack.
+    #[inline(never)]
     fn reset(&mut self) {
         match self {
             Self::Mar(mar) => mar.reset(),
@@ -147,6 +145,14 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     lock: Lock,
     guard: Guard,
     last: Option<Pose<J>>,
+}
+
+/// What it was made of, and not its state.
+#[cfg(feature = "defmt")]
+impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<'_, J, K, C> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Stylizer<{}, {}, {}> of {}: {}", J, K, C, self.database, self.config);
+    }
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {

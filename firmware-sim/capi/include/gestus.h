@@ -42,6 +42,9 @@
 // The same for `GESTUS_PROFILE_SMALL`.
 #define GESTUS_SMALL_BYTES 16384
 
+// The same for `GESTUS_PROFILE_LARGE`.
+#define GESTUS_LARGE_BYTES 131072
+
 // Most classes in a report.
 #define GESTUS_MOST_CLASSES 8
 
@@ -114,6 +117,10 @@ typedef enum GestusStatus {
   GESTUS_STATUS_WEIGHTS = 37,
   // A parameter is not finite or out of its range.
   GESTUS_STATUS_PARAMETER = 38,
+  // The database does not hold what the method needs: frames, linear models or statistics.
+  GESTUS_STATUS_METHOD = 39,
+  // The database has no effort dial.
+  GESTUS_STATUS_NO_DIAL = 40,
   // The stylizer refuses for a reason that this library has no number for.
   GESTUS_STATUS_SETTING_OTHER = 47,
 } GestusStatus;
@@ -124,6 +131,9 @@ typedef enum GestusProfile {
   GESTUS_PROFILE_STANDARD = 0,
   // Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
   GESTUS_PROFILE_SMALL = 1,
+  // Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts and browsers. Libraries
+  // for boards leave it out (feature `large`).
+  GESTUS_PROFILE_LARGE = 2,
 } GestusProfile;
 
 // What has names. Arguments named `kind` take one of these numbers.
@@ -146,6 +156,16 @@ typedef enum GestusTiming {
   GESTUS_TIMING_SYNC = 1,
 } GestusTiming;
 
+// Methods of translation. The database has to hold what the method needs.
+typedef enum GestusMethod {
+  // The mixture of local autoregressive models over the database's frames.
+  GESTUS_METHOD_MIXTURE = 0,
+  // Linear time-invariant models.
+  GESTUS_METHOD_LINEAR = 1,
+  // Transfer of means and spreads.
+  GESTUS_METHOD_STATISTIC = 2,
+} GestusMethod;
+
 // A checked blob. It lies in memory that the caller gave, and refers to the blob, which has to stay as long.
 typedef struct GestusDatabase GestusDatabase;
 
@@ -165,6 +185,8 @@ typedef struct GestusConfig {
   uint32_t classes;
   // Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
   uint32_t timing;
+  // The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`.
+  uint32_t method;
 } GestusConfig;
 
 // Where a blob was found to be wrong. Fields that an error does not have are 0.
@@ -397,6 +419,19 @@ enum GestusStatus gestus_stylizer_set_style(struct GestusStylizer *stylizer,
 enum GestusStatus gestus_stylizer_set_style_name(struct GestusStylizer *stylizer,
                                                  const char *name);
 
+// Sets the output style to the mix that comes nearest to an Effort: how bound (`flow`), strong (`weight`) and sudden
+// (`time`) the motion is to be, each from -3 to 3, 0 being what is usual for the data. Beyond that it is held at the end.
+//
+// Answers `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
+// `_MISALIGNED`, `_HANDLE`.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_effort(struct GestusStylizer *stylizer,
+                                             float flow,
+                                             float weight,
+                                             float time);
+
 // Says which action the input is, where the caller knows it; a negative number where not. Only classes of that action
 // are searched then, which takes less time.
 //
@@ -440,6 +475,16 @@ enum GestusStatus gestus_stylizer_set_strength(struct GestusStylizer *stylizer,
                                                uint32_t group,
                                                float strength);
 
+// Sets how many distances are computed at most in a class a frame, 64 to 448: what a step costs in the worst case. The
+// first thing to lower where a deadline was missed; frames that reach it report `GESTUS_DEGRADED_VISITS`.
+//
+// Answers `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_visits(struct GestusStylizer *stylizer,
+                                             uint32_t visits);
+
 // Forgets the stream; the next pose is a first pose. Settings stay.
 //
 // Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
@@ -461,6 +506,8 @@ size_t gestus_stylizer_alignment(uint32_t profile);
 
 // Makes a stylizer in `memory` that puts out the database's first style until told otherwise. The handle is put into
 // `*stylizer`; it is `memory` itself, and the object can't be moved.
+//
+// While it is made it takes as much stack as memory, once: call it early, from a shallow place. A step takes far less.
 //
 // `config` may be null: then it is what `gestus_config_default` gives.
 //

@@ -1,6 +1,6 @@
 //! What a stylizer can be told when it is made.
 
-use gestus_core::{Config, timing::Timing};
+use gestus_core::{Config, Method, timing::Timing};
 
 use crate::{
     memory,
@@ -21,9 +21,23 @@ pub struct GestusConfig {
     pub classes: u32,
     /// Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
     pub timing: u32,
+    /// The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`.
+    pub method: u32,
 }
 
-// SAFETY: four u32 have no padding and no invalid patterns.
+/// Methods of translation. The database has to hold what the method needs.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GestusMethod {
+    /// The mixture of local autoregressive models over the database's frames.
+    Mixture = 0,
+    /// Linear time-invariant models.
+    Linear = 1,
+    /// Transfer of means and spreads.
+    Statistic = 2,
+}
+
+// SAFETY: five u32 have no padding and no invalid patterns.
 unsafe impl memory::Plain for GestusConfig {}
 
 /// Policies for the output's time.
@@ -40,7 +54,13 @@ impl GestusConfig {
     pub(crate) fn of(profile: GestusProfile) -> Self {
         let (k, _, visits, _) = Config::new().search_limits();
         let neighbors = u32::from(k.min(profile.neighbors()));
-        Self { neighbors, visits: visits.into(), classes: 8, timing: GestusTiming::Free as u32 }
+        Self {
+            neighbors,
+            visits: visits.into(),
+            classes: 8,
+            timing: GestusTiming::Free as u32,
+            method: GestusMethod::Mixture as u32,
+        }
     }
 
     /// The core's configuration; what does not fit its types is out of its range.
@@ -51,12 +71,19 @@ impl GestusConfig {
             1 => Timing::Sync,
             _ => return Err(GestusStatus::Parameter),
         };
+        let method = match self.method {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            2 => Method::Statistic,
+            _ => return Err(GestusStatus::Parameter),
+        };
         let classes = u8::try_from(self.classes).map_err(|_| GestusStatus::Parameter)?;
         Ok(Config::new()
             .k(short(self.neighbors)?)
             .visits(short(self.visits)?)
             .classes(classes)
-            .timing(timing))
+            .timing(timing)
+            .method(method))
     }
 }
 

@@ -99,7 +99,7 @@ unsafe fn open(
     match Database::open(content) {
         Ok(opened) => {
             // SAFETY: `own` is aligned and long enough, and overlaps nothing that is read here.
-            unsafe { Cell::make(place, DATABASE, read, opened) };
+            unsafe { Cell::make(place, DATABASE, read, || opened) };
             // SAFETY: `out` was checked, and is the caller's to write.
             unsafe { memory::put(database, &[memory.cast::<GestusDatabase>()]) }
         }

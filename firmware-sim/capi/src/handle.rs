@@ -4,7 +4,10 @@
 //! an object, was overwritten from either side, was closed, or was moved. It can't find everything: a handle is a
 //! pointer, and one that points at no memory at all can't be looked at.
 
-use core::{mem::offset_of, ptr};
+use core::{
+    mem::{MaybeUninit, offset_of},
+    ptr,
+};
 
 use crate::{
     memory::Region,
@@ -42,12 +45,21 @@ fn seal(kind: u32, address: usize) -> u32 {
 impl<T> Cell<T> {
     /// Makes an object in memory that has room for it. What was there before does not matter, and is not dropped.
     ///
+    /// The object is made on the way to its place, which takes as much stack as it is large, once and not twice: the
+    /// compiler does not pass the place on to what makes it.
+    ///
     /// # Safety
     /// `place` is aligned, valid for writing a `Cell<T>`, and no reference to it is alive.
-    pub unsafe fn make(place: *mut Self, kind: u32, blob: Region, object: T) {
+    pub unsafe fn make(place: *mut Self, kind: u32, blob: Region, object: impl FnOnce() -> T) {
         let seal = seal(kind, place.addr());
-        // SAFETY: the caller's word; nothing is read.
-        unsafe { place.write(Self { head: Head { seal, kind }, blob, object, tail: !seal }) };
+        // SAFETY: the caller's word; each field is written and none is read. A reference to memory that may hold
+        // anything is one to `MaybeUninit`.
+        unsafe {
+            (&mut *(&raw mut (*place).object).cast::<MaybeUninit<T>>()).write(object());
+            (&raw mut (*place).blob).write(blob);
+            (&raw mut (*place).tail).write(!seal);
+            (&raw mut (*place).head).write(Head { seal, kind });
+        }
     }
 
     /// The object of a handle, to read.

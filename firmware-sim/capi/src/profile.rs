@@ -1,7 +1,7 @@
 //! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
 //! compiled.
 
-use gestus_core::{Config, ConfigError, Database, Pose, Report, Stylizer, quaternion::Quaternion};
+use gestus_core::{ConfigError, Database, Effort, Pose, Report, Stylizer, quaternion::Quaternion};
 
 use crate::{
     handle::Cell,
@@ -16,6 +16,9 @@ pub enum GestusProfile {
     Standard = 0,
     /// Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
     Small = 1,
+    /// Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts and browsers. Libraries
+    /// for boards leave it out (feature `large`).
+    Large = 2,
 }
 
 /// Bytes that are enough for a stylizer of the profile `GESTUS_PROFILE_STANDARD`, on every target: for memory that
@@ -23,13 +26,18 @@ pub enum GestusProfile {
 pub const GESTUS_STANDARD_BYTES: usize = 32768;
 /// The same for `GESTUS_PROFILE_SMALL`.
 pub const GESTUS_SMALL_BYTES: usize = 16384;
+/// The same for `GESTUS_PROFILE_LARGE`.
+pub const GESTUS_LARGE_BYTES: usize = 131072;
 
 /// Stylizer of the standard profile.
 pub(crate) type Standard = Stylizer<'static, 22, 40, 28>;
 /// Stylizer of the small profile.
 pub(crate) type Small = Stylizer<'static, 12, 16, 8>;
+/// Stylizer of the large profile.
+pub(crate) type Large = Stylizer<'static, 64, 64, 256>;
 
 const _: () = {
+    assert!(size_of::<Cell<Large>>() <= GESTUS_LARGE_BYTES);
     assert!(size_of::<Cell<Standard>>() <= GESTUS_STANDARD_BYTES);
     assert!(size_of::<Cell<Small>>() <= GESTUS_SMALL_BYTES);
 };
@@ -40,6 +48,7 @@ impl GestusProfile {
         match number {
             0 if cfg!(feature = "standard") => Ok(Self::Standard),
             1 if cfg!(feature = "small") => Ok(Self::Small),
+            2 if cfg!(feature = "large") => Ok(Self::Large),
             _ => Err(GestusStatus::Profile),
         }
     }
@@ -54,6 +63,7 @@ impl GestusProfile {
         match self {
             Self::Standard => (size_of::<Cell<Standard>>(), align_of::<Cell<Standard>>()),
             Self::Small => (size_of::<Cell<Small>>(), align_of::<Cell<Small>>()),
+            Self::Large => (size_of::<Cell<Large>>(), align_of::<Cell<Large>>()),
         }
     }
 
@@ -62,6 +72,7 @@ impl GestusProfile {
         match self {
             Self::Standard => 40,
             Self::Small => 16,
+            Self::Large => 64,
         }
     }
 }
@@ -74,6 +85,8 @@ pub(crate) trait Running {
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
+    fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError>;
+    fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError>;
     fn reset(&mut self);
     /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
     fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report;
@@ -104,6 +117,14 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
         self.set_strength(group, strength)
     }
 
+    fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError> {
+        self.set_effort(target).map(|_| ())
+    }
+
+    fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {
+        self.set_visits(visits)
+    }
+
     fn reset(&mut self) {
         self.reset();
     }
@@ -121,12 +142,4 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
         }
         report
     }
-}
-
-/// Makes a stylizer.
-pub(crate) fn make<const J: usize, const K: usize, const C: usize>(
-    database: Database<'static>,
-    config: Config,
-) -> Answer<Stylizer<'static, J, K, C>> {
-    Ok(Stylizer::new(database, config)?)
 }

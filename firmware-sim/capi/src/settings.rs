@@ -3,7 +3,7 @@
 
 use core::ffi::c_char;
 
-use gestus_core::{ConfigError, blob::layout::MAX_STYLES};
+use gestus_core::{ConfigError, Effort, blob::layout::MAX_STYLES};
 
 use crate::{
     memory::{self, Region, disjoint},
@@ -93,6 +93,31 @@ unsafe fn set_style_name(stylizer: *mut GestusStylizer, name: *const c_char) -> 
     Ok(stylizer.set_style(&[(style, 1.0)])?)
 }
 
+/// Sets the output style to the mix that comes nearest to an Effort: how bound (`flow`), strong (`weight`) and sudden
+/// (`time`) the motion is to be, each from -3 to 3, 0 being what is usual for the data. Beyond that it is held at the end.
+///
+/// Answers `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_effort(
+    stylizer: *mut GestusStylizer,
+    flow: f32,
+    weight: f32,
+    time: f32,
+) -> GestusStatus {
+    let change = |s: &mut dyn Running| {
+        if flow.is_nan() || weight.is_nan() || time.is_nan() {
+            return Err(ConfigError::Parameter);
+        }
+        s.set_effort(Effort { flow, weight, time })
+    };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, change) }
+}
+
 /// A label: negative for none.
 fn label(number: i32) -> Answer<Option<u16>> {
     match u16::try_from(number) {
@@ -175,6 +200,23 @@ pub unsafe extern "C" fn gestus_stylizer_set_strength(
     let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
     // SAFETY: the caller's word.
     unsafe { with(stylizer, |s| s.set_strength(group, strength)) }
+}
+
+/// Sets how many distances are computed at most in a class a frame, 64 to 448: what a step costs in the worst case. The
+/// first thing to lower where a deadline was missed; frames that reach it report `GESTUS_DEGRADED_VISITS`.
+///
+/// Answers `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_visits(
+    stylizer: *mut GestusStylizer,
+    visits: u32,
+) -> GestusStatus {
+    let Ok(visits) = u16::try_from(visits) else { return GestusStatus::Parameter };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, |s| s.set_visits(visits)) }
 }
 
 /// Forgets the stream; the next pose is a first pose. Settings stay.

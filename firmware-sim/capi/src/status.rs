@@ -60,12 +60,16 @@ pub enum GestusStatus {
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
+    /// The database does not hold what the method needs: frames, linear models or statistics.
+    Method = 39,
+    /// The database has no effort dial.
+    NoDial = 40,
     /// The stylizer refuses for a reason that this library has no number for.
     SettingOther = 47,
 }
 
 impl GestusStatus {
-    const ALL: [Self; 27] = {
+    const ALL: [Self; 29] = {
         use GestusStatus as S;
         [
             S::Ok,
@@ -94,6 +98,8 @@ impl GestusStatus {
             S::NoClass,
             S::Weights,
             S::Parameter,
+            S::Method,
+            S::NoDial,
             S::SettingOther,
         ]
     };
@@ -136,6 +142,8 @@ impl GestusStatus {
             }
             Self::Weights => c"weights must be finite, not negative, and not all zero",
             Self::Parameter => c"a parameter is not finite or out of its range",
+            Self::Method => c"the database does not hold what the method needs: choose another, or build it with the models in it",
+            Self::NoDial => c"the database has no effort dial: build it again with two styles or more",
             Self::SettingOther => c"the setting is refused",
         }
     }
@@ -203,6 +211,8 @@ impl From<ConfigError> for GestusStatus {
             ConfigError::NoClass => Self::NoClass,
             ConfigError::Weights => Self::Weights,
             ConfigError::Parameter => Self::Parameter,
+            ConfigError::Method => Self::Method,
+            ConfigError::NoDial => Self::NoDial,
             _ => Self::SettingOther,
         }
     }

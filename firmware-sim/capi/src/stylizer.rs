@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use gestus_core::{Config, Database, mixture::MAX_KEPT};
+use gestus_core::{Config, Database, Fit, mixture::MAX_KEPT};
 
 use crate::{
     config::GestusConfig,
@@ -10,7 +10,7 @@ use crate::{
     handle::{Cell, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{self, GestusProfile, Running, Small, Standard},
+    profile::{GestusProfile, Large, Running, Small, Standard},
     status::{Answer, GestusStatus, status},
 };
 
@@ -36,6 +36,8 @@ pub extern "C" fn gestus_stylizer_alignment(profile: u32) -> usize {
 
 /// Makes a stylizer in `memory` that puts out the database's first style until told otherwise. The handle is put into
 /// `*stylizer`; it is `memory` itself, and the object can't be moved.
+///
+/// While it is made it takes as much stack as memory, once: call it early, from a shallow place. A step takes far less.
 ///
 /// `config` may be null: then it is what `gestus_config_default` gives.
 ///
@@ -89,7 +91,10 @@ unsafe fn init(
         // SAFETY: as above.
         #[cfg(feature = "small")]
         GestusProfile::Small => unsafe { make::<12, 16, 8>(memory, profile, blob, db, config) },
-        #[cfg(not(all(feature = "standard", feature = "small")))]
+        // SAFETY: as above.
+        #[cfg(feature = "large")]
+        GestusProfile::Large => unsafe { make::<64, 64, 256>(memory, profile, blob, db, config) },
+        #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
         _ => Err(GestusStatus::Profile),
     }?;
     // SAFETY: `out` was checked, and is the caller's to write.
@@ -108,9 +113,9 @@ unsafe fn make<const J: usize, const K: usize, const C: usize>(
     database: Database<'static>,
     config: Config,
 ) -> Answer {
-    let made = profile::make::<J, K, C>(database, config)?;
+    let fit = Fit::<J, K, C>::new(database, config)?;
     // SAFETY: the caller's word.
-    unsafe { Cell::make(memory.cast(), profile as u32, blob, made) };
+    unsafe { Cell::make(memory.cast(), profile as u32, blob, || fit.stylizer()) };
     Ok(())
 }
 
@@ -134,6 +139,12 @@ pub(crate) unsafe fn running<'a>(
         GestusProfile::Small => {
             // SAFETY: as above.
             let cell = unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?;
+            let regions = [cell.region()?, cell.blob];
+            Ok((&mut cell.object, regions))
+        }
+        GestusProfile::Large => {
+            // SAFETY: as above.
+            let cell = unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?;
             let regions = [cell.region()?, cell.blob];
             Ok((&mut cell.object, regions))
         }
@@ -164,6 +175,10 @@ unsafe fn close(stylizer: *mut GestusStylizer) -> Answer {
         GestusProfile::Small => {
             // SAFETY: as above.
             unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?.close();
+        }
+        GestusProfile::Large => {
+            // SAFETY: as above.
+            unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?.close();
         }
     }
     Ok(())

@@ -189,7 +189,7 @@ fn making_a_stylizer() {
     let mut handle: *mut GestusStylizer = ptr::null_mut();
     let out: *mut *mut GestusStylizer = &mut handle;
     let none = ptr::null();
-    let mut c = GestusConfig { neighbors: 0, visits: 0, classes: 0, timing: 0 };
+    let mut c = GestusConfig { neighbors: 0, visits: 0, classes: 0, timing: 0, method: 0 };
     let config: *mut GestusConfig = &mut c;
     try_all! { table, gestus_config_default,
         "no such profile": (2, config) => S::Profile;
@@ -233,6 +233,8 @@ fn making_a_stylizer() {
         "nine classes": (m, size, STANDARD, db, &with(|c| c.classes = 9), out) => S::Parameter;
         "classes beyond any number": (m, size, STANDARD, db, &with(|c| c.classes = 257), out) => S::Parameter;
         "no such timing": (m, size, STANDARD, db, &with(|c| c.timing = 2), out) => S::Parameter;
+        "no such method": (m, size, STANDARD, db, &with(|c| c.method = 3), out) => S::Parameter;
+        "a method without its models": (m, size, STANDARD, db, &with(|c| c.method = 1), out) => S::Method;
     }
     assert!(handle.is_null());
     try_all! { table, gestus_stylizer_init,
@@ -414,6 +416,22 @@ fn settings() {
         "a database for a stylizer": (database, 0, 1.0) => S::Handle;
         "as it should be": (s, 0, 0.5) => S::Ok;
     }
+    try_all! { table, gestus_stylizer_set_effort,
+        "no stylizer": (null, 0.0, 0.0, 0.0) => S::Null;
+        "stylizer misaligned": (bad, 0.0, 0.0, 0.0) => S::Misaligned;
+        "not a number": (s, 0.0, f32::NAN, 0.0) => S::Parameter;
+        "no dial": (s, 0.0, 0.0, 0.0) => S::NoDial;
+        "a database for a stylizer": (database, 0.0, 0.0, 0.0) => S::Handle;
+    }
+    try_all! { table, gestus_stylizer_set_visits,
+        "no stylizer": (null, 100) => S::Null;
+        "stylizer misaligned": (bad, 100) => S::Misaligned;
+        "too few": (s, 63) => S::Parameter;
+        "too many": (s, 449) => S::Parameter;
+        "visits beyond any number": (s, 65_636) => S::Parameter;
+        "a database for a stylizer": (database, 100) => S::Handle;
+        "as it should be": (s, 100) => S::Ok;
+    }
     try_all! { table, gestus_stylizer_reset,
         "no stylizer": (null) => S::Null;
         "stylizer misaligned": (bad) => S::Misaligned;
@@ -531,8 +549,8 @@ fn every_status_has_a_message_and_every_number_an_answer() {
     for status in 0..64 {
         seen.insert(text(status));
     }
-    // 27 statuses with a text each, and one text for what is none.
-    assert_eq!(seen.len(), 28);
+    // 29 statuses with a text each, and one text for what is none.
+    assert_eq!(seen.len(), 30);
     assert_eq!(text(S::Overlap as u32), "two arguments overlap: give each its own memory");
     assert_eq!(text(u32::MAX), "there is no such status");
     // SAFETY: as above.

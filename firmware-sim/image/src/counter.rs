@@ -52,6 +52,45 @@ impl<const TICK_PS: u32> Counter for SysTick<TICK_PS> {
     }
 }
 
+/// The nRF51 has no SysTick: its first timer, 32 bits at 16 MHz. With `-icount shift=6` a tick is 62.5 ns.
+#[cfg(target_arch = "arm")]
+#[derive(Debug)]
+pub struct Nrf51Timer(crate::registers::Registers);
+
+#[cfg(target_arch = "arm")]
+impl Nrf51Timer {
+    const START: usize = 0x000;
+    const CAPTURE: usize = 0x040;
+    const WIDTH: usize = 0x508;
+    const PRESCALER: usize = 0x510;
+    const CAPTURED: usize = 0x540;
+    const BITS_32: u32 = 3;
+
+    /// Starts the timer.
+    ///
+    /// # Safety
+    /// `base` is the address of the nRF51's `TIMER0`, and nothing else uses it.
+    pub unsafe fn start(base: usize) -> Self {
+        // SAFETY: the caller's promise; the offsets above are the device's.
+        let registers = unsafe { crate::registers::Registers::new(base) };
+        registers.write(Self::WIDTH, Self::BITS_32);
+        registers.write(Self::PRESCALER, 0);
+        registers.write(Self::START, 1);
+        Self(registers)
+    }
+}
+
+#[cfg(target_arch = "arm")]
+impl Counter for Nrf51Timer {
+    const RANGE: u32 = u32::MAX;
+    const RATIO: (u32, u32) = (62_500, 64_000);
+
+    fn now(&self) -> u32 {
+        self.0.write(Self::CAPTURE, 1);
+        self.0.read(Self::CAPTURED)
+    }
+}
+
 /// RISC-V: the counter of retired instructions, with `-icount shift=0`.
 #[cfg(target_arch = "riscv32")]
 #[derive(Debug)]

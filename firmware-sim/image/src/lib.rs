@@ -11,13 +11,15 @@ pub mod counter;
 pub mod flash;
 pub mod log;
 pub mod memory;
+#[cfg(target_arch = "arm")]
+mod registers;
 pub mod stack;
 pub mod stages;
 pub mod uart;
 
-use gestus_core::{BlobError, Config, Database, Fit, link::Server};
 use board::Firmware;
 use counter::Counter;
+use gestus_core::{BlobError, Config, Database, Fit, Method, link::Server};
 use uart::Uart;
 
 /// Exit codes of an image, for the emulator.
@@ -38,6 +40,28 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     blob: &'static [u8],
     config: Config,
 ) -> ! {
+    let (fit, open) = prepare::<T, J, K, C>(&counter, blob, config);
+    let mut stylizer = fit.stylizer();
+    let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
+    let board = Firmware::new(counter, open, state, stylizer.database());
+    let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, board);
+    loop {
+        let Some(byte) = port.read() else { continue };
+        for &byte in receive(&mut server, byte).unwrap_or(&[]) {
+            port.write(byte);
+        }
+    }
+}
+
+// Functions of their own, so that the frames of the one are off the stack while the other runs.
+
+/// Opens the database and fits it to the capacities; ends the emulation where that can't be.
+#[inline(never)]
+fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
+    counter: &T,
+    blob: &'static [u8],
+    config: Config,
+) -> (Fit<'static, J, K, C>, u32) {
     let start = counter.now();
     let database = match open(blob) {
         Ok(database) => database,
@@ -48,25 +72,15 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     };
     let open = counter.since(start, counter.now());
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
-    let fit = match Fit::<J, K, C>::new(database, config) {
-        Ok(fit) => fit,
+    // A blob that was cut to its models is served by the first that it holds; the host may choose another.
+    match Fit::<J, K, C>::new(database, config.method(Method::of(&database))) {
+        Ok(fit) => (fit, open),
         Err(error) => {
             log::unfit(error);
             semihosting::process::exit(exit::CAPACITY)
         }
-    };
-    let mut stylizer = fit.stylizer();
-    let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
-    let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, Firmware::new(counter, open, state));
-    loop {
-        let Some(byte) = port.read() else { continue };
-        for &byte in receive(&mut server, byte).unwrap_or(&[]) {
-            port.write(byte);
-        }
     }
 }
-
-// Functions of their own, so that the frames of the one are off the stack while the other runs.
 
 #[inline(never)]
 fn open(blob: &'static [u8]) -> Result<Database<'static>, BlobError> {

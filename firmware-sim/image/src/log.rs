@@ -27,6 +27,11 @@ pub fn step(_report: &Report, _instructions: u32) {
     if _report.degraded.is_empty() {
         defmt::trace!("step: {} instructions, {}", _instructions, _report);
     } else {
-        defmt::warn!("degraded: {}, {} visits, {} instructions", _report.degraded, _report.visits, _instructions);
+        defmt::warn!(
+            "degraded: {}, {} visits, {} instructions",
+            _report.degraded,
+            _report.visits,
+            _instructions
+        );
     }
 }

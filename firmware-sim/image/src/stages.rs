@@ -78,4 +78,3 @@ impl<C: Counter> Stages<C> {
         self.last = now;
     }
 }
-

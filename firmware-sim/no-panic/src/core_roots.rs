@@ -1,6 +1,12 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
-use gestus_core::{Config, Database, Digest, Pose, Stylizer, regress::Ridge, timing::Timing};
+use gestus_core::{
+    Config, Database, Digest, Method, Pose, Stylizer,
+    regress::Ridge,
+    retarget::Map,
+    robot::{Drive, Robot},
+    timing::Timing,
+};
 
 /// Calls everything, and makes one number of what comes back, so that nothing can be left out.
 #[inline(never)]
@@ -8,11 +14,45 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let Ok(database) = Database::open(blob) else { return 1 };
     let mut sum = profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
+    sum ^= profile::<64, 64, 256>(database, numbers, floats);
     if let Ok(manifest) = database.manifest() {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
     }
+    sum ^= body(&database, blob, numbers, floats);
     sum ^ reads(&database, numbers[31] as usize)
+}
+
+/// Retargeting maps and robots out of bytes from outside.
+#[inline(never)]
+fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
+    let (mut wide, mut pose) = (Pose::<31>::IDENTITY, Pose::<22>::IDENTITY);
+    for (value, given) in wide.rotations.as_flattened_mut().iter_mut().zip(floats) {
+        *value = *given;
+    }
+    let mut sum = 0;
+    if let Ok(map) = Map::open(bytes) {
+        sum ^= u32::from(map.fits(database, numbers[20] as usize).is_ok()) ^ map.scale().to_bits();
+        map.bring(&wide, &mut pose);
+        let like = wide;
+        map.take_back(&pose, &like, &mut wide);
+        sum ^= wide.position[0].to_bits() ^ (map.sources() ^ map.targets()) as u32;
+    }
+    if let Ok(robot) = Robot::open(bytes)
+        && let Ok(mut drive) = Drive::<20>::new(robot, floats)
+    {
+        sum ^= u32::from(robot.fits(database, numbers[21] as usize).is_ok()) ^ robot.groups() as u32;
+        let driven = drive.step(&pose);
+        sum ^= u32::from(driven.held) ^ driven.lag.to_bits() ^ u32::from(drive.pulse(numbers[22] as usize));
+        sum ^= drive
+            .motions()
+            .iter()
+            .zip(drive.targets())
+            .map(|(m, t)| m.position.to_bits() ^ t.to_bits())
+            .sum::<u32>();
+        sum ^= drive.robot().limb(numbers[23] as usize).map_or(0, |l| l.scale.to_bits());
+    }
+    sum
 }
 
 #[inline(never)]
@@ -30,6 +70,11 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
     sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
     sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
+    sum ^= u32::from(stylizer.set_visits(short(20)).is_ok());
+    sum ^= u32::from(stylizer.set_config(config(numbers, floats).k(short(21))).is_ok());
+    if numbers[22] == 1 {
+        sum ^= u32::from(stylizer.restore(config(numbers, floats)).is_ok());
+    }
     if numbers[15] == 1 {
         stylizer.reset();
     }
@@ -70,6 +115,14 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .jump(floats[5])
         .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
         .timing_width(floats[6])
+        .method(match numbers[7] {
+            0 => Method::Mar,
+            1 => Method::Lti,
+            _ => Method::Statistic,
+        })
+        .confidence(floats[7])
+        .preference(floats[10])
+        .halflife_s(floats[11])
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {
@@ -88,6 +141,18 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     sum ^= database.edges(index).map(usize::from).iter().sum::<usize>();
     sum ^= database.feature_group(index) ^ usize::from(database.flags(index)) ^ database.timing(index).dof;
     sum ^= database.sections().iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let mut dofs = [0.0; 196];
+    database.decode(index, &mut dofs);
+    database.decode(index, dofs.split_at_mut(index % 196).1);
+    sum ^= dofs.iter().fold(0, |sum, d| sum ^ d.to_bits()) as usize;
+    sum ^= database.cycle_of(index, index).unwrap_or(0) ^ usize::from(database.paired(index));
+    sum ^= database.counterpart(index, index, index).map_or(0, |c| c.now.row ^ c.before.row);
+    let (model, table) = (database.linear_model(index), database.table(index));
+    sum ^= database.linear_model_of(index as u16, Some(index as u16)).unwrap_or(0);
+    sum ^= model.units().count() ^ model.dof(index)[0].to_bits() as usize ^ model.foot(index).1.count();
+    sum ^= table.root(index)[0].to_bits() as usize ^ table.joint(index).1.to_bits() as usize;
+    sum ^= database.linear_model(index).units().count() ^ database.table(index).bytes();
+    sum ^= database.optional_sections().map(|(_, bytes)| bytes.len()).sum::<usize>();
     sum ^= database.group_of_dof(index) ^ database.toes()[0].unwrap_or(0);
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];

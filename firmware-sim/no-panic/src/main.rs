@@ -10,6 +10,8 @@
 
 mod capi_roots;
 mod core_roots;
+mod link_roots;
+mod robot_roots;
 
 use core::{ffi::c_void, panic::PanicInfo};
 
@@ -36,6 +38,8 @@ pub unsafe extern "C" fn _start(outside: *const Outside, sink: *mut u32) {
         (outside, core::slice::from_raw_parts(outside.bytes, outside.length))
     };
     let mut result = core_roots::reach(blob, &outside.numbers, &outside.floats);
+    result ^= link_roots::reach(blob, &outside.numbers);
+    result ^= robot_roots::reach(blob, &outside.numbers, &outside.floats);
     // SAFETY: as above.
     result ^= unsafe { capi_roots::reach(outside) };
     // SAFETY: as above.

@@ -1,17 +1,24 @@
 //! `gestus-sim board`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{report::progress, translate::Input, wish::WishArgs};
+use gestus_builder::{motion::Clip, report::progress, stream::Request, translate::Input, wish::WishArgs};
 use gestus_core::Database;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     boards::{self, BOARDS, Board},
+    generated::{Profile, REFERENCE, SMALL},
     image,
-    measure::{Job, Measured, measure, median},
+    measure::{Job, Measured, Replayed, measure, median, replay},
 };
+use crate::recording::Recording;
+
+/// Frames of the long stream, and how often its settings change.
+pub const LONG: (usize, usize) = (10_000, 250);
+/// The database of the long stream: small, and kept for as long as the format is.
+pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1.gestus");
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
@@ -19,23 +26,39 @@ pub struct BoardArgs {
     /// The board: m4f, m7, m33, rv32imafc, rv32imac, m0, or the name of QEMU's machine
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     name: Option<String>,
-    /// Every board that takes a database from outside, one after the other, and a table
+    /// Every board, one after the other, and a table; m0 with a small database of its own
     #[arg(long)]
     all: bool,
     /// The database
-    #[arg(long)]
-    db: PathBuf,
+    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input")]
+    db: Option<PathBuf>,
     /// The clip, a BVH file on the database's skeleton
     #[arg(long)]
-    input: PathBuf,
+    input: Option<PathBuf>,
     #[command(flatten)]
     wish: WishArgs,
+    /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
+    #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
+    generated: bool,
+    /// In place of a clip 10,000 frames of a small database's own motion, settings changing on the way, whose digest is
+    /// the same on every machine
+    #[arg(long, conflicts_with_all = ["db", "input"])]
+    long_stream: bool,
     /// Most frames of the clip
     #[arg(long)]
     frames: Option<usize>,
     /// An image that is built already, an ELF file for the board
     #[arg(long, conflicts_with = "all")]
     image: Option<PathBuf>,
+    /// The image with its log lines, which go to BOARD.log beside the images
+    #[arg(long, conflicts_with = "image")]
+    defmt: bool,
+    /// Only build the images, and say where they are
+    #[arg(long, conflicts_with_all = ["image", "db", "input"])]
+    build: bool,
+    /// With --build: the sizes of stack frames in the ELF, for a static bound
+    #[arg(long, requires = "build")]
+    stack_sizes: bool,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -48,59 +71,152 @@ pub struct BoardArgs {
 pub fn run(args: &BoardArgs) -> Result<()> {
     let boards: Vec<&'static Board> = match &args.name {
         Some(name) => vec![boards::find(name)?],
-        None => BOARDS.iter().filter(|b| b.blob_address.is_some()).collect(),
+        None => BOARDS.iter().filter(|b| !args.long_stream || b.blob_address.is_some()).collect(),
     };
-    let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
-    let database =
-        Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", args.db.display()))?;
-    let mut clip = Input::read(&args.input, &database)?.mapped;
-    clip.frames.truncate(args.frames.unwrap_or(usize::MAX));
-    let request = args.wish.request(&database)?;
-    let job = Job { path: &args.db, database, clip: &clip, request: &request };
-    let mut measured = Vec::new();
-    for board in boards {
-        let image = match &args.image {
-            Some(image) => image.clone(),
-            None => {
-                eprintln!("building the image of {} ({})", board.name, board.title);
-                image::build(board, image::Options { blob: Some(&args.db), ..image::Options::default() })?
-            }
-        };
-        let bar = progress::bar(clip.frames.len(), "frames");
-        let one = measure(board, &image, job, || bar.inc(1)).with_context(|| board.name)?;
-        bar.finish_and_clear();
-        measured.push(one);
+    if args.build {
+        return build(args, &boards);
     }
-    if args.json {
-        let all: Vec<_> = measured.iter().map(Measured::json).collect();
-        match &all[..] {
-            [one] if !args.all => println!("{one}"),
-            _ => println!("{}", json!({ "boards": all })),
-        }
+    let (figures, lines, differing) = if args.long_stream {
+        let replayed = long_streams(args, &boards)?;
+        let differing = replayed.iter().filter(|r| !r.bit_exact()).map(|r| r.board.name).collect();
+        let lines = replayed.iter().map(|r| {
+            let word = if r.bit_exact() { "bit-exact" } else { "NOT bit-exact" };
+            format!("{:10} {} frames, {word}, digest {:08x}\n", r.board.name, r.frames, r.digest)
+        });
+        (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
-        print!("{}", table(&measured));
+        let measured = boards.iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
+        let differing: Vec<&str> = measured.iter().filter(|m| !m.bit_exact()).map(|m| m.board.name).collect();
+        (measured.iter().map(Measured::json).collect(), table(&measured), differing)
+    };
+    match (&figures[..], args.json) {
+        ([one], true) if !args.all => println!("{one}"),
+        (_, true) => println!("{}", json!({ "boards": figures })),
+        (_, false) => print!("{lines}"),
     }
-    let differing: Vec<&str> = measured.iter().filter(|m| !m.bit_exact()).map(|m| m.board.name).collect();
     if !differing.is_empty() {
-        bail!("{}: {} not bit-exact with this machine", args.input.display(), differing.join(", "));
+        bail!("not bit-exact with this machine: {}", differing.join(", "));
     }
     Ok(())
 }
 
+/// The images, and where they are.
+fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
+    let mut built = Vec::new();
+    for board in boards {
+        let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
+        eprintln!("building the image of {} ({})", board.name, board.title);
+        let options =
+            image::Options { blob: blob.as_deref(), defmt: args.defmt, stack_sizes: args.stack_sizes };
+        let image = image::build(board, options)?;
+        let flash_bytes = image::flash_bytes(&image)?;
+        if !args.json {
+            println!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display());
+        }
+        built.push(json!({ "board": board.name, "image": image, "flash_bytes": flash_bytes }));
+    }
+    match &built[..] {
+        [one] if args.json && !args.all => println!("{one}"),
+        _ if args.json => println!("{}", json!({ "boards": built })),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// A clip through a board: the one that was asked for, or a generated one.
+fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
+    let profile = if board.blob_address.is_some() { REFERENCE } else { SMALL };
+    // A database from outside is rarely one that fits a micro:bit.
+    let own = args.generated || (args.all && board.blob_address.is_none());
+    match (&args.db, &args.input) {
+        (Some(path), Some(input)) if !own => {
+            let bytes = read(path)?;
+            let database = open(path, &bytes)?;
+            let clip = Input::read(input, &database)?.mapped;
+            let request = args.wish.request(&database)?;
+            one(args, board, Job { path, database, clip: &clip, request: &request })
+        }
+        _ => {
+            let path = profile.database()?;
+            let bytes = read(&path)?;
+            let database = open(&path, &bytes)?;
+            let clip = generated_clip(profile)?;
+            let own = profile.request();
+            // A style that is named is one of the generated database; a clip's own wish says nothing of it.
+            let request = if args.generated && !args.wish.style.is_empty() {
+                let wish = args.wish.request(&database)?;
+                let k = wish.config.neighborhood().0.min(own.config.neighborhood().0);
+                Request { config: wish.config.k(k), ..wish }
+            } else {
+                own
+            };
+            one(args, board, Job { path: &path, database, clip: &clip, request: &request })
+        }
+    }
+}
+
+fn generated_clip(profile: Profile) -> Result<Clip> {
+    profile.clip(12.0)
+}
+
+fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured> {
+    let mut clip = job.clip.clone();
+    clip.frames.truncate(args.frames.unwrap_or(usize::MAX));
+    let image = image_of(args, board, job.path)?;
+    let bar = progress::bar(clip.frames.len(), "frames");
+    let measured = measure(board, &image, Job { clip: &clip, ..job }, || bar.inc(1)).context(board.name)?;
+    bar.finish_and_clear();
+    Ok(measured)
+}
+
+fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
+    if let Some(image) = &args.image {
+        return Ok(image.clone());
+    }
+    eprintln!("building the image of {} ({})", board.name, board.title);
+    image::build(board, image::Options { blob: Some(blob), defmt: args.defmt, ..image::Options::default() })
+}
+
+fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
+    let folder = image::target_folder();
+    std::fs::create_dir_all(&folder)?;
+    let path = folder.join("long-stream.gestus");
+    std::fs::write(&path, LONG_BLOB).with_context(|| format!("{} can't be written", path.display()))?;
+    let database = open(&path, LONG_BLOB)?;
+    let (frames, change) = LONG;
+    let recording = Recording::long(&database, args.frames.unwrap_or(frames), change);
+    let images = boards.iter().map(|b| image_of(args, b, &path)).collect::<Result<Vec<_>>>()?;
+    // All at once: an emulator waits for bytes most of the time.
+    let bar = progress::bar(boards.len() * recording.frames.len(), "frames");
+    let replayed = std::thread::scope(|scope| {
+        let (path, recording, bar) = (&path, &recording, &bar);
+        let running: Vec<_> = boards
+            .iter()
+            .zip(&images)
+            .map(|(&board, image)| {
+                scope.spawn(move || replay(board, image, path, database, recording, || bar.inc(1)))
+            })
+            .collect();
+        let joined = running.into_iter().map(|r| r.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
+        joined.zip(boards).map(|(r, board)| r.context(board.name)).collect::<Result<Vec<_>>>()
+    })?;
+    bar.finish_and_clear();
+    Ok(replayed)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| format!("{} can't be read", path.display()))
+}
+
+fn open<'b>(path: &Path, bytes: &'b [u8]) -> Result<Database<'b>> {
+    Database::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
+}
+
 /// A line a board.
-pub fn table(measured: &[Measured]) -> String {
+fn table(measured: &[Measured]) -> String {
     let mut text = format!(
-        "{:10} {:>9} {:>6}  {:>12} {:>12}  {:>6} {:>6} {:>7}  {:>10}  {}\n",
-        "board",
-        "bit-exact",
-        "frames",
-        "instructions",
-        "worst",
-        "RAM",
-        "stack",
-        "flash",
-        "bytes read",
-        "digest"
+        "{:10} {:>9} {:>6}  {:>12} {:>12}  {:>6} {:>6} {:>7}  {:>10}  digest\n",
+        "board", "bit-exact", "frames", "instructions", "worst", "RAM", "stack", "flash", "bytes read"
     );
     for one in measured {
         let instructions = one.linked.instructions();

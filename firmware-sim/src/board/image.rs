@@ -46,19 +46,19 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
             folder.display()
         );
     }
-    if !has_core(board.target) {
+    let Some(compiler) = Compiler::find(board.target) else {
         bail!(
             "this Rust can't build for {} (the {} board): `cargo xtask firmware --setup` installs the target, or `rustup target add {}`",
             board.target,
             board.name,
             board.target
         );
-    }
+    };
     let target = target_folder();
-    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let mut cargo = compiler.cargo();
     cargo.current_dir(&folder).args(["build", "--release", "--quiet", "--bin", board.binary]);
     cargo.args(["--target", board.target]).arg("--target-dir").arg(&target);
-    let mut flags = Vec::new();
+    let mut flags: Vec<String> = compiler.linker().map(String::from).into_iter().collect();
     if let Some(cpu) = board.cpu {
         flags.push(format!("-Ctarget-cpu={cpu}"));
     }
@@ -68,6 +68,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     }
     if options.defmt {
         cargo.args(["--features", "defmt"]);
+        // Without it defmt keeps to errors.
+        cargo.env("DEFMT_LOG", env::var_os("DEFMT_LOG").unwrap_or_else(|| "info".into()));
     }
     // In place of flags that are meant for the host.
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}")).env_remove("RUSTFLAGS");
@@ -104,16 +106,61 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     Ok(kept)
 }
 
-/// Whether the compiler has the target's `core`.
-fn has_core(target: &str) -> bool {
-    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let answer = Command::new(rustc)
-        .current_dir(crate_folder())
-        .args(["--print", "target-libdir", "--target", target])
-        .stderr(Stdio::null())
-        .output();
-    let Ok(answer) = answer else { return false };
-    Path::new(String::from_utf8_lossy(&answer.stdout).trim()).is_dir()
+/// Where a target's `core` comes from, in order of preference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Compiler {
+    /// The compiler has it.
+    Installed,
+    /// Sources beside the compiler.
+    Sources,
+    /// Sources of Debian's compiler.
+    Debian,
+}
+
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+
+impl Compiler {
+    fn find(target: &str) -> Option<Self> {
+        let rustc = env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+        let sources = |rustc: &str| {
+            answer(rustc, &["--print", "sysroot"])
+                .is_some_and(|s| s.join("lib/rustlib/src/rust/library/core").is_dir())
+        };
+        if answer(&rustc, &["--print", "target-libdir", "--target", target]).is_some_and(|f| f.is_dir()) {
+            Some(Self::Installed)
+        } else if sources(&rustc) {
+            Some(Self::Sources)
+        } else if Path::new("/usr/bin/cargo").is_file() && sources(DEBIAN_RUSTC) {
+            Some(Self::Debian)
+        } else {
+            None
+        }
+    }
+
+    fn cargo(self) -> Command {
+        let mut cargo = match self {
+            Self::Debian => Command::new("/usr/bin/cargo"),
+            _ => Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into())),
+        };
+        if self == Self::Debian {
+            cargo.env("RUSTC", DEBIAN_RUSTC);
+        }
+        if self != Self::Installed {
+            cargo.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
+        }
+        cargo
+    }
+
+    /// Flags that the compiler needs to find a linker: Debian's has none of its own.
+    fn linker(self) -> Option<&'static str> {
+        (self == Self::Debian).then_some("-Clinker=ld.lld")
+    }
+}
+
+fn answer(rustc: &str, arguments: &[&str]) -> Option<PathBuf> {
+    let mut command = Command::new(rustc);
+    let output = command.current_dir(crate_folder()).args(arguments).stderr(Stdio::null()).output().ok()?;
+    output.status.success().then(|| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
 }
 
 /// Bytes of flash that an image takes: code, constants, the first values of variables.

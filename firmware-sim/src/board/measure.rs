@@ -4,19 +4,29 @@ use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
 use gestus_builder::{motion::Clip, stream::Request};
-use gestus_core::{Database, Stage, link::counter};
+use gestus_core::{
+    Config, Database, Digest, Stage,
+    link::{self, Pairs, counter},
+};
 use serde_json::{Value, json};
 
 use super::{boards::Board, emulator::Emulator, image};
-use crate::link::{
-    client::{Client, Patience},
-    serve::with_board,
-    session::{Linked, Session, stream},
+use crate::{
+    link::{
+        Line,
+        client::{Client, Patience},
+        serve::with_board,
+        session::{Linked, Session, stream},
+    },
+    recording::Recording,
 };
 
 /// An emulated board is slow and its line has no faults: a repetition would only be noise.
 const PATIENCE: Patience =
     Patience { first: Duration::from_secs(5), most: Duration::from_secs(60), repeats: 8 };
+
+/// The images' own statistic: instructions of unpacking one row, a mean over rows.
+const ROW_DECODE: u16 = counter::OWN;
 
 /// What a board did with a clip.
 #[derive(Debug, Clone)]
@@ -44,6 +54,11 @@ impl Measured {
     /// A statistic of the board.
     pub fn statistic(&self, number: u16) -> Option<u64> {
         self.statistics.iter().find(|(n, _)| *n == number).map(|(_, value)| *value)
+    }
+
+    /// Bytes of stylizer and server, which lie in the frame of the firmware's main loop.
+    pub fn state_bytes(&self) -> Option<u64> {
+        Some(self.statistic(counter::STYLIZER_BYTES)? + self.statistic(counter::SERVER_BYTES)?)
     }
 
     /// Instructions of the frames in a stage, ascending.
@@ -80,6 +95,8 @@ impl Measured {
             "instructions_open": self.statistic(counter::INSTRUCTIONS_OPEN),
             "ram_bytes": self.ram_bytes,
             "static_bytes": self.statistic(counter::STATIC_BYTES),
+            "state_bytes": self.state_bytes(),
+            "row_decode_instructions": self.statistic(ROW_DECODE),
             "stack_bytes": self.statistic(counter::STACK_BYTES),
             "flash_bytes": self.flash_bytes,
             "bytes_read_median": median(&self.bytes_read),
@@ -122,7 +139,7 @@ pub fn converse<R>(
     image: &Path,
     job_path: &Path,
     database: Database<'_>,
-    talk: impl FnOnce(&mut Session<'_, Box<dyn crate::link::Line>>) -> Result<R>,
+    talk: impl FnOnce(&mut Session<'_, Box<dyn Line>>) -> Result<R>,
 ) -> Result<R> {
     let log = log_path(board);
     if let Some(folder) = log.parent() {
@@ -130,9 +147,9 @@ pub fn converse<R>(
     }
     let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
-    let line: Box<dyn crate::link::Line> = Box::new(line);
-    let outcome = with_board(database, |twin| {
-        let client = Client::new(line, Client::<Box<dyn crate::link::Line>>::new_session(), PATIENCE);
+    let line: Box<dyn Line> = Box::new(line);
+    let outcome = with_board(database, Config::new(), |twin| {
+        let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), PATIENCE);
         let mut session = Session::begin(client, twin, &database)?;
         talk(&mut session)
     })?;
@@ -145,6 +162,81 @@ pub fn converse<R>(
 /// Where the log lines of a board's last run are.
 pub fn log_path(board: &Board) -> std::path::PathBuf {
     image::target_folder().join(format!("{}.log", board.name))
+}
+
+/// A recording that went through a board.
+#[derive(Debug, Clone, Copy)]
+pub struct Replayed {
+    /// The board.
+    pub board: &'static Board,
+    /// Frames of the recording.
+    pub frames: usize,
+    /// Frames that differ in any bit.
+    pub differing: usize,
+    /// The first of them.
+    pub first_difference: Option<usize>,
+    /// Digest of the board's output.
+    pub digest: u32,
+    /// Digest of this machine's.
+    pub host_digest: u32,
+}
+
+impl Replayed {
+    /// The figures as JSON.
+    pub fn json(&self) -> Value {
+        json!({
+            "board": self.board.name,
+            "bit_exact": self.bit_exact(),
+            "frames": self.frames,
+            "frames_differing": self.differing,
+            "first_difference": self.first_difference,
+            "digest": format!("{:08x}", self.digest),
+            "host_digest": format!("{:08x}", self.host_digest),
+        })
+    }
+
+    /// Every bit of every frame was that of this machine.
+    pub fn bit_exact(&self) -> bool {
+        self.differing == 0 && self.digest == self.host_digest
+    }
+}
+
+/// Streams a recording, settings and all, through a board.
+///
+/// # Errors
+/// As [`converse`], and settings that the board refuses.
+pub fn replay(
+    board: &'static Board,
+    image: &Path,
+    path: &Path,
+    database: Database<'_>,
+    recording: &Recording,
+    mut progress: impl FnMut(),
+) -> Result<Replayed> {
+    converse(board, image, path, database, |session| {
+        let (mut digest, mut host_digest) = (Digest::new(), Digest::new());
+        let (mut before, mut differing, mut first_difference) = (None, 0, None);
+        for (t, (settings, pose)) in recording.frames.iter().enumerate() {
+            if before.replace(*settings) != Some(*settings) {
+                let styles = Pairs::from_iter(settings.styles);
+                session.set(&link::Request::Style(styles)).with_context(|| format!("frame {t}"))?;
+                let (action, input_style) = (settings.action, settings.input_style);
+                let labels = link::Request::Labels { action, input_style };
+                session.set(&labels).with_context(|| format!("frame {t}"))?;
+            }
+            let stepped = session.step(pose).with_context(|| format!("frame {t}"))?;
+            if !stepped.same {
+                differing += 1;
+                first_difference.get_or_insert(t);
+            }
+            digest.add(&stepped.pose, recording.joints, stepped.report.step_s);
+            host_digest.add(&stepped.host_pose, recording.joints, stepped.host_report.step_s);
+            progress();
+        }
+        let frames = recording.frames.len();
+        let (digest, host_digest) = (digest.value(), host_digest.value());
+        Ok(Replayed { board, frames, differing, first_difference, digest, host_digest })
+    })
 }
 
 /// Streams a clip through a board.

@@ -2,10 +2,11 @@
 //! host, and what it costs there.
 //!
 //! [`boards`] lists them, [`image`] builds their firmware, [`emulator`] runs it, [`measure`] streams a clip and
-//! counts; [`command`] is `gestus-sim board`.
+//! counts, [`generated`] has databases for those who have none; [`command`] is `gestus-sim board`.
 
 pub mod boards;
 pub mod command;
 pub mod emulator;
+pub mod generated;
 pub mod image;
 pub mod measure;

@@ -3,7 +3,8 @@
 use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{report::progress, translate::Input, wish::WishArgs};
+use clap::Parser;
+use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
@@ -21,17 +22,17 @@ use super::{
 pub struct LinkArgs {
     /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
     port: String,
-    /// Only ask who is there, and for its statistics
-    #[arg(long, conflicts_with_all = ["db", "input", "style"])]
+    /// Only ask who is there, and for its statistics; needs neither database, clip nor style
+    #[arg(long)]
     probe: bool,
     /// The database; it has to be the board's
-    #[arg(long, required = true)]
-    db: Option<PathBuf>,
+    #[arg(long)]
+    db: PathBuf,
     /// The clip, a BVH file on the database's skeleton
-    #[arg(long, required = true)]
-    input: Option<PathBuf>,
+    #[arg(long)]
+    input: PathBuf,
     #[command(flatten)]
-    wish: Option<WishArgs>,
+    wish: WishArgs,
     /// Where the board's output goes, a BVH file at the database's rate
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -53,15 +54,38 @@ pub struct LinkArgs {
     json: bool,
 }
 
-impl LinkArgs {
-    fn patience(&self) -> Patience {
-        let first = Duration::from_millis(self.timeout.max(1));
-        Patience { first, most: first * 8, repeats: self.repeats }
-    }
+/// What `gestus-sim link PORT --probe` takes: the parser would ask for a database otherwise.
+#[derive(clap::Parser, Debug)]
+#[command(name = "gestus-sim link")]
+pub struct ProbeArgs {
+    /// The line
+    port: String,
+    /// Only ask who is there, and for its statistics
+    #[arg(long, required = true)]
+    probe: bool,
+    /// Milliseconds to wait for an answer before the question is repeated
+    #[arg(long, default_value_t = 250)]
+    timeout: u64,
+    /// Repetitions before the board is given up
+    #[arg(long, default_value_t = 20)]
+    repeats: u8,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
 
-    fn client<L: Line>(&self, line: L) -> Client<L> {
-        Client::new(line, Client::<L>::new_session(), self.patience())
+impl ProbeArgs {
+    /// The arguments, where those of the command line ask for it.
+    pub fn asked(words: &[String]) -> Option<Self> {
+        let (first, rest) = words.split_first()?;
+        (first == "link" && rest.iter().any(|w| w == "--probe"))
+            .then(|| Self::parse_from(std::iter::once(first).chain(rest)))
     }
+}
+
+fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {
+    let first = Duration::from_millis(timeout_ms.max(1));
+    Client::new(line, Client::<L>::new_session(), Patience { first, most: first * 8, repeats })
 }
 
 /// Runs the command.
@@ -73,37 +97,41 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise is for the line `loopback`: a real one has its own");
     }
-    if args.probe {
-        if loopback {
-            bail!("a loopback has no board to ask: give a port, or leave out --probe");
-        }
-        return probe(args).with_context(|| args.port.clone());
-    }
-    let (Some(db), Some(input), Some(wish)) = (&args.db, &args.input, &args.wish) else {
-        bail!("give --db, --input and --style, or --probe");
-    };
+    let (db, input, wish) = (&args.db, &args.input, &args.wish);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read(input, &database)?;
-    let outcome = with_board(database, |twin| {
+    let request = wish.request(&database)?;
+    let outcome = with_board(database, request.config, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
-            with_board(database, |board| {
+            with_board(database, request.config, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome = converse(args, &mut line, twin, &database, &input, wish);
+                let outcome = converse(args, &mut line, twin, &database, &input, &request);
                 let [there, back] = line.happened();
                 eprintln!("on the line to the board: {there}; on the way back: {back}");
                 outcome
             })?
         } else {
-            converse(args, line::open(&args.port)?, twin, &database, &input, wish)
+            converse(args, line::open(&args.port)?, twin, &database, &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
 }
 
-fn probe(args: &LinkArgs) -> Result<()> {
-    let mut client = args.client(line::open(&args.port)?);
+/// Asks a board who it is, and for its statistics.
+///
+/// # Errors
+/// A line that can't be opened, and a board that does not answer.
+pub fn probe(args: &ProbeArgs) -> Result<()> {
+    if args.port == "loopback" {
+        bail!("a loopback has no board to ask: give a port, or leave out --probe");
+    }
+    ask(args).with_context(|| args.port.clone())
+}
+
+fn ask(args: &ProbeArgs) -> Result<()> {
+    let mut client = client(line::open(&args.port)?, args.timeout, args.repeats);
     let identity = BoardIdentity::from(client.hello()?);
     let statistics = named(&client.statistics()?);
     if args.json {
@@ -123,11 +151,11 @@ fn converse<'t, L: Line>(
     twin: &'t mut super::serve::BoardFn<'t>,
     database: &Database<'_>,
     input: &Input,
-    wish: &WishArgs,
+    request: &Request,
 ) -> Result<()> {
-    let mut session = Session::begin(args.client(line), twin, database)?;
+    let mut session = Session::begin(client(line, args.timeout, args.repeats), twin, database)?;
     eprintln!("{}", session.identity());
-    session.wish(&wish.request(database)?)?;
+    session.wish(request)?;
     let bar = progress::bar(input.mapped.frames.len(), "frames");
     let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
     bar.finish_and_clear();

@@ -197,14 +197,21 @@ fn bits(pose: &Pose<MAX_JOINTS>, joints: usize) -> impl Iterator<Item = u32> + '
 /// The settings of a wish, as requests.
 ///
 /// # Errors
-/// More styles than a message holds.
+/// More styles than a message holds, and what only a host does.
 pub fn requests(wish: &Wish) -> Result<VecDeque<Request<'static>>> {
+    if wish.bounds.is_some() {
+        bail!(
+            "--timing bounded is for translate and run: a board answers each pose with one, on free or sync time"
+        );
+    }
     let mut requests = VecDeque::new();
     let pairs = |pairs: &[(u16, f32)], what: &str| -> Result<Pairs> {
         Pairs::from_slice(pairs)
             .map_err(|_| anyhow::anyhow!("{} {what} are more than the {MAX_PAIRS} of a message", pairs.len()))
     };
-    requests.push_back(Request::Configure(pairs(&parameters(&wish.config), "parameters")?));
+    for some in parameters(&wish.config).chunks(MAX_PAIRS) {
+        requests.push_back(Request::Configure(pairs(some, "parameters")?));
+    }
     requests.push_back(Request::Style(pairs(&wish.style, "styles")?));
     requests.push_back(Request::Labels { action: wish.action, input_style: wish.input_style });
     for &group in &wish.masked {

@@ -47,7 +47,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { horizon: 10, order: None, most: 6, noise: 1e-4, radius: 0.97, rounds: 3 }
+        Self { horizon: 10, order: None, most: 6, noise: 3e-2, radius: 0.9, rounds: 1 }
     }
 }
 

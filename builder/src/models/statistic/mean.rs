@@ -63,6 +63,85 @@ pub fn spread(rotations: impl IntoIterator<Item = Quaternion> + Clone, rounds: u
     Spread { mean, deviation: ((sum / count.max(1.0)).sqrt() as f32).max(LEAST) }
 }
 
+/// Mean and spread of every joint of a clip at once: `frames` `[frames][joints]`, each frame counted by its weight.
+/// Joints side by side, since each one's recursion waits for its own last step.
+pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Vec<Spread> {
+    let joints = frames.first().map_or(0, Vec::len);
+    let mut means = vec![quaternion::IDENTITY; joints];
+    let mut total = 0.0;
+    for (frame, &weight) in frames.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+        total += weight;
+        let share = weight / total;
+        for (mean, &q) in means.iter_mut().zip(frame) {
+            *mean = if share < 1.0 { near_slerp(share, *mean, q) } else { q };
+        }
+    }
+    for mean in &mut means {
+        *mean = quaternion::normalize(*mean).unwrap_or(*mean);
+    }
+    for _ in 0..rounds {
+        let mut ways = vec![[0.0_f32; 3]; joints];
+        for (frame, &weight) in frames.iter().zip(weights) {
+            for ((way, &mean), &q) in ways.iter_mut().zip(&means).zip(frame) {
+                let step = quaternion::log(quaternion::multiply(quaternion::conjugate(mean), q));
+                way.iter_mut().zip(step).for_each(|(w, s)| *w += weight / total * s);
+            }
+        }
+        for (mean, way) in means.iter_mut().zip(ways) {
+            let moved = quaternion::multiply(*mean, quaternion::exp(way));
+            *mean = quaternion::normalize(moved).unwrap_or(*mean);
+        }
+    }
+    let mut squares = vec![0.0_f32; joints];
+    for (frame, &weight) in frames.iter().zip(weights) {
+        for ((square, &mean), &q) in squares.iter_mut().zip(&means).zip(frame) {
+            *square += weight * square_angle(mean, q);
+        }
+    }
+    let total = if total > 0.0 { total } else { 1.0 };
+    let spread =
+        |(mean, square): (Quaternion, f32)| Spread { mean, deviation: (square / total).sqrt().max(LEAST) };
+    means.into_iter().zip(squares).map(spread).collect()
+}
+
+/// Slerp without trigonometry, where the rotations are within 52 degrees of each other and `t` at most 1.5; the core's
+/// elsewhere. `sin(tθ) / sin θ = t (1 + b₁ (1 + b₂ (...)))` with `b_i = (t² - i²) / (i (2i + 1)) (cos θ - 1)` (Eberly
+/// 2011, "A fast and accurate algorithm for computing slerp"); five terms are exact to 1e-6.
+pub fn near_slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
+    let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    let (d, sign) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };
+    if d < 0.9 || t > 1.5 {
+        return slerp(t, a, b);
+    }
+    let part = |t: f32| {
+        let (t2, x) = (t * t, d - 1.0);
+        let term = |i: f32| (t2 - i * i) / (i * (2.0 * i + 1.0)) * x;
+        t * (1.0 + term(1.0) * (1.0 + term(2.0) * (1.0 + term(3.0) * (1.0 + term(4.0) * (1.0 + term(5.0))))))
+    };
+    let (from, to) = (part(1.0 - t), sign * part(t));
+    std::array::from_fn(|i| from * a[i] + to * b[i])
+}
+
+/// Squared angle between two rotations. Near each other, by the chord `c = 2 sin(θ/4)` and the series of
+/// `θ² = 16 asin²(c/2)`, which converges fast and needs no root.
+fn square_angle(a: Quaternion, b: Quaternion) -> f32 {
+    let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    let sign = if d < 0.0 { -1.0 } else { 1.0 };
+    let chord2: f32 = a.iter().zip(&b).map(|(a, b)| (a - sign * b) * (a - sign * b)).sum();
+    let x = 0.25 * chord2;
+    if x > 0.1 {
+        let angle = angle(a, b);
+        return angle * angle;
+    }
+    // asin²(√x) = x + x²/3 + 8x³/45 + 4x⁴/35 + 128x⁵/1575 + 128x⁶/2079
+    let series = 128.0 / 2079.0;
+    let series = 128.0 / 1575.0 + x * series;
+    let series = 4.0 / 35.0 + x * series;
+    let series = 8.0 / 45.0 + x * series;
+    let series = 1.0 / 3.0 + x * series;
+    16.0 * x * (1.0 + x * series)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +178,38 @@ mod tests {
         let found = recursive(narrow(&all));
         let truth = narrow(&[truth])[0];
         assert!(angle(found, truth) < 1e-5, "{found:?} {truth:?}");
+    }
+
+    #[test]
+    fn the_series_is_slerp() {
+        let all = narrow(&rotations(0.5));
+        for (k, (&a, &b)) in all.iter().zip(&all[1..]).enumerate() {
+            for t in [0.0, 0.01, 0.3, 0.5, 1.0, 1.4, 2.0] {
+                let off = angle(near_slerp(t, a, b), slerp(t, a, b));
+                assert!(off < 5e-6, "pair {k}, t {t}: {off}");
+            }
+        }
+    }
+
+    /// All joints at once give what each alone gives; a weight of two is the frame twice.
+    #[test]
+    fn joints_side_by_side_are_joints_alone() {
+        let (a, b) = (narrow(&rotations(0.5)), narrow(&rotations(1.1)));
+        let frames: Vec<Vec<Quaternion>> = a.iter().zip(&b).map(|(a, b)| vec![*a, *b]).collect();
+        for rounds in [0, 4] {
+            let all = spreads(&frames, &vec![1.0; frames.len()], rounds);
+            for (found, one) in all.iter().zip([&a, &b]) {
+                let alone = spread(one.iter().copied(), rounds);
+                assert!(angle(found.mean, alone.mean) < 1e-5);
+                assert!((found.deviation - alone.deviation).abs() < 1e-4, "{found:?} {alone:?}");
+            }
+        }
+        let twice: Vec<Quaternion> = a.iter().flat_map(|&q| [q, q]).collect();
+        let twice = spread(twice.iter().copied(), 0);
+        let weighted = spreads(&frames, &vec![2.0; frames.len()], 0)[0];
+        assert!(
+            angle(twice.mean, weighted.mean) < 5e-3 && (twice.deviation - weighted.deviation).abs() < 1e-3
+        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The UART of Arm's Cortex-M System Design Kit, as on the MPS2 boards. One byte deep.
 
-use super::{Registers, Uart};
+use super::Uart;
+use crate::registers::Registers;
 
 const DATA: usize = 0x00;
 const STATE: usize = 0x04;

@@ -1,6 +1,7 @@
 //! The UART of the nRF51. Six bytes deep on the way in.
 
-use super::{Registers, Uart};
+use super::Uart;
+use crate::registers::Registers;
 
 const START_RX: usize = 0x000;
 const START_TX: usize = 0x008;

@@ -1,0 +1,267 @@
+//! Every method on the same clips, as in paper 000's Table 3 and Figures 3, 4 and 6: `gestus evaluate methods`.
+//!
+//! | set | database and test clips |
+//! |---|---|
+//! | `homogeneous` | one action: the walk, or the first there is |
+//! | `heterogeneous` | all actions at once |
+//! | `stream` | all actions, and the test clips of all of them as one stream, one action after the other |
+//! | `homogeneous-exact`, `heterogeneous-exact` | outputs made by rule, whose answer is known ([`crate::synth::affine`]) |
+//!
+//! Rows are those of [`super::loo`], labelled and unlabelled, with their set. The verdict is put in words by the
+//! figures themselves.
+
+use gestus_core::{Config, Database, Method};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::{
+    Evaluation,
+    loo::{self, Fold, LooOptions, Row, own_dofs},
+    methods::Record,
+};
+use crate::{
+    body::{Body, about_y},
+    build::{BuildError, BuildOptions, build},
+    corpus::Corpus,
+    motion::{Clip, Frame, interpolate},
+    pair::Scheme,
+    report::{
+        html::Figure,
+        plot::{self, Labels},
+        progress, table,
+    },
+    stream::{Request, Streamed, stream},
+    synth::affine,
+};
+
+/// Frames between two clips of a stream: nobody jumps from one gait into another.
+const BETWEEN: usize = 8;
+
+/// Runs the comparison.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let walk = corpus.actions.iter().position(|a| a == "walk").unwrap_or(0);
+    let one = only(corpus, walk);
+    let pairs = |corpus: &Corpus| affine::pairs(corpus, options.from, &affine::Options::default());
+    let exact = LooOptions {
+        from: 0,
+        to: vec![1],
+        exact: true,
+        build: BuildOptions { pairing: Scheme::Take, ..options.build.clone() },
+        ..options.clone()
+    };
+    let many = corpus.actions.len() > 1;
+    let mut sets: Vec<(&str, Corpus, &LooOptions)> = vec![("homogeneous", one.clone(), options)];
+    if many {
+        sets.push(("heterogeneous", corpus.clone(), options));
+    }
+    sets.push(("homogeneous-exact", pairs(&one)?.corpus, &exact));
+    if many {
+        sets.push(("heterogeneous-exact", pairs(corpus)?.corpus, &exact));
+    }
+    let count = sets.iter().map(|(_, c, o)| loo::folds(c, o)).sum();
+    let bar = progress::bar(count, "methods");
+    let mut rows: Vec<table::Row> = Vec::new();
+    for (set, corpus, options) in &sets {
+        for row in loo::run(corpus, options, &|| bar.inc(1))? {
+            rows.push(labelled(set, row.to_json(corpus)));
+        }
+        if *set == "heterogeneous" {
+            rows.extend(streams(corpus, options)?.into_iter().map(|r| labelled("stream", r.to_json(corpus))));
+        }
+    }
+    bar.finish_and_clear();
+    let mut figures = vec![
+        bars(&rows, "joint_error_cm", "Joint error", "cm"),
+        bars(&rows, "step_error_ms", "Timing error", "ms"),
+    ];
+    figures.push(loo::one_dof(corpus, options)?);
+    Ok(Evaluation { what: "methods", about: verdict(&rows), keys: vec!["set", "method"], rows, figures })
+}
+
+fn labelled(set: &str, row: table::Row) -> table::Row {
+    let mut with = super::row(json!({ "set": set }));
+    with.extend(row);
+    with
+}
+
+fn only(corpus: &Corpus, action: usize) -> Corpus {
+    let others: Vec<usize> =
+        (0..corpus.examples.len()).filter(|&i| corpus.examples[i].action != action).collect();
+    let mut one = corpus.without(&others);
+    one.actions = vec![corpus.actions[action].clone()];
+    one.examples.iter_mut().for_each(|e| e.action = 0);
+    one
+}
+
+/// One stream through all actions for each fold and style: the methods that need no label.
+fn streams(corpus: &Corpus, options: &LooOptions) -> Result<Vec<Row>, BuildError> {
+    let body = Body::of(corpus)?;
+    let tests = loo::test_clips(corpus, options.from, options.folds);
+    let takes: Vec<Vec<usize>> = (0..options.folds)
+        .map(|k| {
+            let of = |a: usize| tests.iter().filter(|&&t| corpus.examples[t].action == a).nth(k).copied();
+            (0..corpus.actions.len()).filter_map(of).collect()
+        })
+        .filter(|t: &Vec<usize>| t.len() > 1)
+        .collect();
+    let jobs: Vec<(&Vec<usize>, usize)> =
+        takes.iter().flat_map(|t| options.to.iter().map(move |&s| (t, s))).collect();
+    let rows: Vec<Vec<Row>> = jobs
+        .par_iter()
+        .map(|(tests, style)| one_stream(corpus, &body, options, tests, *style))
+        .collect::<Result<_, _>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+fn one_stream(
+    corpus: &Corpus,
+    body: &Body,
+    options: &LooOptions,
+    tests: &[usize],
+    style: usize,
+) -> Result<Vec<Row>, BuildError> {
+    let folds: Vec<Fold<'_>> =
+        tests.iter().filter_map(|&t| Fold::of(corpus, body, options, t, style)).collect();
+    let left_out: Vec<usize> = folds.iter().flat_map(|f| [f.test, f.truth]).collect();
+    let wanted = BuildOptions {
+        models: true,
+        from: corpus.styles.get(options.from).cloned(),
+        ..options.build.clone()
+    };
+    let bytes = build(&corpus.without(&left_out), &wanted)?.bytes;
+    let database = Database::open(&bytes)?;
+    let clips: Vec<&Clip> = folds.iter().map(|f| &corpus.examples[f.test].clip).collect();
+    let Some((clip, starts)) = joined(body, &clips) else { return Ok(Vec::new()) };
+    let mut rows = Vec::new();
+    let methods = [
+        ("mixture", Config::new()),
+        ("mixture-paper", Config::paper()),
+        ("lti", Config::new().method(Method::Lti)),
+        ("statistic", Config::new().method(Method::Statistic)),
+    ];
+    for (name, config) in methods {
+        let request = Request { config, ..Request::style(style as u16) };
+        let mut record = Record::of(&database);
+        let Ok(streamed) = stream(&database, &clip, &request, &mut record) else { continue };
+        let input = record.x.clone();
+        for (fold, &start) in folds.iter().zip(&starts) {
+            let range = start..start + corpus.examples[fold.test].clip.frames.len();
+            let part = Streamed { steps: streamed.steps[range.clone()].to_vec(), ..streamed.clone() };
+            let predicted = own_dofs(fold, &database, &record.predicted[range.clone()]);
+            rows.push(fold.row(name, &predicted, Some(&part)));
+            if name == "mixture" {
+                rows.push(fold.row("unchanged", &own_dofs(fold, &database, &input[range]), None));
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Clips one after the other, each set on where the last one ended, a few frames between them; and where each starts.
+fn joined(body: &Body, clips: &[&Clip]) -> Option<(Clip, Vec<usize>)> {
+    let mut frames: Vec<Frame> = Vec::new();
+    let mut starts = Vec::new();
+    for clip in clips {
+        let first = clip.frames.first()?;
+        let placed: Vec<Frame> = match frames.last() {
+            None => clip.frames.clone(),
+            Some(last) => {
+                let turn = about_y(body.heading(last) - body.heading(first));
+                let onto = last.root - turn * first.root;
+                let place = |f: &Frame| {
+                    let mut frame = f.clone();
+                    let root = turn * f.root + onto;
+                    frame.root = nalgebra::Vector3::new(root.x, f.root.y, root.z);
+                    frame.rotations[0] = turn * f.rotations[0];
+                    frame
+                };
+                clip.frames.iter().map(place).collect()
+            }
+        };
+        if let Some(last) = frames.last().cloned() {
+            let share = |k: usize| (k + 1) as f64 / (BETWEEN + 1) as f64;
+            frames.extend((0..BETWEEN).map(|k| interpolate(&last, &placed[0], share(k))));
+        }
+        starts.push(frames.len());
+        frames.extend(placed);
+    }
+    Some((Clip { name: "stream".into(), frames, ..(*clips.first()?).clone() }, starts))
+}
+
+fn mean(rows: &[table::Row], set: &str, method: &str, key: &str) -> Option<f64> {
+    let of = rows.iter().filter(|r| r["set"] == set && r["method"] == method);
+    let values: Vec<f64> = of.filter_map(|r| r.get(key)?.as_f64()).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+const SETS: [&str; 5] =
+    ["homogeneous", "heterogeneous", "stream", "homogeneous-exact", "heterogeneous-exact"];
+
+/// Errors of each method by set: paper 000, Table 3 and Figure 6.
+fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> Figure {
+    let methods = [
+        "unchanged",
+        "global-affine",
+        "gaussian-process",
+        "statistic",
+        "lti",
+        "lti-labelled",
+        "knn",
+        "local-ar",
+        "mixture",
+    ];
+    let sets: Vec<String> =
+        SETS.iter().filter(|s| rows.iter().any(|r| r["set"] == **s)).map(|s| (*s).to_owned()).collect();
+    let series: Vec<(String, Vec<f64>)> = methods
+        .iter()
+        .filter(|m| sets.iter().any(|s| mean(rows, s, m, key).is_some()))
+        .map(|m| ((*m).to_owned(), sets.iter().map(|s| mean(rows, s, m, key).unwrap_or(0.0)).collect()))
+        .collect();
+    Figure {
+        name: key.replace('_', "-"),
+        caption: format!(
+            "{title} of each method, mean over test clips and styles (paper 000, Table 3, Figure 6)."
+        ),
+        svg: plot::bars(Labels { title, x: "data", y: unit }, &sets, &series),
+    }
+}
+
+/// Which of both is better, and by how much.
+fn better(mixture: f64, lti: f64, which: &str) -> String {
+    if mixture <= lti {
+        format!("the mixture is {:.0}% better than the linear model {which}", 100.0 * (1.0 - mixture / lti))
+    } else {
+        format!("the linear model {which} is {:.0}% better than the mixture", 100.0 * (1.0 - lti / mixture))
+    }
+}
+
+/// The verdict in words: every number in it is in the table.
+fn verdict(rows: &[table::Row]) -> String {
+    let mut text = String::from(
+        "Every method translates clips that it has never seen; errors are mean joint distances, hips-centred and \
+         facing ahead, to a held-out clip of the output style at equal canonical time, or to the exact answer. That \
+         answer is one affine map for all actions, which is what linear models can say and mixtures have to learn.",
+    );
+    for set in SETS {
+        let of = |method: &str| mean(rows, set, method, "joint_error_cm");
+        let (Some(mixture), Some(lti)) = (of("mixture"), of("lti")) else { continue };
+        text += &format!(
+            " {set}: mixture {mixture:.2} cm, linear model {lti:.2} cm; {}",
+            better(mixture, lti, "of all actions")
+        );
+        if let Some(labelled) = of("lti-labelled") {
+            text += &format!("; {}", better(mixture, labelled, "of the action alone"));
+        }
+        if let (Some(affine), Some(statistic)) = (of("global-affine"), of("statistic")) {
+            text += &format!("; the global affine map has {affine:.2} cm, statistics {statistic:.2} cm");
+        }
+        if let Some(process) = of("gaussian-process") {
+            text += &format!("; the Gaussian process {process:.2} cm");
+        }
+        text.push('.');
+    }
+    text
+}

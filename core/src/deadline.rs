@@ -1,0 +1,121 @@
+//! Keeping a deadline: how many visits the search may have, by how long the last steps took.
+//!
+//! A step's cost is bounded by the visits of its search ([`Config::visits`](crate::Config::visits)), and the search
+//! is what a stream that jumps or is far from the data makes long. So a frame that comes near its deadline halves the
+//! cap of the next ones, and frames with time to spare raise it again, slowly: a miss is answered by a stated loss of
+//! recall, which the report shows ([`Degraded::VISITS`](crate::Degraded::VISITS)), and not by a frame that comes when it
+//! comes.
+//!
+//! The core has no clock: the caller measures, in ticks of whatever timer there is. `docs/PORTING.md` has the loop.
+
+use crate::{ConfigError, knn::MAX_VISITS};
+
+/// Least cap: fewer visits find too few neighbors.
+pub const LEAST_VISITS: u16 = 64;
+/// Steps in a row with time to spare before the cap rises.
+const PATIENCE: u8 = 8;
+
+/// The cap on visits, and what it follows from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct VisitCap {
+    budget: u32,
+    most: u16,
+    cap: u16,
+    spare: u8,
+    missed: u32,
+}
+
+impl VisitCap {
+    /// A cap for steps that may take `budget` ticks, at most `most` visits a class.
+    ///
+    /// # Errors
+    /// [`ConfigError::Parameter`] where `most` is not 64 to 448, or the budget is 0.
+    pub const fn new(budget: u32, most: u16) -> Result<Self, ConfigError> {
+        if budget == 0 || most < LEAST_VISITS || most > MAX_VISITS {
+            return Err(ConfigError::Parameter);
+        }
+        Ok(Self { budget, most, cap: most, spare: 0, missed: 0 })
+    }
+
+    /// The cap in force.
+    pub const fn visits(&self) -> u16 {
+        self.cap
+    }
+
+    /// Steps that took longer than the budget.
+    pub const fn missed(&self) -> u32 {
+        self.missed
+    }
+
+    /// A step took so many ticks; returns the cap for the next one
+    /// ([`Stylizer::set_visits`](crate::Stylizer::set_visits)).
+    ///
+    /// More than seven eighths of the budget halve the cap; eight steps in a row within half of the budget raise it by an eighth.
+    pub const fn after(&mut self, ticks: u32) -> u16 {
+        if ticks > self.budget {
+            self.missed = self.missed.saturating_add(1);
+        }
+        if ticks > self.budget - self.budget / 8 {
+            self.cap = if self.cap / 2 > LEAST_VISITS { self.cap / 2 } else { LEAST_VISITS };
+            self.spare = 0;
+        } else if ticks <= self.budget / 2 {
+            self.spare += 1;
+            if self.spare >= PATIENCE {
+                self.spare = 0;
+                let raised = self.cap + self.cap / 8;
+                self.cap = if raised < self.most { raised } else { self.most };
+            }
+        } else {
+            self.spare = 0;
+        }
+        self.cap
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_miss_lowers_the_cap_and_spare_time_raises_it_again() {
+        let mut cap = VisitCap::new(1000, 320).expect("it is in range");
+        assert_eq!(cap.after(600), 320);
+        // Nearly late counts, late is counted.
+        assert_eq!((cap.after(880), cap.missed()), (160, 0));
+        assert_eq!((cap.after(1500), cap.missed()), (80, 1));
+        assert_eq!((cap.after(1001), cap.after(u32::MAX), cap.missed()), (64, 64, 3));
+        // Neither late nor with time to spare: it stays.
+        assert_eq!((0..100).map(|_| cap.after(700)).last(), Some(64));
+        let mut rises = vec![];
+        for _ in 0..8 * 16 {
+            let before = cap.visits();
+            if cap.after(300) != before {
+                rises.push(cap.visits());
+            }
+        }
+        assert!(rises.is_sorted() && rises[0] == 72 && rises.last() == Some(&320), "{rises:?}");
+        // Seven steps with time to spare are not eight.
+        cap.after(2000);
+        for _ in 0..50 {
+            assert_eq!((0..7).map(|_| cap.after(0)).last(), Some(160));
+            assert_eq!(cap.after(700), 160);
+        }
+    }
+
+    #[test]
+    fn every_cap_suits_a_stylizer_whatever_the_ticks_are() {
+        for (budget, most) in [(1, 64), (2, 448), (u32::MAX, 320), (7, 65)] {
+            let mut cap = VisitCap::new(budget, most).expect("it is in range");
+            let mut ticks = 1u32;
+            for _ in 0..5000 {
+                ticks = ticks.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let visits = cap.after(ticks >> (ticks & 31));
+                assert!((LEAST_VISITS..=most).contains(&visits), "{budget} {most}: {visits}");
+            }
+        }
+        for (budget, most) in [(0, 320), (100, 63), (100, 449)] {
+            assert_eq!(VisitCap::new(budget, most), Err(ConfigError::Parameter));
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Fits the prices of `gestus_firmware_sim::parts::cost` to the counts of emulated boards, and says how far off they
+//! are.
+//!
+//! `cargo run --release -p gestus-firmware-sim --example calibrate -- DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]`
+//!
+//! With the board `m0` alone, generated motion that fits it is streamed, and compared with the prices of RISC-V without
+//! FPU: what comes out is the factor between the two.
+//!
+//! The clip is streamed unlabelled, with its action, with action and style, and with half of the neighbors. Two
+//! frames of three are fitted, the third is predicted.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use gestus_builder::{stream::Request, translate::Input};
+use gestus_core::{Config, Database, Stage};
+use gestus_firmware_sim::{
+    board::{
+        boards, generated, image,
+        measure::{Job, STAGES, measure},
+    },
+    parts::{
+        cost::{Prices, STAGE_OF, TERMS, Units, units},
+        prices::Isa,
+    },
+};
+use nalgebra::{DMatrix, DVector};
+
+const FRAMES: usize = 45;
+
+/// A frame: its units, and what it took by stage.
+struct Sample {
+    units: Units,
+    stages: Vec<f64>,
+}
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments == ["m0"] {
+        return compare_m0();
+    }
+    let [db, clip, action, input_style, style, names @ ..] = &arguments[..] else {
+        bail!("give m0, or DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]");
+    };
+    let bytes = std::fs::read(db).with_context(|| db.clone())?;
+    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{db}: {e}"))?;
+    let mut clip = Input::read(Path::new(clip), &database)?.mapped;
+    clip.frames.truncate(FRAMES);
+    let manifest = database.manifest()?;
+    let find = |names: gestus_core::blob::Names<'_>, name: &str| {
+        names.find(name).with_context(|| format!("the database has no `{name}`"))
+    };
+    let (action, input_style) = (find(manifest.actions, action)?, find(manifest.styles, input_style)?);
+    let base = Request::style(find(manifest.styles, style)?);
+    let requests = [
+        base.clone(),
+        Request { action: Some(action), ..base.clone() },
+        Request { action: Some(action), input_style: Some(input_style), ..base.clone() },
+        Request { config: Config::new().k(20).pool(20), ..base },
+    ];
+    let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac"].map(str::to_owned).to_vec();
+    for name in if names.is_empty() { &all[..] } else { names } {
+        let board = boards::find(name)?;
+        let path = Path::new(db);
+        let image = image::build(board, image::Options { blob: Some(path), ..image::Options::default() })?;
+        let mut samples = Vec::new();
+        for request in &requests {
+            let job = Job { path, database, clip: &clip, request };
+            let measured = measure(board, &image, job, || ())?;
+            let (labels, k) = ((request.action, request.input_style), request.config.neighborhood().0);
+            for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
+                let units = units(&database, labels, k, &step.report);
+                samples.push(Sample { units, stages: stages.iter().map(|&s| f64::from(s)).collect() });
+            }
+        }
+        report(name, &samples);
+    }
+    Ok(())
+}
+
+/// Counts of a Cortex-M0, in those that RISC-V without FPU would have.
+fn compare_m0() -> Result<()> {
+    let board = boards::find("m0")?;
+    let path = generated::SMALL.database()?;
+    let bytes = std::fs::read(&path)?;
+    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
+    let clip = generated::SMALL.clip(2.0)?;
+    let request = generated::SMALL.request();
+    let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
+    let job = Job { path: &path, database, clip: &clip, request: &request };
+    let measured = measure(board, &image, job, || ())?;
+    let prices = Isa::RiscV.calibration().prices;
+    let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
+    for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
+        let units = units(&database, (None, None), request.config.neighborhood().0, &step.report);
+        let modelled = prices.stages(&units);
+        for ((sums, &counted), modelled) in by_stage.iter_mut().zip(stages).zip(modelled) {
+            sums[0] += f64::from(counted);
+            sums[1] += modelled;
+        }
+        factors.push(stages.iter().map(|&s| f64::from(s)).sum::<f64>() / modelled.iter().sum::<f64>());
+    }
+    factors.sort_by(f64::total_cmp);
+    let quantile = |q: f64| factors[((factors.len() - 1) as f64 * q) as usize];
+    println!(
+        "m0 against RISC-V's prices: {:.2} (nine of ten {:.2} to {:.2})",
+        quantile(0.5),
+        quantile(0.05),
+        quantile(0.95)
+    );
+    for (name, [counted, modelled]) in Stage::NAMES.iter().zip(by_stage) {
+        println!("  {name:<12} {:.2}", counted / modelled);
+    }
+    Ok(())
+}
+
+fn report(name: &str, samples: &[Sample]) {
+    let (fitted, held): (Vec<_>, Vec<_>) = samples.iter().enumerate().partition(|(i, _)| i % 3 != 0);
+    let prices = fit(&fitted);
+    println!("{name}: Prices({:.4?})", prices.0);
+    for stage in STAGES {
+        let at = stage as usize;
+        let error = relative(held.iter().map(|(_, s)| (prices.stages(&s.units)[at], s.stages[at])));
+        println!(
+            "  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%",
+            Stage::NAMES[at],
+            error[0],
+            error[1],
+            error[2]
+        );
+    }
+    let totals = |s: &Sample| (prices.total(&s.units), s.stages.iter().sum());
+    let error = relative(held.iter().map(|(_, s)| totals(s)));
+    println!("  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%", "total", error[0], error[1], error[2]);
+    for run in samples.chunks(FRAMES) {
+        let mut totals: Vec<(f64, f64)> = run.iter().map(totals).collect();
+        totals.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (model, measured) = totals[totals.len() / 2];
+        println!("  a run's median frame: {measured:.0} measured, {model:.0} modelled");
+    }
+}
+
+/// Least squares, stage by stage. A term that would come out negative is left out.
+fn fit(samples: &[(usize, &Sample)]) -> Prices {
+    let mut prices = [0.0; TERMS];
+    for stage in STAGES {
+        let mut terms: Vec<usize> = (0..TERMS).filter(|&t| STAGE_OF[t] == stage).collect();
+        let right = DVector::from_fn(samples.len(), |row, _| samples[row].1.stages[stage as usize]);
+        loop {
+            let unit = |row: usize, column: usize| samples[row].1.units[terms[column]];
+            let matrix = DMatrix::from_fn(samples.len(), terms.len(), unit);
+            let Ok(solution) = matrix.svd(true, true).solve(&right, 1e-9) else { break };
+            if let Some(negative) = solution.iter().position(|&price| price < 0.0) {
+                terms.remove(negative);
+                continue;
+            }
+            for (&term, &price) in terms.iter().zip(solution.iter()) {
+                prices[term] = price;
+            }
+            break;
+        }
+    }
+    Prices(prices)
+}
+
+/// Median relative error, that of nine of ten, and the worst, percent.
+fn relative(pairs: impl Iterator<Item = (f64, f64)>) -> [f64; 3] {
+    let mut errors: Vec<f64> =
+        pairs.map(|(model, measured)| 100.0 * (model / measured.max(1.0) - 1.0).abs()).collect();
+    errors.sort_by(f64::total_cmp);
+    [0.5, 0.9, 1.0].map(|q| {
+        let at = ((errors.len() as f64 * q) as usize).min(errors.len().saturating_sub(1));
+        errors.get(at).copied().unwrap_or(0.0)
+    })
+}

@@ -1,0 +1,22 @@
+//! What the link promises: no sequence of bytes makes a server panic.
+
+use gestus_core::{
+    Config, Database, Stylizer,
+    link::{Server, buffer_length},
+};
+
+/// Serves a stylizer over a line on which anything may come.
+#[inline(never)]
+pub fn reach(line: &[u8], numbers: &[u32; 32]) -> u32 {
+    let (blob, line) = line.split_at_checked(numbers[0] as usize).unwrap_or((line, &[]));
+    let Ok(database) = Database::open(blob) else { return 1 };
+    let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return 2 };
+    let mut server = Server::<_, 22, 40, 28, { buffer_length(22) }>::new(&mut stylizer, ());
+    let mut sum = 0u32;
+    for &byte in line {
+        if let Some(reply) = server.receive(byte) {
+            sum = reply.iter().fold(sum, |sum, &b| sum.rotate_left(5) ^ u32::from(b));
+        }
+    }
+    sum ^ server.counts().frames
+}

@@ -1,0 +1,41 @@
+//! What the maps of other bodies promise: opening any bytes, and carrying any pose across.
+
+use gestus_core::{
+    Database, Pose,
+    retarget::Map,
+    robot::{Drive, Robot},
+};
+
+/// Opens a map and a robot, and moves poses through them.
+#[inline(never)]
+pub fn reach(bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
+    let mut pose = Pose::<22>::IDENTITY;
+    for (value, &float) in pose.position.iter_mut().chain(pose.rotations.as_flattened_mut()).zip(floats) {
+        *value = float;
+    }
+    let mut sum = 0u32;
+    if let Ok(map) = Map::open(bytes) {
+        if let Ok(database) = Database::open(bytes) {
+            sum ^= u32::from(map.fits(&database, numbers[0] as usize).is_ok());
+        }
+        let (mut here, mut back) = (Pose::<22>::IDENTITY, Pose::<22>::IDENTITY);
+        map.bring(&pose, &mut here);
+        map.take_back(&here, &pose, &mut back);
+        sum ^= back.position[0].to_bits() ^ map.scale().to_bits() ^ (map.sources() + map.targets()) as u32;
+    }
+    if let Ok(robot) = Robot::open(bytes) {
+        if let Ok(database) = Database::open(bytes) {
+            sum ^= u32::from(robot.fits(&database, numbers[1] as usize).is_ok());
+        }
+        if let Ok(mut drive) = Drive::<24>::new(robot, floats) {
+            for _ in 0..numbers[2] {
+                let driven = drive.step(&pose);
+                sum ^= driven.missing_m.to_bits() ^ u32::from(driven.at_limit) ^ driven.lag.to_bits();
+                sum ^= u32::from(drive.pulse(numbers[3] as usize));
+                sum ^= drive.motions().iter().map(|m| m.position.to_bits()).sum::<u32>();
+                sum ^= drive.targets().iter().map(|t| t.to_bits()).sum::<u32>();
+            }
+        }
+    }
+    sum
+}

@@ -1,0 +1,148 @@
+//! Databases of generated motion for boards: one of the reference's size, and one that a micro:bit holds. With them
+//! boards are tried and budgets kept without any captured motion.
+
+use std::{fs, path::PathBuf, time::SystemTime};
+
+use anyhow::{Context, Result};
+use gestus_builder::{
+    build::{BuildOptions, build},
+    joints::{clip_on, kept, skeleton_of},
+    motion::Clip,
+    stream::Request,
+    synth,
+};
+use gestus_core::Config;
+
+use super::image;
+
+/// Frames a second.
+const RATE_HZ: f64 = 30.0;
+/// Content that no database here holds.
+const UNSEEN: usize = 1000;
+
+/// A profile: what a database holds.
+#[derive(Debug, Clone, Copy)]
+pub struct Profile {
+    /// Name of its file.
+    name: &'static str,
+    actions: &'static [&'static str],
+    styles: usize,
+    clips: usize,
+    seconds: f64,
+    /// Joints that are kept; all if empty.
+    joints: &'static [&'static str],
+    /// Neighbors a class, and frames that the search keeps in sight.
+    neighbors: (u16, u8),
+}
+
+/// 28 classes, 7 styles of 4 actions, on 21 joints: as many as the reference database of captured motion has.
+pub const REFERENCE: Profile = Profile {
+    name: "generated",
+    actions: &["walk", "run", "walk-to-run", "run-to-walk"],
+    styles: 7,
+    clips: 4,
+    seconds: 20.0,
+    joints: &[],
+    neighbors: (40, 40),
+};
+
+/// Six classes on the 9 joints of trunk and legs, 16 neighbors: what fits a Cortex-M0 with 16 KB of RAM.
+pub const SMALL: Profile = Profile {
+    name: "small",
+    actions: &["walk", "run"],
+    styles: 3,
+    clips: 1,
+    seconds: 6.0,
+    joints: &[
+        "Hips",
+        "Spine",
+        "Chest",
+        "UpperLeg_L",
+        "LowerLeg_L",
+        "Foot_L",
+        "UpperLeg_R",
+        "LowerLeg_R",
+        "Foot_R",
+    ],
+    neighbors: (16, 24),
+};
+
+impl Profile {
+    /// The database's file, built where it is not there yet, or older than this program.
+    ///
+    /// # Errors
+    /// Where it can't be written.
+    pub fn database(&self) -> Result<PathBuf> {
+        let folder = image::target_folder();
+        fs::create_dir_all(&folder)?;
+        let path = folder.join(format!("{}.gestus", self.name));
+        let written = |path: &PathBuf| fs::metadata(path).and_then(|m| m.modified());
+        let program = std::env::current_exe().and_then(|p| written(&p)).unwrap_or(SystemTime::now());
+        if !written(&path).is_ok_and(|file| file > program) {
+            eprintln!("building the database `{}` of generated motion", self.name);
+            fs::write(&path, self.blob()?).with_context(|| format!("{} can't be written", path.display()))?;
+        }
+        Ok(path)
+    }
+
+    /// The database.
+    ///
+    /// # Errors
+    /// A fault of this table.
+    pub fn blob(&self) -> Result<Vec<u8>> {
+        let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<String>>();
+        let mut corpus = synth::corpus(&synth::Options {
+            seed: 1,
+            rate_hz: RATE_HZ,
+            actions: own(self.actions),
+            styles: own(&synth::STYLES[..self.styles]),
+            clips: self.clips,
+            seconds: self.seconds,
+        })?;
+        if !self.joints.is_empty() {
+            corpus = corpus.on_joints(&own(self.joints))?;
+        }
+        Ok(build(&corpus, &BuildOptions::default())?.bytes)
+    }
+
+    /// A walk in the first style that the database does not hold.
+    ///
+    /// # Errors
+    /// A fault of this table.
+    pub fn clip(&self, seconds: f64) -> Result<Clip> {
+        let seed = synth::content_seed(1, self.actions[0], UNSEEN);
+        let clip = synth::performance(seed, self.actions[0], synth::STYLES[0], RATE_HZ, seconds)?.clip;
+        if self.joints.is_empty() {
+            return Ok(clip);
+        }
+        let names: Vec<String> = self.joints.iter().map(|n| (*n).to_owned()).collect();
+        let kept = kept(&clip.skeleton, &names)?;
+        Ok(clip_on(&clip, &kept, &skeleton_of(&clip.skeleton, &kept)))
+    }
+
+    /// The second style, nothing known of the input, with the profile's neighbors.
+    pub fn request(&self) -> Request {
+        let (k, pool) = self.neighbors;
+        Request { config: Config::new().k(k).pool(pool), ..Request::style(1) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gestus_core::{Database, Stylizer};
+
+    #[test]
+    fn the_small_profile_fits_the_micro_bit() {
+        let blob = SMALL.blob().unwrap();
+        // 256 KB of flash less some 150 of code.
+        assert!(blob.len() < 104 * 1024, "{} bytes", blob.len());
+        let database = Database::open(&blob).unwrap();
+        let counts = database.counts();
+        assert_eq!((counts.joints, counts.classes), (9, 6));
+        assert!(Stylizer::<9, 16, 6>::new(database, SMALL.request().config).is_ok());
+        assert!(size_of::<Stylizer<'_, 9, 16, 6>>() < 11 * 1024);
+        let clip = SMALL.clip(2.0).unwrap();
+        assert_eq!(clip.skeleton.names, SMALL.joints);
+    }
+}

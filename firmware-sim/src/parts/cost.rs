@@ -1,0 +1,84 @@
+//! What a frame costs: instructions by stage from what a step counts.
+//!
+//! A stage's instructions are a sum of units of work times a price a unit, which was fitted to the counts of an
+//! emulated board (`cargo run --release -p gestus-firmware-sim --example calibrate`, figures in
+//! `docs/PERFORMANCE.md`):
+//!
+//! ```text
+//! query       q · J W F                        J joints, W frames of the window, F features
+//! search      s₁ · visits F + s₂ · classes searched
+//! decode      d · n D                          n examples over all classes used, D dofs
+//! regression  r₁ · n D + r₂ · c D              c classes used
+//! timing      t₁ · n + t₂ · c
+//! rest        e₁ · J + e₂ · n + e₃ · classes searched
+//! ```
+
+use gestus_core::{Database, Report, Stage};
+
+/// Terms of the sums above.
+pub const TERMS: usize = 11;
+
+/// The stage of each term.
+pub const STAGE_OF: [Stage; TERMS] = [
+    Stage::Query,
+    Stage::Search,
+    Stage::Search,
+    Stage::Decode,
+    Stage::Regression,
+    Stage::Regression,
+    Stage::Timing,
+    Stage::Timing,
+    Stage::Rest,
+    Stage::Rest,
+    Stage::Rest,
+];
+
+/// Units of work of a step, term by term.
+pub type Units = [f64; TERMS];
+
+/// The units of a step. `labels` are those in force, `k` the neighbors a class.
+pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16, report: &Report) -> Units {
+    let counts = database.counts();
+    let number = |value: usize| value as f64;
+    let allowed = |class: &gestus_core::blob::Class| {
+        labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
+    };
+    let searched = number(database.classes().filter(allowed).count());
+    let used = number(report.classes.len());
+    let examples: usize =
+        report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k))).sum();
+    let (joints, dofs, examples) = (number(counts.joints), number(counts.dofs), number(examples));
+    [
+        joints * number(counts.window) * number(counts.features),
+        f64::from(report.visits) * number(counts.features),
+        searched,
+        examples * dofs,
+        examples * dofs,
+        used * dofs,
+        examples,
+        used,
+        joints,
+        examples,
+        searched,
+    ]
+}
+
+/// Instructions a unit, term by term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prices(pub [f64; TERMS]);
+
+impl Prices {
+    /// Instructions of a step by stage.
+    pub fn stages(&self, units: &Units) -> [f64; Stage::NAMES.len()] {
+        let mut stages = [0.0; Stage::NAMES.len()];
+        for ((price, unit), stage) in self.0.iter().zip(units).zip(STAGE_OF) {
+            stages[stage as usize] += price * unit;
+        }
+        stages
+    }
+
+    /// Instructions of a step.
+    pub fn total(&self, units: &Units) -> f64 {
+        self.stages(units).iter().sum()
+    }
+}

@@ -1,0 +1,137 @@
+//! The command `gestus-sim run`, as somebody calls it: parts and faults.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    sync::OnceLock,
+};
+
+use gestus_builder::bvh::{Bvh, Unit};
+use gestus_tests::motion;
+use serde_json::Value;
+
+fn files() -> [&'static str; 2] {
+    static FILES: OnceLock<[PathBuf; 2]> = OnceLock::new();
+    let files = FILES.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("run");
+        std::fs::create_dir_all(&folder).expect("the test's folder can be made");
+        let files = ["small.gestus", "walk.bvh"].map(|name| folder.join(name));
+        std::fs::write(&files[0], motion::small()).expect("it can be written");
+        let document = Bvh::from_clip(&motion::unseen(0, 0, 120), Unit::Metres).expect("it is a clip");
+        std::fs::write(&files[1], document.to_text()).expect("it can be written");
+        files
+    });
+    [0, 1].map(|i| files[i].to_str().expect("a plain path"))
+}
+
+fn sim(arguments: &[&str]) -> (bool, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_gestus-sim")).args(arguments).output().expect("it starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.success(), text(&output.stdout), text(&output.stderr))
+}
+
+fn run(more: &[&str]) -> (bool, String, String) {
+    let [db, clip] = files();
+    sim(&[&["run", "--db", db, "--input", clip, "--style", "heavy"], more].concat())
+}
+
+fn figures(more: &[&str]) -> Value {
+    let (ok, stdout, stderr) = run(&[more, &["--json"]].concat());
+    assert!(ok, "{more:?}: {stderr}");
+    serde_json::from_str(&stdout).expect("standard output is one JSON object")
+}
+
+#[test]
+fn a_stream_without_faults_is_as_it_was() {
+    let plain = figures(&[]);
+    let none = figures(&["--faults", "seed=3"]);
+    assert_eq!(plain["digest"], none["digest"]);
+    let faults = &none["faults"];
+    assert_eq!(
+        (&faults["error_worst_cm"], &faults["times_off_by_1_cm"]),
+        (&Value::from(0.0), &Value::from(0))
+    );
+    assert_eq!(faults["frames_delivered"], 120);
+}
+
+#[test]
+fn faults_are_counted_measured_and_recovered_from() {
+    let dropped = figures(&["--faults", "drop=0.05,seed=7"]);
+    let faults = &dropped["faults"];
+    let number = |key: &str| faults[key].as_f64().expect("it is a number");
+    assert!(number("frames_dropped") > 1.0);
+    assert_eq!(number("frames_delivered"), 120.0 - number("frames_dropped"));
+    assert_eq!(dropped["frames"], faults["frames_delivered"]);
+    assert!(number("error_worst_cm") > 0.01 && number("error_mean_cm") < number("error_worst_cm"));
+    assert!(number("error_mean_cm") < 2.0, "{faults}");
+    // A bit that makes a rotation none is held back; one in the lower digits changes next to nothing.
+    let corrupted = figures(&["--faults", "corrupt=0.2,seed=7"]);
+    let faults = &corrupted["faults"];
+    assert!(corrupted["degraded_by"]["input"].as_u64() > Some(2), "{corrupted}");
+    assert!(faults["degraded"].as_u64() > faults["degraded_undisturbed"].as_u64());
+    let repeated = figures(&["--faults", "repeat=0.1,delay=0.1:3,seed=7"]);
+    assert!(repeated["faults"]["frames_delivered"].as_u64() > Some(120));
+    assert!(repeated["faults"]["frames_delayed"].as_u64() > Some(3));
+    // The same seed, the same run; and in words.
+    let again = figures(&["--faults", "drop=0.05,seed=7"]);
+    assert_eq!(again["digest"], dropped["digest"]);
+    let (ok, stdout, _) = run(&["--faults", "drop=0.05,seed=7"]);
+    assert!(ok && stdout.contains("dropped") && stdout.contains("cm off on average"), "{stdout}");
+}
+
+#[test]
+fn a_part_fits_or_not_and_gives_so_many_frames() {
+    let part = |name: &str, more: &[&str]| figures(&[&["--board", name], more].concat())["board"].clone();
+    let fast = part("STM32H743", &[]);
+    assert_eq!((&fast["part"], &fast["fits"]), (&Value::from("stm32h743"), &Value::from(true)));
+    assert_eq!(fast["blob_in"], "internal flash");
+    let rate = |board: &Value, key: &str| board[key].as_f64().expect("it is a number");
+    let range = |board: &Value| -> [f64; 2] {
+        [0, 1].map(|i| board["frames_per_second_median_range"][i].as_f64().expect("it is a number"))
+    };
+    for name in ["rp2040", "rp2350", "nrf52840", "esp32-c3", "playdate"] {
+        let board = part(name, &[]);
+        let (median, worst) =
+            (rate(&board, "frames_per_second_median"), rate(&board, "frames_per_second_worst"));
+        let [low, high] = range(&board);
+        assert!(low < median && median < high && worst <= median, "{board}");
+        assert!(median < rate(&fast, "frames_per_second_median"), "{board}");
+        assert_eq!(board["fits"], true, "{board}");
+    }
+    // An FPU is worth more than the clock.
+    let [soft, hard] = ["rp2040", "nrf52840"].map(|n| rate(&part(n, &[]), "frames_per_second_median"));
+    assert!(hard > 2.0 * soft, "{hard} {soft}");
+    // Labels take work away.
+    let labelled = part("rp2350", &["--action", "walk", "--input-style", "normal"]);
+    assert!(rate(&labelled, "instructions_median") < 0.8 * rate(&part("rp2350", &[]), "instructions_median"));
+    // 16 KB of RAM are too few for 21 joints and 40 neighbors, and it says what to do.
+    let small = part("nrf51822", &[]);
+    assert_eq!(small["fits"], false);
+    assert!(small["reasons"][0].as_str().is_some_and(|r| r.contains("fewer joints")), "{small}");
+    assert_eq!(figures(&["--board", "all"])["boards"].as_array().map(Vec::len), Some(15));
+    let (ok, stdout, _) = run(&["--board", "nrf52840"]);
+    assert!(ok && stdout.contains("estimated, not measured"), "{stdout}");
+}
+
+#[test]
+fn the_table_needs_no_database() {
+    let (ok, stdout, stderr) = sim(&["run", "--board", "list"]);
+    assert!(ok, "{stderr}");
+    assert!(stdout.contains("rp2040") && stdout.contains("DS8626"), "{stdout}");
+    let (_, stdout, _) = sim(&["run", "--board", "list", "--json"]);
+    let table: Value = serde_json::from_str(&stdout).expect("standard output is one JSON object");
+    assert!(table["parts"].as_array().is_some_and(|parts| parts.iter().all(|p| p["ram_bytes"].is_u64())));
+}
+
+#[test]
+fn what_is_wrong_is_explained() {
+    for (more, expected) in [
+        (&["--board", "z80"][..], "rp2040"),
+        (&["--faults", "drop=2"], "`drop=2`: a probability is 0 to 1"),
+        (&["--faults", "dorp=0.1"], "a stream has drop, repeat, delay, corrupt and seed"),
+        (&["--faults", "drop=1"], "no frame arrives"),
+    ] {
+        let (ok, stdout, stderr) = run(more);
+        assert!(!ok && stdout.is_empty() && stderr.contains(expected), "{more:?}: {stderr}");
+    }
+}

@@ -1,0 +1,35 @@
+//! The long stream: 10,000 frames with labels and styles that change on the way, one digest for every machine.
+//!
+//! This is the host's, with the optimisation of tests; `cargo xtask firmware` holds the emulated boards and an
+//! optimised host against the same number. `GESTUS_RECORD=1 cargo test -p gestus-tests --test long_stream` records
+//! it anew.
+
+use std::{collections::BTreeSet, fs, path::PathBuf};
+
+use gestus_core::Database;
+use gestus_firmware_sim::{
+    board::command::{LONG, LONG_BLOB},
+    recording::Recording,
+};
+
+#[test]
+fn the_long_stream_has_its_digest() {
+    let database = Database::open(LONG_BLOB).unwrap();
+    let (frames, change) = LONG;
+    let recording = Recording::long(&database, frames, change);
+    assert_eq!(recording.frames.len(), 10_000);
+    // It is what it says: styles in mixes, labels of every kind, and poses that are none.
+    let settings: BTreeSet<String> = recording.frames.iter().map(|(s, _)| format!("{s:?}")).collect();
+    assert!(settings.len() > 20, "{} settings", settings.len());
+    let labels: BTreeSet<_> =
+        recording.frames.iter().map(|(s, _)| (s.action.is_some(), s.input_style.is_some())).collect();
+    assert_eq!(labels.len(), 4, "labelled in every way, and not at all");
+    assert!(recording.frames.iter().any(|(_, pose)| pose.position[1].is_nan()));
+
+    let digest = format!("{frames} frames, digest {:08x}\n", recording.digest(&database).unwrap());
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/long-stream.txt");
+    if std::env::var_os("GESTUS_RECORD").is_some() {
+        fs::write(&path, &digest).unwrap();
+    }
+    assert_eq!(digest, fs::read_to_string(&path).unwrap_or_default());
+}

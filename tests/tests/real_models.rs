@@ -1,0 +1,84 @@
+//! Linear models and statistics on real clips. Skipped where `../shared/data` is not beside the repository.
+
+use std::path::{Path, PathBuf};
+
+use gestus_builder::{
+    annotate::Config as Clips,
+    build::{BuildOptions, build},
+    corpus::Corpus,
+    evaluate::loo::{self, LooOptions},
+    load::load,
+    motion::Clip,
+    stream::{Request, stream},
+};
+use gestus_core::{Config, Database, Method};
+
+fn corpus() -> Option<Corpus> {
+    let root = std::env::var_os("GESTUS_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
+    let data = root.join("bandai-namco-2");
+    if !data.is_dir() {
+        println!("skipped: real clips are missing (set GESTUS_DATA to their folder)");
+        return None;
+    }
+    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+    let (actions, styles) = (list(&["walk"]), list(&["normal", "active", "elderly"]));
+    let loaded = load(&Clips { data: Some(data), actions, styles, ..Clips::default() });
+    Some(loaded.expect("the real clips load").corpus)
+}
+
+/// On walk a linear model is nearer to the truth than the best affine map of each dof.
+#[test]
+fn linear_models_beat_the_affine_map_on_walk() {
+    let Some(corpus) = corpus() else { return };
+    let options = LooOptions {
+        from: corpus.styles.iter().position(|s| s == "normal").unwrap(),
+        to: (0..corpus.styles.len()).filter(|&s| corpus.styles[s] != "normal").collect(),
+        folds: 2,
+        build: BuildOptions::default(),
+        configs: Vec::new(),
+        mixtures_only: false,
+        exact: false,
+        gaussian_process: false,
+    };
+    let rows = loo::run(&corpus, &options, &|| ()).unwrap();
+    let mean = |method: &str| {
+        let of: Vec<f64> = rows.iter().filter(|r| r.method == method).map(|r| r.joint_error_cm).collect();
+        assert_eq!(of.len(), 4, "{method}");
+        of.iter().sum::<f64>() / 4.0
+    };
+    let (lti, affine, statistic) = (mean("lti"), mean("global-affine"), mean("statistic"));
+    println!(
+        "lti {lti:.2} cm, affine {affine:.2}, statistic {statistic:.2}, unchanged {:.2}",
+        mean("unchanged")
+    );
+    assert!(lti < affine, "{lti} {affine}");
+    assert!(statistic < mean("unchanged"));
+}
+
+/// A minute of walk: the last lap is the third one, pose by pose; and an estimate takes seconds.
+#[test]
+fn linear_models_are_stable() {
+    let Some(corpus) = corpus() else { return };
+    let start = std::time::Instant::now();
+    let built = build(&corpus, &BuildOptions::default()).unwrap();
+    let seconds = start.elapsed().as_secs_f64();
+    println!("two styles estimated, and a database built, in {seconds:.1} s");
+    let database = Database::open(&built.bytes).unwrap();
+    let example = corpus.examples.iter().find(|e| corpus.styles[e.style] == "normal").unwrap();
+    let lap = &example.clip.frames;
+    let laps = 1800 / lap.len() + 4;
+    let frames = (0..laps).flat_map(|_| lap.iter().cloned()).collect();
+    let clip = Clip { frames, ..example.clip.clone() };
+    let elderly = corpus.styles.iter().position(|s| s == "elderly").unwrap();
+    let config = Config::new().method(Method::Lti);
+    let request = Request { config, ..Request::style(elderly as u16) };
+    let steps = stream(&database, &clip, &request, &mut ()).unwrap().steps;
+    for t in 0..lap.len() {
+        let (third, last) = (&steps[2 * lap.len() + t], &steps[(laps - 1) * lap.len() + t]);
+        for (a, b) in third.frame.rotations.iter().zip(&last.frame.rotations).skip(1) {
+            assert!(a.angle_to(b) < 1e-3, "frame {t}: {}", a.angle_to(b));
+        }
+        assert!((0.5..2.0).contains(&(last.report.step_s * database.rate_hz())), "frame {t}");
+    }
+}

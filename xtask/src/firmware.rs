@@ -1,0 +1,93 @@
+//! `cargo xtask firmware`: the images of all boards, and in the emulator a long stream that has to give the bits of
+//! this machine on every one, in debug and in release.
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use crate::{
+    shell::{Outcome, cargo, json, root, run as run_command},
+    target::{self, has_program},
+};
+
+/// Targets of the boards.
+const TARGETS: [&str; 5] = [
+    "thumbv7em-none-eabihf",
+    "thumbv8m.main-none-eabihf",
+    "thumbv6m-none-eabi",
+    "riscv32imafc-unknown-none-elf",
+    "riscv32imac-unknown-none-elf",
+];
+/// The emulators and Debian's packages of them.
+const EMULATORS: [(&str, &str); 2] =
+    [("qemu-system-arm", "qemu-system-arm"), ("qemu-system-riscv32", "qemu-system-misc")];
+/// The digest of the long stream, on every machine.
+const GOLDEN: &str = "tests/golden/long-stream.txt";
+
+/// What is missing for the boards, after trying to install it where that is wanted.
+pub fn missing(setup: bool) -> Option<String> {
+    for target in TARGETS {
+        if let Err(missing) = target::find(target, setup) {
+            return Some(missing);
+        }
+    }
+    for (program, package) in EMULATORS {
+        if !has_program(program) && !(setup && target::install_packages(&[package]) && has_program(program)) {
+            return Some(format!(
+                "no {program} (`cargo xtask firmware --setup`, or `apt-get install {package}`)"
+            ));
+        }
+    }
+    None
+}
+
+/// Builds and streams.
+///
+/// # Errors
+/// Where a command can't be run or says something else than JSON.
+pub fn run(setup: bool) -> Result<Outcome> {
+    if let Some(missing) = missing(setup) {
+        return Ok(Outcome::Skipped(missing));
+    }
+    run_command(sim().args(["board", "--all", "--build"]))?;
+    log_lines(setup)?;
+    let golden = std::fs::read_to_string(root().join(GOLDEN)).with_context(|| GOLDEN.to_owned())?;
+    let golden = golden.split_whitespace().last().context("the digest of the long stream")?;
+    let figures = json(sim().args(["board", "--all", "--long-stream", "--json"]))?;
+    let mut wrong = Vec::new();
+    for board in figures["boards"].as_array().context("a list of boards")? {
+        let name = board["board"].as_str().unwrap_or("?");
+        let right = board["bit_exact"] == Value::Bool(true) && board["digest"].as_str() == Some(golden);
+        println!("{name:10} {} frames, digest {}", board["frames"], board["digest"].as_str().unwrap_or(""));
+        if !right {
+            wrong.push(name.to_owned());
+        }
+    }
+    Ok(if wrong.is_empty() {
+        Outcome::Passed
+    } else {
+        Outcome::Failed(format!("other bits than {golden} on {}", wrong.join(", ")))
+    })
+}
+
+/// The program `gestus-sim`.
+pub fn sim() -> std::process::Command {
+    let mut command = cargo();
+    command.args(["run", "--release", "--quiet", "-p", "gestus-firmware-sim", "--bin", "gestus-sim", "--"]);
+    command
+}
+
+/// The log lines of an image, decoded: what a firmware author sees.
+fn log_lines(setup: bool) -> Result<()> {
+    if !has_program("defmt-print") {
+        let install = setup
+            && run_command(
+                cargo().args(["install", "--locked", "defmt-print"]).env_remove("CARGO_TARGET_DIR"),
+            )
+            .is_ok();
+        if !install {
+            println!("no log lines are decoded: there is no defmt-print (`cargo xtask firmware --setup`)");
+            return Ok(());
+        }
+    }
+    crate::log_lines::check()
+}
