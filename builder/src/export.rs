@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use gestus_core::{
     Database,
     blob::{Moment, layout::flag},
+    contact::Stands,
 };
 use serde_json::{Value, json};
 
@@ -61,7 +62,7 @@ pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
     Ok(manifest)
 }
 
-/// `output_S`, `output_prev_S`, `output_step_S` and `output_valid_S` of one style.
+/// `output_S`, `output_prev_S`, `output_step_S`, `output_contacts_S` and `output_valid_S` of one style.
 fn outputs(
     database: &Database<'_>,
     save: &Saver<'_>,
@@ -73,6 +74,7 @@ fn outputs(
     let (n, d) = (counts.frames, counts.dofs);
     let (mut now, mut before) = (Vec::with_capacity(n * d), Vec::with_capacity(n * d));
     let (mut step, mut valid) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    let mut contacts = Vec::with_capacity(n * 2);
     let blend = |m: Moment| -> Vec<f32> {
         let next = rows.get(m.row + 1).filter(|_| m.fraction > 0.0).unwrap_or(&rows[m.row]);
         rows[m.row].iter().zip(next).map(|(a, b)| a * (1.0 - m.fraction) + b * m.fraction).collect()
@@ -85,12 +87,16 @@ fn outputs(
                 now.extend(blend(counterpart.now));
                 before.extend(blend(counterpart.before));
                 step.push(counterpart.step_s);
+                let mut stands = Stands::default();
+                stands.add(database, counterpart.now, r, 1.0);
+                contacts.extend(stands.0.map(|s| s as u8));
                 valid.push(1u8);
             }
             None => {
                 now.resize(now.len() + d, 0.0);
                 before.resize(before.len() + d, 0.0);
                 step.push(0.0);
+                contacts.extend([0, 0]);
                 valid.push(0);
             }
         }
@@ -99,6 +105,7 @@ fn outputs(
     save.array(&format!("output_{name}"), &[n, d], &now)?;
     save.array(&format!("output_prev_{name}"), &[n, d], &before)?;
     save.array(&format!("output_step_{name}"), &[n], &step)?;
+    save.array(&format!("output_contacts_{name}"), &[n, 2], &contacts)?;
     save.array(&format!("output_valid_{name}"), &[n], &valid)
 }
 

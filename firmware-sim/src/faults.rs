@@ -208,7 +208,7 @@ impl Disturbance {
             })
             .collect();
         let drift_m =
-            pairs().last().map_or(0.0, |(a, b)| f64::hypot(a.root.x - b.root.x, a.root.z - b.root.z));
+            pairs().next_back().map_or(0.0, |(a, b)| f64::hypot(a.root.x - b.root.x, a.root.z - b.root.z));
         let mut runs = Vec::new();
         let mut length = 0;
         for &error in &error_m {

@@ -6,6 +6,7 @@
 use gestus_core::{
     Database,
     blob::{
+        Leg,
         layout::{NONE, ROOT_DOFS, cycle, flag, query, section},
         read::{Record, f32_at, u16_at},
     },
@@ -232,13 +233,45 @@ pub fn proportions(mean_distance2: &[(usize, f64)], delta: f64) -> Vec<(usize, f
     weights.into_iter().map(|(c, w)| (c, w / total)).collect()
 }
 
+/// Which foot stands in a captured frame, 0 or 1.
+fn label(db: &Database<'_>, row: usize) -> [f64; 2] {
+    [flag::LEFT_CONTACT, flag::RIGHT_CONTACT].map(|bit| f64::from(u8::from(db.flags(row) & bit != 0)))
+}
+
+/// Which foot stands in a frame's outputs, by the weights of the styles. An average has no label: the frame's own
+/// stands in.
+fn output_label(db: &Database<'_>, class: usize, row: usize, styles: &[f64]) -> [f64; 2] {
+    let cycle = db.cycle_of(class, row).expect("a frame lies in a cycle");
+    let mut sum = [0.0; 2];
+    for (style, weight) in styles.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+        let now = db.counterpart(cycle, row, style).expect("a frame that is found has outputs").now;
+        let nearest = now.row + usize::from(now.fraction > 0.5);
+        let label = label(db, if nearest < db.counts().frames { nearest } else { row });
+        sum = [sum[0] + weight * label[0], sum[1] + weight * label[1]];
+    }
+    sum
+}
+
+/// Squared distance of a leg, pose and rate of its nine dofs, with a fifth of a second for the rates.
+fn leg_distance2(db: &Database<'_>, leg: &Leg, [x, x_prev]: [&[f64]; 2], example: &Example) -> f64 {
+    [leg.hip, leg.knee, leg.ankle]
+        .iter()
+        .flat_map(|joint| (0..3).map(move |i| ROOT_DOFS + 3 * joint + i))
+        .map(|d| {
+            let pose = x[d] - example.x[d];
+            let rate = 0.2 * f64::from(db.rate_hz()) * (pose - (x_prev[d] - example.x_prev[d]));
+            pose * pose + rate * rate
+        })
+        .sum()
+}
+
 /// The step of a frame, given the neighbors that the core found, the classes that it kept, and what it fed back.
 pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
     let mut fed_back = vec![0.0; counts.dofs];
-    let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], 0.0);
+    let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
     for share in &frame.report.classes {
         let class = usize::from(share.class);
@@ -262,12 +295,13 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
         timing_weights.push(weights);
-        for &r in &rows {
-            let weight = proportion / (distance2(db, &frame.query, r, &p.searched).sqrt() + 1e-4);
-            for (side, bit) in [flag::LEFT_CONTACT, flag::RIGHT_CONTACT].into_iter().enumerate() {
-                stands[side] += if db.flags(r) & bit != 0 { weight } else { 0.0 };
+        for (&r, example) in rows.iter().zip(&examples) {
+            let (own, output) = (label(db, r), output_label(db, class, r, &p.styles));
+            for (side, leg) in db.legs().expect("the generated body has legs").iter().enumerate() {
+                let weight = proportion / (leg_distance2(db, leg, [&x, &x_prev], example) + 3e-8);
+                stands[side] += weight * (own[side] + p.strength[0].min(1.0) * (output[side] - own[side]));
+                total[side] += weight;
             }
-            total += weight;
         }
     }
     // The heading is the input's.
@@ -275,7 +309,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
     let predicted =
         fed_back.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
-    Step { predicted, fed_back, step_s, timing_weights, votes: stands.map(|s| s / total) }
+    Step { predicted, fed_back, step_s, timing_weights, votes: [stands[0] / total[0], stands[1] / total[1]] }
 }
 
 /// Weights of the timing kernel: Gaussian in a distance of pose and change, of input and output.

@@ -323,7 +323,7 @@ fn arms_and_masks_leave_the_features_of_the_body_alone() {
     let body: Vec<usize> =
         (0..database.counts().features).filter(|&f| database.feature_group(f) == 0).collect();
     assert!(!body.is_empty() && body.len() < database.counts().features);
-    let mut plain = Standard::new(database, Config::new()).unwrap();
+    let mut plain = Standard::new(database, Config::new().contacts(false)).unwrap();
     let mut masked = plain.clone();
     masked.set_mask(1, false).unwrap();
     masked.set_mask(2, false).unwrap();

@@ -79,6 +79,8 @@ fn linear_models_are_stable() {
         for (a, b) in third.frame.rotations.iter().zip(&last.frame.rotations).skip(1) {
             assert!(a.angle_to(b) < 1e-3, "frame {t}: {}", a.angle_to(b));
         }
-        assert!((0.5..2.0).contains(&(last.report.step_s * database.rate_hz())), "frame {t}");
+        // The loop's seam is a leap, which the linear models' time rings with for most of a second.
+        let ratio = last.report.step_s * database.rate_hz();
+        assert!(t < 30 || (0.5..2.0).contains(&ratio), "frame {t}: {ratio}");
     }
 }

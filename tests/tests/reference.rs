@@ -58,7 +58,9 @@ impl Case {
     }
 
     fn request(&self) -> Request {
+        // What is predicted, before feet are held.
         let config = Config::new()
+            .contacts(false)
             .k(self.k)
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)
@@ -168,7 +170,9 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
     let kept = &frame.report.classes;
     let weight: f64 = all.iter().take(kept.len()).map(|s| s.1).sum();
     let before: f64 = all.iter().take(kept.len() - 1).map(|s| s.1).sum();
-    let enough = weight >= 1.0 - p.prune - SHARE || kept.len() == p.classes.min(all.len());
+    // Four at most where the search begins anew, and it is said.
+    let anew = frame.report.degraded.contains(Degraded::CLASSES) && kept.len() == 4;
+    let enough = weight >= 1.0 - p.prune - SHARE || kept.len() == p.classes.min(all.len()) || anew;
     assert!(enough, "{}, frame {t}: {weight} of the weight is kept", case.name);
     assert!(before <= 1.0 - p.prune + SHARE, "{}, frame {t}: {before} would have done", case.name);
     let total: f64 = kept.iter().map(|s| f64::from(s.proportion)).sum();
@@ -200,9 +204,7 @@ fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Param
         }
     }
     for (side, vote) in step.votes.into_iter().enumerate() {
-        let undecided = (vote - 0.5).abs() < SHARE;
-        let core = frame.report.contacts[side];
-        assert!(undecided || core == (vote > 0.5), "{}, frame {t}: foot {side}, vote {vote}", case.name);
+        near("likelihood", case.name, t, f64::from(frame.report.contact_likelihood[side]), vote, SHARE);
     }
     assert!(!frame.report.degraded.contains(Degraded::PREDICTION), "{}, frame {t}", case.name);
     step.fed_back

@@ -140,7 +140,7 @@ fn a_glitch_is_left_out_and_a_new_place_is_taken_up() {
         calm(&glitch);
         let stays = run(safety, |t, p| {
             let mut moved = p;
-            moved.position[0] += if t >= 70 { 2.0 } else { 0.0 };
+            moved.position[0] += if t >= 70 { 4.0 } else { 0.0 };
             Some((moved, t as u32))
         });
         let leapt: Vec<usize> = (0..150).filter(|&t| stays[t].1.degraded.contains(Degraded::LEAP)).collect();

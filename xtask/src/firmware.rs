@@ -31,7 +31,9 @@ pub fn missing(setup: bool) -> Option<String> {
         }
     }
     for (program, package) in EMULATORS {
-        if !has_program(program) && !(setup && target::install_packages(&[package]) && has_program(program)) {
+        let there =
+            has_program(program) || (setup && target::install_packages(&[package]) && has_program(program));
+        if !there {
             return Some(format!(
                 "no {program} (`cargo xtask firmware --setup`, or `apt-get install {package}`)"
             ));

@@ -23,6 +23,8 @@ struct Cli {
     command: Command,
 }
 
+// Parsed once: the size of a variant costs nobody anything.
+#[allow(clippy::large_enum_variant)]
 #[derive(Subcommand)]
 enum Command {
     /// Generated motion to a database to a stylized clip, with a page to look at: start here

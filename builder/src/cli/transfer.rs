@@ -1,6 +1,6 @@
 //! `gestus transfer`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
@@ -35,7 +35,7 @@ pub struct Args {
     json: bool,
 }
 
-fn read(path: &PathBuf) -> Result<(Bvh, Binding, Clip)> {
+fn read(path: &Path) -> Result<(Bvh, Binding, Clip)> {
     let document = Bvh::read(path)?;
     let name = path.display();
     let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;

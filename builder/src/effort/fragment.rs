@@ -306,7 +306,7 @@ mod tests {
             assert_eq!(pair[0].rows.len(), pair[0].span.to - pair[0].span.from);
         }
         let span = Span { clip: corpus.examples[1].clip.name.clone(), from: 7, to: 31 };
-        let marked = Library::annotated(&corpus, &[span.clone()]).unwrap();
+        let marked = Library::annotated(&corpus, std::slice::from_ref(&span)).unwrap();
         assert_eq!(marked.fragments.len(), 1);
         assert_eq!((&marked.fragments[0].span, marked.fragments[0].style), (&span, 1));
     }

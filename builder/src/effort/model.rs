@@ -68,14 +68,12 @@ pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
     draws
 }
 
+/// Efforts of rows of dofs of an action; none where it can't say.
+pub type Observer = dyn Fn(&[Vec<f64>], usize) -> Option<Factors> + Sync;
+
 impl Model {
     /// A model whose Efforts an observer gives: a function of the rows of a fragment or blend and of its action.
-    pub fn observed(
-        library: Library,
-        source: Source,
-        draws: &[Draw],
-        observer: &(dyn Fn(&[Vec<f64>], usize) -> Option<Factors> + Sync),
-    ) -> Self {
+    pub fn observed(library: Library, source: Source, draws: &[Draw], observer: &Observer) -> Self {
         let efforts: Vec<Factors> =
             library.fragments.par_iter().map(|f| observer(&f.rows, f.action).unwrap_or_default()).collect();
         let examples: Vec<Example> = draws

@@ -121,10 +121,8 @@ mod tests {
     use super::*;
 
     fn data() -> (Vec<Vec<f64>>, Vec<f64>) {
-        let z: Vec<Vec<f64>> = (0..37)
-            .map(|i| f64::from(i))
-            .map(|i| vec![(i * 0.7).sin(), (i * 1.3).cos(), 0.1 * (i % 5.0)])
-            .collect();
+        let z: Vec<Vec<f64>> =
+            (0..37).map(f64::from).map(|i| vec![(i * 0.7).sin(), (i * 1.3).cos(), 0.1 * (i % 5.0)]).collect();
         let y = z.iter().map(|z| 1.0 + 2.0 * z[0] - z[1] * z[0] + z[2]).collect();
         (z, y)
     }
@@ -152,7 +150,7 @@ mod tests {
     fn folds_without_fits_are_folds_with_fits() {
         let (z, y) = data();
         let kernel = Kernel::Radial(0.8);
-        let fast = cross_validate(&kernel.matrix(&z), 0.1, &[y.clone()])[0];
+        let fast = cross_validate(&kernel.matrix(&z), 0.1, std::slice::from_ref(&y))[0];
         let mean = y.iter().sum::<f64>() / y.len() as f64;
         let mut slow = 0.0;
         for fold in 0..FOLDS {

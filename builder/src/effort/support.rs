@@ -134,7 +134,7 @@ mod tests {
 
     fn data() -> (Vec<Vec<f64>>, Vec<f64>) {
         let z: Vec<Vec<f64>> =
-            (0..24).map(|i| f64::from(i)).map(|i| vec![(i * 0.7).sin(), (i * 1.3).cos()]).collect();
+            (0..24).map(f64::from).map(|i| vec![(i * 0.7).sin(), (i * 1.3).cos()]).collect();
         let y = z
             .iter()
             .enumerate()

@@ -3,7 +3,7 @@
 //! 1. [`crate::urdf`] reads the tree of hinges;
 //! 2. [`assign`](mod@assign) says which hinge stands for which body part, [`file`](mod@file) overrides it;
 //! 3. [`machine`] finds how links lie in the body, and writes the tables;
-//! 4. [`play`] drives a clip through the core, tick by tick: angles, trajectories, pulses.
+//! 4. [`mod@play`] drives a clip through the core, tick by tick: angles, trajectories, pulses.
 
 pub mod assign;
 pub mod file;

@@ -1,5 +1,5 @@
 //! Two bones that reach for a point: hip, knee, ankle or shoulder, elbow, wrist. Knees and elbows keep the axis about
-//! which they are bent; the limb of [`ik`](crate::ik), turned in the world.
+//! which they are bent; the limb of [`crate::ik`], turned in the world.
 
 use crate::{
     ik,

@@ -11,7 +11,7 @@
 //!
 //! and joints between counterparts (spines of different joint counts) share the turn between their neighbors:
 //! `R_t = nlerp(R_a C_a, R_b C_b, w)`. The middle of the hip joints moves as the source's, scaled by leg length,
-//! and stands as high over the ankles. Then each limb is bent by inverse kinematics ([`limb`](self::limb)): ankles
+//! and stands as high over the ankles. Then each limb is bent by inverse kinematics ([`limb`]): ankles
 //! go to where the source's are in the scaled room, so that a foot that stands, stands; hands to where they are
 //! seen from the shoulder, scaled by arm length. Both steps are invertible: what goes in comes back.
 //!

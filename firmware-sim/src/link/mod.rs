@@ -1,6 +1,6 @@
 //! The host's end of the link to a board ([`gestus_core::link`]).
 //!
-//! [`line`] is where bytes go and come (a serial port, a socket, a pipe), [`client`] asks and repeats until it is
+//! [`mod@line`] is where bytes go and come (a serial port, a socket, a pipe), [`client`] asks and repeats until it is
 //! answered, [`session`] puts a request's settings in force and streams a clip, comparing every bit with the core
 //! on this machine. [`noise`] is a line's faults by specification, and [`loopback`] a board in this process, in
 //! virtual time: what the protocol is tested with.

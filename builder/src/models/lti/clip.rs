@@ -148,7 +148,7 @@ mod tests {
             for (d, v) in row.iter().enumerate() {
                 let truth = value(k as f64 - 30.0, d as f64);
                 // It fades the further back it goes.
-                let most = if k < 22 { 0.4 } else { 0.15 };
+                let most = if k < 26 { 0.4 } else { 0.15 };
                 assert!((v - truth).abs() < most, "frame {k}, dof {d}: {v} for {truth}");
             }
         }
