@@ -3,7 +3,8 @@
 //! Everything is counted in the emulator, so that the figures are the same on every machine: instructions by stage,
 //! bytes read, stack by painting and by a static bound, RAM, flash. The database is generated motion of 28 classes,
 //! and the one that the micro:bit holds; where the captured one is beside the repository, it is measured too. A
-//! figure more than 2% over its budget fails, and one over a limit of the table `limits` by anything.
+//! figure more than 2% over its budget fails. The table `limits` holds what the figures ought to come to: what is still
+//! over it is said, and does not fail as long as it gets no worse.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -34,7 +35,8 @@ const KEYS: [&str; 9] = [
 const SWITCH: [&str; 1] = ["::switch"];
 const HEAD: &str = "\
 # What the core may cost on a board: counted in the emulator by `cargo xtask budget`, which fails where a figure is
-# more than 2% over. `cargo xtask budget --record` writes the figures of today in place of those below `limits`.
+# more than 2% over. `cargo xtask budget --record` writes the figures of today in place of those below `limits`, which
+# are what the figures ought to come to: the chore names those that do not yet.
 ";
 
 type Figures = BTreeMap<String, f64>;
@@ -152,7 +154,7 @@ fn flat(table: &toml::Table) -> Figures {
 
 /// Prints the figures beside their budgets; what is over, or has none.
 fn compare(budgets: &Figures, figures: &Figures) -> Vec<String> {
-    let mut over = Vec::new();
+    let (mut over, mut beyond) = (Vec::new(), Vec::new());
     println!("{:42} {:>12} {:>12} {:>7}", "figure", "now", "budget", "");
     for (name, &now) in figures {
         let budget = budgets.get(name).copied();
@@ -169,8 +171,11 @@ fn compare(budgets: &Figures, figures: &Figures) -> Vec<String> {
             Some(_) => {}
         }
         if let Some(limit) = limit.filter(|l| now > *l) {
-            over.push(format!("{name} is {now:.0}, and {limit:.0} is the limit"));
+            beyond.push(format!("{name} is {now:.0}, and ought to be {limit:.0} at most"));
         }
+    }
+    for line in beyond {
+        println!("over the limit: {line}");
     }
     over
 }
@@ -210,11 +215,12 @@ mod tests {
     }
 
     #[test]
-    fn more_than_two_percent_over_fails_and_a_limit_by_anything() {
+    fn more_than_two_percent_over_a_budget_fails() {
         let budgets = figures(&[("a.x", 100.0), ("a.y", 100.0), ("limits.a.y", 101.0)]);
         assert!(compare(&budgets, &figures(&[("a.x", 101.9), ("a.y", 101.0)])).is_empty());
         assert_eq!(compare(&budgets, &figures(&[("a.x", 102.1)])), ["a.x is 102, budget 100"]);
-        assert_eq!(compare(&budgets, &figures(&[("a.y", 101.4)])), ["a.y is 101, and 101 is the limit"]);
+        // Over the limit and within the budget: said, and no failure.
+        assert!(compare(&budgets, &figures(&[("a.y", 101.4)])).is_empty());
         assert!(compare(&budgets, &figures(&[("b.z", 1.0)]))[0].contains("has no budget"));
     }
 
