@@ -17,6 +17,7 @@ use crate::{
     math::{acos, atan2, sin_cos, sqrt},
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
+    vector::{add, cross, dot, norm, subtract},
 };
 
 /// Squared length under which a direction is none, metres² (or its square).
@@ -125,29 +126,6 @@ pub fn bend(
 /// Distance of two places, metres.
 pub fn distance(a: Vector, b: Vector) -> f32 {
     norm(subtract(a, b))
-}
-
-/// `a + b`.
-pub(crate) fn add(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// `a - b`.
-pub(crate) fn subtract(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: Vector, b: Vector) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Length of a vector.
-pub(crate) fn norm(v: Vector) -> f32 {
-    sqrt(dot(v, v))
 }
 
 fn unit(v: Vector) -> Option<Vector> {

@@ -74,6 +74,7 @@ pub mod skeleton;
 mod statistic;
 mod stylizer;
 pub mod timing;
+mod vector;
 
 pub use blob::Database;
 pub use config::{Config, Method};

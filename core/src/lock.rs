@@ -21,10 +21,11 @@
 
 use crate::{
     blob::{Database, Leg},
-    ik::{Chain, add, norm, subtract},
+    ik::Chain,
     math::{clamp, exp, sqrt},
     pose::Pose,
     quaternion::{IDENTITY, Vector, rotate},
+    vector::{add, norm, subtract},
 };
 
 /// Time constant of the root's own correction of its speed, seconds of standing, and the most that it comes to, m/s.

@@ -23,12 +23,7 @@
 //!
 //! Source: METHODS, "Output time".
 
-use crate::{
-    ConfigError,
-    math::clamp,
-    pose::Pose,
-    quaternion::{self, Quaternion},
-};
+use crate::{ConfigError, math::clamp, pose::Pose, quaternion};
 
 /// Time constant of the way back to no lag, seconds.
 const RETURN_S: f32 = 2.0;
@@ -271,16 +266,9 @@ pub fn interpolate<const J: usize>(a: &Pose<J>, b: &Pose<J>, t: f32) -> Pose<J> 
         *slot += t * (to - *slot);
     }
     for (slot, &to) in pose.rotations.iter_mut().zip(&b.rotations) {
-        *slot = slerp(*slot, to, t);
+        *slot = quaternion::slerp(t, *slot, to);
     }
     pose
-}
-
-/// Spherical interpolation along the short way; `t` in 0 to 1.
-pub fn slerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
-    let way = quaternion::log(quaternion::multiply(quaternion::conjugate(a), b));
-    let between = quaternion::multiply(a, quaternion::exp(way.map(|v| v * t)));
-    quaternion::normalize(between).unwrap_or(a)
 }
 
 /// Greatest common divisor of two numbers that are not 0.

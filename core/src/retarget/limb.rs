@@ -4,6 +4,7 @@
 use crate::{
     ik,
     quaternion::{self, IDENTITY, Quaternion, Vector},
+    vector::{norm, subtract},
 };
 
 /// A limb's reach in units of its length may not come nearer to straight than this: there the plane of its bend is
@@ -16,7 +17,7 @@ pub fn scaled_reach(theirs: [Vector; 3], ours: [Vector; 3]) -> Vector {
     let length = |[a, b, c]: [Vector; 3]| ik::distance(a, b) + ik::distance(b, c);
     let whole = length(theirs);
     let scale = if whole > 1e-6 { length(ours) / whole } else { 0.0 };
-    ik::subtract(theirs[2], theirs[0]).map(|v| v * scale)
+    subtract(theirs[2], theirs[0]).map(|v| v * scale)
 }
 
 /// Turns of the upper and the lower bone, in the world, that bring the limb's end to `goal`, seen from its beginning.
@@ -25,7 +26,7 @@ pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
     // Any axis across will do for a straight limb: it needs none while the goal keeps it straight.
     let [x, y, z] = upper;
     let side = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
-    let whole = ik::norm(upper) + ik::norm(lower);
+    let whole = norm(upper) + norm(lower);
     match ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
         Some([swing, fold]) => [swing, quaternion::multiply(swing, fold)],
         None => [IDENTITY; 2],
@@ -36,18 +37,10 @@ pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
 mod tests {
     use super::*;
 
-    use crate::ik::{norm, subtract as sub};
-
-    fn dot(a: Vector, b: Vector) -> f32 {
-        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    }
+    use crate::vector::{add, dot};
 
     fn scaled(a: Vector, s: f32) -> Vector {
         a.map(|v| v * s)
-    }
-
-    fn plus(a: Vector, b: Vector) -> Vector {
-        [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
     }
 
     #[test]
@@ -57,8 +50,8 @@ mod tests {
             [[0.0, -0.6, 0.0], [0.3, -0.5, 0.2], [-0.2, -0.3, -0.1], [0.1, 0.5, 0.3], [0.0, -0.77, 0.01]]
         {
             let [a, b] = bend(upper, lower, goal);
-            let end = plus(quaternion::rotate(a, upper), quaternion::rotate(b, lower));
-            assert!(norm(sub(end, goal)) < 2e-4, "{goal:?}: {end:?}");
+            let end = add(quaternion::rotate(a, upper), quaternion::rotate(b, lower));
+            assert!(norm(subtract(end, goal)) < 2e-4, "{goal:?}: {end:?}");
             assert!(quaternion::is_unit(a) && quaternion::is_unit(b));
         }
     }
@@ -69,7 +62,7 @@ mod tests {
         for goal in [[0.0, -0.7, 0.0], [0.0, -0.6, 0.2], [0.1, -0.65, -0.2]] {
             let [a, _] = bend(upper, lower, goal);
             let knee = quaternion::rotate(a, upper);
-            let beside = sub(knee, scaled(goal, dot(knee, goal) / dot(goal, goal)));
+            let beside = subtract(knee, scaled(goal, dot(knee, goal) / dot(goal, goal)));
             assert!(beside[2] > 0.0, "{goal:?}: the knee is at {knee:?}");
         }
     }
@@ -77,7 +70,7 @@ mod tests {
     #[test]
     fn a_goal_out_of_reach_straightens_the_limb_towards_it() {
         let [a, b] = bend([0.0, -0.4, 0.1], [0.0, -0.4, -0.1], [2.0, 0.0, 0.0]);
-        let end = plus(quaternion::rotate(a, [0.0, -0.4, 0.1]), quaternion::rotate(b, [0.0, -0.4, -0.1]));
+        let end = add(quaternion::rotate(a, [0.0, -0.4, 0.1]), quaternion::rotate(b, [0.0, -0.4, -0.1]));
         assert!(end[1].abs() < 1e-3 && end[2].abs() < 1e-3 && end[0] > 0.82, "{end:?}");
     }
 
@@ -93,7 +86,7 @@ mod tests {
     #[test]
     fn a_limb_in_place_is_left_alone() {
         let (upper, lower) = ([0.05, -0.38, 0.1], [0.0, -0.36, -0.15]);
-        for turn in bend(upper, lower, plus(upper, lower)) {
+        for turn in bend(upper, lower, add(upper, lower)) {
             assert!(turn[3] > 0.999_999, "{turn:?}");
         }
     }

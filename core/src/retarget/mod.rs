@@ -34,6 +34,7 @@ use crate::{
     },
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector},
+    vector::{add, subtract},
 };
 use layout::{header, joint, limb as limb_bytes, record};
 
@@ -248,7 +249,7 @@ fn carry<const A: usize, const B: usize>(
 
     // 2. The root: the middle of the hip joints moves as the source's does.
     let middle = moved(add(input.position, quaternion::rotate(source.turn(0), from.hips)));
-    let position = sub(middle, quaternion::rotate(world.turn(0), to.hips));
+    let position = subtract(middle, quaternion::rotate(world.turn(0), to.hips));
     place(to, &mut world, position);
 
     // 3. Limbs.
@@ -257,8 +258,9 @@ fn carry<const A: usize, const B: usize>(
         let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
         let theirs = ends(&|j| source.place(j), pair.from);
         let ours = ends(&|j| world.place(j), pair.to);
-        let goal = if pair.arm { limb::scaled_reach(theirs, ours) } else { sub(moved(theirs[2]), ours[0]) };
-        *bend = limb::bend(sub(ours[1], ours[0]), sub(ours[2], ours[1]), goal);
+        let goal =
+            if pair.arm { limb::scaled_reach(theirs, ours) } else { subtract(moved(theirs[2]), ours[0]) };
+        *bend = limb::bend(subtract(ours[1], ours[0]), subtract(ours[2], ours[1]), goal);
     }
 
     // 4. Local rotations.
@@ -308,14 +310,6 @@ fn nlerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
         (1.0 - t) * a + t_b * b
     });
     quaternion::normalize(mixed).unwrap_or(a)
-}
-
-fn add(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-fn sub(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// What a map knows its database by: CRC-32C of the joints' parents and offsets.

@@ -13,6 +13,7 @@ use crate::{
     math::{abs, clamp},
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector},
+    vector::{add, subtract},
 };
 
 /// What a tick says about itself.
@@ -153,7 +154,7 @@ impl<'r, const H: usize> Drive<'r, H> {
             self.place(range, angles, &mut links);
             if let Some(limb) = group.limb.and_then(|l| robot.limb(l)) {
                 let [from, to] = limb.joints.map(|j| places.get(j).copied().unwrap_or([0.0; 3]));
-                let way = quaternion::rotate(to_base, sub(to, from));
+                let way = quaternion::rotate(to_base, subtract(to, from));
                 let goal = way.map(|v| v * limb.scale);
                 let left = self.reach(limb, goal, angles, &mut links);
                 missing = if left > missing { left } else { missing };
@@ -206,12 +207,4 @@ impl<'r, const H: usize> Drive<'r, H> {
         self.place(first..last + 1, angles, links);
         missing
     }
-}
-
-fn add(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-fn sub(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

@@ -20,15 +20,8 @@ use crate::{
     ik::about,
     math::{abs, acos, atan2, sqrt},
     quaternion::{self, Quaternion, Vector},
+    vector::{cross, dot},
 };
-
-fn dot(a: Vector, b: Vector) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
 
 /// Angle about `axis` from `v` to `w`, and how well it is determined: the product of their distances from the axis.
 fn angle(axis: Vector, v: Vector, w: Vector) -> (f32, f32) {

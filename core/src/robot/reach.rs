@@ -16,6 +16,7 @@ use crate::{
     ik::about,
     math::clamp,
     quaternion::{self, Quaternion, Vector},
+    vector::{add, cross, dot, subtract},
 };
 
 /// Steps at most.
@@ -41,22 +42,6 @@ pub struct Link {
     pub angle: f32,
 }
 
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: Vector, b: Vector) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn sub(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn add(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
 /// Moves the limb's angles so that its tip comes to `goal`. `before` is the orientation of the frame behind the hinge
 /// that the limb hangs on; `goal` is seen from the limb's first hinge, in the base's axes; `tip` is in the frame
 /// behind the last hinge. At most [`MAX_CHAIN`] links are looked at. Returns the way that is still missing, metres.
@@ -78,7 +63,7 @@ pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) 
             turn = quaternion::multiply(turn, about(link.axis, link.angle));
         }
         let end = add(place, quaternion::rotate(turn, tip));
-        missing = sub(goal, end);
+        missing = subtract(goal, end);
         let near = dot(missing, missing) <= THERE * THERE * length2;
         // Also true of NaN: nothing more can be done.
         if near || step == STEPS || !dot(missing, missing).is_finite() {
@@ -86,7 +71,7 @@ pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) 
         }
         let mut m = [[0.0f32; 3]; 3];
         for (column, at) in columns.iter_mut().zip(&places).take(links.len()) {
-            *column = cross(*column, sub(end, *at));
+            *column = cross(*column, subtract(end, *at));
             let c = *column;
             for (row, a) in m.iter_mut().zip(c) {
                 for (slot, b) in row.iter_mut().zip(c) {
@@ -156,7 +141,7 @@ mod tests {
         assert!(missing < 3e-3, "{missing} m: {links:?}");
         assert!(
             (missing - {
-                let d = sub(goal, end(&links));
+                let d = subtract(goal, end(&links));
                 crate::math::sqrt(dot(d, d))
             })
             .abs()

@@ -1,0 +1,33 @@
+//! Vectors of three numbers: metres, metres a second, or directions.
+
+use crate::{math::sqrt, quaternion::Vector};
+
+/// `a + b`.
+#[inline]
+pub(crate) fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// `a - b`.
+#[inline]
+pub(crate) fn subtract(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// The scalar product.
+#[inline]
+pub(crate) fn dot(a: Vector, b: Vector) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The vector product.
+#[inline]
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Length of a vector.
+#[inline]
+pub(crate) fn norm(v: Vector) -> f32 {
+    sqrt(dot(v, v))
+}
