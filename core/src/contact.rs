@@ -89,25 +89,55 @@ impl Votes {
     }
 }
 
-/// Squared distance of a leg from an example's: pose and rate of its nine dofs, rad².
-pub fn distance2(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32], example: &[[f32; 4]]) -> f32 {
-    let rate_weight = RATE_WEIGHT_S * database.rate_hz();
-    let mut sum = 0.0;
-    for joint in [leg.hip, leg.knee, leg.ankle] {
-        // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
-        let first = dof::JOINTS + 3 * joint.saturating_sub(1);
-        let of = |values: &'_ [f32], i: usize| values.get(first + i).copied().unwrap_or(0.0);
-        for i in 0..3 {
-            let Some(theirs) = example.get(first + i) else { continue };
-            // Examples are in quantisation steps.
-            let step = database.step(first + i);
-            let pose = of(x, i) - step * theirs[X];
-            let before = of(x_prev, i) - step * theirs[X_PREV];
-            let rate = rate_weight * (pose - before);
-            sum += pose * pose + rate * rate;
-        }
+/// A leg of the input, ready to be compared with those of examples.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Asked {
+    joints: [AskedJoint; 3],
+    /// Weight of the changes from frame to frame: τ times the frames a second.
+    rate_weight: f32,
+}
+
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct AskedJoint {
+    /// The first of its three dofs.
+    first: usize,
+    /// Quantisation step, dof and dof in the frame before.
+    dofs: [[f32; 3]; 3],
+}
+
+impl Asked {
+    /// A leg of the dofs `x`, which were `x_prev` in the frame before.
+    pub fn of(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) -> Self {
+        let joints = [leg.hip, leg.knee, leg.ankle].map(|joint| {
+            // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
+            let first = dof::JOINTS + 3 * joint.saturating_sub(1);
+            let at = |values: &[f32], d: usize| values.get(d).copied().unwrap_or(0.0);
+            AskedJoint {
+                first,
+                dofs: [0, 1, 2].map(|i| [database.step(first + i), at(x, first + i), at(x_prev, first + i)]),
+            }
+        });
+        Self { joints, rate_weight: RATE_WEIGHT_S * database.rate_hz() }
     }
-    sum
+
+    /// Squared distance from an example's leg: pose and rate of its nine dofs, rad².
+    #[inline(never)]
+    pub fn distance2(&self, example: &[[f32; 4]]) -> f32 {
+        let mut sum = 0.0;
+        for joint in &self.joints {
+            let theirs = example.get(joint.first..).unwrap_or(&[]);
+            for (&[step, x, x_prev], theirs) in joint.dofs.iter().zip(theirs) {
+                // Examples are in quantisation steps.
+                let pose = x - step * theirs[X];
+                let before = x_prev - step * theirs[X_PREV];
+                let rate = self.rate_weight * (pose - before);
+                sum += pose * pose + rate * rate;
+            }
+        }
+        sum
+    }
 }
 
 /// The causal filter of the likelihoods.

@@ -70,10 +70,15 @@ impl Metric {
     }
 
     /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units
-    /// and scalar ones agree bit for bit.
-    #[inline]
+    /// and scalar ones agree bit for bit. The search takes [`distance2_below`](Self::distance2_below), which is faster.
+    #[inline(never)]
     pub fn distance2(&self, stored: &[u8]) -> f32 {
-        self.distance2_below(stored, f32::INFINITY).unwrap_or(f32::INFINITY)
+        let mut sums = [0.0f32; LANES];
+        for (i, ((&code, &query), &scale)) in stored.iter().zip(&self.query).zip(&self.scale).enumerate() {
+            let difference = query - scale * f32::from(code as i8);
+            sums[i % LANES] += difference * difference;
+        }
+        total(&sums)
     }
 
     /// The squared distance, if it is below a bound. Half of the components often tell that it is not: no term is
@@ -81,6 +86,10 @@ impl Metric {
     #[inline]
     fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
         let (chunks, rest) = stored.as_chunks::<LANES>();
+        if !rest.is_empty() {
+            // The lanes are not all full.
+            return Some(self.distance2(stored)).filter(|sum| *sum < bound);
+        }
         let mut sums = [0.0f32; LANES];
         let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.scale.as_chunks::<LANES>().0);
         let mut parts = chunks.iter().zip(queries);
@@ -92,19 +101,6 @@ impl Metric {
         }
         for (codes, (query, scale)) in parts {
             add(&mut sums, codes, query, scale);
-        }
-        if !rest.is_empty() {
-            // Components beyond the last are 0 in the query and have no scale.
-            let mut codes = [0; LANES];
-            for (slot, &code) in codes.iter_mut().zip(rest) {
-                *slot = code;
-            }
-            let at = chunks.len() * LANES;
-            let query = self.query.get(at..).and_then(|q| q.first_chunk::<LANES>());
-            let scale = self.scale.get(at..).and_then(|w| w.first_chunk::<LANES>());
-            if let (Some(query), Some(scale)) = (query, scale) {
-                add(&mut sums, &codes, query, scale);
-            }
         }
         let sum = total(&sums);
         if sum < bound { Some(sum) } else { None }
@@ -121,10 +117,21 @@ const LANES: usize = 8;
 
 #[inline]
 fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], scale: &[f32; LANES]) {
-    for (((sum, &code), &q), &s) in sums.iter_mut().zip(codes).zip(query).zip(scale) {
-        let difference = q - s * f32::from(code as i8);
-        *sum += difference * difference;
-    }
+    let term = |i: usize| {
+        let difference = query[i] - scale[i] * f32::from(codes[i] as i8);
+        difference * difference
+    };
+    // Written out, so that it is straight code whatever the compiler is told of loops.
+    *sums = [
+        sums[0] + term(0),
+        sums[1] + term(1),
+        sums[2] + term(2),
+        sums[3] + term(3),
+        sums[4] + term(4),
+        sums[5] + term(5),
+        sums[6] + term(6),
+        sums[7] + term(7),
+    ];
 }
 
 #[inline]

@@ -78,6 +78,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
 
     /// Predicts every dof, the time step and the contacts. `signals.x` is the input's; on a first frame the
     /// neighbors say what came before it.
+    #[inline(never)]
     pub fn predict(
         &mut self,
         frame: Frame<'_, '_>,
@@ -102,6 +103,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// Neighbors in every class that the labels allow, and their proportions.
+    #[inline(never)]
     fn search(
         &mut self,
         frame: Frame<'_, '_>,
@@ -156,6 +158,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// A first pose has no frame before it: what the nearest class's neighbors came from stands in for it.
+    #[inline(never)]
     fn settle(
         &mut self,
         frame: Frame<'_, '_>,
@@ -180,6 +183,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// Reads the neighbors of a class into the regression and the timing, and lets them vote. Returns the bytes read.
+    #[inline(never)]
     fn gather(
         &mut self,
         frame: Frame<'_, '_>,
@@ -192,23 +196,24 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let Frame { database, settings, .. } = frame;
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
-        let legs = database.legs();
+        let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
+        let legs = database.legs().map(|legs| legs.map(|leg| contact::Asked::of(database, &leg, x, x_prev)));
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
+        let styles = examples::heard(&settings.styles);
         let mut bytes = 0;
-        self.steps.ask(database, signals.x.as_flattened(), signals.x_prev.as_flattened());
+        self.steps.ask(database, x, x_prev);
         self.examples.clear();
         self.steps.clear();
         for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.place();
-            let read = examples::read(database, class, row, &settings.styles, example);
+            let read = examples::read(database, class, row, &styles, example);
             let leg_distances = match &legs {
-                Some(legs) => {
-                    let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
+                Some([left, right]) => {
                     let variables: &[[f32; 4]] = example.as_flattened();
-                    legs.map(|leg| contact::distance2(database, &leg, x, x_prev, variables))
+                    [left.distance2(variables), right.distance2(variables)]
                 }
                 // A blob that names no legs: the whole body.
                 None => [metric.distance2(database.feature(row)); 2],
@@ -232,6 +237,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// The mixture's prediction of every dof, of the time step and of the contacts.
+    #[inline(never)]
     fn regress(
         &mut self,
         frame: Frame<'_, '_>,

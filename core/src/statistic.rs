@@ -51,6 +51,7 @@ impl<const J: usize> Statistic<J> {
     }
 
     /// Predicts every dof and the contacts; time passes as it does in the input.
+    #[inline(never)]
     pub fn predict(
         &mut self,
         frame: Frame<'_, '_>,

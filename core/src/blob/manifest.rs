@@ -27,6 +27,7 @@ impl<'a> Names<'a> {
     }
 
     /// How many names.
+    #[inline(never)]
     pub fn count(self) -> usize {
         self.iter().count()
     }

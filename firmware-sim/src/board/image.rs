@@ -22,6 +22,10 @@ pub struct Options<'a> {
     pub stack_sizes: bool,
 }
 
+/// Told to the compiler of every image: at opt-level 3 it lays loops out by several rounds, hot or not, which takes a
+/// fifth of the flash and makes a frame faster by less than 2%. The hot ones are written out where that pays.
+const LOOPS: [&str; 2] = ["-Cllvm-args=-unroll-runtime=false", "-Cllvm-args=-unroll-threshold=150"];
+
 /// Folder of the firmware's crate.
 pub fn crate_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("image")
@@ -62,6 +66,7 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     if let Some(cpu) = board.cpu {
         flags.push(format!("-Ctarget-cpu={cpu}"));
     }
+    flags.extend(LOOPS.map(String::from));
     if options.stack_sizes {
         flags.push("-Zemit-stack-sizes".to_owned());
         cargo.env("RUSTC_BOOTSTRAP", "1");
