@@ -108,18 +108,23 @@ struct AskedJoint {
 }
 
 impl Asked {
-    /// A leg of the dofs `x`, which were `x_prev` in the frame before.
-    pub fn of(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) -> Self {
-        let joints = [leg.hip, leg.knee, leg.ankle].map(|joint| {
+    /// No leg yet.
+    pub const NOTHING: Self =
+        Self { joints: [AskedJoint { first: 0, dofs: [[0.0; 3]; 3] }; 3], rate_weight: 0.0 };
+
+    /// Takes in a leg of the dofs `x`, which were `x_prev` in the frame before. In its place: to return it would take
+    /// its room on the stack once more.
+    #[inline(never)]
+    pub fn ask(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
+        self.rate_weight = RATE_WEIGHT_S * database.rate_hz();
+        for (joint, of) in self.joints.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
             // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
-            let first = dof::JOINTS + 3 * joint.saturating_sub(1);
-            let at = |values: &[f32], d: usize| values.get(d).copied().unwrap_or(0.0);
-            AskedJoint {
-                first,
-                dofs: [0, 1, 2].map(|i| [database.step(first + i), at(x, first + i), at(x_prev, first + i)]),
+            joint.first = dof::JOINTS + 3 * of.saturating_sub(1);
+            for (d, dof) in (joint.first..).zip(&mut joint.dofs) {
+                let at = |values: &[f32]| values.get(d).copied().unwrap_or(0.0);
+                *dof = [database.step(d), at(x), at(x_prev)];
             }
-        });
-        Self { joints, rate_weight: RATE_WEIGHT_S * database.rate_hz() }
+        }
     }
 
     /// Squared distance from an example's leg: pose and rate of its nine dofs, rad².

@@ -21,13 +21,13 @@ const MAX_RUN: usize = 4;
 /// Weight of each output style; they sum to 1.
 pub type StyleWeights = [f32; MAX_STYLES];
 
-/// The styles that have weight.
-pub(crate) type Heard = heapless::Vec<(u8, f32), MAX_STYLES>;
+/// The styles that have weight, by number.
+pub(crate) type Heard = heapless::Vec<u8, MAX_STYLES>;
 
 /// Lists the styles that have weight.
 pub(crate) fn heard(weights: &StyleWeights) -> Heard {
     let mut heard = Heard::new();
-    for style in (0..).zip(weights.iter().copied()).filter(|(_, weight)| *weight > 0.0) {
+    for (style, _) in (0..).zip(weights).filter(|(_, weight)| **weight > 0.0) {
         // There is room for every style.
         let _ = heard.push(style);
     }
@@ -45,12 +45,13 @@ pub(crate) struct Read {
     pub stands: Stands,
 }
 
-/// Reads the example at `row`, a searchable row of `class`.
+/// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their `weights`.
 pub(crate) fn read<const J: usize>(
     database: &Database<'_>,
     class: usize,
     row: usize,
-    styles: &[(u8, f32)],
+    weights: &StyleWeights,
+    heard: &[u8],
     example: &mut Example<J>,
 ) -> Read {
     let mut read = Read::default();
@@ -70,8 +71,9 @@ pub(crate) fn read<const J: usize>(
         one(before, X_PREV, variables) + one(row, X, variables)
     });
     let mut first = true;
-    for &(style, weight) in styles {
-        let Some(counterpart) = database.counterpart(cycle, row, usize::from(style)) else { continue };
+    for style in heard.iter().map(|&style| usize::from(style)) {
+        let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
+        let weight = weights.get(style).copied().unwrap_or(0.0);
         read.step_s += weight * counterpart.step_s;
         read.stands.add(database, counterpart.now, row, weight);
         read.bytes += blend(database, &counterpart, weight, first, variables);
@@ -153,13 +155,16 @@ impl Run {
             variables.iter_mut().for_each(|slot| (slot[Y_PREV], slot[Y]) = (0.0, 0.0));
         }
         let rows = self.weights.iter().enumerate().take(self.count);
-        rows.map(|(i, &[before, now])| {
-            let bytes = database.unpack(self.start + i, variables, |slot: &mut [f32; 4], [value]| {
-                slot[Y_PREV] += before * value;
-                slot[Y] += now * value;
-            });
-            bytes.unwrap_or(0)
-        })
-        .sum()
+        rows.map(|(i, &weights)| add_row(database, self.start + i, weights, variables)).sum()
     }
+}
+
+/// Adds a row to the outputs, with its weights in `y[t-1]` and `y[t]`. Returns the bytes read.
+#[inline(never)]
+fn add_row(database: &Database<'_>, row: usize, [before, now]: [f32; 2], variables: &mut [[f32; 4]]) -> u32 {
+    let bytes = database.unpack(row, variables, |slot: &mut [f32; 4], [value]| {
+        slot[Y_PREV] += before * value;
+        slot[Y] += now * value;
+    });
+    bytes.unwrap_or(0)
 }

@@ -154,6 +154,7 @@ impl Lock {
 
     /// Holds the feet of `pose` that stand; `step_s` is the time since the last pose. Feet that are clearly in the air
     /// are taken out of `stands`. Without legs in the database nothing happens.
+    #[inline(never)]
     pub fn hold<const J: usize>(
         &mut self,
         database: &Database<'_>,
@@ -166,7 +167,9 @@ impl Lock {
         let ahead =
             heading(rotate(pose.rotations.first().copied().unwrap_or(IDENTITY), database.hips_line()));
         self.drift_root(ahead, step_s, pose);
-        let chains = legs.map(|leg| Chain::of(database, &leg, pose));
+        // Not by `map`, whose copies would take half of this function's stack.
+        let [left, right] = &legs;
+        let chains = [Chain::of(database, left, pose), Chain::of(database, right, pose)];
         for (floor, wanted) in self.floor.iter_mut().zip(self.wanted_floor) {
             *floor += clamp(wanted - *floor, -FLOOR_SPEED * step_s, FLOOR_SPEED * step_s);
         }
@@ -282,6 +285,7 @@ impl Default for Lock {
 impl Foot {
     /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
     /// floor that they would stand on.
+    #[inline(never)]
     fn advance(&mut self, chain: &Chain, over: [f32; 2], stands: bool, step_s: f32, tuning: Tuning) {
         if self.phase == Phase::Free {
             self.ease(step_s, tuning.ease_s);
@@ -349,6 +353,7 @@ fn heading(line: Vector) -> [f32; 2] {
 }
 
 /// Heights of ankle and toes over where they stand on a floor of that height, metres.
+#[inline(never)]
 fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
     let ankle = chain.ankle[1] - leg.heights[0] - floor;
     // Without toes the ankle carries the foot all the time.
@@ -366,6 +371,7 @@ fn lower(over: [f32; 2]) -> f32 {
 }
 
 /// How far from the hip joint a lock may take the ankle: almost the whole leg, or as far as it is.
+#[inline(never)]
 fn reach(chain: &Chain) -> f32 {
     let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
     if most > is { most } else { is }

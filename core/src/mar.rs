@@ -197,10 +197,14 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
         let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
-        let legs = database.legs().map(|legs| legs.map(|leg| contact::Asked::of(database, &leg, x, x_prev)));
+        let legs = database.legs();
+        let mut asked = [contact::Asked::NOTHING; 2];
+        for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()) {
+            asked.ask(database, leg, x, x_prev);
+        }
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
-        let styles = examples::heard(&settings.styles);
+        let heard = examples::heard(&settings.styles);
         let mut bytes = 0;
         self.steps.ask(database, x, x_prev);
         self.examples.clear();
@@ -209,14 +213,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.place();
-            let read = examples::read(database, class, row, &styles, example);
-            let leg_distances = match &legs {
-                Some([left, right]) => {
-                    let variables: &[[f32; 4]] = example.as_flattened();
-                    [left.distance2(variables), right.distance2(variables)]
-                }
+            let read = examples::read(database, class, row, &settings.styles, &heard, example);
+            let leg_distances = if legs.is_some() {
+                let [left, right] = &asked;
+                [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
+            } else {
                 // A blob that names no legs: the whole body.
-                None => [metric.distance2(database.feature(row)); 2],
+                [metric.distance2(database.feature(row)); 2]
             };
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);

@@ -63,7 +63,7 @@ pub struct Steps<const K: usize> {
 
 impl<const K: usize> Steps<K> {
     /// No neighbors.
-    #[inline(never)]
+    #[inline]
     pub const fn new() -> Self {
         const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
         const NOTHING: Entry = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };

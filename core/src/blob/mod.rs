@@ -204,7 +204,7 @@ impl<'db> Database<'db> {
     /// # Errors
     /// [`BlobError::Manifest`]; not after `open`, which has decoded it once.
     pub fn manifest(&self) -> Result<Manifest<'db>, BlobError> {
-        postcard::from_bytes(self.manifest).map_err(|_| BlobError::Manifest)
+        Manifest::read(self.manifest).ok_or(BlobError::Manifest)
     }
 
     /// Joint `index`.

@@ -9,8 +9,8 @@
 
 use super::{
     Database,
-    layout::block,
-    read::{u16_at, u32_at},
+    layout::{block, dof_record},
+    read::{Record, u16_at, u32_at},
 };
 
 /// A row in its block.
@@ -25,17 +25,24 @@ struct Packed<'a> {
 }
 
 impl Database<'_> {
-    /// Unpacks the dofs of a row into the first D places of `dofs`: metres, radians, and those a second. One dof after
-    /// the other: frames take runs of rows, which are faster.
+    /// Unpacks the dofs of a row into the first D places of `dofs`: metres, radians, and those a second.
     pub fn decode(&self, row: usize, dofs: &mut [f32]) {
-        let Packed { bases, widths, fields, .. } = self.packed(row);
-        let mut bit = 0;
-        for (d, value) in dofs.iter_mut().enumerate().take(self.counts.dofs) {
-            let pair = widths.get(d / 2).copied().unwrap_or(0);
-            let width = u32::from(if d % 2 == 0 { pair & 15 } else { pair >> 4 });
+        let dofs = dofs.get_mut(..self.counts.dofs).unwrap_or(&mut []);
+        let _ = self.unpack(row, dofs, |slot, [value]| *slot = value);
+        if !self.counts.dofs.is_multiple_of(2)
+            && let Some(last) = dofs.last_mut()
+        {
+            let Packed { bases, widths, fields, .. } = self.packed(row);
+            let bits = |pair: &u8| u32::from(pair & 15) + u32::from(pair >> 4);
+            // It is the whole of its byte of widths.
+            let width = widths.last().map_or(0, bits);
+            let bit = (widths.iter().map(bits).sum::<u32>() - width) as usize;
             let field = (u32_at(fields, bit >> 3) >> (bit & 7)) & below(width);
-            *value = (i32::from(u16_at(bases, 2 * d) as i16) + field as i32) as f32 * self.step(d);
-            bit += width as usize;
+            *last = (i32::from(u16_at(bases, 2 * (self.counts.dofs - 1)) as i16) + field as i32) as f32;
+        }
+        let records = self.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
+        for (value, record) in dofs.iter_mut().zip(records) {
+            *value *= Record(record).f32(dof_record::STEP);
         }
     }
 

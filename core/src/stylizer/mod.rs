@@ -237,6 +237,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// Input pose to dofs.
+    #[inline(never)]
     fn take_in(&mut self, input: &Pose<J>, first: bool) {
         if first {
             let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
@@ -247,6 +248,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
+    #[inline(never)]
     fn put_out(&mut self, first: bool, report: &mut Report, pose: &mut Pose<J>) {
         let dofs = self.database.counts().dofs;
         let root_strength = self.strength(self.database.joint_group(0));

@@ -56,11 +56,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             }
             *slot += weight;
         }
-        let total: f32 = styles.iter().sum();
+        let used = styles.get_mut(..self.database.counts().styles).unwrap_or(&mut []);
+        let total: f32 = used.iter().sum();
         if total <= 1e-6 {
             return Err(ConfigError::Weights);
         }
-        self.settings.styles = styles.map(|w| w / total);
+        used.iter_mut().for_each(|w| *w /= total);
+        self.settings.styles = styles;
         Ok(())
     }
 
