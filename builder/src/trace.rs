@@ -94,7 +94,8 @@ impl Trace {
         archive.add("step_seconds", &[t], &self.step_seconds)?;
         archive.add("contacts", &[t, 2], &self.contacts)?;
         let config = config(database, request).to_string().into_bytes();
-        archive.add("config", &[config.len()], &config)
+        archive.add("config", &[config.len()], &config)?;
+        archive.finish()
     }
 }
 

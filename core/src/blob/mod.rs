@@ -4,6 +4,7 @@
 //! stay where they are (flash, a memory map, a `Vec`); a `Database` is a handful of slices and counts, `Copy`.
 //! `docs/FORMAT.md` is the format for people, [`layout`] is the format for programs.
 
+pub(crate) mod check;
 pub mod crc;
 mod dial;
 pub mod layout;

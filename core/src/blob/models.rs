@@ -3,9 +3,9 @@
 
 use super::{
     Database,
+    check::{Checked, as_u32, check, reserved},
     layout::{MAX_ORDER, NONE, lti, section, statistic},
     read::{Record, f32_at, floats, u16_at},
-    validate::{Checked, as_u32, check, reserved},
 };
 use crate::{
     BlobError,
