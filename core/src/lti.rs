@@ -66,7 +66,9 @@ impl<const J: usize> Lti<J> {
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
-        *self = Self::new();
+        // In its place: a new one would be on the stack first, which is 3 KB.
+        self.plain = 0.0;
+        self.slots.iter_mut().for_each(Slot::free);
     }
 
     /// Predicts every dof, the time step and the contacts.
@@ -122,7 +124,7 @@ impl<const J: usize> Lti<J> {
             let weight = wanted.iter().find(|w| w.0 == model).map_or(0.0, |w| w.1);
             slot.weight = towards(slot.weight, weight);
             if slot.weight <= 0.0 {
-                *slot = Slot::FREE;
+                slot.free();
             }
         }
         for &(model, weight) in wanted {
@@ -170,6 +172,13 @@ fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
 
 impl<const J: usize> Slot<J> {
     const FREE: Self = Self { model: None, weight: 0.0, states: [[0.0; MAX_ORDER]; J] };
+
+    /// Forgets its model.
+    #[inline(never)]
+    fn free(&mut self) {
+        (self.model, self.weight) = (None, 0.0);
+        self.states.as_flattened_mut().fill(0.0);
+    }
 
     /// One step of the model: adds its output, weighted, to what is predicted; `signals.output` ends with the
     /// logarithm of the time warp in its first place. Returns how much of the input was blended in.

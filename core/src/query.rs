@@ -55,6 +55,7 @@ impl<const J: usize> Window<J> {
     }
 
     /// Takes in a pose. The first one fills the window: nothing moved before it.
+    #[inline(never)]
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
         skeleton::positions(database, pose, &mut self.clouds[place]);
@@ -72,6 +73,7 @@ impl<const J: usize> Window<J> {
 
     /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
     /// in, [`ALIGNED`] numbers a joint.
+    #[inline(never)]
     pub fn feature(&self, database: &Database<'_>, aligned: &mut [f32], feature: &mut Feature) {
         let ends = self.align(database, aligned);
         let counts = database.counts();

@@ -149,6 +149,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// A frame without an input to go by.
+    #[inline(never)]
     pub(super) fn make_do(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
@@ -171,6 +172,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Takes the output a part of the way from the last one, while a fault is being mended.
+    #[inline(never)]
     pub(super) fn mend(&mut self, step_s: f32, output: &mut Pose<J>) {
         let left = self.guard.mend_s;
         if left <= 0.0 {

@@ -191,6 +191,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// [`step`](Self::step), looked into.
+    // What it calls is not inlined: rooms for a pose that are needed one after the other would add up on the stack.
+    #[inline(never)]
     pub fn step_observed(
         &mut self,
         input: &Pose<J>,
