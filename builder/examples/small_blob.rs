@@ -1,13 +1,15 @@
 //! Writes a blob that is as small as a whole one gets: nine joints that walk, in two styles. It is what the fuzzer
-//! of `gestus_core::Database::open` starts from (`cargo xtask fuzz open`).
+//! of `gestus_core::Database::open` starts from (`cargo xtask fuzz open`). A second file gets the blob cut to its
+//! models: one without frames.
 //!
-//! `cargo run -p gestus-builder --example small_blob -- FILE`
+//! `cargo run -p gestus-builder --example small_blob -- FILE [MODELS]`
 
 use std::{f64::consts::TAU, sync::Arc};
 
 use gestus_builder::{
     build::{BuildOptions, build},
     corpus::{Corpus, Cycle, Example},
+    cut::models_only,
     effort::{Source, dial::Dial},
     motion::{Clip, Frame, Skeleton},
     write::with_section,
@@ -38,6 +40,11 @@ fn main() -> anyhow::Result<()> {
     let bytes = with_section(&built.bytes, section::EFFORT, &dial.section())?;
     std::fs::write(&file, &bytes)?;
     eprintln!("{file}: {} bytes", bytes.len());
+    if let Some(models) = std::env::args().nth(2) {
+        let cut = models_only(&gestus_core::Database::open(&bytes)?)?;
+        std::fs::write(&models, &cut)?;
+        eprintln!("{models}: {} bytes", cut.len());
+    }
     Ok(())
 }
 

@@ -25,7 +25,8 @@ pub struct WishArgs {
     #[arg(long)]
     input_style: Option<String>,
     /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
-    /// pose at a time. effort: the whole clip rebuilt of blended fragments (`gestus translate` with --effort)
+    /// pose at a time. effort, with --effort: the whole clip rebuilt of blended fragments by `gestus translate`, and the
+    /// mix that the dial finds, by mar, where a pose comes at a time
     #[arg(long, default_value = "mar")]
     pub method: String,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
@@ -92,9 +93,11 @@ impl WishArgs {
             "mar" => Method::Mar,
             "lti" => Method::Lti,
             "statistic" => Method::Statistic,
-            other => {
-                bail!("--method {other}: mar, lti, statistic, or effort with `gestus translate --effort`")
-            }
+            // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
+            // translate`, which has the whole clip, does not come here.
+            "effort" if self.effort.is_some() => Method::Mar,
+            "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
+            other => bail!("--method {other}: mar, lti, statistic or effort"),
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,

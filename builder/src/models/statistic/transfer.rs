@@ -98,7 +98,7 @@ pub fn transfer(
 
     let start = Instant::now();
     let headings: Vec<f64> = source.frames.iter().map(|f| body.heading(f)).collect();
-    let (u, v) = (Turns::of(body, source), Turns::of(body, reference));
+    let (u, v) = (Turns::with(&headings, source), Turns::of(body, reference));
     let joints = body.skeleton.joints();
     let rotations: Vec<Vec<Quaternion>> = if options.literal || options.euler {
         let one = |j: usize| {
@@ -191,13 +191,19 @@ struct Turns {
 
 impl Turns {
     fn of(body: &Body, clip: &Clip) -> Self {
+        let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
+        Self::with(&headings, clip)
+    }
+
+    /// The same, of a clip whose headings are known.
+    fn with(headings: &[f64], clip: &Clip) -> Self {
         let narrow = |q: &UnitQuaternion<f64>| [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
-        let frame = |f: &Frame| {
+        let frame = |(f, heading): (&Frame, &f64)| {
             let mut all: Vec<Quaternion> = f.rotations.iter().map(narrow).collect();
-            all[0] = narrow(&(about_y(-body.heading(f)) * f.rotations[0]));
+            all[0] = narrow(&(about_y(-heading) * f.rotations[0]));
             all
         };
-        Self { frames: clip.frames.iter().map(frame).collect() }
+        Self { frames: clip.frames.iter().zip(headings).map(frame).collect() }
     }
 
     fn joint(&self, joint: usize) -> Vec<Quaternion> {
