@@ -12,6 +12,7 @@ use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES, rows::MAX_RUN},
     contact::Stands,
     regress::{Example, X, X_PREV, Y, Y_PREV},
+    stylizer::Mix,
 };
 
 /// Weight of each output style; they sum to 1.
@@ -33,7 +34,7 @@ pub(crate) fn read<const J: usize>(
     database: &Database<'_>,
     class: usize,
     row: usize,
-    styles: &StyleWeights,
+    mix: Mix<'_>,
     example: &mut Example<J>,
 ) -> Read {
     let mut read = Read::default();
@@ -45,9 +46,8 @@ pub(crate) fn read<const J: usize>(
     read.bytes += database.decode_run(before, 2, variables, |i, slot, value| {
         slot[if i == 0 { X_PREV } else { X }] = value;
     });
-    let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
     let mut first = true;
-    for (style, &weight) in weighted {
+    for (style, weight) in mix.weighted(database.counts().styles) {
         let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
         read.step_s += weight * counterpart.step_s;
         read.stands.add(database, counterpart.now, row, weight);
