@@ -128,6 +128,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "kappa": kappa,
         "rho": rho,
         "style_weights": weights,
+        "group_styles": request.group_styles,
         "strength": (0..counts.dofs).map(|d| strength(database.group_of_dof(d))).collect::<Vec<_>>(),
         "metric_mask": (0..counts.features).map(|f| searched(database.feature_group(f))).collect::<Vec<_>>(),
         "action": request.action,

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{
-    Config, Database, Effort, Method, Safety, blob::Names, effort::Labels, regress::Ridge, retime::Bounds,
-    timing::Timing,
+    Config, Database, Effort, MAX_OWN, Method, Safety, blob::Names, effort::Labels, regress::Ridge,
+    retime::Bounds, timing::Timing,
 };
 
 use crate::{effort, stream::Request};
@@ -51,6 +51,10 @@ pub struct WishArgs {
     /// Strength of the style in a joint group, left-arm=0.5
     #[arg(long, value_delimiter = ',')]
     strength: Vec<String>,
+    /// Own style of a joint group, in place of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
+    /// left-arm=proud:2+old:1
+    #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
+    group_style: Vec<String>,
     /// Named parameters to start from: default, paper
     #[arg(long, default_value = "default")]
     preset: String,
@@ -200,6 +204,11 @@ impl WishArgs {
                 .iter()
                 .map(|s| weighted(s, manifest.groups, "joint group"))
                 .collect::<Result<_>>()?,
+            group_styles: self
+                .group_style
+                .iter()
+                .map(|s| group_style(s, manifest.groups, manifest.styles))
+                .collect::<Result<_>>()?,
         })
     }
 }
@@ -212,6 +221,18 @@ fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
     names
         .find(name.trim())
         .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
+}
+
+/// `left-arm=proud:2+old:1`, in the database's numbers.
+fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
+    let (group, mix) =
+        part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
+    let weights: Vec<(u16, f32)> =
+        mix.split('+').map(|s| weighted(&s.replacen(':', "=", 1), styles, "style")).collect::<Result<_>>()?;
+    if weights.len() > MAX_OWN {
+        bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
+    }
+    Ok((find(group, groups, "joint group")?, weights))
 }
 
 fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {

@@ -13,6 +13,7 @@ use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     contact::Stands,
     regress::{Example, X, X_PREV, Y, Y_PREV},
+    stylizer::Mix,
 };
 
 /// Longest run of rows that is unpacked at once.
@@ -24,12 +25,12 @@ pub type StyleWeights = [f32; MAX_STYLES];
 /// The styles that have weight, by number.
 pub(crate) type Heard = heapless::Vec<u8, MAX_STYLES>;
 
-/// Lists the styles that have weight.
-pub(crate) fn heard(weights: &StyleWeights) -> Heard {
+/// Lists the styles that have weight in a mix.
+pub(crate) fn heard(mix: Mix<'_>, styles: usize) -> Heard {
     let mut heard = Heard::new();
-    for (style, _) in (0..).zip(weights).filter(|(_, weight)| **weight > 0.0) {
+    for (style, _) in mix.weighted(styles) {
         // There is room for every style.
-        let _ = heard.push(style);
+        let _ = heard.push(style as u8);
     }
     heard
 }
@@ -50,7 +51,7 @@ pub(crate) fn read<const J: usize>(
     database: &Database<'_>,
     class: usize,
     row: usize,
-    weights: &StyleWeights,
+    mix: Mix<'_>,
     heard: &[u8],
     example: &mut Example<J>,
 ) -> Read {
@@ -73,7 +74,7 @@ pub(crate) fn read<const J: usize>(
     let mut first = true;
     for style in heard.iter().map(|&style| usize::from(style)) {
         let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
-        let weight = weights.get(style).copied().unwrap_or(0.0);
+        let weight = mix.weight(style);
         read.step_s += weight * counterpart.step_s;
         read.stands.add(database, counterpart.now, row, weight);
         read.bytes += blend(database, &counterpart, weight, first, variables);

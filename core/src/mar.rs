@@ -168,27 +168,37 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         observer: &mut impl Observer<J>,
     ) {
         (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
+        let Frame { database, settings, .. } = frame;
         let Some(&nearest) = report.classes.first() else { return };
-        report.bytes_read += self.gather(frame, metric, nearest, signals, &mut Votes::default(), observer);
-        let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
-        let slots = inputs.zip(signals.y_prev.as_flattened_mut());
-        for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(frame.database.counts().dofs) {
-            let [mean_x_prev, mean_y_prev, mean_x] =
-                self.examples.means(d).map(|mean| mean * frame.database.step(d));
-            (*x_prev, *y_prev) = (mean_x_prev, mean_y_prev);
-            if (dof::FORWARD..dof::JOINTS).contains(&d) {
-                *x = mean_x;
+        for mix in (0..=database.counts().groups).filter(|&mix| is_wanted(frame, mix)) {
+            let mut votes = Votes::default();
+            report.bytes_read += self.gather(frame, metric, nearest, mix, signals, &mut votes, observer);
+            let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
+            let slots = inputs.zip(signals.y_prev.as_flattened_mut());
+            for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(database.counts().dofs) {
+                if settings.mix_of(database.group_of_dof(d)) != mix {
+                    continue;
+                }
+                let [mean_x_prev, mean_y_prev, mean_x] =
+                    self.examples.means(d).map(|mean| mean * database.step(d));
+                (*x_prev, *y_prev) = (mean_x_prev, mean_y_prev);
+                if (dof::FORWARD..dof::JOINTS).contains(&d) {
+                    *x = mean_x;
+                }
             }
         }
     }
 
-    /// Reads the neighbors of a class into the regression and the timing, and lets them vote. Returns the bytes read.
+    /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets them
+    /// vote. Returns the bytes read.
+    #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn gather(
         &mut self,
         frame: Frame<'_, '_>,
         metric: &Metric,
         share: Share,
+        mix: usize,
         signals: &Signals<J>,
         votes: &mut Votes,
         observer: &mut impl Observer<J>,
@@ -204,7 +214,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
-        let heard = examples::heard(&settings.styles);
+        let mix = settings.mix(mix);
+        let heard = examples::heard(mix, database.counts().styles);
         let mut bytes = 0;
         self.steps.ask(database, x, x_prev);
         self.examples.clear();
@@ -213,7 +224,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.place();
-            let read = examples::read(database, class, row, &settings.styles, &heard, example);
+            let read = examples::read(database, class, row, mix, &heard, example);
             let leg_distances = if legs.is_some() {
                 let [left, right] = &asked;
                 [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
@@ -239,6 +250,32 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         bytes
     }
 
+    /// What a class predicts of every dof, in one mix of styles, left in `output`; those of the groups that have it are
+    /// added to the mixture's.
+    fn answer(
+        &self,
+        frame: Frame<'_, '_>,
+        share: Share,
+        mix: usize,
+        signals: &mut Signals<J>,
+        parameters: &Parameters,
+    ) {
+        let Frame { database, settings, .. } = frame;
+        let (x, x_prev, y_prev) =
+            (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
+        let inputs = x_prev.iter().zip(y_prev).zip(x);
+        let outputs = signals.output.as_flattened_mut().iter_mut().zip(signals.predicted.as_flattened_mut());
+        for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
+            outputs.zip(inputs).enumerate().take(database.counts().dofs)
+        {
+            let (step, scale) = (database.step(d), database.scale(d));
+            *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
+            if settings.mix_of(database.group_of_dof(d)) == mix {
+                *all += share.proportion * *one;
+            }
+        }
+    }
+
     /// The mixture's prediction of every dof, of the time step and of the contacts.
     #[inline(never)]
     fn regress(
@@ -249,7 +286,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
-        let Frame { database, config, .. } = frame;
+        let Frame { database, config, settings, .. } = frame;
+        let lead = settings.mix_of(database.joint_group(0));
         let parameters =
             Parameters { lambda: config.lambda, ridge: config.ridge, kappa: config.kappa, rho: config.rho };
         let mut votes = Votes::default();
@@ -257,29 +295,33 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         signals.predicted = [[0.0; 4]; J];
         for share in &report.classes {
             let class = usize::from(share.class);
-            report.bytes_read += self.gather(frame, metric, *share, signals, &mut votes, observer);
-            let (x, x_prev, y_prev) =
-                (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
-            let inputs = x_prev.iter().zip(y_prev).zip(x);
-            let outputs =
-                signals.output.as_flattened_mut().iter_mut().zip(signals.predicted.as_flattened_mut());
-            for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
-                outputs.zip(inputs).enumerate().take(database.counts().dofs)
-            {
-                let (step, scale) = (database.step(d), database.scale(d));
-                *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, &parameters);
-                *all += share.proportion * *one;
-            }
+            // The root's mix first: its answers stay until the time step and the votes are told.
+            report.bytes_read += self.gather(frame, metric, *share, lead, signals, &mut votes, observer);
+            self.answer(frame, *share, lead, signals, &parameters);
             observer.stage(Stage::Timing);
             let (y, y_prev) = (signals.output.as_flattened(), signals.y_prev.as_flattened());
             step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
             observer.stage(Stage::Rest);
             let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
             observer.timed(class, rows, self.steps.weights());
+            for mix in 0..=database.counts().groups {
+                if mix == lead || !is_wanted(frame, mix) {
+                    continue;
+                }
+                // Feet and time have been voted for.
+                let mut none = Votes::default();
+                report.bytes_read += self.gather(frame, metric, *share, mix, signals, &mut none, observer);
+                self.answer(frame, *share, mix, signals, &parameters);
+            }
         }
         report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
     }
+}
+
+/// Whether a joint group has that mix of styles.
+fn is_wanted(frame: Frame<'_, '_>, mix: usize) -> bool {
+    (0..frame.database.counts().groups).any(|group| frame.settings.mix_of(group) == mix)
 }

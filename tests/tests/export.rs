@@ -229,7 +229,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                             pose * pose + rate * rate
                         })
                         .sum();
-                    let weight = proportion / (distance2 + 3e-8);
+                    let weight = proportion / (distance2 + 3e-8).powi(2);
                     let label = own[side] + strength[0].min(1.0) * (output[side] - own[side]);
                     total[side] += weight;
                     stands[side] += weight * label;

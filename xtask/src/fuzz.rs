@@ -87,7 +87,9 @@ fn seed_with_blobs(corpus: &Path) -> Result<()> {
 
 /// Builds a small database, and beside it what it is when cut to its models.
 fn write_blobs(files: &[&Path]) -> Result<()> {
-    run_command(cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).args(files))
+    run_command(
+        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).args(files),
+    )
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.

@@ -61,6 +61,13 @@ pub enum Request<'a> {
         /// How many to skip.
         skip: u16,
     },
+    /// The own output style of a joint group, or none. Answer: [`Reply::Done`].
+    GroupStyle {
+        /// The group.
+        group: u16,
+        /// Styles and their weights; empty: the body's.
+        weights: Pairs,
+    },
 }
 
 /// What the board answers.

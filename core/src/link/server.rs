@@ -197,6 +197,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             Request::Labels { action, input_style } => self.labels(action, input_style),
             Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
             Request::Strength(strengths) => self.strengths(&strengths),
+            Request::GroupStyle { group, weights } => self.stylizer.set_group_style(group, &weights),
             Request::Configure(parameters) => self.configure(&parameters),
             Request::Reset => {
                 self.stylizer.reset();

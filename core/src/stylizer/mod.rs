@@ -5,7 +5,8 @@ mod guard;
 mod settings;
 
 pub use guard::Safety;
-pub(crate) use settings::Settings;
+pub use settings::{MAX_OWN, STRENGTH_S};
+pub(crate) use settings::{Mix, Settings};
 
 use guard::Guard;
 
@@ -215,6 +216,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             }
         }
         self.accept(report.degraded.contains(Degraded::LEAP));
+        self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         match &mut self.engine {
@@ -253,7 +255,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     #[inline(never)]
     fn put_out(&mut self, first: bool, report: &mut Report, pose: &mut Pose<J>) {
         let dofs = self.database.counts().dofs;
-        let root_strength = self.strength(self.database.joint_group(0));
+        let root_strength = self.settings.strength_of(self.database.joint_group(0));
         let variables =
             self.signals.predicted.as_flattened_mut().iter_mut().zip(self.signals.x.as_flattened());
         for (d, ((predicted, &x), last)) in
@@ -294,9 +296,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
-        // At strength 0 the input is put out as it is.
-        if self.config.contacts && root_strength > 0.0 {
-            let tuning = lock::Tuning { release_m: self.config.release_m, ease_s: self.config.ease_s };
+        // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
+        let on = self.config.contacts && root_strength > 0.0;
+        if on || self.lock.is_engaged() {
+            let tuning = lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }

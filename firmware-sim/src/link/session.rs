@@ -143,7 +143,7 @@ impl<'t, L: Line> Session<'t, L> {
         self.twin.set(setting)
     }
 
-    /// Puts a wish in force at both ends: parameters, style, labels, masks, strengths.
+    /// Puts a wish in force at both ends: parameters, style, labels, masks, strengths, styles of joint groups.
     ///
     /// # Errors
     /// What the board refuses, with what to do about it.
@@ -220,6 +220,9 @@ pub fn requests(wish: &Wish) -> Result<VecDeque<Request<'static>>> {
     if !wish.strength.is_empty() {
         requests.push_back(Request::Strength(pairs(&wish.strength, "strengths")?));
     }
+    for (group, weights) in &wish.group_styles {
+        requests.push_back(Request::GroupStyle { group: *group, weights: pairs(weights, "styles")? });
+    }
     Ok(requests)
 }
 
@@ -237,6 +240,7 @@ fn name(request: &Request<'_>) -> &'static str {
         Request::Labels { .. } => "the labels",
         Request::Mask { .. } => "the mask",
         Request::Strength(_) => "the strengths",
+        Request::GroupStyle { .. } => "the style of a joint group",
         _ => "the setting",
     }
 }
