@@ -204,6 +204,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Decode);
             let example = self.examples.place();
             let read = examples::read(database, class, row, &settings.styles, example);
+            observer.stage(Stage::Contacts);
             let leg_distances = match &legs {
                 Some(legs) => {
                     let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
@@ -218,7 +219,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
-            observer.stage(Stage::Rest);
+            observer.stage(Stage::Contacts);
             let (input, output) = (contact::of(database, row), read.stands.0);
             let label = [0, 1].map(|i: usize| {
                 let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);

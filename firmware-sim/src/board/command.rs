@@ -3,20 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{motion::Clip, report::progress, stream::Request, translate::Input, wish::WishArgs};
+use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
 use super::{
     boards::{self, BOARDS, Board},
-    generated::{Profile, REFERENCE, SMALL},
+    generated::{REFERENCE, SMALL},
     image,
     measure::{Job, Measured, Replayed, measure, median, replay},
+    programs,
 };
-use crate::recording::Recording;
+use crate::{link::command::RobotArgs, recording::Recording};
 
 /// Frames of the long stream, and how often its settings change.
 pub const LONG: (usize, usize) = (10_000, 250);
+/// Length of a generated clip.
+const SECONDS: f64 = 12.0;
 /// The database of the long stream: small, and kept for as long as the format is.
 pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1.gestus");
 
@@ -30,7 +33,7 @@ pub struct BoardArgs {
     #[arg(long)]
     all: bool,
     /// The database
-    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input")]
+    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build", "around", "functions"], requires = "input")]
     db: Option<PathBuf>,
     /// The clip, a BVH file on the database's skeleton
     #[arg(long)]
@@ -40,6 +43,9 @@ pub struct BoardArgs {
     /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
+    /// With --generated: a stream that leaps from one motion to another every few frames, which costs most
+    #[arg(long, requires = "generated")]
+    leaps: bool,
     /// In place of a clip 10,000 frames of a small database's own motion, settings changing on the way, whose digest is
     /// the same on every machine
     #[arg(long, conflicts_with_all = ["db", "input"])]
@@ -53,6 +59,18 @@ pub struct BoardArgs {
     /// The image with its log lines, which go to BOARD.log beside the images
     #[arg(long, conflicts_with = "image")]
     defmt: bool,
+    #[command(flatten)]
+    robot: RobotArgs,
+    /// What stands around a step, counted on m4f: another skeleton in and back, retiming, a robot's servos, the effort dial
+    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream"])]
+    around: bool,
+    /// Elementary functions of libm and micromath, counted on m4f or m0, and how far they are off
+    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream", "around"])]
+    functions: bool,
+    /// The core with micromath's sine and cosine in the image: how far its joints get from this machine's, which has its
+    /// own, in place of a comparison of bits
+    #[arg(long, conflicts_with_all = ["image", "long_stream"])]
+    micromath: bool,
     /// Only build the images, and say where they are
     #[arg(long, conflicts_with_all = ["image", "db", "input"])]
     build: bool,
@@ -76,6 +94,19 @@ pub fn run(args: &BoardArgs) -> Result<()> {
     if args.build {
         return build(args, &boards);
     }
+    if let [board] = boards[..]
+        && (args.around || args.functions)
+    {
+        let figures = if args.around { programs::around(board)? } else { programs::functions(board)? };
+        if args.json {
+            println!("{figures}");
+        } else {
+            for (name, numbers) in figures.as_object().into_iter().flatten() {
+                println!("{name:16} {numbers}");
+            }
+        }
+        return Ok(());
+    }
     let (figures, lines, differing) = if args.long_stream {
         let replayed = long_streams(args, &boards)?;
         let differing = replayed.iter().filter(|r| !r.bit_exact()).map(|r| r.board.name).collect();
@@ -86,7 +117,8 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
         let measured = boards.iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
-        let differing: Vec<&str> = measured.iter().filter(|m| !m.bit_exact()).map(|m| m.board.name).collect();
+        let differing = measured.iter().filter(|m| !m.bit_exact() && !args.micromath);
+        let differing: Vec<&str> = differing.map(|m| m.board.name).collect();
         (measured.iter().map(Measured::json).collect(), table(&measured), differing)
     };
     match (&figures[..], args.json) {
@@ -106,8 +138,14 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     for board in boards {
         let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
         eprintln!("building the image of {} ({})", board.name, board.title);
-        let options =
-            image::Options { blob: blob.as_deref(), defmt: args.defmt, stack_sizes: args.stack_sizes };
+        let (defmt, stack_sizes, micromath) = (args.defmt, args.stack_sizes, args.micromath);
+        let options = image::Options {
+            blob: blob.as_deref(),
+            defmt,
+            stack_sizes,
+            micromath,
+            ..image::Options::default()
+        };
         let image = image::build(board, options)?;
         let flash_bytes = image::flash_bytes(&image)?;
         if !args.json {
@@ -134,13 +172,21 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let database = open(path, &bytes)?;
             let clip = Input::read(input, &database)?.mapped;
             let request = args.wish.request(&database)?;
-            one(args, board, Job { path, database, clip: &clip, request: &request })
+            let tables = args.robot.read()?;
+            let robot = args.robot.open(&tables, &database)?;
+            let behind = robot.map(|_| image::with_robot(&bytes, &tables)).transpose()?;
+            let path = behind.as_deref().unwrap_or(path);
+            let robot = robot.map(|robot| (robot, &args.robot.robot_at[..]));
+            one(args, board, Job { path, database, clip: &clip, request: &request, robot })
+        }
+        _ if args.robot.robot.is_some() => {
+            bail!("--robot: it needs the database that it was made for: give --db and --input")
         }
         _ => {
             let path = profile.database()?;
             let bytes = read(&path)?;
             let database = open(&path, &bytes)?;
-            let clip = generated_clip(profile)?;
+            let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             let own = profile.request();
             // A style that is named is one of the generated database; a clip's own wish says nothing of it.
             let request = if args.generated && !args.wish.style.is_empty() {
@@ -150,13 +196,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             } else {
                 own
             };
-            one(args, board, Job { path: &path, database, clip: &clip, request: &request })
+            one(args, board, Job { path: &path, database, clip: &clip, request: &request, robot: None })
         }
     }
-}
-
-fn generated_clip(profile: Profile) -> Result<Clip> {
-    profile.clip(12.0)
 }
 
 fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured> {
@@ -166,6 +208,7 @@ fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured
     let bar = progress::bar(clip.frames.len(), "frames");
     let measured = measure(board, &image, Job { clip: &clip, ..job }, || bar.inc(1)).context(board.name)?;
     bar.finish_and_clear();
+    args.robot.write(&measured.linked)?;
     Ok(measured)
 }
 
@@ -174,7 +217,9 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
         return Ok(image.clone());
     }
     eprintln!("building the image of {} ({})", board.name, board.title);
-    image::build(board, image::Options { blob: Some(blob), defmt: args.defmt, ..image::Options::default() })
+    let (defmt, micromath, robot) = (args.defmt, args.micromath, args.robot.robot.is_some());
+    let options = image::Options { blob: Some(blob), defmt, micromath, robot, ..image::Options::default() };
+    image::build(board, options)
 }
 
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
