@@ -49,8 +49,9 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     let mut command = nightly_cargo();
     if target == "link" {
         let blob = target_dir().join("fuzz-link.gestus");
-        write_blob(&blob)?;
-        command.env("GESTUS_BLOB", blob);
+        let robot = target_dir().join("fuzz-robot.gestus");
+        write_blobs(&blob, &robot)?;
+        command.env("GESTUS_BLOB", blob).env("GESTUS_ROBOT", robot);
     }
     command
         .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
@@ -75,16 +76,18 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
 /// blob with bytes behind it, which the target makes settings and poses of.
 fn seed_with_blobs(corpus: &Path) -> Result<()> {
     let seed = corpus.join("seed");
-    write_blob(&seed)?;
+    write_blobs(&seed, &target_dir().join("fuzz-robot.gestus"))?;
     let mut bytes = std::fs::read(&seed)?;
     bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
     std::fs::write(corpus.join("seed-with-poses"), bytes)?;
     Ok(())
 }
 
-/// Builds a small database.
-fn write_blob(file: &Path) -> Result<()> {
-    run_command(cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(file))
+/// Builds a small database, and the tables of a robot for it.
+fn write_blobs(blob: &Path, robot: &Path) -> Result<()> {
+    let mut small = cargo();
+    small.args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]);
+    run_command(small.arg(blob).arg(robot))
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.
