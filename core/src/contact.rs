@@ -14,7 +14,7 @@
 //! [`DELAY_FRAMES`]; files can take the paper's Gaussian (the builder's `contact::smoothed`) instead. A foot stands
 //! where the smoothed likelihood is above one half.
 //!
-//! Cost: 18 differences a neighbor and foot, about 9,000 instructions a frame.
+//! Cost: 18 differences a neighbor and foot; `docs/PERFORMANCE.md` has the instructions of the stage.
 
 use crate::{
     blob::{
@@ -89,25 +89,69 @@ impl Votes {
     }
 }
 
-/// Squared distance of a leg from an example's: pose and rate of its nine dofs, rad².
-pub fn distance2(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32], example: &[[f32; 4]]) -> f32 {
-    let rate_weight = RATE_WEIGHT_S * database.rate_hz();
-    let mut sum = 0.0;
-    for joint in [leg.hip, leg.knee, leg.ankle] {
-        // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
-        let first = dof::JOINTS + 3 * joint.saturating_sub(1);
-        let of = |values: &'_ [f32], i: usize| values.get(first + i).copied().unwrap_or(0.0);
-        for i in 0..3 {
-            let Some(theirs) = example.get(first + i) else { continue };
-            // Examples are in quantisation steps.
-            let step = database.step(first + i);
-            let pose = of(x, i) - step * theirs[X];
-            let before = of(x_prev, i) - step * theirs[X_PREV];
-            let rate = rate_weight * (pose - before);
-            sum += pose * pose + rate * rate;
-        }
+/// A leg of the input, as examples are compared with it: what stays the same over a class's examples.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Asked {
+    /// Hip, knee and ankle.
+    joints: [AskedJoint; 3],
+    /// What rates count against dofs: τ times the frames a second.
+    rate_weight: f32,
+}
+
+/// The three dofs of a joint.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct AskedJoint {
+    /// The first of them.
+    first: u16,
+    /// Their quantisation steps.
+    step: [f32; 3],
+    /// The input's, and those of the frame before, rad.
+    now: [f32; 3],
+    before: [f32; 3],
+}
+
+impl Asked {
+    /// No leg.
+    pub const NONE: Self = Self {
+        joints: [AskedJoint { first: u16::MAX, step: [0.0; 3], now: [0.0; 3], before: [0.0; 3] }; 3],
+        rate_weight: 0.0,
+    };
+
+    /// A leg in the input's dofs and in those of the frame before.
+    pub fn new(database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) -> Self {
+        let joints = [leg.hip, leg.knee, leg.ankle].map(|joint| {
+            // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
+            let first = dof::JOINTS + 3 * joint.saturating_sub(1);
+            let of = |values: &[f32]| [0, 1, 2].map(|i| values.get(first + i).copied().unwrap_or(0.0));
+            AskedJoint {
+                first: first as u16,
+                step: [0, 1, 2].map(|i| database.step(first + i)),
+                now: of(x),
+                before: of(x_prev),
+            }
+        });
+        Self { joints, rate_weight: RATE_WEIGHT_S * database.rate_hz() }
     }
-    sum
+
+    /// Squared distance of an example's leg: pose and rate of its nine dofs, rad².
+    pub fn distance2(&self, example: &[[f32; 4]]) -> f32 {
+        let mut sum = 0.0;
+        for AskedJoint { first, step, now, before } in &self.joints {
+            let Some(theirs) = example.get(usize::from(*first)..).and_then(<[_]>::first_chunk::<3>) else {
+                continue;
+            };
+            for (((theirs, step), now), before) in theirs.iter().zip(step).zip(now).zip(before) {
+                // Examples are in quantisation steps.
+                let pose = now - step * theirs[X];
+                let before = before - step * theirs[X_PREV];
+                let rate = self.rate_weight * (pose - before);
+                sum += pose * pose + rate * rate;
+            }
+        }
+        sum
+    }
 }
 
 /// The causal filter of the likelihoods.

@@ -14,9 +14,9 @@ use heapless::Vec;
 use crate::{
     Config, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
-    contact::{self, Votes},
+    contact::{self, Asked, Votes},
     examples,
-    knn::{Limits, Metric, Searcher},
+    knn::{Limits, MAX_VISITS, Metric, Searcher},
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
@@ -28,6 +28,9 @@ use crate::{
 
 /// Most classes of a frame in which the classes are searched anew: what bounds the worst frame.
 const CLASSES_ANEW: usize = 4;
+/// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
+/// classes takes at most `C · visits + SPARE`.
+const SPARE: u16 = MAX_VISITS;
 /// Mean squared distance of a class that was not searched.
 const NOT_SEARCHED: f32 = -1.0;
 
@@ -41,6 +44,8 @@ pub(crate) struct Mar<const J: usize, const K: usize, const C: usize> {
     mean_distance2: [f32; C],
     examples: Examples<J>,
     steps: Steps<K>,
+    /// The input's legs, while a class's neighbors vote on contacts.
+    legs: [Asked; 2],
 }
 
 /// What stays the same through a frame.
@@ -65,6 +70,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             mean_distance2: [NOT_SEARCHED; C],
             examples: Examples::new(),
             steps: Steps::new(),
+            legs: [Asked::NONE; 2],
         }
     }
 
@@ -111,10 +117,11 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
-        let limits = Limits {
+        let mut limits = Limits {
             k: usize::from(config.k),
             pool: usize::from(config.pool),
             visits: config.visits,
+            spare: SPARE,
             jump: config.jump,
         };
         let classes = database.counts().classes;
@@ -135,6 +142,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 sum += neighbor.distance2;
             }
             *mean = sum / found.len().max(1) as f32;
+            // Never below 0: a search takes no more than its own visits and those to spare.
+            let visits = u16::try_from(effort.visits).unwrap_or(u16::MAX);
+            limits.spare = limits.spare.saturating_add(config.visits).saturating_sub(visits);
             report.visits += effort.visits;
             report.bytes_read += effort.bytes;
             report.degraded.set(Degraded::VISITS, effort.capped);
@@ -192,7 +202,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let Frame { database, settings, .. } = frame;
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
+        observer.stage(Stage::Contacts);
         let legs = database.legs();
+        let named = legs.is_some();
+        for (asked, leg) in self.legs.iter_mut().zip(legs.iter().flatten()) {
+            *asked = Asked::new(database, leg, signals.x.as_flattened(), signals.x_prev.as_flattened());
+        }
+        observer.stage(Stage::Rest);
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
         let mut bytes = 0;
@@ -205,14 +221,11 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             let example = self.examples.place();
             let read = examples::read(database, class, row, &settings.styles, example);
             observer.stage(Stage::Contacts);
-            let leg_distances = match &legs {
-                Some(legs) => {
-                    let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
-                    let variables: &[[f32; 4]] = example.as_flattened();
-                    legs.map(|leg| contact::distance2(database, &leg, x, x_prev, variables))
-                }
+            let leg_distances = if named {
+                self.legs.each_ref().map(|leg| leg.distance2(example.as_flattened()))
+            } else {
                 // A blob that names no legs: the whole body.
-                None => [metric.distance2(database.feature(row)); 2],
+                [metric.distance2(database.feature(row)); 2]
             };
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);

@@ -18,7 +18,7 @@ use gestus_builder::{
     translate::Input,
     urdf::Robot,
 };
-use gestus_core::{Config, Database};
+use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_tests::motion;
 use serde_json::{Value, json};
@@ -165,13 +165,16 @@ fn a_robot_that_is_not_the_databases_is_refused() {
     let link = ["link", "loopback", "--db", db, "--input", clip, "--style", "heavy", "--robot"];
     let (ok, stdout, stderr) = sim(&[&link[..], &[db]].concat());
     assert!(!ok && stdout.is_empty() && stderr.contains("small.gestus"), "{stderr}");
-    let other = motion::of(1, 1);
-    let database = Database::open(&other).expect("it opens");
+    let database = Database::open(motion::small()).expect("the generated blob opens");
     let toy = Robot::parse(TOY, "toy.urdf").expect("it is a robot");
-    let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the other database");
+    let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the database");
     let mut bytes = machine.bytes().to_vec();
-    let skeleton = gestus_core::robot::layout::header::SKELETON.start;
-    bytes[skeleton] ^= 1;
+    // Of another skeleton, and whole.
+    let header = [header::SKELETON.start, header::CRC.start, header::CRC.end];
+    bytes[header[0]] ^= 1;
+    bytes[header[1]..header[2]].fill(0);
+    let crc = crc32c(&[&bytes]);
+    bytes[header[1]..header[2]].copy_from_slice(&crc.to_le_bytes());
     let path = Path::new(db).with_file_name("other.gestus");
     std::fs::write(&path, &bytes).expect("it can be written");
     let (ok, _, stderr) = sim(&[&link[..], &[path.to_str().expect("a plain path")]].concat());

@@ -1,4 +1,5 @@
-//! The blob where external flash would be: an address that the linker script names. A robot's tables may lie behind it.
+//! The blob where external flash would be: an address that the linker script names. A robot's tables, or a recording, may
+//! lie behind it.
 
 use gestus_core::{blob, robot};
 
@@ -33,8 +34,12 @@ pub fn blob() -> &'static [u8] {
     cut(window(), blob::layout::header::TOTAL)
 }
 
+/// What lies behind the blob, to the end of the window.
+pub fn behind() -> &'static [u8] {
+    window().get(blob().len().next_multiple_of(BOUNDARY)..).unwrap_or(&[])
+}
+
 /// The robot's tables behind the blob; for `Robot::open` to refuse where there are none.
 pub fn robot() -> &'static [u8] {
-    let behind = window().get(blob().len().next_multiple_of(BOUNDARY)..).unwrap_or(&[]);
-    cut(behind, robot::layout::header::TOTAL)
+    cut(behind(), robot::layout::header::TOTAL)
 }

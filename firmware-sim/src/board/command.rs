@@ -1,6 +1,15 @@
 //! `gestus-sim board`.
 
-use std::path::{Path, PathBuf};
+use std::{
+    num::NonZero,
+    path::{Path, PathBuf},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread::available_parallelism,
+    time::Instant,
+};
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
@@ -11,7 +20,7 @@ use super::{
     boards::{self, BOARDS, Board},
     generated::{REFERENCE, SMALL},
     image,
-    measure::{Job, Measured, Replayed, measure, median, replay},
+    measure::{Job, Measured, Replayed, measure, median},
     programs,
 };
 use crate::{link::command::RobotArgs, recording::Recording};
@@ -112,7 +121,8 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         let differing = replayed.iter().filter(|r| !r.bit_exact()).map(|r| r.board.name).collect();
         let lines = replayed.iter().map(|r| {
             let word = if r.bit_exact() { "bit-exact" } else { "NOT bit-exact" };
-            format!("{:10} {} frames, {word}, digest {:08x}\n", r.board.name, r.frames, r.digest)
+            let Replayed { board, frames, digest, seconds, .. } = r;
+            format!("{:10} {frames} frames, {word}, digest {digest:08x}, {seconds:.0} s\n", board.name)
         });
         (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
@@ -174,7 +184,8 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let request = args.wish.request(&database)?;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;
-            let behind = robot.map(|_| image::with_robot(&bytes, &tables)).transpose()?;
+            let behind =
+                robot.map(|_| image::with_behind(&bytes, &tables, "with-robot.gestus")).transpose()?;
             let path = behind.as_deref().unwrap_or(path);
             let robot = robot.map(|robot| (robot, &args.robot.robot_at[..]));
             one(args, board, Job { path, database, clip: &clip, request: &request, robot })
@@ -222,31 +233,50 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
     image::build(board, options)
 }
 
+/// The long stream on every board: the recording lies behind the database, and the board streams it by itself, so that
+/// nothing but the core is emulated. As many boards at once as there are processors.
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
-    let folder = image::target_folder();
-    std::fs::create_dir_all(&folder)?;
-    let path = folder.join("long-stream.gestus");
-    std::fs::write(&path, LONG_BLOB).with_context(|| format!("{} can't be written", path.display()))?;
+    let path = image::target_folder().join("long-stream.gestus");
     let database = open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
     let recording = Recording::long(&database, args.frames.unwrap_or(frames), change);
-    let images = boards.iter().map(|b| image_of(args, b, &path)).collect::<Result<Vec<_>>>()?;
-    // All at once: an emulator waits for bytes most of the time.
-    let bar = progress::bar(boards.len() * recording.frames.len(), "frames");
-    let replayed = std::thread::scope(|scope| {
-        let (path, recording, bar) = (&path, &recording, &bar);
-        let running: Vec<_> = boards
-            .iter()
-            .zip(&images)
-            .map(|(&board, image)| {
-                scope.spawn(move || replay(board, image, path, database, recording, || bar.inc(1)))
-            })
-            .collect();
-        let joined = running.into_iter().map(|r| r.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
-        joined.zip(boards).map(|(r, board)| r.context(board.name)).collect::<Result<Vec<_>>>()
-    })?;
+    let host_digest = recording.digest(&database)?;
+    let file = image::with_behind(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
+    let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
+    let bar = progress::bar(boards.len(), "boards");
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let replay = || {
+        while let Some((board, image)) = pair(boards, &images, next.fetch_add(1, Ordering::Relaxed)) {
+            let start = Instant::now();
+            let replayed = programs::replay(board, image, &file).map(|(digest, frames)| {
+                let seconds = start.elapsed().as_secs_f64();
+                Replayed { board, frames, digest, host_digest, seconds }
+            });
+            bar.inc(1);
+            done.lock().unwrap_or_else(PoisonError::into_inner).push(replayed);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..available_parallelism().map_or(1, NonZero::get) {
+            scope.spawn(replay);
+        }
+    });
     bar.finish_and_clear();
+    let mut replayed =
+        done.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect::<Result<Vec<_>>>()?;
+    replayed.sort_by_key(|r| boards.iter().position(|b| *b == r.board));
     Ok(replayed)
+}
+
+/// A board and its image.
+fn pair<'a>(
+    boards: &[&'static Board],
+    images: &'a [PathBuf],
+    at: usize,
+) -> Option<(&'static Board, &'a PathBuf)> {
+    // The slowest is the last of the list, and is begun first.
+    let at = boards.len().checked_sub(at + 1)?;
+    Some((boards.get(at)?, images.get(at)?))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {

@@ -18,7 +18,7 @@ use crate::link::line::{Line, Piped};
 const START: Duration = Duration::from_secs(60);
 
 /// How long a program that ends by itself may take.
-const RUN: Duration = Duration::from_secs(300);
+const RUN: Duration = Duration::from_secs(1800);
 
 /// A running emulator. It ends with this value.
 #[derive(Debug)]
@@ -36,6 +36,7 @@ impl Emulator {
         let listener = TcpListener::bind("127.0.0.1:0").context("no port on the loopback")?;
         let port = listener.local_addr()?.port();
         let mut command = machine(board, image, blob)?;
+        counted(board, &mut command);
         command.args(["-chardev", &format!("socket,id=link,host=127.0.0.1,port={port},nodelay=on")]);
         command.args(["-serial", "chardev:link"]);
         let stderr = log.try_clone()?;
@@ -90,7 +91,6 @@ fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
     let mut command = Command::new(board.emulator);
     command.args(["-M", board.machine, "-display", "none", "-monitor", "none"]);
     command.args(board.arguments);
-    command.args(["-icount", &format!("shift={}", board.icount_shift)]);
     command.args(["-semihosting-config", "enable=on,target=native"]);
     if let Some(address) = board.blob_address {
         let Some(path) = blob.to_str().filter(|p| !p.contains(',')) else {
@@ -114,14 +114,23 @@ fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
     }
 }
 
-/// Runs a program that ends by itself, and gives what it prints through the debugger.
+/// Every instruction takes the same virtual time, so that a timer counts them; which takes the emulator longer.
+fn counted(board: &Board, command: &mut Command) {
+    command.args(["-icount", &format!("shift={}", board.icount_shift)]);
+}
+
+/// Runs a program that ends by itself, and gives what it prints through the debugger; `count` where it counts
+/// instructions.
 ///
 /// # Errors
 /// A missing emulator, and a program that fails, says why, or does not end in time.
-pub fn output(board: &Board, image: &Path, blob: &Path) -> Result<String> {
+pub fn output(board: &Board, image: &Path, blob: &Path, count: bool) -> Result<String> {
     let path = image.with_extension("out");
     let file = File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
     let mut command = machine(board, image, blob)?;
+    if count {
+        counted(board, &mut command);
+    }
     command.args(["-serial", "none"]).stdin(Stdio::null()).stderr(file.try_clone()?).stdout(file);
     let child = command.spawn().map_err(|error| missing(board, error))?;
     let mut emulator = Emulator { child };

@@ -187,15 +187,16 @@ fn answer(rustc: &str, arguments: &[&str]) -> Option<PathBuf> {
     output.status.success().then(|| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
 }
 
-/// A file with a robot's tables behind a database, on the next 16-byte boundary: as a board has them in its flash.
+/// A file with a robot's tables, or a recording, behind a database, on the next 16-byte boundary: as a board has them in
+/// its flash.
 ///
 /// # Errors
 /// A file that can't be written.
-pub fn with_robot(database: &[u8], tables: &[u8]) -> Result<PathBuf> {
+pub fn with_behind(database: &[u8], behind: &[u8], name: &str) -> Result<PathBuf> {
     let mut bytes = database.to_vec();
     bytes.resize(bytes.len().next_multiple_of(16), 0);
-    bytes.extend(tables);
-    let path = target_folder().join("with-robot.gestus");
+    bytes.extend(behind);
+    let path = target_folder().join(name);
     fs::create_dir_all(target_folder())?;
     fs::write(&path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     Ok(path)

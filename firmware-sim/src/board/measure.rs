@@ -4,12 +4,7 @@ use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
 use gestus_builder::{motion::Clip, stream::Request};
-use gestus_core::{
-    Config, Database, Digest, Method, Stage,
-    blob::layout::section,
-    link::{self, Pairs, counter},
-    robot::Robot,
-};
+use gestus_core::{Config, Database, Method, Stage, blob::layout::section, link::counter, robot::Robot};
 use serde_json::{Value, json};
 
 use super::{boards::Board, emulator::Emulator, image};
@@ -21,7 +16,6 @@ use crate::{
         session::{Linked, Session, stream},
     },
     parts::{prices::Isa, worst::Shape},
-    recording::Recording,
 };
 
 /// An emulated board is slow and its line has no faults: a repetition would only be noise.
@@ -174,21 +168,19 @@ pub fn log_path(board: &Board) -> std::path::PathBuf {
     image::target_folder().join(format!("{}.log", board.name))
 }
 
-/// A recording that went through a board.
+/// A recording that a board has streamed.
 #[derive(Debug, Clone, Copy)]
 pub struct Replayed {
     /// The board.
     pub board: &'static Board,
     /// Frames of the recording.
     pub frames: usize,
-    /// Frames that differ in any bit.
-    pub differing: usize,
-    /// The first of them.
-    pub first_difference: Option<usize>,
     /// Digest of the board's output.
     pub digest: u32,
     /// Digest of this machine's.
     pub host_digest: u32,
+    /// How long it took, the emulator's start with it.
+    pub seconds: f64,
 }
 
 impl Replayed {
@@ -198,8 +190,7 @@ impl Replayed {
             "board": self.board.name,
             "bit_exact": self.bit_exact(),
             "frames": self.frames,
-            "frames_differing": self.differing,
-            "first_difference": self.first_difference,
+            "seconds": self.seconds,
             "digest": format!("{:08x}", self.digest),
             "host_digest": format!("{:08x}", self.host_digest),
         })
@@ -207,7 +198,7 @@ impl Replayed {
 
     /// Every bit of every frame was that of this machine.
     pub fn bit_exact(&self) -> bool {
-        self.differing == 0 && self.digest == self.host_digest
+        self.digest == self.host_digest
     }
 }
 
@@ -229,44 +220,6 @@ fn model_bytes(job: &Job<'_>) -> usize {
         Method::Statistic => section::STATISTIC,
     };
     job.database.optional(section).map_or(0, <[u8]>::len)
-}
-
-/// Streams a recording, settings and all, through a board.
-///
-/// # Errors
-/// As [`converse`], and settings that the board refuses.
-pub fn replay(
-    board: &'static Board,
-    image: &Path,
-    path: &Path,
-    database: Database<'_>,
-    recording: &Recording,
-    mut progress: impl FnMut(),
-) -> Result<Replayed> {
-    converse(board, image, path, database, None, |session| {
-        let (mut digest, mut host_digest) = (Digest::new(), Digest::new());
-        let (mut before, mut differing, mut first_difference) = (None, 0, None);
-        for (t, (settings, pose)) in recording.frames.iter().enumerate() {
-            if before.replace(*settings) != Some(*settings) {
-                let styles = Pairs::from_iter(settings.styles);
-                session.set(&link::Request::Style(styles)).with_context(|| format!("frame {t}"))?;
-                let (action, input_style) = (settings.action, settings.input_style);
-                let labels = link::Request::Labels { action, input_style };
-                session.set(&labels).with_context(|| format!("frame {t}"))?;
-            }
-            let stepped = session.step(pose).with_context(|| format!("frame {t}"))?;
-            if !stepped.same {
-                differing += 1;
-                first_difference.get_or_insert(t);
-            }
-            digest.add(&stepped.pose, recording.joints, stepped.report.step_s);
-            host_digest.add(&stepped.host_pose, recording.joints, stepped.host_report.step_s);
-            progress();
-        }
-        let frames = recording.frames.len();
-        let (digest, host_digest) = (digest.value(), host_digest.value());
-        Ok(Replayed { board, frames, differing, first_difference, digest, host_digest })
-    })
 }
 
 /// Streams a clip through a board.

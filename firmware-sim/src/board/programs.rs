@@ -9,13 +9,15 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    effort::{Source, dial::Dial},
     evaluate::servo::TOY,
     motion::{Clip, Skeleton},
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap},
     urdf::Robot,
+    write::with_section,
 };
-use gestus_core::Database;
+use gestus_core::{Database, blob::layout::section};
 use serde_json::{Value, json};
 
 use super::{
@@ -49,6 +51,12 @@ pub fn around(board: &Board) -> Result<Value> {
         fs::write(&path, bytes).map(|()| path)
     });
     let (map, robot) = (map?, robot?);
+    // The dial is the database's, whose builder leaves it out of generated motion: what it holds does not matter here.
+    let styles = database.counts().styles;
+    let efforts = (0..styles).map(|s| Some([s as f64 / 3.0 - 1.0, (s % 3) as f64 - 1.0, (s % 2) as f64]));
+    let dial = Dial::new(Source::Estimated, efforts.collect(), 0);
+    let path = image::target_folder().join("around.gestus");
+    fs::write(&path, with_section(&bytes, section::EFFORT, &dial.section())?)?;
     let files: [(&str, &Path); 2] = [("GESTUS_MAP", &map), ("GESTUS_ROBOT", &robot)];
     let lines = run(board, Options { program: Some("body"), files: &files, ..Options::default() }, &path)?;
     Ok(lines.into_iter().map(|(name, n)| (name, json!({ "median": n[0], "max": n[1] }))).collect())
@@ -69,11 +77,32 @@ pub fn functions(board: &Board) -> Result<Value> {
     Ok(lines.into_iter().map(|(name, numbers)| (name, figures(numbers))).collect())
 }
 
+/// Digest and frames of a recording that lies behind the database in a file, streamed by a board without counting.
+///
+/// # Errors
+/// As [`around`].
+pub fn replay(board: &Board, image: &Path, file: &Path) -> Result<(u32, usize)> {
+    let text = emulator::output(board, image, file, false)?;
+    let said = match text.split_whitespace().collect::<Vec<_>>()[..] {
+        ["digest", digest, frames] => digest.parse().ok().zip(frames.parse().ok()),
+        _ => None,
+    };
+    said.with_context(|| format!("{}: the board says `{}`", board.name, text.trim()))
+}
+
+/// The image of [`replay`].
+///
+/// # Errors
+/// An image that can't be built.
+pub fn replay_image(board: &Board) -> Result<PathBuf> {
+    image::build(board, Options { program: Some("replay"), ..Options::default() })
+}
+
 /// The lines that a program prints: names and numbers, three at least (missing ones are 0).
 fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<String, Vec<u64>>> {
     eprintln!("building {} for {} ({})", options.program.unwrap_or_default(), board.name, board.title);
     let image: PathBuf = image::build(board, options)?;
-    let text = emulator::output(board, &image, blob)?;
+    let text = emulator::output(board, &image, blob, true)?;
     let mut lines = BTreeMap::new();
     for line in text.lines().filter(|l| !l.trim().is_empty()) {
         let mut words = line.split_whitespace();

@@ -1,14 +1,14 @@
 //! The most that a frame can cost: a bound that is known before anything is streamed, from what is chosen for a board.
 //!
-//! The work of a frame is bounded by the code: a class's search computes at most V distances (`Config::visits`), and at
-//! most V' = min(V, 224) more where the stream has jumped; each class that is kept unpacks and fits at most K examples; at most
-//! `Config::classes` are kept, and 4 where the stream begins or most of its classes have jumped. With C classes
-//! searched of C₀ in the database, G = min(classes, C) and G₄ = min(G, 4), a frame is one of
+//! The work of a frame is bounded by the code: C classes that are searched compute at most C V + 448 distances, V being
+//! `Config::visits` (a class that is searched anew, because the stream has jumped, takes what the others have left, and
+//! 448 at most beyond); each class that is kept unpacks and fits at most K examples; at most `Config::classes` are kept,
+//! and 4 where the stream begins or most of the database's C₀ classes have jumped. With G = min(classes, C) and
+//! G₄ = min(G, 4), a frame is one of
 //!
 //! ```text
-//! first       C V visits                                G₄ + 1 classes unpacked (the nearest twice)
-//! all jump    C (V + V') visits                         G₄, or G where 2 C ≤ C₀
-//! half jump   C V + min(C, ⌊C₀/2⌋) V' visits            G
+//! first       C V visits              G₄ + 1 classes unpacked (the nearest twice)
+//! follow      C V + 448 visits        G
 //! ```
 //!
 //! and costs at most the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted
@@ -25,8 +25,8 @@ use super::{
 
 /// Classes that are kept where the stream begins or has jumped: the core's.
 const KEPT_ANEW: usize = 4;
-/// Most visits of a class that is searched anew behind its first search: the core's.
-const AGAIN: usize = MAX_VISITS as usize / 2;
+/// Visits that a frame has to spare: the core's.
+const SPARE: usize = MAX_VISITS as usize;
 /// Rows that an example unpacks with one output style: two of the input's and three of the output's, or four.
 const ROWS_INPUT: f64 = 2.0;
 const ROWS_OUTPUT: f64 = 3.0;
@@ -142,23 +142,15 @@ impl Shape {
         }
     }
 
-    /// The frames that may be the worst: first, all jump, half jump.
-    pub fn work(&self) -> [Work; 3] {
+    /// The frames that may be the worst: a first one, and one that follows.
+    pub fn work(&self) -> [Work; 2] {
         let searched = self.searched.len();
         let kept = self.kept.min(searched);
-        let few = kept.min(KEPT_ANEW);
-        let all_jump = if 2 * searched > self.classes { few } else { kept };
-        let again = self.visits.min(AGAIN);
-        // Those that jump cost more than those that are searched whole.
-        let mut visits: Vec<[usize; 2]> = self
-            .searched
-            .iter()
-            .map(|&rows| if rows <= self.visits { [rows, rows] } else { [self.visits, self.visits + again] })
-            .collect();
-        visits.sort_unstable_by_key(|[once, twice]| std::cmp::Reverse(twice - once));
-        let sum = |jumping: usize| -> usize {
-            visits.iter().enumerate().map(|(i, [once, twice])| if i < jumping { *twice } else { *once }).sum()
-        };
+        // Small classes are searched whole, once: they have nothing to search anew, and leave something for others.
+        let visits: usize = self.searched.iter().map(|&rows| rows.min(self.visits)).sum();
+        let large = self.searched.iter().filter(|&&rows| rows > self.visits).count();
+        let spare = SPARE + searched * self.visits - visits;
+        let again = spare.min(large * self.visits);
         let work = |visits: usize, used: usize| Work {
             joints: self.joints as f64,
             dofs: (3 * self.joints + 4) as f64,
@@ -170,11 +162,8 @@ impl Shape {
             examples: (used * self.k) as f64,
             rows: (ROWS_INPUT + ROWS_OUTPUT * self.styles as f64) / (ROWS_INPUT + ROWS_OUTPUT),
         };
-        [
-            work(sum(0), few + usize::from(searched > 0)),
-            work(sum(searched), all_jump),
-            work(sum((self.classes / 2).min(searched)), kept),
-        ]
+        let first = kept.min(KEPT_ANEW) + usize::from(searched > 0);
+        [work(visits, first), work(visits + again, kept)]
     }
 
     /// The most instructions of a frame; `None` where no prices of that instruction set were tried on hard streams.
@@ -201,19 +190,15 @@ mod tests {
     #[test]
     fn the_work_is_that_of_the_table() {
         let shape = Shape { classes: 28, ..Shape::new(21, 40, 28) };
-        let [first, all, half] = shape.work();
+        let [first, follow] = shape.work();
         assert_eq!((first.visits, first.used, first.examples), (28.0 * 320.0, 5.0, 200.0));
-        assert_eq!((all.visits, all.used), (28.0 * 544.0, 4.0));
-        assert_eq!((half.visits, half.used), (28.0 * 320.0 + 14.0 * 224.0, 8.0));
-        assert_eq!((all.dofs, all.rows), (67.0, 1.0));
-        // Seven of 28 that all jump are a quarter of the database: eight may be kept, and seven are there.
+        assert_eq!((follow.visits, follow.used), (28.0 * 320.0 + 448.0, 8.0));
+        assert_eq!((follow.dofs, follow.rows), (67.0, 1.0));
         let labelled = Shape { searched: vec![1000; 7], ..shape.clone() };
-        assert_eq!(labelled.work()[1].visits, 7.0 * 544.0);
-        assert_eq!(labelled.work()[1].used, 7.0);
-        // A class of 100 rows is searched whole, and never twice.
+        assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(2240.0, 5.0), (2688.0, 7.0)]);
+        // A class of 100 rows is searched whole, and what it leaves is the other's, which takes no more than its own again.
         let small = Shape { searched: vec![100, 1000], classes: 2, ..shape };
-        assert_eq!(small.work().map(|w| w.visits), [420.0, 644.0, 644.0]);
-        assert_eq!(small.work().map(|w| w.used), [3.0, 2.0, 2.0]);
+        assert_eq!(small.work().map(|w| (w.visits, w.used)), [(420.0, 3.0), (740.0, 2.0)]);
     }
 
     #[test]
