@@ -57,6 +57,8 @@ const HARD: [(&str, &[&str]); 4] = [
     ("hard.visits160", &["--visits", "160"]),
     ("hard.action", &["--action", "walk"]),
 ];
+/// Frames of a stream that leaps.
+const LEAPING: &str = "120";
 /// A bound that is further than this from the worst of the hard streams is of no use.
 const LOOSE: f64 = 1.6;
 /// The other methods.
@@ -80,7 +82,8 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
     let labels = ["--action", "walk", "--input-style", "neutral"];
     measure("generated", &generated, &labels, &mut figures, &mut bounds)?;
     for (prefix, more) in HARD {
-        let arguments = [&["--generated", "--leaps", "--style", "angry"], more].concat();
+        let stream = ["--generated", "--leaps", "--frames", LEAPING, "--style", "angry"];
+        let arguments = [&stream[..], more].concat();
         board(prefix, "m4f", &arguments, &INSTRUCTIONS, &mut figures, &mut bounds)?;
     }
     for method in METHODS {

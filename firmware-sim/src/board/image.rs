@@ -79,7 +79,9 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
             board.target
         );
     };
-    let target = target_folder();
+    let kept_in = target_folder();
+    // Flags are a board's own, and what is built with others would be built anew.
+    let target = kept_in.join(format!("{}{}", board.name, if options.stack_sizes { "-stack" } else { "" }));
     let mut cargo = compiler.cargo();
     let program = options.program.unwrap_or(board.binary);
     cargo.current_dir(&folder).args(["build", "--release", "--quiet", "--bin", program]);
@@ -123,9 +125,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     if !said.trim().is_empty() {
         eprintln!("{}", said.trim_end());
     }
-    // Boards of one target share the compiler's output: each keeps a copy of its own.
     let built = target.join(board.target).join("release").join(program);
-    let kept = target.join(format!("{}{}.elf", board.name, options.suffix()));
+    let kept = kept_in.join(format!("{}{}.elf", board.name, options.suffix()));
     fs::copy(&built, &kept).with_context(|| format!("{} can't be written", kept.display()))?;
     Ok(kept)
 }

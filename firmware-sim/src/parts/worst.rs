@@ -201,6 +201,36 @@ mod tests {
         assert_eq!(small.work().map(|w| (w.visits, w.used)), [(420.0, 3.0), (740.0, 2.0)]);
     }
 
+    /// docs/PORTING.md states the factors; here is what to put there.
+    #[test]
+    fn the_document_has_the_factors_of_the_code() {
+        let calibration = Isa::Armv7MFpu.calibration();
+        let worst = calibration.worst.expect("it was calibrated");
+        let factor = |term: usize| {
+            let ratio = worst[super::super::cost::STAGE_OF[term] as usize];
+            format!("{:.0}", calibration.prices.0[term] * ratio)
+        };
+        let [q, s, none, d, r, r_class, t, t_class, joint, e, class, c, l] = std::array::from_fn(factor);
+        assert_eq!(none, "0", "a class that is searched has a price of its own: put it into the document");
+        let lines = [
+            format!("query {q} · J W F"),
+            format!("search {s} · distances · F"),
+            format!("decode {d} · n D · (2 + 3 S) / 5"),
+            format!("regression {r} · n D + {r_class} · classes unpacked · D"),
+            format!("timing {t} · n + {t_class} · classes unpacked"),
+            format!("rest {joint} · J + {e} · n + {class} · C"),
+            format!("contacts {c} · n"),
+            format!("lock {l}"),
+        ];
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PORTING.md");
+        let document = std::fs::read_to_string(path).expect("the document is there");
+        let document: Vec<String> =
+            document.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        for line in lines {
+            assert!(document.contains(&line), "docs/PORTING.md has no line `{line}`");
+        }
+    }
+
     #[test]
     fn the_bound_grows_with_what_is_asked_and_falls_with_labels() {
         let most = |shape: &Shape| shape.most(Isa::Armv7MFpu).expect("it was calibrated");
