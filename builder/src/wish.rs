@@ -61,6 +61,9 @@ pub struct WishArgs {
     /// Neighbors a class
     #[arg(long)]
     k: Option<u16>,
+    /// Most distances of a class's search, a frame: what bounds the worst frame
+    #[arg(long)]
+    visits: Option<u16>,
     /// Weight of the ridge
     #[arg(long)]
     lambda: Option<f32>,
@@ -130,6 +133,7 @@ impl WishArgs {
             };
         }
         config = self.k.map_or(config, |v| config.k(v));
+        config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));

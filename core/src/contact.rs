@@ -16,7 +16,7 @@
 //! [`DELAY_FRAMES`]; files can take the paper's Gaussian (the builder's `contact::smoothed`) instead. A foot stands
 //! where the smoothed likelihood is above one half.
 //!
-//! Cost: 18 differences a neighbor and foot, about 9,000 instructions a frame.
+//! Cost: 18 differences a neighbor and foot; `docs/PERFORMANCE.md` has the instructions of the stage.
 
 use crate::{
     blob::{

@@ -9,7 +9,8 @@
 //! has jumped), or few of the neighbors found come from them (the stream has come from elsewhere), the search goes on
 //! from frames spread evenly over the class.
 //!
-//! Cost: at most `visits` distances a class, twice that after a jump; a distance reads one byte a component.
+//! Cost: at most `visits` distances a class, and after a jump as many again, as far as the frame has them to spare
+//! ([`Limits::spare`]); a distance reads one byte a component.
 
 use heapless::Vec;
 
@@ -163,6 +164,8 @@ pub struct Limits {
     pub pool: usize,
     /// Most distances, up to [`MAX_VISITS`].
     pub visits: u16,
+    /// How many more a search may take that is begun anew: what the classes before have left of theirs.
+    pub spare: u16,
     /// A mean squared distance this many times the last one is a jump.
     pub jump: f32,
 }
@@ -276,7 +279,8 @@ impl Walk<'_, '_> {
         self.left = self.limits.visits.min(MAX_VISITS);
     }
 
-    /// Leave for as many visits again. What was seen stays, as long as the visited set has room.
+    /// Leave for as many visits again, or as many as there are to spare. What was seen stays, as long as the visited set
+    /// has room.
     fn start_again(&mut self) {
         let seen = u16::try_from(self.effort.visits).unwrap_or(u16::MAX);
         let room = MAX_VISITS.saturating_sub(seen);
@@ -285,6 +289,8 @@ impl Walk<'_, '_> {
         } else {
             self.left = self.limits.visits.min(room);
         }
+        let allowed = self.limits.visits.saturating_add(self.limits.spare);
+        self.left = self.left.min(allowed.saturating_sub(seen));
     }
 
     fn pool_whole(&mut self) {

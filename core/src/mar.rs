@@ -16,7 +16,7 @@ use crate::{
     blob::{Database, layout::dof},
     contact::{self, Votes},
     examples,
-    knn::{Limits, Metric, Searcher},
+    knn::{Limits, MAX_VISITS, Metric, Searcher},
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
@@ -28,6 +28,9 @@ use crate::{
 
 /// Most classes of a frame in which the classes are searched anew: what bounds the worst frame.
 const CLASSES_ANEW: usize = 4;
+/// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
+/// classes takes at most `C · visits + SPARE`.
+const SPARE: u16 = MAX_VISITS;
 /// Mean squared distance of a class that was not searched.
 const NOT_SEARCHED: f32 = -1.0;
 
@@ -113,10 +116,11 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
-        let limits = Limits {
+        let mut limits = Limits {
             k: usize::from(config.k),
             pool: usize::from(config.pool),
             visits: config.visits,
+            spare: SPARE,
             jump: config.jump,
         };
         let classes = database.counts().classes;
@@ -137,6 +141,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 sum += neighbor.distance2;
             }
             *mean = sum / found.len().max(1) as f32;
+            // Never below 0: a search takes no more than its own visits and those to spare.
+            let visits = u16::try_from(effort.visits).unwrap_or(u16::MAX);
+            limits.spare = limits.spare.saturating_add(config.visits).saturating_sub(visits);
             report.visits += effort.visits;
             report.bytes_read += effort.bytes;
             report.degraded.set(Degraded::VISITS, effort.capped);
@@ -207,11 +214,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
         let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
+        observer.stage(Stage::Contacts);
         let legs = database.legs();
         let mut asked = [contact::Asked::NOTHING; 2];
         for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()) {
             asked.ask(database, leg, x, x_prev);
         }
+        observer.stage(Stage::Rest);
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
         let mix = settings.mix(mix);
@@ -225,6 +234,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Decode);
             let example = self.examples.place();
             let read = examples::read(database, class, row, mix, &heard, example);
+            observer.stage(Stage::Contacts);
             let leg_distances = if legs.is_some() {
                 let [left, right] = &asked;
                 [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
@@ -237,7 +247,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
-            observer.stage(Stage::Rest);
+            observer.stage(Stage::Contacts);
             let (input, output) = (contact::of(database, row), read.stands.0);
             let label = [0, 1].map(|i: usize| {
                 let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);

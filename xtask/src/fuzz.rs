@@ -49,8 +49,9 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     let mut command = nightly_cargo();
     if target == "link" {
         let blob = target_dir().join("fuzz-link.gestus");
-        write_blobs(&[&blob])?;
-        command.env("GESTUS_BLOB", blob);
+        let robot = target_dir().join("fuzz-robot.gestus");
+        write_blobs(&[&blob, &target_dir().join("fuzz-models.gestus"), &robot])?;
+        command.env("GESTUS_BLOB", blob).env("GESTUS_ROBOT", robot);
     }
     command
         .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
@@ -85,7 +86,8 @@ fn seed_with_blobs(corpus: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Builds a small database, and beside it what it is when cut to its models.
+/// Builds a small database, what it is when cut to its models, and the tables of a robot for it: as many of
+/// them as there are files.
 fn write_blobs(files: &[&Path]) -> Result<()> {
     run_command(
         cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).args(files),

@@ -21,6 +21,7 @@ use crate::{
     lock::{self, Lock},
     lti::Lti,
     mar::{Frame, Mar},
+    observe::Stage,
     pose::{self, Anchor, Dofs},
     statistic::Statistic,
     timing::Timing,
@@ -176,6 +177,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         &self.config
     }
 
+    /// The pose that was put out last; `None` before the first of a stream.
+    pub fn last_output(&self) -> Option<&Pose<J>> {
+        self.last.as_ref()
+    }
+
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.engine.reset();
@@ -229,7 +235,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             // The other models classify on their own.
             _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
         }
-        self.put_out(first, &mut report, output);
+        self.put_out(first, &mut report, output, observer);
         self.mend(report.step_s, output);
 
         let signals = &mut self.signals;
@@ -253,7 +259,13 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
     #[inline(never)]
-    fn put_out(&mut self, first: bool, report: &mut Report, pose: &mut Pose<J>) {
+    fn put_out(
+        &mut self,
+        first: bool,
+        report: &mut Report,
+        pose: &mut Pose<J>,
+        observer: &mut impl Observer<J>,
+    ) {
         let dofs = self.database.counts().dofs;
         let root_strength = self.settings.strength_of(self.database.joint_group(0));
         let variables =
@@ -300,7 +312,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let on = self.config.contacts && root_strength > 0.0;
         if on || self.lock.is_engaged() {
             let tuning = lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
+            observer.stage(Stage::Lock);
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
+            observer.stage(Stage::Rest);
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
     }
