@@ -59,15 +59,32 @@ pub struct Metric {
 impl Metric {
     /// The metric of a query; `mask` says for each joint group whether the search looks at it.
     pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
-        let features = database.counts().features;
-        let mut metric = Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features };
-        for f in 0..features.min(MAX_FEATURES) {
-            if mask >> database.feature_group(f) & 1 == 1 {
-                metric.query[f] = feature[f];
-                metric.scale[f] = database.feature_scale(f);
+        let mut metric = Self { query: *feature, ..Self::NOTHING };
+        metric.weigh(database, mask);
+        metric
+    }
+
+    /// No query yet: it is written to [`query`](Self::query), and then [`weigh`](Self::weigh)ed.
+    pub(crate) const NOTHING: Self =
+        Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features: 0 };
+
+    /// The query's place.
+    pub(crate) fn query(&mut self) -> &mut Feature {
+        &mut self.query
+    }
+
+    /// Takes the scales of the components that the search looks at, and the others out of the query.
+    #[inline(never)]
+    pub(crate) fn weigh(&mut self, database: &Database<'_>, mask: u8) {
+        self.features = database.counts().features;
+        for (f, (query, scale)) in self.query.iter_mut().zip(&mut self.scale).enumerate() {
+            let looked_at = f < self.features && mask >> database.feature_group(f) & 1 == 1;
+            if looked_at {
+                *scale = database.feature_scale(f);
+            } else {
+                *query = 0.0;
             }
         }
-        metric
     }
 
     /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units

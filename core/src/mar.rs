@@ -20,7 +20,7 @@ use crate::{
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
-    query::{ALIGNED, Feature, Window},
+    query::{ALIGNED, Window},
     regress::{Examples, Parameters, ROOM},
     stylizer::{Settings, Signals},
     timing::Steps,
@@ -92,12 +92,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         observer.stage(Stage::Query);
         self.window.push(frame.database, input);
-        let mut feature: Feature = [0.0; _];
+        // The query is written where it stays: a place of its own would be on the stack to the end of the frame.
+        let mut metric = Metric::NOTHING;
         // Nothing is left of the last frame's examples.
         const { assert!(ROOM >= ALIGNED) };
-        self.window.feature(frame.database, self.examples.room(), &mut feature);
-        observer.query(&feature);
-        let metric = Metric::new(frame.database, &feature, frame.settings.mask);
+        self.window.feature(frame.database, self.examples.room(), metric.query());
+        observer.query(metric.query());
+        metric.weigh(frame.database, frame.settings.mask);
         self.search(frame, &metric, report, observer);
         if frame.first {
             self.settle(frame, &metric, signals, report, observer);
