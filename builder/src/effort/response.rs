@@ -15,7 +15,7 @@
 //! The dial's lines through the rest are these ways, so that each factor goes with its own knob wherever the knob
 //! says it reaches, on real outputs and not on what labels promise. Between the lines the ways add up.
 //!
-//! Cost: some 70 mixes, each of a few seconds of motion of every action, through the core.
+//! Cost: some 80 mixes, each of a few seconds of motion of every action, through the core.
 
 use gestus_core::{Database, blob::layout::MAX_STYLES};
 use nalgebra::DMatrix;
