@@ -50,7 +50,7 @@ pub struct WishArgs {
     /// Strength of the style in a joint group, left-arm=0.5
     #[arg(long, value_delimiter = ',')]
     strength: Vec<String>,
-    /// Named parameters to start from: default, paper
+    /// Named parameters to start from: default, paper, near (half as many neighbors) or normalised
     #[arg(long, default_value = "default")]
     preset: String,
     /// Neighbors a class
@@ -62,6 +62,9 @@ pub struct WishArgs {
     /// Variables of the ridge: raw or norm
     #[arg(long)]
     ridge: Option<String>,
+    /// How many times lambda the coefficient of the last output is penalised with
+    #[arg(long)]
+    feedback: Option<f32>,
     /// Width of the mixing kernel
     #[arg(long)]
     delta: Option<f32>,
@@ -104,7 +107,9 @@ impl WishArgs {
         let mut config = match self.preset.as_str() {
             "default" => Config::new(),
             "paper" => Config::paper(),
-            other => bail!("--preset {other}: default or paper"),
+            "near" => Config::near(),
+            "normalised" => Config::normalised(),
+            other => bail!("--preset {other}: default, paper, near or normalised"),
         }
         .timing(policy)
         .method(method)
@@ -124,6 +129,7 @@ impl WishArgs {
         }
         config = self.k.map_or(config, |v| config.k(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
+        config = self.feedback.map_or(config, |v| config.feedback(v));
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));
