@@ -172,11 +172,13 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         let examples_dofs: Vec<(&Example, &[Vec<f64>])> =
             examples.iter().copied().zip(dofs.iter().map(Vec::as_slice)).collect();
         let contacts: Vec<&[[bool; 2]]> = examples.iter().map(|e| e.contacts.as_slice()).collect();
+        let own = options.pairing.of_models();
+        let continuing = (own != options.pairing).then(|| pair(&cycles, &names, corpus.styles.len(), own));
         let pairs = Pairs {
             cycles: &cycles,
             classes: &names,
             contacts: &contacts,
-            pairing: &pairing,
+            pairing: continuing.as_ref().unwrap_or(&pairing),
             rate_hz: corpus.rate_hz,
             warp_gaits: options.warp_gaits,
         };

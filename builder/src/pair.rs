@@ -6,11 +6,15 @@
 //!
 //! | scheme | output of a cycle |
 //! |---|---|
+//! | [`Scheme::Spread`] | one real cycle, out of those of all kin actions; near inputs share out the near outputs by kernel weight |
 //! | [`Scheme::Viterbi`] | one real cycle; the sequence that fits best and continues best |
 //! | [`Scheme::Nearest`] | one real cycle, the best fit |
 //! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles around it, a few dozen a class |
 //! | [`Scheme::Mean`] | one prototype, the mean of all |
 //! | [`Scheme::Take`] | the same cycle of the clip of the same take: for motion recorded or made in pairs |
+//!
+//! The linear models learn from stretches of motion and are always given outputs that continue: where the scheme is
+//! [`Scheme::Spread`], theirs is [`Scheme::Viterbi`].
 //!
 //! Averages lie nearer to any one real cycle than another real cycle does, and move less than any: every step
 //! becomes the same step. `gestus evaluate ablation` shows the trade.
@@ -18,6 +22,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{body::row_at, corpus::Cycle};
+
+mod kin;
+mod spread;
 
 /// Cycles that a prototype averages.
 const KERNEL_CYCLES: usize = 12;
@@ -31,8 +38,10 @@ const CONTINUITY: f64 = 10.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// The sequence of real cycles that fits and continues best.
+    /// Real cycles of kin actions, shared out by kernel weight.
     #[default]
+    Spread,
+    /// The sequence of real cycles that fits and continues best.
     Viterbi,
     /// The real cycle that fits best.
     Nearest,
@@ -46,7 +55,8 @@ pub enum Scheme {
 
 impl Scheme {
     /// All, with their names.
-    pub const ALL: [(&'static str, Scheme); 5] = [
+    pub const ALL: [(&'static str, Scheme); 6] = [
+        ("spread", Self::Spread),
         ("viterbi", Self::Viterbi),
         ("nearest", Self::Nearest),
         ("kernel", Self::Kernel),
@@ -57,6 +67,11 @@ impl Scheme {
     /// The scheme of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, s)| *s)
+    }
+
+    /// The scheme that the linear models' pairs are of.
+    pub fn of_models(self) -> Self {
+        if self == Self::Spread { Self::Viterbi } else { self }
     }
 
     /// Its name.
@@ -111,6 +126,7 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
     let members: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();
     let content: Vec<Vec<f64>> = standard(cycles, &members);
+    let pools = if scheme == Scheme::Spread { kin::pools(cycles, classes, &members) } else { Vec::new() };
     for (target, &(action, style)) in classes.iter().enumerate() {
         // Prototypes of the target class: index of the prototype, and its content.
         let prototypes: Vec<(usize, Vec<f64>)> = match scheme {
@@ -146,6 +162,7 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
                         }
                         continue;
                     }
+                    Scheme::Spread => spread::spread(inputs, &pools[target], &content),
                     Scheme::Viterbi => viterbi(cycles, inputs, &members[target], &content),
                     Scheme::Nearest => inputs
                         .iter()

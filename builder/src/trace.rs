@@ -124,6 +124,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(k))).collect::<Vec<_>>(),
         "lambda": lambda,
         "ridge_mode": match ridge { gestus_core::regress::Ridge::Raw => "raw", gestus_core::regress::Ridge::Normalised => "norm" },
+        "feedback": config.feedback_penalty(),
         "delta": delta,
         "kappa": kappa,
         "rho": rho,

@@ -55,7 +55,7 @@ pub struct WishArgs {
     /// left-arm=proud:2+old:1
     #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
     group_style: Vec<String>,
-    /// Named parameters to start from: default, paper
+    /// Named parameters to start from: default, paper, near (half as many neighbors) or normalised
     #[arg(long, default_value = "default")]
     preset: String,
     /// Neighbors a class
@@ -70,6 +70,9 @@ pub struct WishArgs {
     /// Variables of the ridge: raw or norm
     #[arg(long)]
     ridge: Option<String>,
+    /// How many times lambda the coefficient of the last output is penalised with
+    #[arg(long)]
+    feedback: Option<f32>,
     /// Width of the mixing kernel
     #[arg(long)]
     delta: Option<f32>,
@@ -114,7 +117,9 @@ impl WishArgs {
         let mut config = match self.preset.as_str() {
             "default" => Config::new(),
             "paper" => Config::paper(),
-            other => bail!("--preset {other}: default or paper"),
+            "near" => Config::near(),
+            "normalised" => Config::normalised(),
+            other => bail!("--preset {other}: default, paper, near or normalised"),
         }
         .timing(policy)
         .method(method)
@@ -135,6 +140,7 @@ impl WishArgs {
         config = self.k.map_or(config, |v| config.k(v));
         config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
+        config = self.feedback.map_or(config, |v| config.feedback(v));
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));

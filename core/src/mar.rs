@@ -299,8 +299,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         let Frame { database, config, settings, .. } = frame;
         let lead = settings.mix_of(database.joint_group(0));
-        let parameters =
-            Parameters { lambda: config.lambda, ridge: config.ridge, kappa: config.kappa, rho: config.rho };
+        let parameters = Parameters {
+            lambda: config.lambda,
+            ridge: config.ridge,
+            feedback: config.feedback,
+            kappa: config.kappa,
+            rho: config.rho,
+        };
         let mut votes = Votes::default();
         let mut step_s = 0.0;
         signals.predicted = [[0.0; 4]; J];

@@ -12,6 +12,10 @@
 //! sums are taken in steps, where radians need `λ / h²` for `a, b, c` and `λ` for the constant. Dividing each dof by
 //! its scale `s` instead, **normalised**, needs `λ s² / h²`; the two modes differ in one number.
 //!
+//! **Feedback.** Neighbors lie close together, a tenth of a dof's spread, so that a λ that keeps `b` from following its
+//! own last answer pulls `a` and `c` to zero too, and what is left is the neighbors' mean. `b` alone may therefore be
+//! penalised more: by `λ` times the feedback's penalty. 1 is the paper's.
+//!
 //! **Bias** (section 5.3, eqs. 6 and 7). Where `x[t]` lies outside `μ ± κ σ` of the neighbors, by `Δx`, the model
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
@@ -37,6 +41,8 @@ pub struct Parameters {
     pub lambda: f32,
     /// Raw or normalised variables.
     pub ridge: Ridge,
+    /// How many times λ the coefficient of `y[t-1]` is penalised with.
+    pub feedback: f32,
     /// κ: half width of the interval of trust, in standard deviations.
     pub kappa: f32,
     /// ρ: how much of what lies outside is kept in the output, 0 to 1.
@@ -224,7 +230,7 @@ impl<const J: usize> Examples<J> {
             matrix: [
                 s.pp + slope + constant * (rp * rp),
                 s.qp + constant * (rq * rp),
-                s.qq + slope + constant * (rq * rq),
+                s.qq + slope * parameters.feedback + constant * (rq * rq),
                 s.xp + constant * (rx * rp),
                 s.xq + constant * (rx * rq),
                 s.xx + slope + constant * (rx * rx),

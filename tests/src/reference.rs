@@ -24,6 +24,8 @@ pub struct Parameters {
     pub lambda: f64,
     /// Ridge on dofs divided by their standard deviations.
     pub normalised: bool,
+    /// How many times λ the coefficient of `y[t-1]` is penalised with.
+    pub feedback: f64,
     /// δ of eq. 4.
     pub delta: f64,
     /// Weight that may be dropped.
@@ -208,6 +210,7 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
 pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> f64 {
     let s = if p.normalised { scale } else { 1.0 };
     let mut matrix = Matrix4::identity() * p.lambda;
+    matrix[(1, 1)] *= p.feedback;
     let mut right = Vector4::zeros();
     for e in examples {
         let v = Vector4::new(e.x_prev[d] / s, e.y_prev[d] / s, e.x[d] / s, 1.0);

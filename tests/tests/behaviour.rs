@@ -162,6 +162,8 @@ fn capacities_and_parameters_are_checked() {
     let wrong = [
         ("lambda", new().lambda(0.0)),
         ("lambda", new().lambda(f32::NAN)),
+        ("feedback", new().feedback(0.0)),
+        ("feedback", new().feedback(f32::NAN)),
         ("delta", new().delta(0.0)),
         ("prune", new().prune(1.0)),
         ("prune", new().prune(-0.1)),

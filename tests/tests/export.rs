@@ -110,6 +110,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         k,
         lambda: number("lambda"),
         normalised: config["ridge_mode"] == "norm",
+        feedback: number("feedback"),
         delta: number("delta"),
         kappa: number("kappa"),
         rho: number("rho"),
@@ -267,7 +268,7 @@ fn the_default_can_be_recomputed_from_files() {
 #[test]
 fn every_setting_can_be_recomputed_from_files() {
     let config = Config::new().ridge(Ridge::Normalised).lambda(1.0).kappa(1.0).rho(0.9).delta(0.7).k(12);
-    let config = config.contacts(false);
+    let config = config.feedback(5.0).contacts(false);
     let request = Request {
         style: vec![(0, 1.0), (2, 3.0)],
         action: Some(1),

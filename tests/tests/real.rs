@@ -65,14 +65,12 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
     let plain = body.clip_dofs(clip);
     let arm = corpus.skeleton.find("UpperArm_L").unwrap();
     let at = 4 + 3 * arm;
-    let gesture = |amplitude: f64| -> Vec<Vec<f64>> {
+    let gesture = |axis: usize, amplitude: f64| -> Vec<Vec<f64>> {
         let mut rows = plain.clone();
         for (t, row) in rows.iter_mut().enumerate() {
             // In and out over a second, held for three.
             let rise = |from: f64| ((t as f64 - from) / 30.0).clamp(0.0, 1.0);
-            let share = rise(60.0) - rise(180.0);
-            // Lifted sideways: across the swing of the walk. Along the swing, κ leaves more of it to the model.
-            row[at + 2] += amplitude * share;
+            row[at + axis] += amplitude * (rise(60.0) - rise(180.0));
         }
         rows
     };
@@ -82,39 +80,43 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
         let one = |t: usize| (centred(&body, &rows[t])[joint] - centred(&body, &other[t])[joint]).norm();
         100.0 * held.clone().map(one).sum::<f64>() / held.len() as f64
     };
-    // The amplitude that moves the hand by 33 cm.
-    let (mut low, mut high) = (0.0, 3.0);
-    for _ in 0..30 {
-        let middle = 0.5 * (low + high);
-        if moved(&gesture(middle), &plain, hand) < 33.0 { low = middle } else { high = middle }
-    }
-    let amplitude = low;
-    let masked =
-        Request { config: Config::new().kappa(2.0).rho(1.0), masked: vec![1, 2], ..Request::style(2) };
     let run = |rows: &[Vec<f64>], request: &Request| {
         let clip = walked(&body, clip, rows);
         output_rows(&body, &clip, &stream(&database, &clip, request, &mut ()).unwrap())
     };
-    let (with, without) = (run(&gesture(amplitude), &masked), run(&plain, &masked));
-    // What should come out: the output without the gesture, and the gesture on it.
-    let mut wanted = without.clone();
-    for (row, (g, p)) in wanted.iter_mut().zip(gesture(amplitude).iter().zip(&plain)) {
-        for i in at..at + 3 {
-            row[i] += g[i] - p[i];
-        }
-    }
-    let arm_error = moved(&with, &wanted, hand);
     let others: Vec<usize> =
         (0..corpus.skeleton.joints()).filter(|&j| body.landmarks.groups[j] == 0).collect();
-    let rest = others.iter().map(|&j| moved(&with, &without, j)).sum::<f64>() / others.len() as f64;
-    let unbiased = Request { config: Config::new().kappa(1e6), ..Request::style(2) };
-    let lost = moved(&run(&gesture(amplitude), &unbiased), &wanted, hand);
-    println!(
-        "gesture of 33 cm: hand {arm_error:.2} cm from where it should be, rest {rest:.4} cm; {lost:.1} cm without bias and mask"
-    );
-    assert!(arm_error <= 5.0, "{arm_error}");
-    assert!(rest <= 0.1, "{rest}");
-    assert!(lost > 2.0 * arm_error, "{lost}");
+    // Axis 2 lifts the arm sideways. The walk itself swings it about axis 1, and κ 2 counts two standard deviations of
+    // that swing as the model's: there the hand is kept by the shipped κ. Axis 0 twists the arm.
+    for (axis, kappa, most) in [(2, 2.0, 5.0), (1, 2.0, 8.0), (2, 0.25, 2.0), (1, 0.25, 2.0)] {
+        // The amplitude that moves the hand by 33 cm.
+        let (mut low, mut high) = (0.0, 3.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if moved(&gesture(axis, middle), &plain, hand) < 33.0 { low = middle } else { high = middle }
+        }
+        let with_gesture = gesture(axis, low);
+        let config = Config::new().kappa(kappa).rho(1.0);
+        let masked = Request { config, masked: vec![1, 2], ..Request::style(2) };
+        let (with, without) = (run(&with_gesture, &masked), run(&plain, &masked));
+        // What should come out: the output without the gesture, and the gesture on it.
+        let mut wanted = without.clone();
+        for (row, (g, p)) in wanted.iter_mut().zip(with_gesture.iter().zip(&plain)) {
+            for i in at..at + 3 {
+                row[i] += g[i] - p[i];
+            }
+        }
+        let arm_error = moved(&with, &wanted, hand);
+        let rest = others.iter().map(|&j| moved(&with, &without, j)).sum::<f64>() / others.len() as f64;
+        let unbiased = Request { config: Config::new().kappa(1e6), ..Request::style(2) };
+        let lost = moved(&run(&with_gesture, &unbiased), &wanted, hand);
+        println!(
+            "gesture of 33 cm about axis {axis}, κ {kappa}: hand {arm_error:.2} cm from where it should be, rest {rest:.4} cm; {lost:.1} cm without bias and mask"
+        );
+        assert!(arm_error <= most, "axis {axis}, κ {kappa}: {arm_error}");
+        assert!(rest <= 0.1, "axis {axis}, κ {kappa}: {rest}");
+        assert!(lost > 2.0 * arm_error, "axis {axis}, κ {kappa}: {lost}");
+    }
 }
 
 #[test]

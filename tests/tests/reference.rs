@@ -32,6 +32,7 @@ struct Case {
     masked: Vec<u16>,
     strength: Vec<(u16, f32)>,
     ridge: (Ridge, f32),
+    feedback: f32,
     bias: (f32, f32),
     delta: f32,
     classes: u8,
@@ -49,6 +50,7 @@ impl Case {
             masked: vec![],
             strength: vec![],
             ridge: (Ridge::Raw, 0.1),
+            feedback: 1.0,
             bias: (0.25, 0.5),
             delta: 0.2,
             classes: 8,
@@ -64,6 +66,7 @@ impl Case {
             .k(self.k)
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)
+            .feedback(self.feedback)
             .kappa(self.bias.0)
             .rho(self.bias.1)
             .delta(self.delta)
@@ -93,6 +96,7 @@ impl Case {
             k: usize::from(self.k),
             lambda: f64::from(self.ridge.1),
             normalised: self.ridge.0 == Ridge::Normalised,
+            feedback: f64::from(self.feedback),
             delta: f64::from(self.delta),
             prune: 0.01,
             classes: usize::from(self.classes),
@@ -285,6 +289,8 @@ fn small_classes_agree_under_every_setting() {
         Case { style: vec![(2, 0.5), (2, 0.5)], ..case("a style said twice") },
         Case { ridge: (Ridge::Normalised, 1.0), ..case("normalised") },
         Case { ridge: (Ridge::Normalised, 0.1), style: vec![(1, 1.0), (2, 1.0)], ..case("normalised, two") },
+        Case { ridge: (Ridge::Normalised, 0.1), feedback: 30.0, ..case("normalised, feedback") },
+        Case { feedback: 7.0, ..case("raw, feedback") },
         Case { ridge: (Ridge::Raw, 1.0), ..case("raw, strong") },
         Case { bias: (2.0, 0.7), ..case("the paper's bias") },
         Case { bias: (0.0, 1.0), ..case("all is outside") },

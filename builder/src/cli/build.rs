@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
     if let Some(name) = &args.pairing {
         config.build.pairing = Scheme::named(name)
-            .with_context(|| format!("--pairing {name}: viterbi, nearest, kernel or mean"))?;
+            .with_context(|| format!("--pairing {name}: spread, viterbi, nearest, kernel, mean or take"))?;
     }
     config.build.models &= !args.no_models;
     config.build.from = args.from.clone().or(config.build.from);

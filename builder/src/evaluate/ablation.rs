@@ -18,6 +18,9 @@ use crate::{
     },
 };
 
+/// Between a method and the number of its variant.
+const MARK: char = '#';
+
 /// A change of one parameter.
 struct Variant {
     parameter: &'static str,
@@ -33,31 +36,34 @@ struct Variant {
 /// # Errors
 /// [`BuildError`] where what is left is no database.
 pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    // Variants of one build follow each other, and share its databases.
     let variants = variants(options);
-    let bar = progress::bar(variants.len() * folds(corpus, options), "ablation");
+    let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
+    let bar = progress::bar(variants.chunk_by(same).count() * folds(corpus, options), "ablation");
     let mut rows: Vec<table::Row> = Vec::new();
-    for variant in &variants {
+    for group in variants.chunk_by(same) {
         let reduced;
-        let corpus = if variant.every == 1 {
+        let every = group.first().map_or(1, |v| v.every);
+        let corpus = if every == 1 {
             corpus
         } else {
-            reduced = at_rate(corpus, corpus.rate_hz / variant.every as f64);
+            reduced = at_rate(corpus, corpus.rate_hz / every as f64);
             &reduced
         };
         let options = LooOptions {
-            configs: vec![("mixture".into(), variant.config)],
-            build: variant.build.clone(),
+            configs: group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect(),
+            build: group.first().map_or_else(|| options.build.clone(), |v| v.build.clone()),
             mixtures_only: true,
             ..options.clone()
         };
         for result in run(corpus, &options, &|| bar.inc(1))? {
-            if !["mixture", "local-ar"].contains(&result.method.as_str()) {
-                continue;
-            }
+            // A known action alone or a known style alone is not a number.
+            let Some((method, variant)) = result.method.split_once(MARK) else { continue };
+            let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
             rows.push(super::row(json!({
                 "parameter": variant.parameter,
                 "value": variant.value,
-                "method": result.method,
+                "method": method,
                 "action": corpus.actions[result.action],
                 "style": corpus.styles[result.style],
                 "clip": result.clip,
@@ -103,6 +109,10 @@ fn variants(options: &LooOptions) -> Vec<Variant> {
         for lambda in [0.01, 0.1, 1.0, 10.0] {
             add("ridge", format!("{name} {lambda}"), base.ridge(ridge).lambda(lambda), None, 1);
         }
+    }
+    for (lambda, feedback) in [(0.1, 10.0), (0.1, 30.0), (0.3, 10.0)] {
+        let value = format!("norm {lambda}, feedback {feedback}");
+        add("ridge", value, base.ridge(Ridge::Normalised).lambda(lambda).feedback(feedback), None, 1);
     }
     for delta in [0.05, 0.1, 0.2, 0.35, 0.7] {
         add("delta", delta.to_string(), base.delta(delta), None, 1);

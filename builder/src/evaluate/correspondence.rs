@@ -20,7 +20,7 @@ use crate::{
     },
     warp::{
         self, Warp, WarpError,
-        demo::known_pair,
+        demo::{self, known_pair},
         dtw::{Constraint, dtw},
         imw::{Config, imw},
     },
@@ -95,12 +95,13 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearErro
     let series: Vec<(String, Vec<f64>)> =
         names.iter().map(|m| ((*m).to_owned(), vec![mean(m, "strike_error_ms")])).collect();
     let labels = Labels { title: "Error of the right strike", x: "gait cycles", y: "ms" };
-    let figures = vec![Figure {
+    let mut figures = vec![Figure {
         name: "strikes".into(),
         caption: "How far each method puts the right strike from where it is, mean over styles and speeds."
             .into(),
         svg: plot::bars(labels, &["all styles".to_owned()], &series),
     }];
+    figures.extend(known_warp());
     Ok(Evaluation {
         what: "correspondence",
         about: "Cycles of every style at three speeds, warped onto one medium cycle by four methods (paper 001, \
@@ -113,11 +114,53 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearErro
     })
 }
 
+/// One pair whose warp is known: the warps, and a dof moved by each (paper 001, Figure 2). The pair can be warped.
+fn known_warp() -> Vec<Figure> {
+    let warps = Labels { title: "Finding a known time warp", x: "input, frames", y: "output, frames" };
+    let moved = Labels { title: "A dof moved by each warp", x: "output, frames", y: "standard deviations" };
+    let curves = [
+        (
+            "warps",
+            "Where each method puts every frame of the input in the output, against the truth.",
+            warps,
+            demo::warps(),
+        ),
+        (
+            "warped",
+            "The input on the output's timeline by each method (paper 001, Figure 2).",
+            moved,
+            demo::figure2(),
+        ),
+    ];
+    let figure =
+        |(name, caption, labels, curves): (&str, &str, Labels<'_>, Result<Vec<demo::Curve>, WarpError>)| {
+            let svg = plot::lines(labels, &curves.ok()?);
+            Some(Figure { name: name.into(), caption: caption.into(), svg })
+        };
+    curves.into_iter().filter_map(figure).collect()
+}
+
 fn none(corpus: &Corpus, from: usize) -> BilinearError {
     BilinearError::Cycles {
         action: corpus.actions.join(", "),
         style: corpus.styles.get(from).cloned().unwrap_or_default(),
         have: 0,
         need: SPEEDS.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_known_warp_is_drawn_with_every_method() {
+        let figures = known_warp();
+        assert_eq!(figures.iter().map(|f| f.name.as_str()).collect::<Vec<_>>(), ["warps", "warped"]);
+        for figure in figures {
+            for method in ["truth", "DTW, Type I", "DTW, Type III", "IMW"] {
+                assert!(figure.svg.contains(method), "{}: no {method}", figure.name);
+            }
+        }
     }
 }

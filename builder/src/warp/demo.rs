@@ -83,6 +83,16 @@ pub fn compare(pair: &KnownPair) -> Result<Vec<(&'static str, Warp)>, WarpError>
 /// A curve by its name: points of frame and value.
 pub type Curve = (String, Vec<(f64, f64)>);
 
+/// The warps themselves: where each method puts every frame of the input in the output, and the truth.
+///
+/// # Errors
+/// [`WarpError`] where the pair can't be warped.
+pub fn warps() -> Result<Vec<Curve>, WarpError> {
+    let found = compare(&known_pair(2, 120, 8, 1.0))?;
+    let curve = |warp: Warp| warp.positions.into_iter().enumerate().map(|(i, v)| (i as f64, v)).collect();
+    Ok(found.into_iter().map(|(name, warp)| (name.to_owned(), curve(warp))).collect())
+}
+
 /// The plot like paper 001's Figure 2: the dof `input` and `output`, and the input moved onto the output's timeline by
 /// each method.
 ///

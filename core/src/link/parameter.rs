@@ -59,6 +59,8 @@ parameters! {
     RELEASE = 20, "release_m";
     /// [`Config::ease_s`].
     EASE = 21, "ease_s";
+    /// [`Config::feedback`].
+    FEEDBACK = 22, "feedback";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -87,6 +89,7 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         SAFETY => Safety::ALL.iter().zip([0.0, 1.0, 2.0]).find(|(s, _)| **s == config.safety)?.1,
         RELEASE => config.release_m,
         EASE => config.ease_s,
+        FEEDBACK => config.feedback,
         _ => return None,
     })
 }
@@ -125,6 +128,7 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         SAFETY => config.safety(*Safety::ALL.get(usize::from(byte(value)?)).ok_or(ConfigError::Parameter)?),
         RELEASE => config.release_m(value),
         EASE => config.ease_s(value),
+        FEEDBACK => config.feedback(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -167,7 +171,8 @@ mod tests {
             .contacts(false)
             .safety(Safety::Hold)
             .release_m(0.5)
-            .ease_s(1.0);
+            .ease_s(1.0)
+            .feedback(3.0);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -195,8 +200,8 @@ mod tests {
         ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 22, have: 22 };
-        assert_eq!(set(config, 22, 0.0), Err(unknown));
-        assert_eq!(value(&config, 22), None);
+        let unknown = ConfigError::Unknown { id: 23, have: 23 };
+        assert_eq!(set(config, 23, 0.0), Err(unknown));
+        assert_eq!(value(&config, 23), None);
     }
 }
