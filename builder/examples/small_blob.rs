@@ -1,18 +1,30 @@
 //! Writes a blob that is as small as a whole one gets: nine joints that walk, in two styles. It is what the fuzzer
-//! of `gestus_core::Database::open` starts from (`cargo xtask fuzz open`).
+//! of `gestus_core::Database::open` starts from (`cargo xtask fuzz open`). A second file gets the blob cut to its
+//! models: one without frames.
 //!
-//! `cargo run -p gestus-builder --example small_blob -- FILE`
+//! With a third file, the tables of a robot of one hinge for it, for the fuzzer of the link.
+//!
+//! `cargo run -p gestus-builder --example small_blob -- FILE [MODELS [ROBOT]]`
 
 use std::{f64::consts::TAU, sync::Arc};
 
 use gestus_builder::{
     build::{BuildOptions, build},
     corpus::{Corpus, Cycle, Example},
+    cut::models_only,
     effort::{Source, dial::Dial},
     motion::{Clip, Frame, Skeleton},
     write::with_section,
 };
-use gestus_core::blob::layout::section;
+use gestus_core::{
+    Database,
+    blob::{crc::crc32c, layout::section},
+    retarget::fingerprint,
+    robot::{
+        Robot,
+        layout::{self, group, header, hinge, joint},
+    },
+};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RATE_HZ: f64 = 30.0;
@@ -38,7 +50,62 @@ fn main() -> anyhow::Result<()> {
     let bytes = with_section(&built.bytes, section::EFFORT, &dial.section())?;
     std::fs::write(&file, &bytes)?;
     eprintln!("{file}: {} bytes", bytes.len());
+    if let Some(models) = std::env::args().nth(2) {
+        let cut = models_only(&gestus_core::Database::open(&bytes)?)?;
+        std::fs::write(&models, &cut)?;
+        eprintln!("{models}: {} bytes", cut.len());
+    }
+    if let Some(file) = std::env::args().nth(3) {
+        let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{error}"))?;
+        let tables = robot(&database, &corpus.skeleton);
+        Robot::open(&tables)
+            .map_err(|error| anyhow::anyhow!("{error}"))?
+            .fits(&database, 1)
+            .map_err(|error| anyhow::anyhow!("{error}"))?;
+        std::fs::write(&file, &tables)?;
+        eprintln!("{file}: {} bytes", tables.len());
+    }
     Ok(())
+}
+
+/// The tables of a robot with one hinge, a left knee.
+fn robot(database: &Database<'_>, skeleton: &Skeleton) -> Vec<u8> {
+    const IDENTITY: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+    const X: [f32; 3] = [1.0, 0.0, 0.0];
+    let joints = skeleton.joints();
+    let mut bytes = vec![0; layout::total(joints, 1, 1, 0)];
+    let mut put = |at: usize, data: &[u8]| bytes[at..at + data.len()].copy_from_slice(data);
+    let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    put(header::MAGIC.start, &layout::MAGIC);
+    put(header::VERSION.start, &layout::VERSION.to_le_bytes());
+    put(header::HINGES.start, &1u16.to_le_bytes());
+    put(header::TARGETS.start, &(joints as u16).to_le_bytes());
+    put(header::GROUPS.start, &1u16.to_le_bytes());
+    put(header::TOTAL.start, &(layout::total(joints, 1, 1, 0) as u32).to_le_bytes());
+    put(header::SKELETON.start, &fingerprint(database).to_le_bytes());
+    put(header::TICK.start, &0.02f32.to_le_bytes());
+    put(header::BASE.start, &floats(&IDENTITY));
+    let mut at = header::LENGTH;
+    for (parent, offset) in skeleton.parents.iter().zip(&skeleton.offsets) {
+        put(at + joint::PARENT, &[parent.map_or(u8::MAX, |p| p as u8)]);
+        put(at + joint::OFFSET.start, &floats(&offset.map(|v| v as f32).as_slice()[..3]));
+        at += joint::LENGTH;
+    }
+    put(at + hinge::PARENT, &[layout::BASE]);
+    put(at + hinge::TURN.start, &floats(&IDENTITY));
+    put(at + hinge::AXIS.start, &floats(&X));
+    put(at + hinge::LIMITS.start, &floats(&[-0.2, 2.0, 6.0, 120.0, 5000.0]));
+    put(at + hinge::SERVO.start, &floats(&[1500.0, 400.0, 0.9, 600.0, 2400.0]));
+    at += hinge::LENGTH;
+    put(at + group::COUNT, &[1]);
+    put(at + group::JOINT, &[2]);
+    put(at + group::TURN.start, &floats(&IDENTITY));
+    put(at + group::ZERO.start, &floats(&IDENTITY));
+    put(at + group::AXES.start, &floats(&X));
+    put(at + group::POINTED.start, &floats(&[0.0, -1.0, 0.0]));
+    let crc = crc32c(&[&bytes]);
+    bytes[header::CRC].copy_from_slice(&crc.to_le_bytes());
+    bytes
 }
 
 /// Hips, two legs, a chest and two arms.

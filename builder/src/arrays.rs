@@ -2,26 +2,33 @@
 
 use std::{
     fs::File,
-    io::{self, BufWriter},
+    io::{self, BufWriter, Write},
     path::Path,
 };
 
 use npyz::{AutoSerialize, WriterBuilder};
+use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
 /// Writes one array to a `.npy` file. `shape` has to multiply to the number of values.
 ///
 /// # Errors
 /// What the file system says.
 pub fn write_npy<T: AutoSerialize + Clone>(path: &Path, shape: &[usize], values: &[T]) -> io::Result<()> {
-    let file = BufWriter::new(File::create(path)?);
+    write(BufWriter::new(File::create(path)?), shape, values)
+}
+
+fn write<T: AutoSerialize + Clone>(file: impl io::Write, shape: &[usize], values: &[T]) -> io::Result<()> {
     let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
     let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd()?;
     writer.extend(values.iter().cloned())?;
     writer.finish()
 }
 
-/// An archive of arrays.
-pub struct Archive(npyz::npz::NpzWriter<BufWriter<File>>);
+/// Arrays from this size on need the larger headers of ZIP64, bytes.
+const ZIP64_FROM: usize = 1 << 30;
+
+/// An archive of arrays, stored as `numpy.savez` stores them. [`finish`](Self::finish) completes it.
+pub struct Archive(ZipWriter<BufWriter<File>>);
 
 impl Archive {
     /// A new archive.
@@ -29,7 +36,7 @@ impl Archive {
     /// # Errors
     /// What the file system says.
     pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self(npyz::npz::NpzWriter::new(BufWriter::new(File::create(path)?))))
+        Ok(Self(ZipWriter::new(BufWriter::new(File::create(path)?))))
     }
 
     /// Adds an array. `shape` has to multiply to the number of values.
@@ -42,9 +49,18 @@ impl Archive {
         shape: &[usize],
         values: &[T],
     ) -> io::Result<()> {
-        let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-        let mut writer = self.0.array(name, Default::default())?.default_dtype().shape(&shape).begin_nd()?;
-        writer.extend(values.iter().cloned())?;
-        writer.finish()
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(size_of_val(values) > ZIP64_FROM);
+        self.0.start_file(format!("{name}.npy"), options)?;
+        write(&mut self.0, shape, values)
+    }
+
+    /// Writes the table of contents, without which nothing can be read.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn finish(self) -> io::Result<()> {
+        self.0.finish()?.flush()
     }
 }

@@ -16,12 +16,15 @@ use gestus_core::{
     Database, Pose,
     blob::{Leg, layout::MAX_JOINTS},
     ik::Chain,
+    quaternion,
 };
 use nalgebra::Vector3;
 
 use crate::{
-    contact::smoothed,
-    motion::Frame,
+    body::Body,
+    contact::{contacts, smoothed, sole_heights},
+    corpus::Corpus,
+    motion::{Clip, Frame},
     stream::{Streamed, from_pose, to_pose},
 };
 
@@ -32,26 +35,112 @@ const CONTACT_FRAMES: f64 = 0.6;
 
 type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
 
+/// Seconds that a change is spread over by default.
+pub const WINDOW_S: f64 = 0.25;
+
+/// A skeleton as its legs need it: a database's, or a clip's own.
+#[derive(Debug, Clone)]
+pub struct Limbs {
+    legs: [Leg; 2],
+    parents: Vec<Option<usize>>,
+    offsets: Vec<[f32; 3]>,
+    /// From the right to the left hip joint, in the root's frame.
+    side: [f32; 3],
+}
+
+impl Limbs {
+    /// Those of a database; `None` where it names no legs.
+    pub fn of_database(database: &Database<'_>) -> Option<Self> {
+        let joints: Vec<_> = (0..database.counts().joints).map(|j| database.joint(j)).collect();
+        Some(Self {
+            legs: database.legs()?,
+            parents: joints.iter().map(|j| j.parent).collect(),
+            offsets: joints.iter().map(|j| j.offset).collect(),
+            side: database.hips_line(),
+        })
+    }
+
+    /// Those of a clip's body, and which of its feet stand; soles are as high as they are where they stand in the clip.
+    /// `None` where the skeleton has more joints than a pose of the core, or no foot ever stands.
+    pub fn of_clip(body: &Body, clip: &Clip) -> Option<(Self, Vec<[bool; 2]>)> {
+        let marks = &body.landmarks;
+        let stands = contacts(clip, marks);
+        if body.skeleton.joints() > MAX_JOINTS || !stands.iter().flatten().any(|s| *s) {
+            return None;
+        }
+        let mut corpus = Corpus::of_clip(clip);
+        corpus.examples[0].contacts.clone_from(&stands);
+        let heights = sole_heights(&[&corpus.examples[0]], marks);
+        let legs = [0, 1].map(|side| Leg {
+            hip: marks.hip_joints[side],
+            knee: marks.knees[side],
+            ankle: marks.feet[side],
+            toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
+            heights: heights[side].map(|h| h as f32),
+        });
+        let limbs = Self {
+            legs,
+            parents: body.skeleton.parents.clone(),
+            offsets: body.skeleton.offsets.iter().map(|o| [o.x as f32, o.y as f32, o.z as f32]).collect(),
+            side: [body.hips_line.x as f32, body.hips_line.y as f32, body.hips_line.z as f32],
+        };
+        Some((limbs, stands))
+    }
+
+    /// The legs, left and right.
+    pub fn legs(&self) -> &[Leg; 2] {
+        &self.legs
+    }
+
+    /// A leg of a pose, by forward kinematics: what [`Chain::of`] does for a database.
+    fn chain(&self, side: usize, pose: &Pose<MAX_JOINTS>) -> Chain {
+        let leg = &self.legs[side];
+        let turn = |joint: usize| pose.rotations[joint];
+        let (mut parent, mut hip) = (quaternion::IDENTITY, self.offsets[leg.hip]);
+        let mut above = self.parents[leg.hip];
+        while let Some(joint) = above {
+            hip = quaternion::rotate(turn(joint), hip);
+            parent = quaternion::multiply(turn(joint), parent);
+            above = self.parents[joint];
+            hip = plus(hip, if above.is_some() { self.offsets[joint] } else { pose.position });
+        }
+        let thigh = quaternion::multiply(parent, turn(leg.hip));
+        let knee = plus(hip, quaternion::rotate(thigh, self.offsets[leg.knee]));
+        let shin = quaternion::multiply(thigh, turn(leg.knee));
+        let ankle = plus(knee, quaternion::rotate(shin, self.offsets[leg.ankle]));
+        let foot = quaternion::multiply(shin, turn(leg.ankle));
+        let toe = leg.toe.map_or(ankle, |toe| plus(ankle, quaternion::rotate(foot, self.offsets[toe])));
+        let side = quaternion::rotate(turn(0), self.side);
+        Chain { parent, turns: [thigh, shin, foot], hip, knee, ankle, toe, side }
+    }
+}
+
+fn plus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
 /// Cleans a stream's output, whose feet were not held on the way; contacts are its likelihoods, smoothed by the paper's
 /// Gaussian. `window` is how many frames a change is spread over.
+/// Without legs in the database everything stays as it is.
 pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize) {
+    let Some(limbs) = Limbs::of_database(database) else { return };
     let likelihoods: Vec<[f64; 2]> =
         streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
     let stands = smoothed(&likelihoods, CONTACT_FRAMES);
     let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
-    let cleaned = clean(database, &frames, &stands, window);
+    let cleaned = clean(&limbs, &frames, &stands, window);
     for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
         step.frame = frame;
         step.report.contacts = stands;
     }
 }
 
-/// The poses with their feet where they stand. Without legs in the database they stay as they are.
-pub fn clean(database: &Database<'_>, frames: &[Frame], stands: &[[bool; 2]], window: usize) -> Vec<Frame> {
-    let Some(legs) = database.legs() else { return frames.to_vec() };
+/// The poses with their feet where they stand.
+pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usize) -> Vec<Frame> {
+    let legs = limbs.legs;
     let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
     let chains = |poses: &[Pose<MAX_JOINTS>]| -> Vec<[Chain; 2]> {
-        poses.iter().map(|p| legs.map(|leg| Chain::of(database, &leg, p))).collect()
+        poses.iter().map(|p| [0, 1].map(|side| limbs.chain(side, p))).collect()
     };
     let before = chains(&poses);
     let plants = places(&before, &legs, stands);
@@ -71,7 +160,7 @@ pub fn clean(database: &Database<'_>, frames: &[Frame], stands: &[[bool; 2]], wi
             let leg = &legs[side];
             let moved = *offset + *shift;
             let ankle = vector(before[side].ankle) + moved;
-            let chain = Chain::of(database, leg, pose);
+            let chain = limbs.chain(side, pose);
             let reach =
                 (STRETCH * f64::from(chain.length())).max((vector(chain.ankle) - vector(chain.hip)).norm());
             if offset.norm() > 1e-6 {
@@ -79,7 +168,7 @@ pub fn clean(database: &Database<'_>, frames: &[Frame], stands: &[[bool; 2]], wi
             }
         }
     }
-    poses.iter().map(|p| from_pose(p, database.counts().joints)).collect()
+    poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }
 
 fn vector(v: [f32; 3]) -> Vector3<f64> {

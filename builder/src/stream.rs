@@ -29,6 +29,8 @@ pub struct Request {
     pub masked: Vec<u16>,
     /// Strength of joint groups, where it is not 1.
     pub strength: Vec<(u16, f32)>,
+    /// Own output styles of joint groups, numbers and weights, where they are not the body's.
+    pub group_styles: Vec<(u16, Vec<(u16, f32)>)>,
     /// Bounds of the output's lead and lag: the output is brought to one pose a tick within them.
     pub bounds: Option<Bounds>,
 }
@@ -43,6 +45,7 @@ impl Request {
             input_style: None,
             masked: Vec::new(),
             strength: Vec::new(),
+            group_styles: Vec::new(),
             bounds: None,
         }
     }
@@ -220,6 +223,9 @@ fn run<const J: usize, const K: usize, const C: usize>(
     }
     for &(group, strength) in &request.strength {
         stylizer.set_strength(group, strength)?;
+    }
+    for (group, weights) in &request.group_styles {
+        stylizer.set_group_style(*group, weights)?;
     }
     let counts = database.counts();
     let mut output = Pose::<J>::IDENTITY;

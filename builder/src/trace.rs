@@ -94,7 +94,8 @@ impl Trace {
         archive.add("step_seconds", &[t], &self.step_seconds)?;
         archive.add("contacts", &[t, 2], &self.contacts)?;
         let config = config(database, request).to_string().into_bytes();
-        archive.add("config", &[config.len()], &config)
+        archive.add("config", &[config.len()], &config)?;
+        archive.finish()
     }
 }
 
@@ -128,6 +129,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "kappa": kappa,
         "rho": rho,
         "style_weights": weights,
+        "group_styles": request.group_styles,
         "strength": (0..counts.dofs).map(|d| strength(database.group_of_dof(d))).collect::<Vec<_>>(),
         "metric_mask": (0..counts.features).map(|f| searched(database.feature_group(f))).collect::<Vec<_>>(),
         "action": request.action,

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{
-    Config, Database, Effort, Method, Safety, blob::Names, effort::Labels, regress::Ridge, retime::Bounds,
-    timing::Timing,
+    Config, Database, Effort, MAX_OWN, Method, Safety, blob::Names, effort::Labels, regress::Ridge,
+    retime::Bounds, timing::Timing,
 };
 
 use crate::{effort, stream::Request};
@@ -25,7 +25,8 @@ pub struct WishArgs {
     #[arg(long)]
     input_style: Option<String>,
     /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
-    /// pose at a time. effort: the whole clip rebuilt of blended fragments (`gestus translate` with --effort)
+    /// pose at a time. effort, with --effort: the whole clip rebuilt of blended fragments by `gestus translate`, and the
+    /// mix that the dial finds, by mar, where a pose comes at a time
     #[arg(long, default_value = "mar")]
     pub method: String,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
@@ -50,12 +51,19 @@ pub struct WishArgs {
     /// Strength of the style in a joint group, left-arm=0.5
     #[arg(long, value_delimiter = ',')]
     strength: Vec<String>,
+    /// Own style of a joint group, in place of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
+    /// left-arm=proud:2+old:1
+    #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
+    group_style: Vec<String>,
     /// Named parameters to start from: default, paper, near (half as many neighbors) or normalised
     #[arg(long, default_value = "default")]
     preset: String,
     /// Neighbors a class
     #[arg(long)]
     k: Option<u16>,
+    /// Most distances of a class's search, a frame: what bounds the worst frame
+    #[arg(long)]
+    visits: Option<u16>,
     /// Weight of the ridge
     #[arg(long)]
     lambda: Option<f32>,
@@ -95,9 +103,11 @@ impl WishArgs {
             "mar" => Method::Mar,
             "lti" => Method::Lti,
             "statistic" => Method::Statistic,
-            other => {
-                bail!("--method {other}: mar, lti, statistic, or effort with `gestus translate --effort`")
-            }
+            // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
+            // translate`, which has the whole clip, does not come here.
+            "effort" if self.effort.is_some() => Method::Mar,
+            "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
+            other => bail!("--method {other}: mar, lti, statistic or effort"),
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,
@@ -128,6 +138,7 @@ impl WishArgs {
             };
         }
         config = self.k.map_or(config, |v| config.k(v));
+        config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
         config = self.feedback.map_or(config, |v| config.feedback(v));
         config = self.delta.map_or(config, |v| config.delta(v));
@@ -203,6 +214,11 @@ impl WishArgs {
                 .iter()
                 .map(|s| weighted(s, manifest.groups, "joint group"))
                 .collect::<Result<_>>()?,
+            group_styles: self
+                .group_style
+                .iter()
+                .map(|s| group_style(s, manifest.groups, manifest.styles))
+                .collect::<Result<_>>()?,
         })
     }
 }
@@ -215,6 +231,18 @@ fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
     names
         .find(name.trim())
         .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
+}
+
+/// `left-arm=proud:2+old:1`, in the database's numbers.
+fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
+    let (group, mix) =
+        part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
+    let weights: Vec<(u16, f32)> =
+        mix.split('+').map(|s| weighted(&s.replacen(':', "=", 1), styles, "style")).collect::<Result<_>>()?;
+    if weights.len() > MAX_OWN {
+        bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
+    }
+    Ok((find(group, groups, "joint group")?, weights))
 }
 
 fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {

@@ -1,12 +1,13 @@
 //! Other skeletons made from generated motion, so that the truth is known: renamed, rescaled, with other axes and rest
 //! poses, more joints, another up.
 
-use std::sync::{Arc, OnceLock};
+mod common;
 
+use std::sync::Arc;
+
+use common::{database, walk};
 use gestus_builder::{
-    build::{BuildOptions, build},
     contact::contacts,
-    corpus::Corpus,
     evaluate::retarget::{directions, offsets},
     landmarks::Landmarks,
     motion::{Clip, Frame, Skeleton},
@@ -14,10 +15,9 @@ use gestus_builder::{
         IdentifyError, MapError, MapFile, Retarget,
         parts::{Part, Side},
     },
-    synth::{self, Options},
 };
 use gestus_core::{
-    BlobError, Database, Pose,
+    BlobError, Pose,
     blob::{crc::crc32c, layout::section},
     retarget::{
         Map,
@@ -25,34 +25,6 @@ use gestus_core::{
     },
 };
 use nalgebra::{UnitQuaternion, Vector3};
-
-fn corpus() -> &'static Corpus {
-    static CORPUS: OnceLock<Corpus> = OnceLock::new();
-    CORPUS.get_or_init(|| {
-        let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-        synth::corpus(&Options {
-            actions: list(&["walk"]),
-            styles: list(&["neutral", "proud"]),
-            clips: 2,
-            seconds: 6.0,
-            ..Options::default()
-        })
-        .unwrap()
-    })
-}
-
-fn blob() -> &'static [u8] {
-    static BLOB: OnceLock<Vec<u8>> = OnceLock::new();
-    BLOB.get_or_init(|| build(corpus(), &BuildOptions::default()).unwrap().bytes)
-}
-
-fn database() -> Database<'static> {
-    Database::open(blob()).unwrap()
-}
-
-fn walk() -> &'static Clip {
-    &corpus().examples[0].clip
-}
 
 /// The same motion on another skeleton.
 #[derive(Clone)]

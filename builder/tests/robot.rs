@@ -1,18 +1,18 @@
 //! Robots that do generated motion: the toy that comes with the project, and one made of the body itself, whose truth is
 //! known.
 
-use std::{f64::consts::PI, fmt::Write, sync::OnceLock};
+mod common;
 
+use std::{f64::consts::PI, fmt::Write};
+
+use common::{corpus, database, walk};
 use gestus_builder::{
-    build::{BuildOptions, build},
-    corpus::Corpus,
     motion::{Clip, Skeleton},
     robot::{Machine, MachineError, RobotMap, play, play::end_effectors, play::play_frames},
-    synth::{self, Options},
     urdf::Robot,
 };
 use gestus_core::{
-    BlobError, Database, Pose,
+    BlobError, Pose,
     blob::{crc::crc32c, layout::section},
     robot::{
         Drive, Robot as Tables,
@@ -22,30 +22,6 @@ use gestus_core::{
 use proptest::prelude::*;
 
 const TOY: &str = include_str!("../assets/toy.urdf");
-
-fn corpus() -> &'static Corpus {
-    static CORPUS: OnceLock<Corpus> = OnceLock::new();
-    CORPUS.get_or_init(|| {
-        let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-        synth::corpus(&Options {
-            actions: list(&["walk"]),
-            styles: list(&["neutral", "proud"]),
-            clips: 2,
-            seconds: 6.0,
-            ..Options::default()
-        })
-        .unwrap()
-    })
-}
-
-fn database() -> Database<'static> {
-    static BLOB: OnceLock<Vec<u8>> = OnceLock::new();
-    Database::open(BLOB.get_or_init(|| build(corpus(), &BuildOptions::default()).unwrap().bytes)).unwrap()
-}
-
-fn walk() -> &'static Clip {
-    &corpus().examples[0].clip
-}
 
 fn toy(map: &str) -> Machine {
     let map = RobotMap::parse(map, "m.toml").unwrap();

@@ -221,6 +221,11 @@ impl Config {
         (self.k, self.pool, self.visits, self.jump)
     }
 
+    /// Most classes of a frame.
+    pub const fn classes_kept(&self) -> u8 {
+        self.classes
+    }
+
     /// The method of translation.
     pub const fn method_chosen(&self) -> Method {
         self.method

@@ -18,10 +18,12 @@
 //! reached(e) = Σ over styles  of weights(e) · effort of the style    what such a mix is taken to look like
 //! ```
 //!
-//! The node of `e` is the mix `w` of least `|G w - e|² + ε |w|²`, G the styles' Efforts. Such a solution moves with
-//! its target and never against it: raising one factor of `e` never lowers that factor of `G w` (the least-squares
-//! step towards a convex set is monotone), which the interpolation keeps. Not every Effort is a mix of the styles
-//! there are: [`Reached`] says what the nearest one is, and whether that is far.
+//! What a mix looks like is not the mix of what its styles look like: joints that go together in each of two styles
+//! meet half way, and the mix is smoother and lighter than either. So the builder streams clips through this core at
+//! many mixes and measures what comes out; the lines of the grid on which one factor is turned alone are ways along
+//! which the measured factor rises, from end to end, whatever the input, and between the lines the ways add up. Not
+//! every Effort is a mix of the styles there are: the axes end where the ways do ([`Dial::range`]), and [`Reached`]
+//! says what a target became, and whether that is far from it.
 //!
 //! Cost: 8 S reads and multiplications for S styles, on a change of the target alone; no RAM.
 
@@ -117,7 +119,8 @@ impl<'db> Dial<'db> {
         }
     }
 
-    /// Least and greatest flow, weight and time that the dial knows: the ends of its grid.
+    /// Least and greatest flow, weight and time that the dial reaches, each with the other two at rest: the ends of its
+    /// grid. What is wanted beyond them is taken at the end.
     pub fn range(&self) -> [(f32, f32); 3] {
         core::array::from_fn(|k| {
             let at = effort::AXES.start + 8 * k;
@@ -125,12 +128,12 @@ impl<'db> Dial<'db> {
         })
     }
 
-    /// The Effort that factors have where nobody turns them: the input style's.
+    /// The Effort that factors have where nobody turns them: that of the even mix of all styles, where it was measured.
     pub fn rest(&self) -> Effort {
         Effort::new(core::array::from_fn(|k| f32_at(self.section, effort::REST.start + 4 * k)))
     }
 
-    /// The Effort of a style, in the middle of its motion.
+    /// What a style adds to the Effort of a mix, as fitted to what mixes were seen as.
     pub fn of_style(&self, style: usize) -> Effort {
         let at = effort::styles() + style * effort::STYLE_LENGTH;
         Effort::new(core::array::from_fn(|k| f32_at(self.section, at + 4 * k)))

@@ -6,16 +6,34 @@
 //! regression (METHODS, "Regression").
 //!
 //! Cost: a run of two rows for the input, and one of two to four rows for each style that has weight. The rows of
-//! a run are unpacked together, and go into the variables as they come.
+//! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them, and
+//! where a style is not the first.
 
 use crate::{
-    blob::{Counterpart, Database, Moment, layout::MAX_STYLES, rows::MAX_RUN},
+    blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     contact::Stands,
     regress::{Example, X, X_PREV, Y, Y_PREV},
+    stylizer::Mix,
 };
+
+/// Longest run of rows that is unpacked at once.
+const MAX_RUN: usize = 4;
 
 /// Weight of each output style; they sum to 1.
 pub type StyleWeights = [f32; MAX_STYLES];
+
+/// The styles that have weight, by number.
+pub(crate) type Heard = heapless::Vec<u8, MAX_STYLES>;
+
+/// Lists the styles that have weight in a mix.
+pub(crate) fn heard(mix: Mix<'_>, styles: usize) -> Heard {
+    let mut heard = Heard::new();
+    for (style, _) in mix.weighted(styles) {
+        // There is room for every style.
+        let _ = heard.push(style as u8);
+    }
+    heard
+}
 
 /// What was read beside the variables.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -28,12 +46,13 @@ pub(crate) struct Read {
     pub stands: Stands,
 }
 
-/// Reads the example at `row`, a searchable row of `class`.
+/// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their `weights`.
 pub(crate) fn read<const J: usize>(
     database: &Database<'_>,
     class: usize,
     row: usize,
-    styles: &StyleWeights,
+    mix: Mix<'_>,
+    heard: &[u8],
     example: &mut Example<J>,
 ) -> Read {
     let mut read = Read::default();
@@ -42,13 +61,20 @@ pub(crate) fn read<const J: usize>(
         return read;
     };
     let variables = example.as_flattened_mut();
-    read.bytes += database.decode_run(before, 2, variables, |i, slot, value| {
-        slot[if i == 0 { X_PREV } else { X }] = value;
+    let both = database.unpack(before, variables, |slot, [x_prev, x]| {
+        slot[X_PREV] = x_prev;
+        slot[X] = x;
     });
-    let weighted = styles.iter().enumerate().take(database.counts().styles).filter(|(_, w)| **w > 0.0);
+    read.bytes += both.unwrap_or_else(|| {
+        let one = |row, place: usize, variables: &mut [[f32; 4]]| {
+            database.unpack(row, variables, |slot, [value]| slot[place & 3] = value).unwrap_or(0)
+        };
+        one(before, X_PREV, variables) + one(row, X, variables)
+    });
     let mut first = true;
-    for (style, &weight) in weighted {
+    for style in heard.iter().map(|&style| usize::from(style)) {
         let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
+        let weight = mix.weight(style);
         read.step_s += weight * counterpart.step_s;
         read.stands.add(database, counterpart.now, row, weight);
         read.bytes += blend(database, &counterpart, weight, first, variables);
@@ -102,24 +128,44 @@ impl Run {
     /// Unpacks the rows into the outputs. Returns the bytes read.
     fn add(&self, database: &Database<'_>, first: bool, variables: &mut [[f32; 4]]) -> u32 {
         let count = self.count.min(MAX_RUN);
-        let weights = &self.weights;
-        if first {
-            database.decode_run(self.start, count, variables, |i, slot, value| {
-                let [before, now] = weights[i % MAX_RUN];
-                if i == 0 {
-                    slot[Y_PREV] = before * value;
-                    slot[Y] = now * value;
-                } else {
-                    slot[Y_PREV] += before * value;
-                    slot[Y] += now * value;
-                }
-            })
-        } else {
-            database.decode_run(self.start, count, variables, |i, slot, value| {
-                let [before, now] = weights[i % MAX_RUN];
-                slot[Y_PREV] += before * value;
-                slot[Y] += now * value;
-            })
-        }
+        // Weights for `y[t-1]` and for `y[t]`, by row. `y[t-1]` begins in row 0 of the run and has two rows at most: of
+        // a run of three or four rows the others have no weight in it, nor have the first ones in `y[t]`.
+        let [[p0, n0], [p1, n1], [_, n2], [_, n3]] = self.weights;
+        let whole = match if first { count } else { 0 } {
+            2 => database.unpack(self.start, variables, |slot, [a, b]| {
+                slot[Y_PREV] = p0 * a + p1 * b;
+                slot[Y] = n0 * a + n1 * b;
+            }),
+            3 => database.unpack(self.start, variables, |slot, [a, b, c]| {
+                slot[Y_PREV] = p0 * a + p1 * b;
+                slot[Y] = n1 * b + n2 * c;
+            }),
+            4 => database.unpack(self.start, variables, |slot, [a, b, c, d]| {
+                slot[Y_PREV] = p0 * a + p1 * b;
+                slot[Y] = n2 * c + n3 * d;
+            }),
+            _ => None,
+        };
+        whole.unwrap_or_else(|| self.add_row_by_row(database, first, variables))
     }
+
+    /// The same for rows of two blocks, and for styles behind the first.
+    #[inline(never)]
+    fn add_row_by_row(&self, database: &Database<'_>, first: bool, variables: &mut [[f32; 4]]) -> u32 {
+        if first {
+            variables.iter_mut().for_each(|slot| (slot[Y_PREV], slot[Y]) = (0.0, 0.0));
+        }
+        let rows = self.weights.iter().enumerate().take(self.count);
+        rows.map(|(i, &weights)| add_row(database, self.start + i, weights, variables)).sum()
+    }
+}
+
+/// Adds a row to the outputs, with its weights in `y[t-1]` and `y[t]`. Returns the bytes read.
+#[inline(never)]
+fn add_row(database: &Database<'_>, row: usize, [before, now]: [f32; 2], variables: &mut [[f32; 4]]) -> u32 {
+    let bytes = database.unpack(row, variables, |slot: &mut [f32; 4], [value]| {
+        slot[Y_PREV] += before * value;
+        slot[Y] += now * value;
+    });
+    bytes.unwrap_or(0)
 }

@@ -45,6 +45,7 @@ pub struct Chain {
 
 impl Chain {
     /// A leg of a pose, by forward kinematics.
+    #[inline(never)]
     pub fn of<const J: usize>(database: &Database<'_>, leg: &Leg, pose: &Pose<J>) -> Self {
         let turn = |joint: usize| pose.rotations.get(joint).copied().unwrap_or(IDENTITY);
         let offset = |joint: usize| database.joint(joint).offset;
@@ -75,6 +76,7 @@ impl Chain {
 
     /// Turns hip, knee and ankle of `pose`, which this is a leg of, so that the ankle lies at `target`, or as near to it
     /// as a leg of at most `reach` metres from hip to ankle comes.
+    #[inline(never)]
     pub fn place<const J: usize>(&self, leg: &Leg, target: Vector, reach: f32, pose: &mut Pose<J>) {
         let [thigh, shin, foot] = self.turns;
         let (upper, lower) = (subtract(self.knee, self.hip), subtract(self.ankle, self.knee));
@@ -98,6 +100,7 @@ impl Chain {
 /// Two bones that reach for a point: the fold of the lower one about the axis about which the limb is bent (about `side`
 /// where it is straight), and the swing of the whole limb that follows it, both in the world. `wanted` is seen from the
 /// limb's beginning; what is further than `reach` is pointed at. `None` where there is nothing to reach with or for.
+#[inline(never)]
 pub fn bend(
     upper: Vector,
     lower: Vector,
@@ -128,6 +131,7 @@ pub fn distance(a: Vector, b: Vector) -> f32 {
     norm(subtract(a, b))
 }
 
+#[inline(never)]
 fn unit(v: Vector) -> Option<Vector> {
     let length2 = dot(v, v);
     (length2 > NO_DIRECTION).then(|| {

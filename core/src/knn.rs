@@ -9,7 +9,8 @@
 //! has jumped), or few of the neighbors found come from them (the stream has come from elsewhere), the search goes on
 //! from frames spread evenly over the class.
 //!
-//! Cost: at most `visits` distances a class, twice that after a jump; a distance reads one byte a component.
+//! Cost: at most `visits` distances a class, and after a jump as many again, as far as the frame has them to spare
+//! ([`Limits::spare`]); a distance reads one byte a component.
 
 use heapless::Vec;
 
@@ -58,22 +59,44 @@ pub struct Metric {
 impl Metric {
     /// The metric of a query; `mask` says for each joint group whether the search looks at it.
     pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
-        let features = database.counts().features;
-        let mut metric = Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features };
-        for f in 0..features.min(MAX_FEATURES) {
-            if mask >> database.feature_group(f) & 1 == 1 {
-                metric.query[f] = feature[f];
-                metric.scale[f] = database.feature_scale(f);
-            }
-        }
+        let mut metric = Self { query: *feature, ..Self::NOTHING };
+        metric.weigh(database, mask);
         metric
     }
 
+    /// No query yet: it is written to [`query`](Self::query), and then [`weigh`](Self::weigh)ed.
+    pub(crate) const NOTHING: Self =
+        Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features: 0 };
+
+    /// The query's place.
+    pub(crate) fn query(&mut self) -> &mut Feature {
+        &mut self.query
+    }
+
+    /// Takes the scales of the components that the search looks at, and the others out of the query.
+    #[inline(never)]
+    pub(crate) fn weigh(&mut self, database: &Database<'_>, mask: u8) {
+        self.features = database.counts().features;
+        for (f, (query, scale)) in self.query.iter_mut().zip(&mut self.scale).enumerate() {
+            let looked_at = f < self.features && mask >> database.feature_group(f) & 1 == 1;
+            if looked_at {
+                *scale = database.feature_scale(f);
+            } else {
+                *query = 0.0;
+            }
+        }
+    }
+
     /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units
-    /// and scalar ones agree bit for bit.
-    #[inline]
+    /// and scalar ones agree bit for bit. The search takes [`distance2_below`](Self::distance2_below), which is faster.
+    #[inline(never)]
     pub fn distance2(&self, stored: &[u8]) -> f32 {
-        self.distance2_below(stored, f32::INFINITY).unwrap_or(f32::INFINITY)
+        let mut sums = [0.0f32; LANES];
+        for (i, ((&code, &query), &scale)) in stored.iter().zip(&self.query).zip(&self.scale).enumerate() {
+            let difference = query - scale * f32::from(code as i8);
+            sums[i % LANES] += difference * difference;
+        }
+        total(&sums)
     }
 
     /// The squared distance, if it is below a bound. Half of the components often tell that it is not: no term is
@@ -81,6 +104,10 @@ impl Metric {
     #[inline]
     fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
         let (chunks, rest) = stored.as_chunks::<LANES>();
+        if !rest.is_empty() {
+            // The lanes are not all full.
+            return Some(self.distance2(stored)).filter(|sum| *sum < bound);
+        }
         let mut sums = [0.0f32; LANES];
         let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.scale.as_chunks::<LANES>().0);
         let mut parts = chunks.iter().zip(queries);
@@ -92,19 +119,6 @@ impl Metric {
         }
         for (codes, (query, scale)) in parts {
             add(&mut sums, codes, query, scale);
-        }
-        if !rest.is_empty() {
-            // Components beyond the last are 0 in the query and have no scale.
-            let mut codes = [0; LANES];
-            for (slot, &code) in codes.iter_mut().zip(rest) {
-                *slot = code;
-            }
-            let at = chunks.len() * LANES;
-            let query = self.query.get(at..).and_then(|q| q.first_chunk::<LANES>());
-            let scale = self.scale.get(at..).and_then(|w| w.first_chunk::<LANES>());
-            if let (Some(query), Some(scale)) = (query, scale) {
-                add(&mut sums, &codes, query, scale);
-            }
         }
         let sum = total(&sums);
         if sum < bound { Some(sum) } else { None }
@@ -121,10 +135,21 @@ const LANES: usize = 8;
 
 #[inline]
 fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], scale: &[f32; LANES]) {
-    for (((sum, &code), &q), &s) in sums.iter_mut().zip(codes).zip(query).zip(scale) {
-        let difference = q - s * f32::from(code as i8);
-        *sum += difference * difference;
-    }
+    let term = |i: usize| {
+        let difference = query[i] - scale[i] * f32::from(codes[i] as i8);
+        difference * difference
+    };
+    // Written out, so that it is straight code whatever the compiler is told of loops.
+    *sums = [
+        sums[0] + term(0),
+        sums[1] + term(1),
+        sums[2] + term(2),
+        sums[3] + term(3),
+        sums[4] + term(4),
+        sums[5] + term(5),
+        sums[6] + term(6),
+        sums[7] + term(7),
+    ];
 }
 
 #[inline]
@@ -156,6 +181,8 @@ pub struct Limits {
     pub pool: usize,
     /// Most distances, up to [`MAX_VISITS`].
     pub visits: u16,
+    /// How many more a search may take that is begun anew: what the classes before have left of theirs.
+    pub spare: u16,
     /// A mean squared distance this many times the last one is a jump.
     pub jump: f32,
 }
@@ -269,7 +296,8 @@ impl Walk<'_, '_> {
         self.left = self.limits.visits.min(MAX_VISITS);
     }
 
-    /// Leave for as many visits again. What was seen stays, as long as the visited set has room.
+    /// Leave for as many visits again, or as many as there are to spare. What was seen stays, as long as the visited set
+    /// has room.
     fn start_again(&mut self) {
         let seen = u16::try_from(self.effort.visits).unwrap_or(u16::MAX);
         let room = MAX_VISITS.saturating_sub(seen);
@@ -278,6 +306,8 @@ impl Walk<'_, '_> {
         } else {
             self.left = self.limits.visits.min(room);
         }
+        let allowed = self.limits.visits.saturating_add(self.limits.spare);
+        self.left = self.left.min(allowed.saturating_sub(seen));
     }
 
     fn pool_whole(&mut self) {

@@ -47,7 +47,7 @@ const FLOOR_SPEED: f32 = 0.8;
 /// Part of its length that a leg is stretched to by a lock.
 const STRETCH: f32 = 0.995;
 /// A foot in the air may be this much lower than where it stands: toes bend, soles are soft. Metres.
-const SOFT_M: f32 = 0.02;
+const SOFT_M: f32 = 0.01;
 /// A foot whose prediction is this high over the floor does not stand, whatever its neighbors say. Metres.
 const UP_M: f32 = 0.06;
 /// By how much the other joint has to be lower before it carries the foot, metres.
@@ -92,6 +92,8 @@ impl Foot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tuning {
+    /// Whether feet are held at all; where not, what has been done is eased out, but for the way that the root has gone.
+    pub on: bool,
     /// A foot that is held further than this from where the prediction has it is let go, metres.
     pub release_m: f32,
     /// How long an offset is eased out, seconds.
@@ -152,8 +154,16 @@ impl Lock {
         self.feet.map(|f| norm(f.offset))
     }
 
+    /// Whether a pose would be changed by what is left of held feet.
+    pub fn is_engaged(&self) -> bool {
+        let moved = |foot: &Foot| foot.phase != Phase::Free || foot.offset != [0.0; 3];
+        let root = [self.lift, self.rise, self.stoop, self.drift[0], self.drift[1]];
+        self.feet.iter().any(moved) || root.iter().any(|v| *v != 0.0)
+    }
+
     /// Holds the feet of `pose` that stand; `step_s` is the time since the last pose. Feet that are clearly in the air
     /// are taken out of `stands`. Without legs in the database nothing happens.
+    #[inline(never)]
     pub fn hold<const J: usize>(
         &mut self,
         database: &Database<'_>,
@@ -166,7 +176,9 @@ impl Lock {
         let ahead =
             heading(rotate(pose.rotations.first().copied().unwrap_or(IDENTITY), database.hips_line()));
         self.drift_root(ahead, step_s, pose);
-        let chains = legs.map(|leg| Chain::of(database, &leg, pose));
+        // Not by `map`, whose copies would take half of this function's stack.
+        let [left, right] = &legs;
+        let chains = [Chain::of(database, left, pose), Chain::of(database, right, pose)];
         for (floor, wanted) in self.floor.iter_mut().zip(self.wanted_floor) {
             *floor += clamp(wanted - *floor, -FLOOR_SPEED * step_s, FLOOR_SPEED * step_s);
         }
@@ -175,8 +187,12 @@ impl Lock {
         {
             *stands = *stands && lower(over_floor(leg, chain, floor - self.lift)) < UP_M;
         }
-        let stands = *stands;
-        self.lift_root(&legs, &chains, stands, step_s);
+        let stands = stands.map(|stands| stands && tuning.on);
+        if !tuning.on {
+            let left = exp(-step_s / LEARN_S);
+            self.drift_speed = self.drift_speed.map(|v| v * left);
+        }
+        self.lift_root(&legs, &chains, stands, step_s, tuning.on);
         // Ankles, before the root is lifted.
         let mut targets = [[0.0; 3]; 2];
         let before = self.feet;
@@ -185,7 +201,7 @@ impl Lock {
             let over = over_floor(leg, chain, floor - self.lift);
             foot.advance(chain, over, stands, step_s, tuning);
             *target = add(chain.ankle, foot.offset);
-            if foot.phase == Phase::Free {
+            if foot.phase == Phase::Free && tuning.on {
                 let deep = -SOFT_M - lower(over) - foot.offset[1];
                 target[1] += if deep > 0.0 { deep } else { 0.0 };
             }
@@ -236,7 +252,7 @@ impl Lock {
     }
 
     /// The root takes the height that the standing feet have in common.
-    fn lift_root(&mut self, legs: &[Leg; 2], chains: &[Chain; 2], stands: [bool; 2], step_s: f32) {
+    fn lift_root(&mut self, legs: &[Leg; 2], chains: &[Chain; 2], stands: [bool; 2], step_s: f32, on: bool) {
         let (mut sum, mut count) = (0.0, 0.0);
         for (((leg, chain), &floor), stands) in legs.iter().zip(chains).zip(&self.floor).zip(stands) {
             if stands {
@@ -245,7 +261,8 @@ impl Lock {
             }
         }
         // Nobody on the ground: the root goes on as it is.
-        let wanted = if count > 0.0 { sum / count } else { self.lift };
+        let aloft = if on { self.lift } else { 0.0 };
+        let wanted = if count > 0.0 { sum / count } else { aloft };
         // Stable at any rate of frames: a step of the spring is at most half a radian.
         let rate = clamp(ROOT_RATE, 0.0, 0.5 / clamp(step_s, 1e-3, 10.0));
         self.rise += step_s * (rate * rate * (wanted - self.lift) - 2.0 * rate * self.rise);
@@ -282,6 +299,7 @@ impl Default for Lock {
 impl Foot {
     /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
     /// floor that they would stand on.
+    #[inline(never)]
     fn advance(&mut self, chain: &Chain, over: [f32; 2], stands: bool, step_s: f32, tuning: Tuning) {
         if self.phase == Phase::Free {
             self.ease(step_s, tuning.ease_s);
@@ -349,6 +367,7 @@ fn heading(line: Vector) -> [f32; 2] {
 }
 
 /// Heights of ankle and toes over where they stand on a floor of that height, metres.
+#[inline(never)]
 fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
     let ankle = chain.ankle[1] - leg.heights[0] - floor;
     // Without toes the ankle carries the foot all the time.
@@ -366,6 +385,7 @@ fn lower(over: [f32; 2]) -> f32 {
 }
 
 /// How far from the hip joint a lock may take the ankle: almost the whole leg, or as far as it is.
+#[inline(never)]
 fn reach(chain: &Chain) -> f32 {
     let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
     if most > is { most } else { is }

@@ -21,7 +21,7 @@
 use crate::{
     Degraded, Report,
     blob::{
-        LinearModel,
+        LinearModel, Numbers,
         layout::{MAX_ORDER, dof},
     },
     mar::Frame,
@@ -66,10 +66,13 @@ impl<const J: usize> Lti<J> {
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
-        *self = Self::new();
+        // In its place: a new one would be on the stack first, which is 3 KB.
+        self.plain = 0.0;
+        self.slots.iter_mut().for_each(Slot::free);
     }
 
     /// Predicts every dof, the time step and the contacts.
+    #[inline(never)]
     pub fn predict(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
         let database = frame.database;
         let (wanted, plain) = wanted(frame, report);
@@ -87,9 +90,8 @@ impl<const J: usize> Lti<J> {
         let heard: f32 = self.plain + self.slots.iter().map(|s| s.weight).sum::<f32>();
         let heard = if heard > 1e-6 { heard } else { 1.0 };
         let share = self.plain / heard;
-        for (predicted, x) in signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened()) {
-            *predicted = share * x;
-        }
+        let plain = signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
+        plain.take(database.counts().dofs).for_each(|(predicted, x)| *predicted = share * x);
         let input_step = 1.0 / database.rate_hz();
         let mut step_s = share * input_step;
         let mut standing = [0.0; 2];
@@ -122,7 +124,7 @@ impl<const J: usize> Lti<J> {
             let weight = wanted.iter().find(|w| w.0 == model).map_or(0.0, |w| w.1);
             slot.weight = towards(slot.weight, weight);
             if slot.weight <= 0.0 {
-                *slot = Slot::FREE;
+                slot.free();
             }
         }
         for &(model, weight) in wanted {
@@ -139,6 +141,7 @@ impl<const J: usize> Lti<J> {
 }
 
 /// The models of the styles wanted, heaviest first, and the weight of the input's own style.
+#[inline(never)]
 fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
     let database = frame.database;
     let from = database.linear_from();
@@ -170,8 +173,16 @@ fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
 impl<const J: usize> Slot<J> {
     const FREE: Self = Self { model: None, weight: 0.0, states: [[0.0; MAX_ORDER]; J] };
 
+    /// Forgets its model.
+    #[inline(never)]
+    fn free(&mut self) {
+        (self.model, self.weight) = (None, 0.0);
+        self.states.as_flattened_mut().fill(0.0);
+    }
+
     /// One step of the model: adds its output, weighted, to what is predicted; `signals.output` ends with the
     /// logarithm of the time warp in its first place. Returns how much of the input was blended in.
+    #[inline(never)]
     fn translate(
         &mut self,
         model: &LinearModel<'_>,
@@ -207,19 +218,13 @@ impl<const J: usize> Slot<J> {
             let Some(u) = signals.output.as_flattened().get(unit.first_input..) else { break };
             let Some(u) = u.get(..unit.inputs) else { break };
             let mut next = [0.0; MAX_ORDER];
-            for slot in next.iter_mut().take(unit.order) {
-                *slot = own.iter().zip(&mut numbers).fold(0.0, |sum, (x, a)| sum + a * x);
-            }
-            for slot in next.iter_mut().take(unit.order) {
-                *slot = u.iter().zip(&mut numbers).fold(*slot, |sum, (u, b)| sum + b * u);
-            }
+            let following = next.get_mut(..unit.order).unwrap_or(&mut []);
+            add_products(following, own, &mut numbers);
+            add_products(following, u, &mut numbers);
             let mut outputs = [0.0; 4];
-            for slot in outputs.iter_mut().take(unit.outputs) {
-                *slot = own.iter().zip(&mut numbers).fold(0.0, |sum, (x, c)| sum + c * x);
-            }
-            for slot in outputs.iter_mut().take(unit.outputs) {
-                *slot = u.iter().zip(&mut numbers).fold(*slot, |sum, (u, d)| sum + d * u);
-            }
+            let put_out = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
+            add_products(put_out, own, &mut numbers);
+            add_products(put_out, u, &mut numbers);
             for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
                 let d = unit.first_output + i;
                 let [_, _, mean, deviation] = model.dof(d);
@@ -239,6 +244,14 @@ impl<const J: usize> Slot<J> {
             quad[0] = log_step;
         }
         passed
+    }
+}
+
+/// Adds the product of a matrix, row by row the next of the numbers, and a vector.
+#[inline(never)]
+fn add_products(sums: &mut [f32], vector: &[f32], numbers: &mut Numbers<'_>) {
+    for sum in sums {
+        *sum = vector.iter().zip(&mut *numbers).fold(*sum, |sum, (x, number)| sum + number * x);
     }
 }
 

@@ -16,11 +16,11 @@ use crate::{
     blob::{Database, layout::dof},
     contact::{self, Votes},
     examples,
-    knn::{Limits, Metric, Searcher},
+    knn::{Limits, MAX_VISITS, Metric, Searcher},
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
-    query::{ALIGNED, Feature, Window},
+    query::{ALIGNED, Window},
     regress::{Examples, Parameters, ROOM},
     stylizer::{Settings, Signals},
     timing::Steps,
@@ -28,6 +28,9 @@ use crate::{
 
 /// Most classes of a frame in which the classes are searched anew: what bounds the worst frame.
 const CLASSES_ANEW: usize = 4;
+/// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
+/// classes takes at most `C · visits + SPARE`.
+const SPARE: u16 = MAX_VISITS;
 /// Mean squared distance of a class that was not searched.
 const NOT_SEARCHED: f32 = -1.0;
 
@@ -78,6 +81,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
 
     /// Predicts every dof, the time step and the contacts. `signals.x` is the input's; on a first frame the
     /// neighbors say what came before it.
+    #[inline(never)]
     pub fn predict(
         &mut self,
         frame: Frame<'_, '_>,
@@ -88,12 +92,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         observer.stage(Stage::Query);
         self.window.push(frame.database, input);
-        let mut feature: Feature = [0.0; _];
+        // The query is written where it stays: a place of its own would be on the stack to the end of the frame.
+        let mut metric = Metric::NOTHING;
         // Nothing is left of the last frame's examples.
         const { assert!(ROOM >= ALIGNED) };
-        self.window.feature(frame.database, self.examples.room(), &mut feature);
-        observer.query(&feature);
-        let metric = Metric::new(frame.database, &feature, frame.settings.mask);
+        self.window.feature(frame.database, self.examples.room(), metric.query());
+        observer.query(metric.query());
+        metric.weigh(frame.database, frame.settings.mask);
         self.search(frame, &metric, report, observer);
         if frame.first {
             self.settle(frame, &metric, signals, report, observer);
@@ -102,6 +107,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// Neighbors in every class that the labels allow, and their proportions.
+    #[inline(never)]
     fn search(
         &mut self,
         frame: Frame<'_, '_>,
@@ -111,10 +117,11 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     ) {
         observer.stage(Stage::Search);
         let Frame { database, config, settings, .. } = frame;
-        let limits = Limits {
+        let mut limits = Limits {
             k: usize::from(config.k),
             pool: usize::from(config.pool),
             visits: config.visits,
+            spare: SPARE,
             jump: config.jump,
         };
         let classes = database.counts().classes;
@@ -135,6 +142,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 sum += neighbor.distance2;
             }
             *mean = sum / found.len().max(1) as f32;
+            // Never below 0: a search takes no more than its own visits and those to spare.
+            let visits = u16::try_from(effort.visits).unwrap_or(u16::MAX);
+            limits.spare = limits.spare.saturating_add(config.visits).saturating_sub(visits);
             report.visits += effort.visits;
             report.bytes_read += effort.bytes;
             report.degraded.set(Degraded::VISITS, effort.capped);
@@ -156,6 +166,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// A first pose has no frame before it: what the nearest class's neighbors came from stands in for it.
+    #[inline(never)]
     fn settle(
         &mut self,
         frame: Frame<'_, '_>,
@@ -165,26 +176,37 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         observer: &mut impl Observer<J>,
     ) {
         (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
+        let Frame { database, settings, .. } = frame;
         let Some(&nearest) = report.classes.first() else { return };
-        report.bytes_read += self.gather(frame, metric, nearest, signals, &mut Votes::default(), observer);
-        let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
-        let slots = inputs.zip(signals.y_prev.as_flattened_mut());
-        for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(frame.database.counts().dofs) {
-            let [mean_x_prev, mean_y_prev, mean_x] =
-                self.examples.means(d).map(|mean| mean * frame.database.step(d));
-            (*x_prev, *y_prev) = (mean_x_prev, mean_y_prev);
-            if (dof::FORWARD..dof::JOINTS).contains(&d) {
-                *x = mean_x;
+        for mix in (0..=database.counts().groups).filter(|&mix| is_wanted(frame, mix)) {
+            let mut votes = Votes::default();
+            report.bytes_read += self.gather(frame, metric, nearest, mix, signals, &mut votes, observer);
+            let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
+            let slots = inputs.zip(signals.y_prev.as_flattened_mut());
+            for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(database.counts().dofs) {
+                if settings.mix_of(database.group_of_dof(d)) != mix {
+                    continue;
+                }
+                let [mean_x_prev, mean_y_prev, mean_x] =
+                    self.examples.means(d).map(|mean| mean * database.step(d));
+                (*x_prev, *y_prev) = (mean_x_prev, mean_y_prev);
+                if (dof::FORWARD..dof::JOINTS).contains(&d) {
+                    *x = mean_x;
+                }
             }
         }
     }
 
-    /// Reads the neighbors of a class into the regression and the timing, and lets them vote. Returns the bytes read.
+    /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets them
+    /// vote. Returns the bytes read.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(never)]
     fn gather(
         &mut self,
         frame: Frame<'_, '_>,
         metric: &Metric,
         share: Share,
+        mix: usize,
         signals: &Signals<J>,
         votes: &mut Votes,
         observer: &mut impl Observer<J>,
@@ -192,33 +214,41 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let Frame { database, settings, .. } = frame;
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
+        let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
+        observer.stage(Stage::Contacts);
         let legs = database.legs();
+        let mut asked = [contact::Asked::NOTHING; 2];
+        for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()) {
+            asked.ask(database, leg, x, x_prev);
+        }
+        observer.stage(Stage::Rest);
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
+        let mix = settings.mix(mix);
+        let heard = examples::heard(mix, database.counts().styles);
         let mut bytes = 0;
-        self.steps.ask(database, signals.x.as_flattened(), signals.x_prev.as_flattened());
+        self.steps.ask(database, x, x_prev);
         self.examples.clear();
         self.steps.clear();
         for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.place();
-            let read = examples::read(database, class, row, &settings.styles, example);
-            let leg_distances = match &legs {
-                Some(legs) => {
-                    let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
-                    let variables: &[[f32; 4]] = example.as_flattened();
-                    legs.map(|leg| contact::distance2(database, &leg, x, x_prev, variables))
-                }
+            let read = examples::read(database, class, row, mix, &heard, example);
+            observer.stage(Stage::Contacts);
+            let leg_distances = if legs.is_some() {
+                let [left, right] = &asked;
+                [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
+            } else {
                 // A blob that names no legs: the whole body.
-                None => [metric.distance2(database.feature(row)); 2],
+                [metric.distance2(database.feature(row)); 2]
             };
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
-            observer.stage(Stage::Rest);
+            observer.stage(Stage::Contacts);
             let (input, output) = (contact::of(database, row), read.stands.0);
             let label = [0, 1].map(|i: usize| {
                 let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);
@@ -231,7 +261,34 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         bytes
     }
 
+    /// What a class predicts of every dof, in one mix of styles, left in `output`; those of the groups that have it are
+    /// added to the mixture's.
+    fn answer(
+        &self,
+        frame: Frame<'_, '_>,
+        share: Share,
+        mix: usize,
+        signals: &mut Signals<J>,
+        parameters: &Parameters,
+    ) {
+        let Frame { database, settings, .. } = frame;
+        let (x, x_prev, y_prev) =
+            (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
+        let inputs = x_prev.iter().zip(y_prev).zip(x);
+        let outputs = signals.output.as_flattened_mut().iter_mut().zip(signals.predicted.as_flattened_mut());
+        for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
+            outputs.zip(inputs).enumerate().take(database.counts().dofs)
+        {
+            let (step, scale) = (database.step(d), database.scale(d));
+            *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
+            if settings.mix_of(database.group_of_dof(d)) == mix {
+                *all += share.proportion * *one;
+            }
+        }
+    }
+
     /// The mixture's prediction of every dof, of the time step and of the contacts.
+    #[inline(never)]
     fn regress(
         &mut self,
         frame: Frame<'_, '_>,
@@ -240,7 +297,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
-        let Frame { database, config, .. } = frame;
+        let Frame { database, config, settings, .. } = frame;
+        let lead = settings.mix_of(database.joint_group(0));
         let parameters = Parameters {
             lambda: config.lambda,
             ridge: config.ridge,
@@ -253,29 +311,33 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         signals.predicted = [[0.0; 4]; J];
         for share in &report.classes {
             let class = usize::from(share.class);
-            report.bytes_read += self.gather(frame, metric, *share, signals, &mut votes, observer);
-            let (x, x_prev, y_prev) =
-                (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
-            let inputs = x_prev.iter().zip(y_prev).zip(x);
-            let outputs =
-                signals.output.as_flattened_mut().iter_mut().zip(signals.predicted.as_flattened_mut());
-            for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
-                outputs.zip(inputs).enumerate().take(database.counts().dofs)
-            {
-                let (step, scale) = (database.step(d), database.scale(d));
-                *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, &parameters);
-                *all += share.proportion * *one;
-            }
+            // The root's mix first: its answers stay until the time step and the votes are told.
+            report.bytes_read += self.gather(frame, metric, *share, lead, signals, &mut votes, observer);
+            self.answer(frame, *share, lead, signals, &parameters);
             observer.stage(Stage::Timing);
             let (y, y_prev) = (signals.output.as_flattened(), signals.y_prev.as_flattened());
             step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
             observer.stage(Stage::Rest);
             let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
             observer.timed(class, rows, self.steps.weights());
+            for mix in 0..=database.counts().groups {
+                if mix == lead || !is_wanted(frame, mix) {
+                    continue;
+                }
+                // Feet and time have been voted for.
+                let mut none = Votes::default();
+                report.bytes_read += self.gather(frame, metric, *share, mix, signals, &mut none, observer);
+                self.answer(frame, *share, mix, signals, &parameters);
+            }
         }
         report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
     }
+}
+
+/// Whether a joint group has that mix of styles.
+fn is_wanted(frame: Frame<'_, '_>, mix: usize) -> bool {
+    (0..frame.database.counts().groups).any(|group| frame.settings.mix_of(group) == mix)
 }

@@ -12,37 +12,37 @@
 use libm::{acosf, atan2f, erff, expf, powf, sqrtf};
 
 /// Square root; negative values give 0.
-#[inline]
+#[inline(never)]
 pub fn sqrt(x: f32) -> f32 {
     if x > 0.0 { sqrtf(x) } else { 0.0 }
 }
 
 /// `e` to the power of `x`.
-#[inline]
+#[inline(never)]
 pub fn exp(x: f32) -> f32 {
     expf(x)
 }
 
 /// The error function, -1 to 1.
-#[inline]
+#[inline(never)]
 pub fn erf(x: f32) -> f32 {
     erff(x)
 }
 
 /// `x` to the power of `y`; `x` not negative.
-#[inline]
+#[inline(never)]
 pub fn pow(x: f32, y: f32) -> f32 {
     if x > 0.0 { powf(x, y) } else { 0.0 }
 }
 
 /// Arc cosine of `x`, clamped to -1..1, radians.
-#[inline]
+#[inline(never)]
 pub fn acos(x: f32) -> f32 {
     acosf(clamp(x, -1.0, 1.0))
 }
 
 /// Angle of the vector (`x`, `y`), radians, in -π..π.
-#[inline]
+#[inline(never)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     atan2f(y, x)
 }
@@ -81,6 +81,7 @@ pub fn wrap_angle(x: f32) -> f32 {
 
 /// Sine and cosine of `x` radians. Not finite or beyond ±8192: (0, 1).
 #[cfg(not(feature = "micromath"))]
+#[inline(never)]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     // Also false for NaN.
     let in_range = abs(x) < 8192.0;

@@ -18,13 +18,30 @@ pub enum Stage {
     Regression,
     /// Time step ([`crate::timing`]).
     Timing,
-    /// Pose to dofs and back, proportions of the classes, contacts, and what no other stage is.
+    /// Pose to dofs and back, proportions of the classes, and what no other stage is.
     Rest,
+    /// Votes of the neighbors' legs on which foot stands ([`crate::contact`]).
+    Contacts,
+    /// Feet held where they stand ([`crate::lock`], [`crate::ik`]).
+    Lock,
 }
 
 impl Stage {
     /// Every stage, by name, in the order of their numbers (`stage as usize`).
-    pub const NAMES: [&'static str; 6] = ["query", "search", "decode", "regression", "timing", "rest"];
+    pub const NAMES: [&'static str; 8] =
+        ["query", "search", "decode", "regression", "timing", "rest", "contacts", "lock"];
+
+    /// Every stage, in the order of their numbers.
+    pub const ALL: [Self; Self::NAMES.len()] = [
+        Self::Query,
+        Self::Search,
+        Self::Decode,
+        Self::Regression,
+        Self::Timing,
+        Self::Rest,
+        Self::Contacts,
+        Self::Lock,
+    ];
 }
 
 /// Sees what a step computes, in the order in which it does.

@@ -3,6 +3,9 @@
 //! `exp` takes a rotation vector (axis times angle, radians) to a quaternion, `log` takes it back along the
 //! short way (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
 //! exponential map", which paper 000 (section 4) and paper 001 (section 4.1) use for joint angles.
+//!
+//! None is in a loop over the examples: all but the smallest are functions of their own, which halves the code of
+//! those who use them.
 
 use crate::math::{abs, acos, atan2, sin_cos, sqrt};
 
@@ -15,7 +18,7 @@ pub type Vector = [f32; 3];
 pub const IDENTITY: Quaternion = [0.0, 0.0, 0.0, 1.0];
 
 /// The rotation `b`, then `a`.
-#[inline]
+#[inline(never)]
 pub fn multiply(a: Quaternion, b: Quaternion) -> Quaternion {
     let [ax, ay, az, aw] = a;
     let [bx, by, bz, bw] = b;
@@ -34,7 +37,7 @@ pub fn conjugate(q: Quaternion) -> Quaternion {
 }
 
 /// The vector `v` rotated by `q`.
-#[inline]
+#[inline(never)]
 pub fn rotate(q: Quaternion, v: Vector) -> Vector {
     let [x, y, z, w] = q;
     let t = [2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])];
@@ -46,7 +49,7 @@ pub fn rotate(q: Quaternion, v: Vector) -> Vector {
 }
 
 /// The quaternion brought back to unit length; `None` where it has no direction.
-#[inline]
+#[inline(never)]
 pub fn normalize(q: Quaternion) -> Option<Quaternion> {
     let length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     // Also refuses NaN and infinity.
@@ -65,7 +68,7 @@ pub fn about_y(angle: f32) -> Quaternion {
 }
 
 /// Exponential map: rotation vector, radians, to quaternion.
-#[inline]
+#[inline(never)]
 pub fn exp(v: Vector) -> Quaternion {
     let angle2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if angle2 < 1e-8 {
@@ -80,7 +83,7 @@ pub fn exp(v: Vector) -> Quaternion {
 }
 
 /// Logarithm: quaternion to rotation vector, radians, along the short way.
-#[inline]
+#[inline(never)]
 pub fn log(q: Quaternion) -> Vector {
     let q = if q[3] < 0.0 { [-q[0], -q[1], -q[2], -q[3]] } else { q };
     let sine2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
@@ -93,7 +96,7 @@ pub fn log(q: Quaternion) -> Vector {
 }
 
 /// The rotation a fraction `t` of the way from `a` to `b`, along the short way; beyond `b` where `t` is above 1.
-#[inline]
+#[inline(never)]
 pub fn slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
     let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
     let (d, sign) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };
@@ -112,7 +115,7 @@ pub fn slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
 }
 
 /// Angle between two rotations, radians, 0 to π: the geodesic distance.
-#[inline]
+#[inline(never)]
 pub fn angle(a: Quaternion, b: Quaternion) -> f32 {
     // By the sine of half the difference, which is exact for small angles, where the cosine is not.
     let q = multiply(conjugate(a), b);

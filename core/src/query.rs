@@ -11,11 +11,12 @@
 //! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
 //! no feature of the legs, and a mask can leave the arms out (METHODS, "Regression").
 
+use heapless::Vec;
+
 use crate::{
     blob::{
         Database,
         layout::{MAX_FEATURES, MAX_GROUPS, MAX_WINDOW, query},
-        read::{f32_at, floats},
     },
     math::sqrt,
     pose::Pose,
@@ -54,6 +55,7 @@ impl<const J: usize> Window<J> {
     }
 
     /// Takes in a pose. The first one fills the window: nothing moved before it.
+    #[inline(never)]
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
         skeleton::positions(database, pose, &mut self.clouds[place]);
@@ -71,6 +73,7 @@ impl<const J: usize> Window<J> {
 
     /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
     /// in, [`ALIGNED`] numbers a joint.
+    #[inline(never)]
     pub fn feature(&self, database: &Database<'_>, aligned: &mut [f32], feature: &mut Feature) {
         let ends = self.align(database, aligned);
         let counts = database.counts();
@@ -93,13 +96,21 @@ impl<const J: usize> Window<J> {
         let counts = database.counts();
         let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(J));
         let data = database.query_section();
-        let weight = |j: usize| f32_at(data, query::weights(window, joints) + 4 * j);
+        let weights = data.get(query::weights(window, joints)..).unwrap_or(&[]).as_chunks::<4>().0;
+        let weights = weights.iter().map(|w| f32::from_le_bytes(*w));
+        let mean = data.as_chunks::<12>().0;
         let oldest = usize::from(self.newest) + MAX_WINDOW + 1 - window;
+        // The clouds of the window, oldest first, each with its part of the mean cloud.
+        let clouds = || {
+            (0..window).map(move |w| {
+                let mean = mean.get(w * joints..).unwrap_or(&[]).iter().map(point);
+                self.clouds[(oldest + w) % MAX_WINDOW].iter().take(joints).zip(mean)
+            })
+        };
 
         let (mut total, mut cx, mut cz) = (0.0, 0.0, 0.0);
-        for w in 0..window {
-            for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
-                let weight = weight(j);
+        for cloud in clouds() {
+            for ((p, _), weight) in cloud.zip(weights.clone()) {
                 total += weight;
                 cx += weight * p[0];
                 cz += weight * p[2];
@@ -109,10 +120,8 @@ impl<const J: usize> Window<J> {
         (cx, cz) = (cx * inverse, cz * inverse);
 
         let (mut a, mut b) = (0.0, 0.0);
-        let mean = |w: usize, j: usize| -> Vector { floats(data, 12 * (w * joints + j)) };
-        for w in 0..window {
-            for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
-                let (m, weight) = (mean(w, j), weight(j));
+        for cloud in clouds() {
+            for ((p, m), weight) in cloud.zip(weights.clone()) {
                 let (x, z) = (p[0] - cx, p[2] - cz);
                 a += weight * (m[0] * x + m[2] * z);
                 b += weight * (m[0] * z - m[2] * x);
@@ -121,24 +130,36 @@ impl<const J: usize> Window<J> {
         let length = sqrt(a * a + b * b);
         let (c, s) = if length > 1e-12 { (a / length, b / length) } else { (1.0, 0.0) };
         let mut slots = aligned.as_chunks_mut::<3>().0.iter_mut();
+        let mut ends = [0; MAX_GROUPS];
         let mut end = 0;
-        core::array::from_fn(|group| {
-            let window = if group < counts.groups { window } else { 0 };
+        for (group, slot) in ends.iter_mut().enumerate().take(counts.groups) {
+            let mut members = Vec::<u8, J>::new();
+            for j in (0..joints).filter(|&j| database.joint_group(j) == group) {
+                // There is room for all J.
+                let _ = members.push(j as u8);
+            }
             for w in 0..window {
-                for (j, p) in self.clouds[(oldest + w) % MAX_WINDOW].iter().enumerate().take(joints) {
-                    if database.joint_group(j) != group {
-                        continue;
-                    }
-                    let (x, z, m) = (p[0] - cx, p[2] - cz, mean(w, j));
+                let cloud = &self.clouds[(oldest + w) % MAX_WINDOW];
+                let mean = mean.get(w * joints..).unwrap_or(&[]);
+                for j in members.iter().map(|&j| usize::from(j)) {
+                    let (Some(p), Some(m)) = (cloud.get(j), mean.get(j).map(point)) else { continue };
+                    let (x, z) = (p[0] - cx, p[2] - cz);
                     if let Some(slot) = slots.next() {
                         *slot = [c * x + s * z - m[0], p[1] - m[1], c * z - s * x - m[2]];
                         end += 3;
                     }
                 }
             }
-            end
-        })
+            *slot = end;
+        }
+        ends
     }
+}
+
+/// A point of the mean cloud.
+fn point(stored: &[u8; 12]) -> Vector {
+    let (numbers, _) = stored.as_chunks::<4>();
+    core::array::from_fn(|i| numbers.get(i).map_or(0.0, |n| f32::from_le_bytes(*n)))
 }
 
 /// The dot product of points and a stored component. Eight sums side by side, added in a fixed order, so that vector
@@ -148,9 +169,18 @@ fn dot(points: &[f32], component: &[[u8; 4]]) -> f32 {
     let (chunks, rest) = points.as_chunks::<8>();
     let (stored, stored_rest) = component.as_chunks::<8>();
     for (points, stored) in chunks.iter().zip(stored) {
-        for ((sum, point), stored) in sums.iter_mut().zip(points).zip(stored) {
-            *sum += point * f32::from_le_bytes(*stored);
-        }
+        let term = |i: usize| points[i] * f32::from_le_bytes(stored[i]);
+        // Written out, so that it is straight code whatever the compiler is told of loops.
+        sums = [
+            sums[0] + term(0),
+            sums[1] + term(1),
+            sums[2] + term(2),
+            sums[3] + term(3),
+            sums[4] + term(4),
+            sums[5] + term(5),
+            sums[6] + term(6),
+            sums[7] + term(7),
+        ];
     }
     // What does not fill eight lies behind the last eight taken.
     let stored = stored.get(chunks.len()).map_or(stored_rest, |next| next.as_slice());

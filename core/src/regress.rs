@@ -125,7 +125,7 @@ pub const ROOM: usize = 16 * BATCH;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Examples<const J: usize> {
-    /// The first example: what the sums are taken about.
+    /// The first example: what the sums are taken about, and to which it therefore adds nothing.
     first: Example<J>,
     sums: [[Sums; 4]; J],
     batch: [Example<J>; BATCH],
@@ -166,16 +166,13 @@ impl<const J: usize> Examples<J> {
 
     /// Where the next example is to be written before [`add`](Self::add) takes it in.
     pub fn place(&mut self) -> &mut Example<J> {
-        &mut self.batch[usize::from(self.held) % BATCH]
+        if self.count == 0 { &mut self.first } else { &mut self.batch[usize::from(self.held) % BATCH] }
     }
 
     /// The example that [`place`](Self::place) gave has been written.
     pub fn add(&mut self, dofs: usize) {
-        if self.count == 0 {
-            self.first = self.batch[0];
-        }
+        self.held += u8::from(self.count > 0);
         self.count += 1;
-        self.held += 1;
         if usize::from(self.held) >= BATCH {
             self.take_in(dofs);
         }

@@ -51,6 +51,7 @@ impl<const J: usize> Statistic<J> {
     }
 
     /// Predicts every dof and the contacts; time passes as it does in the input.
+    #[inline(never)]
     pub fn predict(
         &mut self,
         frame: Frame<'_, '_>,
@@ -79,19 +80,20 @@ impl<const J: usize> Statistic<J> {
 
         let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
         let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
-        let styles = || {
-            let all = settings.styles.iter().enumerate().take(database.counts().styles);
-            all.filter(|(_, w)| **w > 0.0)
-                .filter_map(|(s, &w)| Some((database.table_of(s as u16, settings.action)?, w)))
+        let styles = |group: usize| {
+            let all = settings.mix(settings.mix_of(group)).weighted(database.counts().styles);
+            all.filter_map(|(s, w)| Some((database.table_of(s as u16, settings.action)?, w)))
         };
-        report.bytes_read += styles().map(|(t, _)| t.bytes() as u32).sum::<u32>();
+        // The root's own styles, and those of other groups' joints.
+        let root = database.joint_group(0);
+        report.bytes_read += styles(root).map(|(t, _)| t.bytes() as u32).sum::<u32>();
 
         let mut furthest = 0.0;
         for (i, (d, own)) in ROOT.into_iter().zip(&mut self.root).enumerate() {
             let x = signals.x.as_flattened().get(d).copied().unwrap_or(0.0);
             let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
             let (mut to_mean, mut to_deviation) = (0.0, 0.0);
-            for (table, weight) in styles() {
+            for (table, weight) in styles(root) {
                 let [mean, deviation] = table.root(i);
                 to_mean += weight * mean;
                 to_deviation += weight * deviation;
@@ -114,7 +116,7 @@ impl<const J: usize> Statistic<J> {
             let q = if j == 0 { upright } else { rotation };
             let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
             let (mut to_mean, mut to_deviation, mut total) = (IDENTITY, 0.0, 0.0);
-            for (table, weight) in styles() {
+            for (table, weight) in styles(database.joint_group(j)) {
                 let (mean, deviation) = table.joint(j);
                 total += weight;
                 // A weighted mean, one table after the other (eq. 6).

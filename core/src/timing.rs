@@ -63,7 +63,7 @@ pub struct Steps<const K: usize> {
 
 impl<const K: usize> Steps<K> {
     /// No neighbors.
-    #[inline(never)]
+    #[inline]
     pub const fn new() -> Self {
         const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
         const NOTHING: Entry = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
@@ -109,6 +109,7 @@ impl<const K: usize> Steps<K> {
 
     /// The step of the class in seconds, given its synthesized output and the output before; `width` is the kernel's,
     /// in mean squared distances. 0 of no neighbors.
+    #[inline(never)]
     pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
         let count = self.count.min(K);
         let mut asked = [[0.0; 2]; MAX_TIMING];

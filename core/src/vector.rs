@@ -21,13 +21,13 @@ pub(crate) fn dot(a: Vector, b: Vector) -> f32 {
 }
 
 /// The vector product.
-#[inline]
+#[inline(never)]
 pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Length of a vector.
-#[inline]
+#[inline(never)]
 pub(crate) fn norm(v: Vector) -> f32 {
     sqrt(dot(v, v))
 }

@@ -3,9 +3,10 @@
 use gestus_core::{
     ConfigError, Pose,
     link::{
-        Fault, Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, StepReport, VERSION,
-        buffer_length, counter, parameter,
+        Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, PoseBuffer, Receiver, Reply, Request,
+        RobotIdentity, StepReport, VERSION, buffer_length, counter, parameter,
     },
+    robot::Driven,
 };
 
 const DOCUMENT: &str = include_str!("../../docs/LINK.md");
@@ -20,6 +21,12 @@ fn shown(caption: &str) -> Vec<u8> {
         .flat_map(|l| l.split(';').next().unwrap_or("").split_whitespace())
         .map(|byte| u8::from_str_radix(byte, 16).unwrap_or_else(|_| panic!("{caption}: `{byte}` is no byte")))
         .collect()
+}
+
+/// The number of a message.
+fn first_byte(message: &impl serde::Serialize) -> u8 {
+    let mut bytes = [0; 64];
+    postcard::to_slice(message, &mut bytes).expect("it fits")[0]
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -47,12 +54,19 @@ fn the_bytes_in_the_document_are_the_codes() {
     let at = |n: u16, attempt| Header::request(0x1234 + n, attempt);
     let pairs = |p: &[(u16, f32)]| p.iter().copied().collect();
     let mut frame = Frame::<{ buffer_length(2) }>::new();
-    let requests: [(&str, Header, Request<'_>); 5] = [
+    let angles = [0.5f32.to_le_bytes(), 0.0f32.to_le_bytes()];
+    let requests: [(&str, Header, Request<'_>); 7] = [
         ("hello, session 5", first, Request::Hello { session: 5 }),
         ("style 1 and 4, half of each", at(1, 0), Request::Style(pairs(&[(1, 0.5), (4, 0.5)]))),
         ("the input's action is 2", at(2, 0), Request::Labels { action: Some(2), input_style: None }),
         ("a pose of two joints", at(3, 0), Request::Pose(bytes)),
         ("the same once more, since no answer came", at(3, 1), Request::Pose(bytes)),
+        (
+            "the robot's two hinges stand at 0.5 and 0 radians",
+            at(4, 0),
+            Request::Robot { angles: angles.as_flattened() },
+        ),
+        ("a tick of the robot", at(5, 0), Request::Drive),
     ];
     for (caption, header, request) in &requests {
         let bytes = frame.write(*header, request).expect("it fits");
@@ -69,7 +83,11 @@ fn the_bytes_in_the_document_are_the_codes() {
         ram_bytes: 5000,
         buffer_bytes: buffer_length(2) as u16,
     };
-    let replies: [(&str, Header, Reply<'_>); 4] = [
+    let robot = RobotIdentity { robot: 0x1234_5678, hinges: 2, capacity: 32, tick_s: 0.0625 };
+    let driven = Driven { held: false, at_limit: 1, lag: 0.25, missing_m: 0.0 };
+    let mut hinges = HingeBuffer::new();
+    let drive = hinges.report(&driven, |h| [(0.5, 1800), (-0.125, 1400)].get(h).copied());
+    let replies: [(&str, Header, Reply<'_>); 6] = [
         ("who it is", first, Reply::Hello(identity)),
         ("done", at(1, 0), Reply::Done),
         (
@@ -78,6 +96,8 @@ fn the_bytes_in_the_document_are_the_codes() {
             Reply::Fault(Fault::Refused(ConfigError::Unknown { id: 2, have: 2 })),
         ),
         ("the pose in its style, and a report", at(3, 0), Reply::Pose(bytes, report)),
+        ("which robot it is", at(4, 0), Reply::Robot(robot)),
+        ("where its hinges are now", at(5, 0), Reply::Drive(drive)),
     ];
     for (caption, header, reply) in &replies {
         let bytes = frame.write(header.reply(), reply).expect("it fits");
@@ -99,6 +119,22 @@ fn the_document_has_every_number() {
         assert!(DOCUMENT.contains(&row(*number, name)), "no row {}", row(*number, name));
     }
     assert!(DOCUMENT.starts_with(&format!("# The link, protocol version {VERSION}\n")));
+    // Requests, replies and faults by the numbers that go over the line.
+    let robot = RobotIdentity { robot: 0, hinges: 0, capacity: 0, tick_s: 0.0 };
+    let mut hinges = HingeBuffer::new();
+    let drive = Reply::Drive(hinges.report(&Driven::default(), |_| None));
+    for (name, number, first) in [
+        ("Robot", 9, first_byte(&Request::Robot { angles: &[] })),
+        ("Drive", 10, first_byte(&Request::Drive)),
+        ("Robot", 5, first_byte(&Reply::Robot(robot))),
+        ("Drive", 6, first_byte(&drive)),
+    ] {
+        assert_eq!(first, number, "{name}");
+        assert!(DOCUMENT.contains(&row(u16::from(number), name)), "{}", row(u16::from(number), name));
+    }
+    let fault = first_byte(&Fault::NoRobot);
+    assert!(DOCUMENT.contains(&format!("{fault} `NoRobot`")), "{fault}");
+    assert!(DOCUMENT.contains(&format!("a string of {HINGE_BYTES} bytes a hinge")));
     for joints in [12, 22] {
         let text = format!("{} bytes for {joints} joints", buffer_length(joints));
         assert!(DOCUMENT.contains(&text), "the document does not say: {text}");

@@ -33,9 +33,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     // Sections lie as close as they can: no page of a system to align to.
     println!("cargo:rustc-link-arg-bins=--nmagic");
-    println!("cargo:rustc-check-cfg=cfg(an505)");
-    if map == "an505.x" {
-        println!("cargo:rustc-cfg=an505");
+    for board in ["an505", "microbit"] {
+        println!("cargo:rustc-check-cfg=cfg({board})");
+        if map.strip_suffix(".x") == Some(board) {
+            println!("cargo:rustc-cfg={board}");
+        }
     }
     let board = if wanted.is_empty() { board } else { &wanted };
     println!("cargo:rustc-env=GESTUS_BOARD={board}");

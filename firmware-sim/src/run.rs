@@ -80,7 +80,8 @@ pub fn run(args: &RunArgs) -> Result<()> {
         database: &database,
         blob_bytes: bytes.len() as u64,
         labels: (request.action, request.input_style),
-        k: request.config.neighborhood().0,
+        config: request.config,
+        styles: request.style.iter().filter(|(_, weight)| *weight > 0.0).count(),
     };
     let reports = || streamed.steps.iter().map(|s| &s.report);
     let estimates: Vec<Estimate> = parts.iter().map(|part| Estimate::new(part, &stream, reports())).collect();

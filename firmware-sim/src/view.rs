@@ -12,6 +12,8 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+// With padding, as JavaScript's `atob` reads it (RFC 4648).
+use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use gestus_builder::{
     report::{
         escape, fill,
@@ -137,7 +139,7 @@ fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
 fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) -> String {
     let data = serde_json::json!({
         "about": format!("The core runs in this page. Input: {about}."),
-        "wasm": base64(module), "blob": base64(blob), "recording": base64(recording),
+        "wasm": BASE64.encode(module), "blob": BASE64.encode(blob), "recording": BASE64.encode(recording),
     });
     let style = [STYLE, include_str!("../web/view.css")].concat();
     let script = [DRAW, include_str!("../web/gestus.js"), include_str!("../web/view.js")].concat();
@@ -197,40 +199,9 @@ fn build(target: &Path) -> Result<(), String> {
     }
 }
 
-/// Bytes as text that JavaScript's `atob` reads (RFC 4648, with padding).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let word = chunk.iter().enumerate().fold(0u32, |word, (i, &b)| word | u32::from(b) << (16 - 8 * i));
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
-            text.push(if i <= chunk.len() { char::from(digit) } else { '=' });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_is_that_of_the_standard() {
-        // RFC 4648, section 10.
-        let cases = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-            ("fooba", "Zm9vYmE="),
-        ];
-        for (plain, coded) in cases {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-        assert_eq!(base64(&[0xfb, 0xff, 0xfe]), "+//+");
-    }
 
     #[test]
     fn the_page_is_one_file_and_names_stay_text() {

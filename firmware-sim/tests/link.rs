@@ -1,48 +1,31 @@
 //! The command `gestus-sim link`, as somebody calls it.
 
+mod common;
+
 use std::{
     io::{Read, Write},
-    path::{Path, PathBuf},
-    process::Command,
-    sync::OnceLock,
+    path::Path,
     time::Instant,
 };
 
+use common::{json as figures, sim};
+
 use gestus_builder::{
-    bvh::{Bvh, Unit},
+    bvh::Bvh,
+    evaluate::servo::TOY,
+    robot::{Machine, RobotMap},
     stream::{Request, stream},
     translate::Input,
+    urdf::Robot,
 };
-use gestus_core::{Config, Database};
+use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_tests::motion;
 use serde_json::{Value, json};
 
 /// A database and a clip, as files.
 fn files() -> [&'static str; 2] {
-    static FILES: OnceLock<[PathBuf; 2]> = OnceLock::new();
-    let files = FILES.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link");
-        std::fs::create_dir_all(&folder).expect("the test's folder can be made");
-        let files = ["small.gestus", "walk.bvh"].map(|name| folder.join(name));
-        std::fs::write(&files[0], motion::small()).expect("it can be written");
-        let document = Bvh::from_clip(&motion::unseen(0, 0, 50), Unit::Metres).expect("it is a clip");
-        std::fs::write(&files[1], document.to_text()).expect("it can be written");
-        files
-    });
-    [0, 1].map(|i| files[i].to_str().expect("a plain path"))
-}
-
-fn sim(arguments: &[&str]) -> (bool, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_gestus-sim")).args(arguments).output().expect("it starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.success(), text(&output.stdout), text(&output.stderr))
-}
-
-fn figures(arguments: &[&str]) -> Value {
-    let (ok, stdout, stderr) = sim(arguments);
-    assert!(ok, "{arguments:?}: {stderr}");
-    serde_json::from_str(&stdout).expect("standard output is one JSON object")
+    common::files("link", 50)
 }
 
 fn digest_of_the_core() -> String {
@@ -138,4 +121,62 @@ fn what_is_wrong_is_said_with_the_name_of_the_line_or_file() {
         assert!(!ok && stdout.is_empty(), "{arguments:?}: {stdout}");
         assert!(stderr.contains(expected), "{arguments:?}: {stderr}");
     }
+}
+
+#[test]
+fn a_robot_is_driven_through_a_noisy_line_bit_by_bit() {
+    let [db, clip] = files();
+    let database = Database::open(motion::small()).expect("the generated blob opens");
+    let toy = Robot::parse(TOY, "toy.urdf").expect("it is a robot");
+    let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the database");
+    let [tables, csv] = ["toy.gestus", "toy.csv"].map(|name| Path::new(db).with_file_name(name));
+    std::fs::write(&tables, machine.bytes()).expect("it can be written");
+    let [tables, csv] = [&tables, &csv].map(|path| path.to_str().expect("a plain path"));
+    let link = ["link", "loopback", "--db", db, "--input", clip, "--style", "heavy", "--json"];
+    let robot = ["--robot", tables, "--robot-csv", csv, "--robot-at", "0.1,-0.1"];
+    let run = |more: &[&str]| figures(&[&link[..], &robot, more].concat());
+    let clean = run(&[]);
+    let read = || std::fs::read_to_string(csv).expect("it was written");
+    let rows = read();
+    let noisy = run(&["--noise", "lose=0.0003,drop=0.05,cut=0.05,seed=9"]);
+    for figures in [&clean, &noisy] {
+        assert_eq!(figures["bit_exact"], true);
+        assert_eq!(figures["robot"]["ticks_differing"], 0);
+        assert_eq!((&figures["robot"]["hinges"], &figures["frames"]), (&json!(16), &json!(50)));
+    }
+    assert_eq!(noisy["robot"], clean["robot"]);
+    assert_eq!(noisy["digest"], digest_of_the_core());
+    // A tick is carried out once, however often it is asked for.
+    assert_eq!(read(), rows);
+    // 50 frames at 30 a second, more or less as the style has it, in ticks of 20 ms.
+    let ticks = clean["robot"]["ticks"].as_u64().expect("a number");
+    assert!((60..110).contains(&ticks), "{ticks}");
+    assert_eq!(rows.lines().count() as u64, ticks + 1);
+    let first: Vec<f32> =
+        rows.lines().nth(1).into_iter().flat_map(|l| l.split(',')).flat_map(str::parse).collect();
+    // A tick after it stood at 0.1 and -0.1: within the limits of its servos.
+    assert!((first[1] - 0.1).abs() < 0.01 && (first[3] + 0.1).abs() < 0.01, "{first:?}");
+    assert!((500.0..2500.0).contains(&first[2]), "{first:?}");
+}
+
+#[test]
+fn a_robot_that_is_not_the_databases_is_refused() {
+    let [db, clip] = files();
+    let link = ["link", "loopback", "--db", db, "--input", clip, "--style", "heavy", "--robot"];
+    let (ok, stdout, stderr) = sim(&[&link[..], &[db]].concat());
+    assert!(!ok && stdout.is_empty() && stderr.contains("small.gestus"), "{stderr}");
+    let database = Database::open(motion::small()).expect("the generated blob opens");
+    let toy = Robot::parse(TOY, "toy.urdf").expect("it is a robot");
+    let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the database");
+    let mut bytes = machine.bytes().to_vec();
+    // Of another skeleton, and whole.
+    let header = [header::SKELETON.start, header::CRC.start, header::CRC.end];
+    bytes[header[0]] ^= 1;
+    bytes[header[1]..header[2]].fill(0);
+    let crc = crc32c(&[&bytes]);
+    bytes[header[1]..header[2]].copy_from_slice(&crc.to_le_bytes());
+    let path = Path::new(db).with_file_name("other.gestus");
+    std::fs::write(&path, &bytes).expect("it can be written");
+    let (ok, _, stderr) = sim(&[&link[..], &[path.to_str().expect("a plain path")]].concat());
+    assert!(!ok && stderr.contains("other.gestus"), "{stderr}");
 }

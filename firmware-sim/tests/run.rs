@@ -1,33 +1,12 @@
 //! The command `gestus-sim run`, as somebody calls it: parts and faults.
 
-use std::{
-    path::{Path, PathBuf},
-    process::Command,
-    sync::OnceLock,
-};
+mod common;
 
-use gestus_builder::bvh::{Bvh, Unit};
-use gestus_tests::motion;
+use common::sim;
 use serde_json::Value;
 
 fn files() -> [&'static str; 2] {
-    static FILES: OnceLock<[PathBuf; 2]> = OnceLock::new();
-    let files = FILES.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("run");
-        std::fs::create_dir_all(&folder).expect("the test's folder can be made");
-        let files = ["small.gestus", "walk.bvh"].map(|name| folder.join(name));
-        std::fs::write(&files[0], motion::small()).expect("it can be written");
-        let document = Bvh::from_clip(&motion::unseen(0, 0, 120), Unit::Metres).expect("it is a clip");
-        std::fs::write(&files[1], document.to_text()).expect("it can be written");
-        files
-    });
-    [0, 1].map(|i| files[i].to_str().expect("a plain path"))
-}
-
-fn sim(arguments: &[&str]) -> (bool, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_gestus-sim")).args(arguments).output().expect("it starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.success(), text(&output.stdout), text(&output.stderr))
+    common::files("run", 120)
 }
 
 fn run(more: &[&str]) -> (bool, String, String) {
@@ -36,9 +15,8 @@ fn run(more: &[&str]) -> (bool, String, String) {
 }
 
 fn figures(more: &[&str]) -> Value {
-    let (ok, stdout, stderr) = run(&[more, &["--json"]].concat());
-    assert!(ok, "{more:?}: {stderr}");
-    serde_json::from_str(&stdout).expect("standard output is one JSON object")
+    let [db, clip] = files();
+    common::json(&[&["run", "--db", db, "--input", clip, "--style", "heavy", "--json"], more].concat())
 }
 
 #[test]

@@ -108,6 +108,15 @@ const Gestus = (() => {
       this.check(this.c.gestus_stylizer_set_style(this.stylizer, this.stylesAt, this.weightsAt, pairs.length));
     }
 
+    // A joint group's own style, -1 for the body's.
+    setGroupStyle(group, style) {
+      const buffer = this.c.memory.buffer;
+      new Uint16Array(buffer, this.stylesAt, 1)[0] = Math.max(style, 0);
+      new Float32Array(buffer, this.weightsAt, 1)[0] = 1;
+      this.check(this.c.gestus_stylizer_set_group_style(this.stylizer, group, this.stylesAt, this.weightsAt,
+        style < 0 ? 0 : 1));
+    }
+
     // Labels, -1 for none. They are taken back first: a database need not hold every action in every style.
     setLabels(action, style) {
       this.check(this.c.gestus_stylizer_set_action(this.stylizer, -1));

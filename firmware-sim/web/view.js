@@ -68,7 +68,7 @@
     const told = (change) => {
       try { change(); $("said").textContent = ""; return true; } catch (error) { $("said").textContent = error.message; return false; }
     };
-    const rows = { style: [], group: [] };
+    const rows = { style: [], group: [] }, own = [];
 
     function slider(kind, k, name, most, element) {
       const row = document.createElement("div"), range = document.createElement("input"), value = document.createElement("output");
@@ -131,6 +131,19 @@
           showSettings();
         };
       });
+      core.groups.forEach((name, k) => {
+        const line = document.createElement("label"), select = document.createElement("select");
+        line.className = "line";
+        line.append(`${name} `, select);
+        select.add(new Option("as the body", -1));
+        core.styles.forEach((style, s) => select.add(new Option(style, s)));
+        select.onchange = () => {
+          if (!told(() => core.setGroupStyle(k, Number(select.value)))) select.value = -1;
+          dirty = true;
+        };
+        $("own").append(line);
+        own[k] = select;
+      });
       for (const [id, names] of [["action", core.actions], ["inputstyle", core.styles]]) {
         $(id).add(new Option("not known", -1));
         names.forEach((name, k) => $(id).add(new Option(name, k)));
@@ -148,6 +161,7 @@
         core.setLabels(first.action, first.inputStyle);
         strengths.fill(1).forEach((s, k) => core.setStrength(k, s));
         searched.fill(true).forEach((s, k) => core.setMask(k, s));
+        own.forEach((select, k) => { core.setGroupStyle(k, -1); select.value = -1; });
       });
       $("action").value = first.action;
       $("inputstyle").value = first.inputStyle;

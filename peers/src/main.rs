@@ -83,7 +83,7 @@ fn main() -> Result<()> {
         export(&classes, &streams, folder)?;
     }
     let limits =
-        Limits { k: arguments.k, pool: arguments.pool, visits: arguments.visits, jump: arguments.jump };
+        Limits { k: arguments.k, pool: arguments.pool, visits: arguments.visits, spare: arguments.visits, jump: arguments.jump };
     let truth = Truth::new(&classes, &streams);
     let report = if arguments.sweep {
         let settings =

@@ -301,7 +301,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         for (&r, example) in rows.iter().zip(&examples) {
             let (own, output) = (label(db, r), output_label(db, class, r, &p.styles));
             for (side, leg) in db.legs().expect("the generated body has legs").iter().enumerate() {
-                let weight = proportion / (leg_distance2(db, leg, [&x, &x_prev], example) + 3e-8);
+                let weight = proportion / (leg_distance2(db, leg, [&x, &x_prev], example) + 3e-8).powi(2);
                 stands[side] += weight * (own[side] + p.strength[0].min(1.0) * (output[side] - own[side]));
                 total[side] += weight;
             }

@@ -32,8 +32,13 @@ fn the_micro_bit_does_what_this_machine_does() {
     let image = image::build(board, options).unwrap();
     let (mut clip, request) = (SMALL.clip(4.0).unwrap(), SMALL.request());
     clip.frames.truncate(90);
-    let measured =
-        measure(board, &image, Job { path: &path, database, clip: &clip, request: &request }, || ()).unwrap();
+    let measured = measure(
+        board,
+        &image,
+        Job { path: &path, database, clip: &clip, request: &request, robot: None },
+        || (),
+    )
+    .unwrap();
     assert!(measured.bit_exact());
     let figures = measured.json();
     let bytes = |key: &str| figures[key].as_u64().unwrap();

@@ -13,8 +13,9 @@ use gestus_tests::{
     motion,
     reference::{self, Example, Parameters},
 };
-use npyz::{NpyFile, npz::NpzArchive};
+use npyz::NpyFile;
 use serde_json::Value;
+use zip::ZipArchive;
 
 /// Arrays by name, as `f64`, and their shapes.
 #[derive(Default)]
@@ -46,10 +47,11 @@ impl Arrays {
 
     fn archive(path: &Path) -> Self {
         let mut arrays = Self::default();
-        let mut archive = NpzArchive::open(path).unwrap();
-        let names: Vec<String> = archive.array_names().map(str::to_owned).collect();
-        for name in names {
-            arrays.put(&name, archive.by_name(&name).unwrap().unwrap());
+        let mut archive = ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
+        for i in 0..archive.len() {
+            let file = archive.by_index(i).unwrap();
+            let name = file.name().strip_suffix(".npy").unwrap().to_owned();
+            arrays.put(&name, NpyFile::new(file).unwrap());
         }
         arrays
     }
@@ -228,7 +230,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                             pose * pose + rate * rate
                         })
                         .sum();
-                    let weight = proportion / (distance2 + 3e-8);
+                    let weight = proportion / (distance2 + 3e-8).powi(2);
                     let label = own[side] + strength[0].min(1.0) * (output[side] - own[side]);
                     total[side] += weight;
                     stands[side] += weight * label;

@@ -200,6 +200,9 @@ fn only_a_hello_begins_a_session() {
     assert!(is_done(host.ask(&mut server, &Request::Configure(pairs(&[(parameter::K, 12.0)])))));
     assert!(is_done(host.ask(&mut server, &Request::Mask { group: 1, searched: false })));
     assert!(is_done(host.ask(&mut server, &Request::Strength(pairs(&[(0, 0.5)])))));
+    let own = Request::GroupStyle { group: 2, weights: pairs(&[(2, 1.0), (0, 3.0)]) };
+    assert!(is_done(host.ask(&mut server, &own)));
+    assert_eq!([0, 1, 2].map(|style| server.stylizer().style_of(2, style)), [0.75, 0.0, 0.25]);
     // The first hello, late: it is the running session's, and stays without effect.
     let late = framed(Header::request(500, 0), &Request::Hello { session: 3 });
     assert_eq!(sent(&mut server, &late), None);
@@ -211,6 +214,7 @@ fn only_a_hello_begins_a_session() {
     assert_eq!(server.stylizer().config(), &Config::new());
     assert!(server.stylizer().searches(1));
     assert_eq!(server.stylizer().strength(0), 1.0);
+    assert_eq!(server.stylizer().style_of(2, 0), 1.0);
 }
 
 #[test]
@@ -242,6 +246,7 @@ fn what_is_refused_changes_nothing() {
             ConfigError::Unknown { id: 99, have: 22 },
         ),
         (Request::Mask { group: 77, searched: true }, ConfigError::Unknown { id: 77, have: 3 }),
+        (Request::GroupStyle { group: 1, weights: pairs(&[(1, 1.0); 4]) }, ConfigError::Weights),
     ];
     for (request, expected) in refused {
         assert_eq!(fault(host.ask(&mut server, &request)), Fault::Refused(expected), "{request:?}");
@@ -253,7 +258,7 @@ fn what_is_refused_changes_nothing() {
     host.sequence += 1;
     let nonsense = Frame::<N>::new().write(host.header(0), &[99u8, 1, 2]).expect("it fits").to_vec();
     assert_eq!(fault(sent(&mut server, &nonsense)), Fault::Malformed);
-    assert_eq!((server.counts().faults, server.counts().steps), (11, 0));
+    assert_eq!((server.counts().faults, server.counts().steps), (12, 0));
 }
 
 #[test]

@@ -82,6 +82,7 @@ impl Case {
             input_style: self.input_style,
             masked: self.masked.clone(),
             strength: self.strength.clone(),
+            group_styles: vec![],
         }
     }
 

@@ -1,8 +1,13 @@
 //! One pose a tick: bounds, order, rates and time without end.
 
-use gestus_builder::{motion::Clip, stream::to_pose};
+use gestus_builder::{
+    build::{BuildOptions, build},
+    motion::Clip,
+    stream::{Request, stream, to_pose},
+    synth,
+};
 use gestus_core::{
-    ConfigError, Pose,
+    ConfigError, Database, Pose,
     retime::{Bounds, Retimer},
 };
 use gestus_tests::motion;
@@ -236,4 +241,99 @@ fn rates_and_bounds_are_checked() {
     assert!(
         matches!(new(120_000, 120_000, 0.3, 0.3), Some(ConfigError::Poses { need, have: 48 }) if need > 48)
     );
+}
+
+/// A walk in three styles, of which one is slowed down to 1.4 times its duration and one sped up to 0.6 of it.
+fn tempos() -> (Vec<u8>, Clip) {
+    let options = synth::Options {
+        actions: vec!["walk".to_owned()],
+        styles: ["neutral", "old", "proud"].map(String::from).to_vec(),
+        clips: 3,
+        seconds: 8.0,
+        ..synth::Options::default()
+    };
+    let mut corpus = synth::corpus(&options).unwrap();
+    let style = |name: &str| corpus.styles.iter().position(|s| s == name).unwrap();
+    let (neutral, slow, fast) = (style("neutral"), style("old"), style("proud"));
+    // Styles that differ in tempo alone: every clip is a neutral one, played at its tempo.
+    let originals: Vec<_> = corpus.examples.iter().filter(|e| e.style == neutral).cloned().collect();
+    corpus.examples = [(neutral, 1.0), (slow, 1.4), (fast, 0.6)]
+        .into_iter()
+        .flat_map(|(style, tempo)| {
+            originals.iter().map(move |example| {
+                let mut example = example.clone();
+                let count = ((example.clip.frames.len() - 1) as f64 * tempo) as usize + 1;
+                let at = |t: usize| t as f64 / tempo;
+                let last = example.contacts.len() - 1;
+                example.contacts =
+                    (0..count).map(|t| example.contacts[(at(t).round() as usize).min(last)]).collect();
+                example.clip.frames = (0..count).map(|t| example.clip.at(at(t))).collect();
+                example.clip.name = format!("{}-{tempo}", example.clip.name);
+                for knot in example.cycles.iter_mut().flat_map(|c| &mut c.knots) {
+                    *knot *= tempo;
+                }
+                example.style = style;
+                example
+            })
+        })
+        .collect();
+    let test = corpus.examples[0].clip.clone();
+    let built = build(&corpus.without(&[0]), &BuildOptions::default()).unwrap();
+    (built.bytes, test)
+}
+
+#[test]
+fn clips_whose_styles_differ_by_forty_percent_in_tempo_stay_within_bounds_at_every_rate() {
+    let (blob, clip) = tempos();
+    let database = Database::open(&blob).unwrap();
+    let bounds = Bounds { lead_s: 0.3, lag_s: 0.3 };
+    for (name, tempo) in [("old", 1.4), ("proud", 0.6), ("neutral", 1.0)] {
+        let style = database.manifest().unwrap().styles.find(name).unwrap();
+        // Poses alone don't say at what tempo they were: the label does.
+        let input_style = database.manifest().unwrap().styles.find("neutral");
+        let request = Request { bounds: Some(bounds), input_style, ..Request::style(style) };
+        let streamed = stream(&database, &clip, &request, &mut ()).unwrap();
+        // The database says what the clips say.
+        let own: f64 = streamed.steps.iter().skip(5).map(|s| f64::from(s.report.step_s) * 30.0).sum::<f64>()
+            / (streamed.steps.len() - 5) as f64;
+        assert!((own - tempo).abs() < 0.12 * tempo, "{name}: steps are {own} of the input's");
+        let retimed = streamed.retimed.as_ref().unwrap();
+        assert_eq!(retimed.frames.len(), clip.frames.len(), "one pose a tick");
+        let lags: Vec<f64> = retimed.ticks.iter().map(|t| f64::from(t.lag_s)).collect();
+        let (least, most) =
+            (lags.iter().copied().fold(0.0, f64::min), lags.iter().copied().fold(0.0, f64::max));
+        println!("{name}: steps {own:.2} of the input's, lead {:.3} s, lag {most:.3} s", -least);
+        assert!(least >= -0.3 - 1e-4 && most <= 0.3 + 1e-4, "{name}: {least} to {most}");
+        // It shows: a slow style lags, a fast one leads, most of the bound is used.
+        match name {
+            "old" => assert!(most > 0.15, "{most}"),
+            "proud" => assert!(least < -0.15, "{least}"),
+            _ => assert!(most < 0.1 && least > -0.1, "{least} to {most}"),
+        }
+        // What a tick says is where it is: the playhead never goes back.
+        let places: Vec<f64> = lags.iter().enumerate().map(|(k, lag)| k as f64 / 30.0 - lag).collect();
+        assert!(places.windows(2).all(|w| w[1] >= w[0] - 1e-4), "{name} went back");
+        // At any rate of ticks, from a quarter to four times the input's.
+        for (out_millihz, ratio) in
+            [(7_500, 0.25), (20_000, 2.0 / 3.0), (30_000, 1.0), (50_000, 5.0 / 3.0), (120_000, 4.0)]
+        {
+            let mut retimer = Wide::new(30_000, out_millihz, bounds).unwrap();
+            let (mut output, mut ticks, mut before) = (Pose::<22>::IDENTITY, 0, f64::NEG_INFINITY);
+            for step in &streamed.steps {
+                retimer.push(&to_pose(&step.frame), step.report.step_s);
+                while retimer.is_due() {
+                    let tick = retimer.tick(&mut output);
+                    let lag = f64::from(tick.lag_s);
+                    assert!((-0.3001..=0.3001).contains(&lag), "{name} at {ratio}: lag {lag}");
+                    assert_eq!(lag, f64::from(retimer.lag_s()), "the caller can see it");
+                    let place = f64::from(ticks) / (30.0 * ratio) - lag;
+                    assert!(place >= before - 1e-3, "{name} at {ratio}: back from {before} to {place}");
+                    assert!(output.is_valid(21));
+                    (before, ticks) = (place, ticks + 1);
+                }
+            }
+            let due = ((streamed.steps.len() - 1) as f64 * ratio + 1e-9) as i32 + 1;
+            assert_eq!(ticks, due, "{name} at {ratio}");
+        }
+    }
 }

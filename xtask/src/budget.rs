@@ -30,6 +30,11 @@ const KEYS: [&str; 9] = [
     "bytes_read_median",
     "bytes_read_max",
 ];
+/// Those that change with labels.
+const LABELLED: [&str; 4] =
+    ["instructions_median", "instructions_max", "bytes_read_median", "bytes_read_max"];
+/// Those of a stream that is hard.
+const INSTRUCTIONS: [&str; 2] = ["instructions_median", "instructions_max"];
 /// What a host asks for when it wants another method in a running board: for that moment the method's new state is on
 /// the stack, which is no part of the bound. A board whose host does not do so needs no room for it.
 const SWITCH: [&str; 1] = ["::switch"];
@@ -40,6 +45,26 @@ const HEAD: &str = "\
 ";
 
 type Figures = BTreeMap<String, f64>;
+
+/// Prefix, most instructions that were measured, and the bound that they have to stay under.
+type Bounds = Vec<(String, f64, f64)>;
+
+/// Streams that cost most, in configurations of their own: K, visits and classes searched. What is measured on them is
+/// what the bound of a frame is held against from below as well.
+const HARD: [(&str, &[&str]); 4] = [
+    ("hard.shipped", &[]),
+    ("hard.k20", &["--k", "20"]),
+    ("hard.visits160", &["--visits", "160"]),
+    ("hard.action", &["--action", "walk"]),
+];
+/// Frames of a stream that leaps.
+const LEAPING: &str = "120";
+/// A bound that is further than this from the worst of the hard streams is of no use.
+const LOOSE: f64 = 1.6;
+/// The other methods.
+const METHODS: [&str; 2] = ["lti", "statistic"];
+/// Stages of a step that belong to feet, and programs around a step, that have one limit together.
+const TOGETHER: ([&str; 2], [&str; 3]) = (["contacts", "lock"], ["retarget_in", "retiming", "servo"]);
 
 /// Measures, prints the table, and compares; or records.
 ///
@@ -52,12 +77,32 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
     let path = root().join(FILE);
     let text = fs::read_to_string(&path).with_context(|| FILE.to_owned())?;
     let budgets: toml::Table = text.parse().with_context(|| FILE.to_owned())?;
-    let mut figures = Figures::new();
-    measure("generated", &["--generated"], &["--action", "walk", "--input-style", "neutral"], &mut figures)?;
-    board("m0", "m0", &["--generated"], &mut figures)?;
+    let (mut figures, mut bounds) = (Figures::new(), Bounds::new());
+    let generated = ["--generated"];
+    let labels = ["--action", "walk", "--input-style", "neutral"];
+    measure("generated", &generated, &labels, &mut figures, &mut bounds)?;
+    for (prefix, more) in HARD {
+        let stream = ["--generated", "--leaps", "--frames", LEAPING, "--style", "angry"];
+        let arguments = [&stream[..], more].concat();
+        board(prefix, "m4f", &arguments, &INSTRUCTIONS, &mut figures, &mut bounds)?;
+    }
+    for method in METHODS {
+        let prefix = format!("generated.{method}");
+        let arguments = ["--generated", "--style", "angry", "--method", method];
+        let keys = ["instructions_median", "instructions_max", "model_bytes_per_style"];
+        board(&prefix, "m4f", &arguments, &keys, &mut figures, &mut bounds)?;
+    }
+    around(&mut figures)?;
+    board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
+    let approximate = ["--generated", "--micromath"];
+    let keys = ["instructions_median", "instructions_max", "flash_bytes"];
+    let found = board("m0.micromath", "m0", &approximate, &keys, &mut figures, &mut bounds)?;
+    functions(&mut figures)?;
+    println!("micromath turns a joint of the m0 profile by {} degrees at most", found["degrees_apart"]);
     if let Some((database, clip)) = reference()? {
         let wish = ["--db", &database, "--input", &clip];
-        measure("reference", &wish, &["--action", "walk", "--input-style", "normal"], &mut figures)?;
+        let labels = ["--action", "walk", "--input-style", "normal"];
+        measure("reference", &wish, &labels, &mut figures, &mut bounds)?;
     } else {
         println!("no captured motion here: its budgets are not looked at");
     }
@@ -66,15 +111,24 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         fs::write(&path, recorded(limits, &flat(&budgets), &figures)?)?;
     }
     let text = fs::read_to_string(&path)?;
-    let over = compare(&flat(&text.parse()?), &figures);
+    let mut over = compare(&flat(&text.parse()?), &figures);
+    over.extend(beyond(&bounds));
     Ok(if over.is_empty() { Outcome::Passed } else { Outcome::Failed(over.join("; ")) })
 }
 
 /// The reference board, unlabelled and labelled, and the bound of its stack.
-fn measure(name: &str, with: &[&str], labels: &[&str], figures: &mut Figures) -> Result<()> {
+fn measure(
+    name: &str,
+    with: &[&str],
+    labels: &[&str],
+    figures: &mut Figures,
+    bounds: &mut Bounds,
+) -> Result<()> {
     let style: &[&str] = if name == "reference" { &["--style", "youthful"] } else { &["--style", "angry"] };
-    let state = board(name, "m4f", &[with, style].concat(), figures)?;
-    board(&format!("{name}.labelled"), "m4f", &[with, style, labels].concat(), figures)?;
+    let found = board(name, "m4f", &[with, style].concat(), &KEYS, figures, bounds)?;
+    let state = found["state_bytes"].as_f64().context("the bytes of the state")?;
+    let labelled = format!("{name}.labelled");
+    board(&labelled, "m4f", &[with, style, labels].concat(), &LABELLED, figures, bounds)?;
     let built = json(sim().args(["board", "m4f", "--build", "--stack-sizes", "--json"]))?;
     let image = built["image"].as_str().context("the path of the image")?;
     let bound = stack::bound(Path::new(image), "main", &SWITCH)?;
@@ -92,27 +146,94 @@ fn measure(name: &str, with: &[&str], labels: &[&str], figures: &mut Figures) ->
     Ok(())
 }
 
+/// What stands around a step: each by itself, and together with the stages of feet.
+fn around(figures: &mut Figures) -> Result<()> {
+    let found = json(sim().args(["board", "m4f", "--around", "--json"]))?;
+    for (name, counts) in found.as_object().context("figures by name")? {
+        for which in ["median", "max"] {
+            let value = counts[which].as_f64().with_context(|| format!("{name} has no {which}"))?;
+            figures.insert(format!("around.{name}_{which}"), value);
+        }
+    }
+    for which in ["median", "max"] {
+        let (stages, programs) = TOGETHER;
+        let stages = stages.map(|s| format!("generated.{s}_{which}"));
+        let programs = programs.map(|p| format!("around.{p}_{which}"));
+        let parts = stages.iter().chain(&programs);
+        let sum = parts.map(|p| figures.get(p).with_context(|| format!("no {p}"))).sum::<Result<f64>>()?;
+        figures.insert(format!("around.together_{which}"), sum);
+    }
+    Ok(())
+}
+
+/// Elementary functions of libm and micromath, with an FPU and without.
+fn functions(figures: &mut Figures) -> Result<()> {
+    println!("{:18} {:>12} {:>12} {:>14} {:>14}", "function", "m4f", "m0", "error", "relative");
+    let [m4f, m0] = ["m4f", "m0"].map(|board| json(sim().args(["board", board, "--functions", "--json"])));
+    let (m4f, m0) = (m4f?, m0?);
+    for (name, counts) in m4f.as_object().context("figures by name")? {
+        let cost =
+            |of: &serde_json::Value| of["instructions"].as_f64().context("the instructions of a function");
+        let (with, without) = (cost(counts)?, cost(&m0[name])?);
+        println!(
+            "{name:18} {with:>12} {without:>12} {:>14} {:>14}",
+            counts["error"], counts["relative_error"]
+        );
+        let key = name.replace('.', "_");
+        figures.insert(format!("functions.m4f.{key}"), with);
+        figures.insert(format!("functions.m0.{key}"), without);
+    }
+    Ok(())
+}
+
 /// A name of a function without its mangling's hashes, as far as it matters.
 fn short(name: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(name)).chars().take(100).collect()
 }
 
-/// Runs a board and takes the figures of its JSON. Gives the bytes of its state, which lie on its stack.
-fn board(prefix: &str, board: &str, arguments: &[&str], figures: &mut Figures) -> Result<f64> {
+/// Runs a board and takes those figures of its JSON, which it gives back; and the bound of a frame, where there is one.
+/// Where every figure is wanted, each stage's too.
+fn board(
+    prefix: &str,
+    board: &str,
+    arguments: &[&str],
+    keys: &[&str],
+    figures: &mut Figures,
+    bounds: &mut Bounds,
+) -> Result<serde_json::Value> {
     let found = json(sim().args(["board", board, "--json"]).args(arguments))?;
-    let labelled = prefix.ends_with("labelled");
-    let wanted = |key: &str| !labelled || key.contains("instructions_m") || key.contains("bytes_read");
-    for key in KEYS.iter().filter(|key| wanted(key)) {
-        let value = found[*key].as_f64().with_context(|| format!("{board} says nothing of {key}"))?;
-        figures.insert(format!("{prefix}.{key}"), value);
+    let number = |key: &str| found[key].as_f64().with_context(|| format!("{board} says nothing of {key}"));
+    for key in keys {
+        figures.insert(format!("{prefix}.{key}"), number(key)?);
     }
-    for (stage, counts) in found["stages"].as_object().into_iter().flatten() {
+    if let Some(bound) = found["instructions_bound"].as_f64() {
+        bounds.push((prefix.to_owned(), number("instructions_max")?, bound));
+    }
+    let stages = found["stages"].as_object().filter(|_| keys.contains(&"bytes_read_max"));
+    for (stage, counts) in stages.into_iter().flatten() {
         for which in ["median", "max"] {
             let value = counts[which].as_f64().unwrap_or(0.0);
             figures.insert(format!("{prefix}.{stage}_{which}"), value);
         }
     }
-    found["state_bytes"].as_f64().context("the bytes of the state")
+    Ok(found)
+}
+
+/// Prints the bounds of a frame beside what was measured; those that are too low, or of no use.
+fn beyond(bounds: &Bounds) -> Vec<String> {
+    let mut wrong = Vec::new();
+    println!("{:42} {:>12} {:>12} {:>7}", "the worst frame", "measured", "bound", "");
+    for (name, measured, bound) in bounds {
+        println!("{name:42} {measured:>12.0} {bound:>12.0} {:>6.2}x", bound / measured);
+        if measured > bound {
+            wrong.push(format!("{name}: a frame took {measured:.0}, over its bound of {bound:.0}"));
+        } else if name.starts_with("hard.") && *bound > LOOSE * measured {
+            wrong.push(format!(
+                "{name}: the bound of {bound:.0} is loose, the worst frame took {measured:.0} (`--example calibrate -- generated`)"
+            ));
+        }
+    }
+    wrong
 }
 
 /// The database of the captured clips that the figures of the documentation are about, and a clip. Built where they
@@ -222,6 +343,16 @@ mod tests {
         // Over the limit and within the budget: said, and no failure.
         assert!(compare(&budgets, &figures(&[("a.y", 101.4)])).is_empty());
         assert!(compare(&budgets, &figures(&[("b.z", 1.0)]))[0].contains("has no budget"));
+    }
+
+    #[test]
+    fn a_bound_is_held_from_above_and_hard_streams_hold_it_from_below() {
+        let bounds = |name: &str, measured, bound| vec![(name.to_owned(), measured, bound)];
+        assert!(beyond(&bounds("hard.x", 100.0, 150.0)).is_empty());
+        assert!(beyond(&bounds("hard.x", 100.0, 170.0))[0].contains("loose"));
+        // A stream that is easy says nothing of how loose the bound is.
+        assert!(beyond(&bounds("generated", 100.0, 900.0)).is_empty());
+        assert!(beyond(&bounds("generated", 101.0, 100.0))[0].contains("over its bound"));
     }
 
     #[test]

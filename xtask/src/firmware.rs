@@ -20,6 +20,8 @@ const TARGETS: [&str; 5] = [
 /// The emulators and Debian's packages of them.
 const EMULATORS: [(&str, &str); 2] =
     [("qemu-system-arm", "qemu-system-arm"), ("qemu-system-riscv32", "qemu-system-misc")];
+/// Frames that go over every board's link.
+const LINKED: &str = "12";
 /// The digest of the long stream, on every machine.
 const GOLDEN: &str = "tests/golden/long-stream.txt";
 
@@ -54,12 +56,19 @@ pub fn run(setup: bool) -> Result<Outcome> {
     log_lines(setup)?;
     let golden = std::fs::read_to_string(root().join(GOLDEN)).with_context(|| GOLDEN.to_owned())?;
     let golden = golden.split_whitespace().last().context("the digest of the long stream")?;
+    // Every board's port, and its counter, over the link.
+    run_command(sim().args(["board", "--all", "--generated", "--frames", LINKED]))?;
     let figures = json(sim().args(["board", "--all", "--long-stream", "--json"]))?;
     let mut wrong = Vec::new();
     for board in figures["boards"].as_array().context("a list of boards")? {
         let name = board["board"].as_str().unwrap_or("?");
         let right = board["bit_exact"] == Value::Bool(true) && board["digest"].as_str() == Some(golden);
-        println!("{name:10} {} frames, digest {}", board["frames"], board["digest"].as_str().unwrap_or(""));
+        println!(
+            "{name:10} {} frames, digest {}, {:.0} s",
+            board["frames"],
+            board["digest"].as_str().unwrap_or(""),
+            board["seconds"].as_f64().unwrap_or(0.0)
+        );
         if !right {
             wrong.push(name.to_owned());
         }

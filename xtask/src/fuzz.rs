@@ -49,8 +49,9 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     let mut command = nightly_cargo();
     if target == "link" {
         let blob = target_dir().join("fuzz-link.gestus");
-        write_blob(&blob)?;
-        command.env("GESTUS_BLOB", blob);
+        let robot = target_dir().join("fuzz-robot.gestus");
+        write_blobs(&[&blob, &target_dir().join("fuzz-models.gestus"), &robot])?;
+        command.env("GESTUS_BLOB", blob).env("GESTUS_ROBOT", robot);
     }
     command
         .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
@@ -71,20 +72,26 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     run_command(command.current_dir(root().join(krate)))
 }
 
-/// Puts a blob that opens into the corpus, for mutation alone would never get past the first checks; and the same
-/// blob with bytes behind it, which the target makes settings and poses of.
+/// Puts blobs that open into the corpus, for mutation alone would never get past the first checks: one with all that a
+/// database may hold, and one of models alone; and each with bytes behind it, which the target makes settings and poses
+/// of.
 fn seed_with_blobs(corpus: &Path) -> Result<()> {
-    let seed = corpus.join("seed");
-    write_blob(&seed)?;
-    let mut bytes = std::fs::read(&seed)?;
-    bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
-    std::fs::write(corpus.join("seed-with-poses"), bytes)?;
+    let (seed, models) = (corpus.join("seed"), corpus.join("models"));
+    write_blobs(&[&seed, &models])?;
+    for (from, to) in [(seed, "seed-with-poses"), (models, "models-with-poses")] {
+        let mut bytes = std::fs::read(from)?;
+        bytes.extend((0..=255u8).map(|i| i.wrapping_mul(91)));
+        std::fs::write(corpus.join(to), bytes)?;
+    }
     Ok(())
 }
 
-/// Builds a small database.
-fn write_blob(file: &Path) -> Result<()> {
-    run_command(cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).arg(file))
+/// Builds a small database, what it is when cut to its models, and the tables of a robot for it: as many of
+/// them as there are files.
+fn write_blobs(files: &[&Path]) -> Result<()> {
+    run_command(
+        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).args(files),
+    )
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.

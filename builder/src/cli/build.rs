@@ -10,7 +10,7 @@ use gestus_builder::{
     annotate::Config,
     build::build,
     corpus::Corpus,
-    effort::{dial, fragment::Library, labels, model::Model},
+    effort::{fragment::Library, labels, model::Model, response},
     load::load,
     pair::Scheme,
     write::with_section,
@@ -166,18 +166,16 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Solves the effort dial and puts it into the blob; of one style there is none.
 fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
+    let database = gestus_core::Database::open(bytes)?;
     let model = match table {
         Some(path) => {
             let rows = labels::read(path, corpus.rate_hz)?;
             Model::given(&rows, &path.display().to_string(), |spans| Library::annotated(corpus, spans))?
         }
-        None => {
-            let database = gestus_core::Database::open(bytes)?;
-            Model::of_database(&database)?
-        }
+        None => Model::of_database(&database)?,
     };
     let rest = ["normal", "neutral"].iter().find_map(|n| corpus.styles.iter().position(|s| s == n));
-    let Some(dial) = dial::solve(&model, rest.unwrap_or(0)) else {
+    let Some(dial) = response::solve(&database, corpus, &model, rest.unwrap_or(0))? else {
         eprintln!("no effort dial: it takes two styles of one action");
         return Ok(());
     };

@@ -6,7 +6,9 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     body::Body,
     bvh::{Binding, Bvh, Options},
+    cleanup::Limbs,
     corpus::Corpus,
+    evaluate::skate::{Performance, skate_cm_s},
     models::statistic::transfer::{self, mean_offset},
     motion::Clip,
 };
@@ -27,6 +29,9 @@ pub struct Args {
     /// Euler angles instead of quaternions, to see what goes wrong
     #[arg(long)]
     euler: bool,
+    /// Leave foot skate in: feet that stand in the clip may slide in the output
+    #[arg(long)]
+    no_clean_up: bool,
     /// Where the output goes, a BVH file
     #[arg(short, long)]
     output: PathBuf,
@@ -46,6 +51,17 @@ fn read(path: &Path) -> Result<(Bvh, Binding, Clip)> {
     Ok((document, binding, clip))
 }
 
+/// Mean speed on the ground of feet that stand in the output, cm/s; none where none stands.
+fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64> {
+    let (limbs, _) = Limbs::of_clip(body, source)?;
+    let performance = Performance {
+        frames: out.clip.frames.clone(),
+        steps_s: vec![1.0 / source.rate_hz; out.clip.frames.len()],
+        stands: out.contacts.clone(),
+    };
+    Some(skate_cm_s(&body.skeleton, limbs.legs(), &performance))
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let (document, binding, source) = read(&args.input)?;
@@ -59,17 +75,21 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let reference = reference.resampled(source.rate_hz);
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
-    let options = transfer::Options { rounds: args.rounds, euler: args.euler, ..Default::default() };
+    let clean_up = !args.no_clean_up;
+    let options =
+        transfer::Options { rounds: args.rounds, euler: args.euler, clean_up, ..Default::default() };
     let out = transfer::transfer(&body, &source, &reference, &options)
         .with_context(|| args.input.display().to_string())?;
     let text = binding.write(&document, &out.clip)?.to_text();
     std::fs::write(&args.output, text)
         .with_context(|| format!("{} can't be written", args.output.display()))?;
+    let skate = skate(&body, &source, &out);
     let offset = mean_offset(&body, &reference);
     if args.json {
         super::say(json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
-            "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(), "output": args.output,
+            "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(),
+            "clean_up": clean_up, "skate_cm_s": skate, "output": args.output,
         }))
     } else {
         super::say(format_args!(

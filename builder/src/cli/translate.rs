@@ -140,8 +140,8 @@ pub fn run(args: &Args) -> Result<()> {
         None => translate(&database, &input, &request, &mut ()).with_context(of)?,
     };
     if args.clean_up {
-        // Changes are spread over a quarter of a second.
-        cleanup::clean_up(&database, &mut streamed, (0.25 * database.rate_hz()) as usize);
+        let window = cleanup::WINDOW_S * f64::from(database.rate_hz());
+        cleanup::clean_up(&database, &mut streamed, window as usize);
     }
     let output = input.output(&streamed);
     let document = input.document(&output)?;

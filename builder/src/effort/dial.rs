@@ -1,32 +1,29 @@
-//! The effort dial: which mix of styles comes nearest to an Effort, solved at the nodes of a grid for the core to look
+//! The effort dial: which mix of styles comes nearest to an Effort, tabled at the nodes of a grid for the core to look
 //! up (`gestus_core::effort`).
 //!
-//! Labelled fragments and blends say what mixes of styles look like: a fragment of style s is the mix `1_s`, a blend
-//! `(1-α) 1_s + α 1_t`. The Efforts `G` of the styles are the least-squares fit of `G w = e` over all of them, so that
-//! what blends were seen as counts as much as what their ends were. A node's mix is
+//! Two ways to fill the table. [`response::solve`](super::response::solve) measures: on the grid's lines through the
+//! rest, where one factor is turned alone, a node's mix is where outputs of the core showed the wanted change
+//! ([`Dial::of_ways`]); off the lines the lines' changes of the mix add up, and are taken back onto what a mix can be
+//! (no weight below 0, sum 1). [`Dial::new`] has only the styles' Efforts `G` to go by, and takes
 //!
 //! ```text
-//! w(e) = least of |S⁻¹ (G w - e)|² + 2 mean over actions of |S⁻¹ (G_a - G) w|² + ε |w|²   over  w >= 0, Σ w = 1
+//! w(e) = least of |S⁻¹ (G w - e)|² + ε |w|²   over  w >= 0, Σ w = 1
 //! ```
 //!
-//! with S the ranges of the factors, so that each counts alike, and G_a the mean Efforts of the styles in one action: a
-//! mix that looks strong in a walk and light in a run is of little use on a dial that knows no actions. The last penalty makes it unique and continuous: of mixes that look
-//! alike it takes the one that is spread over most styles. And it is monotone: for two targets that differ in one
-//! factor the mixes satisfy `(e - e')ᵀ S⁻² (G w - G w') >= 0`, so no factor ever goes against its own knob. What is
-//! stored are bytes; [`Dial::backsteps`] says by how much rounding undoes that (a hundredth of the range at most).
+//! with S the ranges of the factors, so that each counts alike. The penalty makes it unique and continuous. It is
+//! monotone for whoever mixes as `G w` has it: `(e - e')ᵀ S⁻² (G w - G w') >= 0`; real mixes don't quite, which is why
+//! there is the other way. What is stored are bytes; [`Dial::backsteps`] says by how much rounding and sums go back.
 
-use gestus_core::blob::layout::{MAX_STYLES, effort};
+use gestus_core::blob::layout::effort;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Value, json};
 
-use super::{Factors, NAMES, Source, model::Model};
+use super::{Factors, NAMES, POLE, Source};
 
 /// Nodes along each axis.
 pub const NODES: usize = 9;
 /// Penalty on the mix, in units of squared ranges.
 const PENALTY: f64 = 2e-3;
-/// Weight of what differs from action to action.
-const UNEVEN: f64 = 2.0;
 /// Steps of the projected gradient.
 const STEPS: usize = 600;
 /// Shortest axis.
@@ -47,53 +44,40 @@ pub struct Dial {
     pub table: Vec<Vec<u8>>,
 }
 
-/// Solves the dial of a model; `rest` is the style whose Effort unturned factors have. `None` of fewer than two styles
-/// with labels, or of more than the format holds.
-pub fn solve(model: &Model, rest: usize) -> Option<Dial> {
-    let styles = model.library.styles.len();
-    let fragments = &model.library.fragments;
-    let mut samples: Vec<(Vec<f64>, Factors)> = Vec::new();
-    let mut seen = vec![false; styles];
-    for (fragment, effort) in fragments.iter().zip(&model.known.efforts) {
-        let mut mix = vec![0.0; styles];
-        mix[fragment.style] = 1.0;
-        seen[fragment.style] = true;
-        samples.push((mix, *effort));
-    }
-    for e in &model.examples {
-        let mut mix = vec![0.0; styles];
-        mix[fragments[e.first].style] += 1.0 - e.alpha;
-        mix[fragments[e.second].style] += e.alpha;
-        samples.push((mix, e.effort));
-    }
-    if seen.iter().filter(|s| **s).count() < 2 || styles > MAX_STYLES {
-        return None;
-    }
-    let efforts = fit(&samples, styles);
-    let known: Vec<Option<Factors>> = efforts.into_iter().zip(&seen).map(|(e, s)| s.then_some(e)).collect();
-    Some(Dial::of_actions(model.source, known, &actions(model), rest))
+/// How far one factor can be turned one way from the rest.
+#[derive(Debug, Clone, Default)]
+pub struct Reach {
+    /// How far the input that follows least comes.
+    pub sum: f64,
+    /// Mean change of the factor at each place on the way, ascending from 0, whatever the direction.
+    pub course: Vec<f64>,
+    /// The mix at each place; the first is that at rest.
+    pub mixes: Vec<Vec<f64>>,
+    /// Mean Effort that was seen at each.
+    pub seen: Vec<Factors>,
 }
 
-/// Mean Effort of each style in each action that it is seen in.
-fn actions(model: &Model) -> Vec<Vec<Option<Factors>>> {
-    (0..model.library.actions.len())
-        .map(|action| {
-            (0..model.library.styles.len())
-                .map(|style| {
-                    let fragments = model.library.fragments.iter().zip(&model.known.efforts);
-                    let own: Vec<&Factors> = fragments
-                        .filter(|(f, _)| (f.action, f.style) == (action, style))
-                        .map(|(_, e)| e)
-                        .collect();
-                    let mean = |k: usize| own.iter().map(|e| e[k]).sum::<f64>() / own.len() as f64;
-                    (!own.is_empty()).then(|| [mean(0), mean(1), mean(2)])
-                })
-                .collect()
-        })
-        .collect()
+impl Reach {
+    /// The change at the end.
+    pub fn gain(&self) -> f64 {
+        self.course.last().zip(self.course.first()).map_or(0.0, |(l, f)| l - f)
+    }
+
+    /// The mix at which a share of the whole change is reached.
+    fn at(&self, share: f64) -> Option<Vec<f64>> {
+        if self.course.len() < 2 {
+            return self.mixes.first().cloned();
+        }
+        let wanted = self.course[0] + share * self.gain();
+        let next = self.course.partition_point(|&v| v < wanted).clamp(1, self.course.len() - 1);
+        let (low, high) = (self.course[next - 1], self.course[next]);
+        let t = if high > low { ((wanted - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
+        Some(self.mixes[next - 1].iter().zip(&self.mixes[next]).map(|(a, b)| a + t * (b - a)).collect())
+    }
 }
 
-/// Least squares, with as little penalty as keeps styles without samples at zero.
+/// Efforts of styles from those of mixes: least squares, with as little penalty as keeps styles without samples at
+/// zero.
 fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
     let mut normal = DMatrix::<f64>::identity(styles, styles) * 1e-6;
     let mut right = DMatrix::<f64>::zeros(styles, 3);
@@ -112,20 +96,6 @@ impl Dial {
     /// # Panics
     /// Where no style has an Effort.
     pub fn new(source: Source, styles: Vec<Option<Factors>>, rest: usize) -> Self {
-        Self::of_actions(source, styles, &[], rest)
-    }
-
-    /// The same, with the styles' Efforts in each of some actions, `[actions][styles]`: mixes that look alike in all of
-    /// them are preferred.
-    ///
-    /// # Panics
-    /// Where no style has an Effort.
-    pub fn of_actions(
-        source: Source,
-        styles: Vec<Option<Factors>>,
-        actions: &[Vec<Option<Factors>>],
-        rest: usize,
-    ) -> Self {
         use rayon::prelude::*;
         let used: Vec<usize> = (0..styles.len()).filter(|&s| styles[s].is_some()).collect();
         let efforts: Vec<Factors> = styles.iter().flatten().copied().collect();
@@ -139,26 +109,83 @@ impl Dial {
         });
         let rest = styles.get(rest).copied().flatten().unwrap_or(efforts[0]);
         let scales: Factors = axes.map(|(low, high): (f64, f64)| 1.0 / (high - low));
-        // How much the styles' Efforts differ from action to action.
-        let mut spread = DMatrix::<f64>::zeros(used.len(), used.len());
-        for action in actions {
-            let off = DMatrix::from_fn(3, used.len(), |k, i| {
-                action[used[i]].map_or(0.0, |e| scales[k] * (e[k] - efforts[i][k]))
-            });
-            spread += off.tr_mul(&off) * (UNEVEN / actions.len() as f64);
-        }
-        let place = |k: usize, i: usize| axes[k].0 + (axes[k].1 - axes[k].0) * i as f64 / (NODES - 1) as f64;
+        let alike = DMatrix::<f64>::zeros(used.len(), used.len());
         let table = (0..NODES.pow(3))
             .into_par_iter()
             .map(|node| {
-                let target =
-                    [place(0, node / NODES.pow(2)), place(1, node / NODES % NODES), place(2, node % NODES)];
-                let mix = nearest(&efforts, &scales, &spread, &target);
+                let target = place(&axes, node);
+                let mix = nearest(&efforts, &scales, &alike, &target);
                 let mut weights = vec![0.0; styles.len()];
                 used.iter().zip(mix).for_each(|(&s, w)| weights[s] = w);
                 bytes(&weights)
             })
             .collect();
+        Self { source, styles, rest, axes, table }
+    }
+
+    /// The dial of measured ways: how far each factor reaches down and up from the mix at rest, whose Effort is
+    /// `rest`.
+    ///
+    /// The rest is a node of each axis, as many nodes below it as make the grid finest. The last nodes are the ends of
+    /// the ways, so that no part of an axis does nothing; those between have their share of the measured change.
+    pub fn of_ways(
+        source: Source,
+        styles: usize,
+        even: &[f64],
+        rest: Factors,
+        reaches: &[[Reach; 2]; 3],
+    ) -> Self {
+        let below: [usize; 3] = std::array::from_fn(|k| {
+            let gain = |side: usize| reaches[k][side].gain();
+            let spacing = |below: &usize| {
+                let part = |gain: f64, nodes: usize| if nodes > 0 { gain / nodes as f64 } else { 1e3 * gain };
+                f64::max(part(gain(0), *below), part(gain(1), NODES - 1 - below))
+            };
+            (0..NODES).min_by(|a, b| spacing(a).total_cmp(&spacing(b))).unwrap_or(NODES / 2)
+        });
+        let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
+            let part = |side: usize, nodes: usize| reaches[k][side].gain() / nodes.max(1) as f64;
+            let (down, up) = (below[k], NODES - 1 - below[k]);
+            let least = SHORTEST / (NODES - 1) as f64;
+            let spacing = part(0, down).max(part(1, up)).max(least);
+            (rest[k] - down as f64 * spacing, rest[k] + up as f64 * spacing)
+        });
+        // The change of the mix at each node of each line.
+        let lines: [Vec<Vec<f64>>; 3] = std::array::from_fn(|k| {
+            (0..NODES)
+                .map(|i| {
+                    let (side, steps, of) = match i.checked_sub(below[k]) {
+                        None => (0, below[k] - i, below[k]),
+                        Some(up) => (1, up, NODES - 1 - below[k]),
+                    };
+                    let mix = reaches[k][side].at(steps as f64 / of.max(1) as f64);
+                    mix.map_or_else(
+                        || vec![0.0; styles],
+                        |m| m.iter().zip(even).map(|(m, e)| m - e).collect(),
+                    )
+                })
+                .collect()
+        });
+        let used: Vec<usize> = (0..styles).filter(|&s| even[s] > 0.0).collect();
+        let table = (0..NODES.pow(3))
+            .map(|node| {
+                let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
+                let sum: Vec<f64> =
+                    used.iter().map(|&s| even[s] + (0..3).map(|k| lines[k][at[k]][s]).sum::<f64>()).collect();
+                let mut weights = vec![0.0; styles];
+                used.iter().zip(onto_simplex(&sum)).for_each(|(&s, w)| weights[s] = w);
+                bytes(&weights)
+            })
+            .collect();
+        let samples: Vec<(Vec<f64>, Factors)> = reaches
+            .iter()
+            .flatten()
+            .flat_map(|r| r.mixes.iter().cloned().zip(r.seen.iter().copied()))
+            .collect();
+        // The format holds numbers up to 10; a style that stands in few mixes may be fitted beyond.
+        let held = |e: Factors| e.map(|v| v.clamp(-3.0 * POLE, 3.0 * POLE));
+        let efforts: Vec<Factors> = fit(&samples, styles).into_iter().map(held).collect();
+        let styles = efforts.into_iter().enumerate().map(|(s, e)| used.contains(&s).then_some(e)).collect();
         Self { source, styles, rest, axes, table }
     }
 
@@ -203,15 +230,9 @@ impl Dial {
 
     /// The share of the grid's nodes that are reached within the core's tolerance: how much of the box the styles fill.
     pub fn filled(&self) -> f64 {
-        let place = |k: usize, i: usize| {
-            self.axes[k].0 + (self.axes[k].1 - self.axes[k].0) * i as f64 / (NODES - 1) as f64
-        };
         let near = |node: &usize| {
-            let target = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
-            let reached = self.reached(*node);
-            (0..3).all(|k| {
-                (reached[k] - place(k, target[k])).abs() <= f64::from(gestus_core::effort::TOLERANCE)
-            })
+            let (reached, wanted) = (self.reached(*node), place(&self.axes, *node));
+            (0..3).all(|k| (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::effort::TOLERANCE))
         };
         (0..self.table.len()).filter(near).count() as f64 / self.table.len() as f64
     }
@@ -239,8 +260,19 @@ impl Dial {
     }
 }
 
-/// The mix nearest to a target, by accelerated projected gradient (Nesterov's steps, Duchi's projection).
-fn nearest(efforts: &[Factors], scales: &Factors, spread: &DMatrix<f64>, target: &Factors) -> Vec<f64> {
+/// The Effort that a node stands for.
+fn place(axes: &[(f64, f64); 3], node: usize) -> Factors {
+    let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
+    std::array::from_fn(|k| axes[k].0 + (axes[k].1 - axes[k].0) * at[k] as f64 / (NODES - 1) as f64)
+}
+
+/// The mix nearest to a target, with a penalty on `wᵀ spread w`, by accelerated projected gradient (Nesterov's steps, Duchi's projection).
+pub(super) fn nearest(
+    efforts: &[Factors],
+    scales: &Factors,
+    spread: &DMatrix<f64>,
+    target: &Factors,
+) -> Vec<f64> {
     let n = efforts.len();
     let at = |w: &[f64]| -> Factors {
         std::array::from_fn(|k| {
@@ -356,6 +388,56 @@ mod tests {
             let (low, high) = (middle - 4 * stride, middle + 4 * stride);
             assert!(dial.reached(high)[k] > dial.reached(low)[k] + 0.2, "{k}");
         }
+    }
+
+    /// Of three styles the first lowers flow and the second raises it; weight can only be raised; time not at all.
+    fn ways() -> [[Reach; 2]; 3] {
+        let even = [1.0 / 3.0; 3];
+        let way = |end: [f64; 3], course: &[f64], factor: usize, sign: f64| {
+            let last = (course.len() - 1) as f64;
+            let mixes: Vec<Vec<f64>> = (0..course.len())
+                .map(|i| even.iter().zip(end).map(|(c, e)| c + i as f64 / last * (e - c)).collect())
+                .collect();
+            let seen = |v: &f64| std::array::from_fn(|k| if k == factor { 0.5 + sign * v } else { 0.5 });
+            Reach { sum: 0.0, course: course.to_vec(), seen: course.iter().map(seen).collect(), mixes }
+        };
+        let stay = || Reach { sum: 0.0, course: vec![0.0], mixes: vec![even.to_vec()], seen: vec![[0.5; 3]] };
+        [
+            [way([1.0, 0.0, 0.0], &[0.0, 0.4, 0.9], 0, -1.0), way([0.0, 1.0, 0.0], &[0.0, 0.1, 0.3], 0, 1.0)],
+            [stay(), way([0.0, 0.0, 1.0], &[0.0, 0.0, 1.0, 2.0], 1, 1.0)],
+            [stay(), stay()],
+        ]
+    }
+
+    #[test]
+    fn measured_ways_are_the_lines_through_the_rest() {
+        let dial = Dial::of_ways(Source::Estimated, 3, &[1.0 / 3.0; 3], [0.5; 3], &ways());
+        // Six nodes below for 0.9, two above for 0.3: 0.15 each. Eight above for 2.
+        assert!(
+            (dial.axes[0].0 + 0.4).abs() < 1e-9 && (dial.axes[0].1 - 0.8).abs() < 1e-9,
+            "{:?}",
+            dial.axes
+        );
+        assert_eq!(dial.axes[1], (0.5, 2.5));
+        assert!((dial.axes[2].1 - dial.axes[2].0 - SHORTEST).abs() < 1e-9);
+        let node = |f: usize, w: usize, t: usize| (f * NODES + w) * NODES + t;
+        let rest = node(6, 0, 4);
+        assert!(dial.table[rest].iter().all(|&b| b == 85), "{:?}", dial.table[rest]);
+        let mut before = 256u16;
+        for f in 0..NODES {
+            let first = u16::from(dial.table[node(f, 0, 4)][0]);
+            assert!(first < before, "flow {f}");
+            before = first;
+        }
+        assert_eq!(dial.table[node(0, 0, 4)], [255, 0, 0]);
+        assert_eq!(dial.table[node(8, 0, 4)], [0, 255, 0]);
+        assert_eq!(dial.table[node(6, 8, 4)], [0, 0, 255]);
+        // A quarter of weight's change: 0.5 of 2, half way through the second of three steps.
+        let third = f64::from(dial.table[node(6, 2, 4)][2]) / 255.0;
+        assert!((third - (1.0 / 3.0 + 2.0 / 3.0 * 0.5)).abs() < 0.01, "{third}");
+        // Time does nothing, and says so by being short.
+        assert_eq!(dial.table[node(6, 0, 0)], dial.table[node(6, 0, 8)]);
+        assert!(dial.table.iter().all(|w| w.iter().map(|b| u16::from(*b)).sum::<u16>() == 255));
     }
 
     #[test]

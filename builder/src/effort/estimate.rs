@@ -16,7 +16,7 @@
 //! (bound), and least where it runs on (free).
 //!
 //! Descriptors become factors by the spread of the action: logarithm, less the mean over the action's fragments,
-//! divided by their standard deviation, held to -3 to 3. So 0 is what is usual for a walk among walks. **These are
+//! divided by their standard deviation, held to -3 to 3 by [`held`]. So 0 is what is usual for a walk among walks. **These are
 //! estimates, and named so wherever they go**: they follow an observer's notes in part only.
 
 use nalgebra::Vector3;
@@ -67,6 +67,13 @@ pub fn descriptors(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Facto
     Some([ln(jerk) + ln(speed) - 2.0 * ln(acceleration), ln(greatest), ln(acceleration)])
 }
 
+/// A number between the poles, in its order: itself up to 2 from the middle, and nearer and nearer to the pole beyond.
+/// What is far out still tells more from less.
+pub fn held(value: f64) -> f64 {
+    let beyond = (value.abs() - (POLE - 1.0)).max(0.0);
+    value.signum() * ((value.abs() - beyond) + beyond / (1.0 + beyond))
+}
+
 /// Mean and standard deviation of each descriptor.
 type Spread = [(f64, f64); 3];
 
@@ -100,7 +107,7 @@ impl Estimator {
     /// The factors of descriptors; of no action in particular with `None`.
     pub fn factors(&self, action: Option<usize>, descriptors: &Factors) -> Factors {
         let spread = action.and_then(|a| self.actions.get(a)).unwrap_or(&self.all);
-        std::array::from_fn(|k| ((descriptors[k] - spread[k].0) / spread[k].1).clamp(-POLE, POLE))
+        std::array::from_fn(|k| held((descriptors[k] - spread[k].0) / spread[k].1))
     }
 
     /// The estimated Effort of a stretch of motion; `None` where it is too short.
@@ -178,7 +185,9 @@ mod tests {
     #[test]
     fn factors_are_deviations_held_to_the_poles() {
         let estimator = Estimator { actions: vec![[(1.0, 0.5); 3]], all: [(0.0, 1.0); 3] };
-        assert_eq!(estimator.factors(Some(0), &[1.0, 1.5, -9.0]), [0.0, 1.0, -3.0]);
-        assert_eq!(estimator.factors(None, &[1.0, 1.5, -9.0]), [1.0, 1.5, -3.0]);
+        assert_eq!(estimator.factors(Some(0), &[1.0, 1.5, 2.5]), [0.0, 1.0, 2.5]);
+        assert_eq!(estimator.factors(None, &[1.0, 1.5, -3.0]), [1.0, 1.5, -2.5]);
+        let far: Vec<f64> = (-20..=20).map(|i| held(f64::from(i))).collect();
+        assert!(far.windows(2).all(|w| w[0] < w[1]) && far.iter().all(|v| v.abs() < POLE), "{far:?}");
     }
 }

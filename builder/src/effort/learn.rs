@@ -4,8 +4,11 @@
 //! The input is `z = [c_i, c_j, e_i, e_j, α]`: components and Efforts of both fragments, and α; each number is taken to
 //! mean 0 and variance 1 over the training examples. Linear interpolation, `(1-α) e_i + α e_j`, learns nothing and is
 //! what earlier work assumes. It is also a good place to start from: the kernel methods learn the Effort itself, as the
-//! paper has it, or its deviation from interpolation, whichever cross-validation finds better.
+//! paper has it, or its deviation from interpolation, whichever cross-validation finds better. And with 85 examples in
+//! a dozen dimensions not all of z helps: cross-validation may also choose a kernel of the Efforts and α alone, or of
+//! the factor's own ones and α ([`View`]).
 
+use nalgebra::DMatrix;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -80,18 +83,100 @@ impl Known {
     }
 }
 
+/// What a kernel sees of z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum View {
+    /// All of it.
+    All,
+    /// The Efforts and α.
+    Efforts,
+    /// One factor of the Efforts, and α.
+    Own(usize),
+}
+
+impl View {
+    fn of(self, z: &[f64]) -> Vec<f64> {
+        // z ends with both Efforts and α.
+        let first = z.len() - 7;
+        match self {
+            Self::All => z.to_vec(),
+            Self::Efforts => z[first..].to_vec(),
+            Self::Own(k) => vec![z[first + k], z[first + 3 + k], z[first + 6]],
+        }
+    }
+}
+
+/// A machine, what it sees, and whether it adds to linear interpolation.
+#[derive(Debug, Clone)]
+struct Fitted {
+    view: View,
+    machine: Machine,
+    about_line: bool,
+}
+
+/// Kernel matrices of the training examples, whichever may be chosen.
+struct Candidates {
+    view: View,
+    z: Vec<Vec<f64>>,
+    kernels: Vec<(Kernel, DMatrix<f64>)>,
+}
+
+impl Candidates {
+    fn of(view: View, z: &[Vec<f64>], kernels: impl Fn(usize) -> Vec<Kernel>) -> Self {
+        let z: Vec<Vec<f64>> = z.iter().map(|z| view.of(z)).collect();
+        let kernels = kernels(z.first().map_or(0, Vec::len)).into_iter().map(|k| (k, k.matrix(&z))).collect();
+        Self { view, z, kernels }
+    }
+}
+
+/// What ridge's cross-validation chose for a factor.
+struct Choice {
+    /// Index of the candidates, and of their kernel.
+    at: (usize, usize),
+    lambda: f64,
+    about_line: bool,
+    error: f64,
+}
+
 /// A fitted function.
 #[derive(Debug, Clone)]
 pub struct Learner {
     /// Mean and inverse standard deviation of each number of z.
     scales: Vec<(f64, f64)>,
-    /// One machine a factor, and whether it adds to linear interpolation; none of linear interpolation alone.
-    machines: Vec<(Machine, bool)>,
+    /// One machine a factor; none of linear interpolation alone.
+    machines: Vec<Fitted>,
+}
+
+/// Ridge's choice for each factor.
+fn chosen(candidates: &[Candidates], targets: &[Vec<f64>], with_line: bool) -> Vec<Choice> {
+    let mut best: Vec<Option<Choice>> = (0..3).map(|_| None).collect();
+    for (c, candidate) in candidates.iter().enumerate() {
+        let matrices: Vec<&DMatrix<f64>> = candidate.kernels.iter().map(|k| &k.1).collect();
+        let of: Vec<usize> = match candidate.view {
+            View::Own(k) => vec![k, k + 3],
+            _ => (0..6).collect(),
+        };
+        let of: Vec<usize> = of.into_iter().filter(|&t| t < 3 || with_line).collect();
+        let own: Vec<Vec<f64>> = of.iter().map(|&t| targets[t].clone()).collect();
+        for (&t, (at, lambda, error)) in of.iter().zip(ridge::choose(&matrices, &own)) {
+            let slot = &mut best[t % 3];
+            if slot.as_ref().is_none_or(|b| error < b.error) {
+                *slot = Some(Choice { at: (c, at), lambda, about_line: t >= 3, error });
+            }
+        }
+    }
+    best.into_iter().flatten().collect()
 }
 
 impl Learner {
     /// Fits to examples, with everything that is free chosen by ten-fold cross-validation over them.
     pub fn fit(method: Method, known: &Known, examples: &[Example]) -> Self {
+        let mut learners = Self::fit_all(&[method], known, examples);
+        learners.remove(0)
+    }
+
+    /// Fits by each of some methods: kernel ridge's choices are where the support vectors' begin.
+    fn fit_all(methods: &[Method], known: &Known, examples: &[Example]) -> Vec<Self> {
         let inputs: Vec<Vec<f64>> =
             examples.iter().map(|e| known.input(e.first, e.second, e.alpha)).collect();
         let scales = scales(&inputs);
@@ -104,41 +189,37 @@ impl Learner {
                 examples.iter().map(|e| e.effort[k % 3] - less(e)).collect()
             })
             .collect();
-        let radial: Vec<Kernel> = gammas(scales.len()).map(Kernel::Radial).collect();
-        let machines = match method {
-            Method::LinearInterpolation => Vec::new(),
-            Method::LinearRidge => {
-                let chosen = ridge::choose(&[Kernel::Linear], &z, &targets[..3]);
-                let fit =
-                    |(&(k, l, _), y): (&(Kernel, f64, f64), &Vec<f64>)| (ridge::fit(k, l, &z, y), false);
-                chosen.iter().zip(&targets).map(fit).collect()
-            }
-            Method::KernelRidge => {
-                let chosen = ridge::choose(&radial, &z, &targets);
-                (0..3)
-                    .map(|k| {
-                        let about_line = chosen[3 + k].2 < chosen[k].2;
-                        let pick = if about_line { 3 + k } else { k };
-                        (ridge::fit(chosen[pick].0, chosen[pick].1, &z, &targets[pick]), about_line)
-                    })
-                    .collect()
-            }
-            Method::SupportVector => {
-                // Ridge's kernel and its neighbors: the width is a matter of the data more than of the loss.
-                let near = ridge::choose(&radial, &z, &targets);
-                (0..3)
-                    .map(|k| {
-                        let about_line = near[3 + k].2 < near[k].2;
-                        let pick = if about_line { 3 + k } else { k };
-                        let at = radial.iter().position(|r| *r == near[pick].0).unwrap_or(0);
-                        let kernels = &radial[at.saturating_sub(1)..(at + 2).min(radial.len())];
-                        let (kernel, parameters, _) = support::choose(kernels, &z, &targets[pick]);
-                        (support::fit(kernel, parameters, &z, &targets[pick]), about_line)
-                    })
-                    .collect()
-            }
+        let target = |k: usize, about_line: bool| &targets[if about_line { k + 3 } else { k }];
+        let radial = |width: usize| gammas(width).map(Kernel::Radial).collect();
+        let curved = || -> (Vec<Candidates>, Vec<Choice>) {
+            let views = [View::All, View::Efforts, View::Own(0), View::Own(1), View::Own(2)];
+            let candidates: Vec<Candidates> = views.iter().map(|&v| Candidates::of(v, &z, radial)).collect();
+            let choices = chosen(&candidates, &targets, true);
+            (candidates, choices)
         };
-        Self { scales, machines }
+        let mut curves: Option<(Vec<Candidates>, Vec<Choice>)> = None;
+        methods
+            .iter()
+            .map(|method| {
+                let machines = match method {
+                    Method::LinearInterpolation => Vec::new(),
+                    Method::LinearRidge => {
+                        let candidates = [Candidates::of(View::All, &z, |_| vec![Kernel::Linear])];
+                        let choices = chosen(&candidates, &targets, false);
+                        ridges(&candidates, &choices, target)
+                    }
+                    Method::KernelRidge => {
+                        let (candidates, choices) = curves.get_or_insert_with(curved);
+                        ridges(candidates, choices, target)
+                    }
+                    Method::SupportVector => {
+                        let (candidates, choices) = curves.get_or_insert_with(curved);
+                        supports(candidates, choices, target)
+                    }
+                };
+                Self { scales: scales.clone(), machines }
+            })
+            .collect()
     }
 
     /// The Effort of a blend.
@@ -149,10 +230,45 @@ impl Learner {
         let z = scaled(&self.scales, &known.input(first, second, alpha));
         let line = known.interpolated(first, second, alpha);
         std::array::from_fn(|k| {
-            let (machine, about_line) = &self.machines[k];
-            machine.predict(&z) + if *about_line { line[k] } else { 0.0 }
+            let fitted = &self.machines[k];
+            fitted.machine.predict(&fitted.view.of(&z)) + if fitted.about_line { line[k] } else { 0.0 }
         })
     }
+}
+
+/// Ridge with what was chosen.
+fn ridges<'a>(
+    candidates: &[Candidates],
+    choices: &[Choice],
+    target: impl Fn(usize, bool) -> &'a Vec<f64>,
+) -> Vec<Fitted> {
+    let fit = |(k, choice): (usize, &Choice)| {
+        let candidate = &candidates[choice.at.0];
+        let kernel = candidate.kernels[choice.at.1].0;
+        let machine = ridge::fit(kernel, choice.lambda, &candidate.z, target(k, choice.about_line));
+        Fitted { view: candidate.view, machine, about_line: choice.about_line }
+    };
+    choices.iter().enumerate().map(fit).collect()
+}
+
+/// Support vectors with ridge's view, and its kernel or one of the two beside it: what to look at, and how widely, is a
+/// matter of the data more than of the loss.
+fn supports<'a>(
+    candidates: &[Candidates],
+    choices: &[Choice],
+    target: impl Fn(usize, bool) -> &'a Vec<f64>,
+) -> Vec<Fitted> {
+    let fit = |(k, choice): (usize, &Choice)| {
+        let candidate = &candidates[choice.at.0];
+        let y = target(k, choice.about_line);
+        let at = choice.at.1;
+        let near = &candidate.kernels[at.saturating_sub(1)..(at + 2).min(candidate.kernels.len())];
+        let matrices: Vec<&DMatrix<f64>> = near.iter().map(|k| &k.1).collect();
+        let (index, parameters, _) = support::choose(&matrices, y);
+        let machine = support::fit(near[index].0, parameters, &candidate.z, y);
+        Fitted { view: candidate.view, machine, about_line: choice.about_line }
+    };
+    choices.iter().enumerate().map(fit).collect()
 }
 
 fn scales(inputs: &[Vec<f64>]) -> Vec<(f64, f64)> {
@@ -187,10 +303,9 @@ pub fn table(
             let mut order: Vec<Example> = examples.to_vec();
             order.shuffle(&mut rng);
             let (train, test) = order.split_at(train.min(order.len()));
-            let errors = Method::ALL
+            let errors = Learner::fit_all(&Method::ALL, known, train)
                 .iter()
-                .map(|&method| {
-                    let learner = Learner::fit(method, known, train);
+                .map(|learner| {
                     let mut sums = [0.0; 3];
                     for e in test {
                         let guess = learner.predict(known, e.first, e.second, e.alpha);

@@ -13,8 +13,8 @@
 //! 6. [`stage`]: an input is cut into the fragments it is made of, by one-stage dynamic programming (eqs. 8 to 11);
 //! 7. [`synthesize`]: each is replaced by the pair and α whose predicted Effort is nearest to the wanted (eq. 12).
 //!
-//! Beyond the paper, [`dial`] turns the labels into a table that the core looks style weights up in, so that a
-//! stream can be given an Effort too; [`sheet`] writes the form for people to fill in.
+//! Beyond the paper, [`response`] measures what mixes of styles look like when they come out of the core, and [`dial`]
+//! makes of that a table that the core looks style weights up in, so that a stream can be given an Effort too; [`sheet`] writes the form for people to fill in.
 
 pub mod align;
 pub mod blend;
@@ -25,6 +25,7 @@ pub mod fragment;
 pub mod labels;
 pub mod learn;
 pub mod model;
+pub mod response;
 pub mod ridge;
 pub mod sheet;
 pub mod stage;

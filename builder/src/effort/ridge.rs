@@ -3,7 +3,7 @@
 //! Both are one system, `(K + λ I) a = y - ȳ`, `f(z) = ȳ + Σ a_i k(z_i, z)`: with `k` the inner product that is linear
 //! ridge regression in its dual form, with `k(z, z') = exp(-γ |z - z'|²)` the kernel one. The error of a left-out fold
 //! F needs no fit of its own: with `C = K + λ I` the residuals are `(C⁻¹_FF)⁻¹ (C⁻¹ y)_F`, so that a whole
-//! cross-validation costs one inverse. Cost: O(n³) for each γ and λ.
+//! cross-validation costs one factor and its inverse. Cost: O(n³) for each γ and λ, 0.7 n³ multiplications.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -62,28 +62,72 @@ pub fn fit(kernel: Kernel, lambda: f64, z: &[Vec<f64>], y: &[f64]) -> Machine {
     Machine { kernel, terms: z.iter().cloned().zip(weights.iter().copied()).collect(), offset }
 }
 
+/// The inverse of the lower Cholesky factor of a positive definite matrix, rows one after the other; of rows in
+/// contiguous memory, since it is what a cross-validation spends its time in. `None` where it has none.
+fn inverse_factor(kernel: &DMatrix<f64>, lambda: f64) -> Option<Vec<f64>> {
+    let n = kernel.nrows();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut factor = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let known = dot(&factor[i * n..i * n + j], &factor[j * n..j * n + j]);
+            let rest = kernel[(j, i)] + if i == j { lambda } else { 0.0 } - known;
+            factor[i * n + j] = if i == j { rest.sqrt() } else { rest / factor[j * n + j] };
+        }
+        let pivot = factor[i * n + i];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return None;
+        }
+    }
+    // Forward substitution for all columns at once: row i of the inverse from the rows above it.
+    let mut inverse = vec![0.0; n * n];
+    for i in 0..n {
+        let (above, row) = inverse.split_at_mut(i * n);
+        let row = &mut row[..=i];
+        for k in 0..i {
+            let weight = factor[i * n + k];
+            row[..=k].iter_mut().zip(&above[k * n..=k * n + k]).for_each(|(r, v)| *r -= weight * v);
+        }
+        row[i] += 1.0;
+        let scale = 1.0 / factor[i * n + i];
+        row.iter_mut().for_each(|v| *v *= scale);
+    }
+    Some(inverse)
+}
+
 /// Mean squared error of ten-fold cross-validation; the folds are every tenth example. Targets are `[k][n]`, one error
 /// each: they share the inverse.
 pub fn cross_validate(kernel: &DMatrix<f64>, lambda: f64, targets: &[Vec<f64>]) -> Vec<f64> {
     let n = kernel.nrows();
-    let system = kernel + DMatrix::identity(n, n) * lambda;
-    let Some(inverse) = Cholesky::new(system).map(|c| c.inverse()) else {
+    let Some(factor) = inverse_factor(kernel, lambda) else {
         return vec![f64::INFINITY; targets.len()];
     };
+    // C⁻¹ = L⁻ᵀ L⁻¹: of the columns of the folds' own blocks no more is needed.
+    let columns: Vec<Vec<f64>> = (0..n).map(|i| (i..n).map(|k| factor[k * n + i]).collect()).collect();
+    let entry = |i: usize, j: usize| -> f64 {
+        let (low, high) = (i.min(j), i.max(j));
+        columns[low][high - low..].iter().zip(&columns[high]).map(|(a, b)| a * b).sum()
+    };
+    let folds: Vec<(Vec<usize>, Option<Cholesky<f64, nalgebra::Dyn>>)> = (0..FOLDS.min(n))
+        .map(|fold| {
+            let out: Vec<usize> = (fold..n).step_by(FOLDS).collect();
+            let block = DMatrix::from_fn(out.len(), out.len(), |i, j| entry(out[i], out[j]));
+            (out, Cholesky::new(block))
+        })
+        .collect();
     targets
         .iter()
         .map(|y| {
             let mean = y.iter().sum::<f64>() / n as f64;
-            let weights = &inverse * DVector::from_iterator(n, y.iter().map(|v| v - mean));
+            let half: Vec<f64> = (0..n)
+                .map(|i| factor[i * n..=i * n + i].iter().zip(y).map(|(l, v)| l * (v - mean)).sum())
+                .collect();
+            let weight =
+                |i: usize| -> f64 { columns[i].iter().zip(&half[i..]).map(|(l, h)| l * h).sum::<f64>() };
             let mut sum = 0.0;
-            for fold in 0..FOLDS.min(n) {
-                let out: Vec<usize> = (fold..n).step_by(FOLDS).collect();
-                let block = DMatrix::from_fn(out.len(), out.len(), |i, j| inverse[(out[i], out[j])]);
-                let right = DVector::from_fn(out.len(), |i, _| weights[out[i]]);
-                match Cholesky::new(block) {
-                    Some(c) => sum += c.solve(&right).norm_squared(),
-                    None => return f64::INFINITY,
-                }
+            for (out, block) in &folds {
+                let Some(block) = block else { return f64::INFINITY };
+                sum += block.solve(&DVector::from_fn(out.len(), |i, _| weight(out[i]))).norm_squared();
             }
             sum / n as f64
         })
@@ -100,20 +144,19 @@ pub fn lambdas() -> impl Iterator<Item = f64> {
     (-6..=2).map(|i| 10f64.powf(0.5 * f64::from(i)))
 }
 
-/// The kernel and λ of least cross-validation error for each target, and that error.
-pub fn choose(kernels: &[Kernel], z: &[Vec<f64>], targets: &[Vec<f64>]) -> Vec<(Kernel, f64, f64)> {
-    let mut best = vec![(f64::INFINITY, Kernel::Linear, 1.0); targets.len()];
-    for &kernel in kernels {
-        let matrix = kernel.matrix(z);
+/// The matrix, by its index, and λ of least cross-validation error for each target, and that error.
+pub fn choose(matrices: &[&DMatrix<f64>], targets: &[Vec<f64>]) -> Vec<(usize, f64, f64)> {
+    let mut best = vec![(0, 1.0, f64::INFINITY); targets.len()];
+    for (index, matrix) in matrices.iter().enumerate() {
         for lambda in lambdas() {
-            for (best, error) in best.iter_mut().zip(cross_validate(&matrix, lambda, targets)) {
-                if error < best.0 {
-                    *best = (error, kernel, lambda);
+            for (best, error) in best.iter_mut().zip(cross_validate(matrix, lambda, targets)) {
+                if error < best.2 {
+                    *best = (index, lambda, error);
                 }
             }
         }
     }
-    best.into_iter().map(|(error, kernel, lambda)| (kernel, lambda, error)).collect()
+    best
 }
 
 #[cfg(test)]
@@ -172,9 +215,10 @@ mod tests {
     fn a_kernel_learns_what_a_line_cannot() {
         let (z, _) = data();
         let y: Vec<f64> = z.iter().map(|z| z[0] * z[0]).collect();
-        let radial: Vec<Kernel> = gammas(3).map(Kernel::Radial).collect();
-        let error = |kernels: &[Kernel]| choose(kernels, &z, std::slice::from_ref(&y))[0].2;
-        let (line, curve) = (error(&[Kernel::Linear]), error(&radial));
+        let radial: Vec<DMatrix<f64>> = gammas(3).map(|g| Kernel::Radial(g).matrix(&z)).collect();
+        let error = |matrices: &[&DMatrix<f64>]| choose(matrices, std::slice::from_ref(&y))[0].2;
+        let line = error(&[&Kernel::Linear.matrix(&z)]);
+        let curve = error(&radial.iter().collect::<Vec<_>>());
         assert!(curve < 0.05 * line, "{curve} {line}");
     }
 }

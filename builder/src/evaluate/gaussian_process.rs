@@ -15,8 +15,9 @@
 //! of pose and change (the paper's inputs are poses; a GP over 67 correlated dofs has no lengths to learn).
 //!
 //! Model selection is that of a user of GPML (Rasmussen and Nickisch 2010): squared exponential covariance with one length
-//! an input (ARD) and noise, shared by all outputs, the exact marginal likelihood maximised by L-BFGS, from the data's
-//! own spread, on an even subset; then all examples, up to a stated number, are conditioned on.
+//! an input (ARD) and noise, shared by all outputs, the exact marginal likelihood maximised by L-BFGS on an even subset;
+//! from the data's own spread, and again from shorter lengths with less noise and from longer ones with more, for the
+//! likelihood has several tops; the highest is taken. Then all examples, up to a stated number, are conditioned on.
 //!
 //! Cost: O(n³) time and O(n²) memory to fit, O(n²) a prediction with its variance: what makes it unfit for large data.
 
@@ -36,13 +37,19 @@ pub struct Options {
     pub most: usize,
     /// Principal components of the input, and of `d[t-1]`.
     pub components: usize,
-    /// Evaluations of the marginal likelihood.
+    /// Evaluations of the marginal likelihood from each start.
     pub evaluations: usize,
+    /// Starts of the search, up to [`STARTS`].
+    pub starts: usize,
 }
+
+/// Where the search for hyperparameters starts: lengths in deviations of the inputs, and noise in deviations of the
+/// outputs.
+pub const STARTS: [(f64, f64); 3] = [(1.0, 0.1), (0.3, 0.03), (3.0, 0.3)];
 
 impl Default for Options {
     fn default() -> Self {
-        Self { subset: 160, most: 800, components: 10, evaluations: 50 }
+        Self { subset: 160, most: 800, components: 10, evaluations: 50, starts: STARTS.len() }
     }
 }
 
@@ -52,8 +59,11 @@ type Hyper = Vec<f64>;
 /// A Gaussian process with several outputs that share their covariance.
 #[derive(Debug, Clone)]
 pub struct Process {
+    /// In lengths, see [`in_lengths`].
     inputs: Vec<Vec<f64>>,
     hyper: Hyper,
+    /// Negative log marginal likelihood of the subset at the chosen hyperparameters, a mean over outputs and examples.
+    pub evidence: f64,
     factor: Cholesky<f64, Dyn>,
     /// `K⁻¹ Y`, `[n x outputs]`.
     weights: DMatrix<f64>,
@@ -61,19 +71,24 @@ pub struct Process {
     scales: Vec<f64>,
 }
 
-/// Squared exponential covariance of two inputs.
-fn covariance(hyper: &[f64], a: &[f64], b: &[f64]) -> f64 {
-    let m = a.len();
-    let far: f64 = (0..m).map(|i| ((a[i] - b[i]) * (-hyper[i]).exp()).powi(2)).sum();
-    (2.0 * hyper[m] - 0.5 * far).exp()
+/// An input with every number divided by its length: exponentials are taken once an input and not once a pair.
+fn in_lengths(hyper: &[f64], input: &[f64]) -> Vec<f64> {
+    input.iter().zip(hyper).map(|(v, h)| v * (-h).exp()).collect()
 }
 
-fn matrix(hyper: &[f64], x: &[Vec<f64>]) -> DMatrix<f64> {
-    let noise = (2.0 * hyper[hyper.len() - 1]).exp() + 1e-6;
-    let mut k = DMatrix::zeros(x.len(), x.len());
-    for i in 0..x.len() {
+/// Squared exponential covariance of two inputs in lengths.
+fn covariance(signal: f64, a: &[f64], b: &[f64]) -> f64 {
+    let far: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    (2.0 * signal - 0.5 * far).exp()
+}
+
+/// Covariances of inputs in lengths, with the noise on the diagonal.
+fn matrix(hyper: &[f64], z: &[Vec<f64>]) -> DMatrix<f64> {
+    let (signal, noise) = (hyper[hyper.len() - 2], (2.0 * hyper[hyper.len() - 1]).exp() + 1e-6);
+    let mut k = DMatrix::zeros(z.len(), z.len());
+    for i in 0..z.len() {
         for j in 0..=i {
-            let value = covariance(hyper, &x[i], &x[j]) + if i == j { noise } else { 0.0 };
+            let value = covariance(signal, &z[i], &z[j]) + if i == j { noise } else { 0.0 };
             (k[(i, j)], k[(j, i)]) = (value, value);
         }
     }
@@ -83,7 +98,9 @@ fn matrix(hyper: &[f64], x: &[Vec<f64>]) -> DMatrix<f64> {
 /// Negative log marginal likelihood, a mean over outputs and examples, and its gradient. `y` is `[n x outputs]`.
 fn likelihood(hyper: &[f64], x: &[Vec<f64>], y: &DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
     let (n, outputs, m) = (x.len(), y.ncols(), hyper.len() - 2);
-    let factor = Cholesky::new(matrix(hyper, x))?;
+    let z: Vec<Vec<f64>> = x.iter().map(|x| in_lengths(hyper, x)).collect();
+    let k = matrix(hyper, &z);
+    let factor = Cholesky::new(k.clone())?;
     let weights = factor.solve(y);
     let log_det: f64 = (0..n).map(|i| 2.0 * factor.l_dirty()[(i, i)].ln()).sum();
     let scale = 1.0 / (n * outputs) as f64;
@@ -91,25 +108,32 @@ fn likelihood(hyper: &[f64], x: &[Vec<f64>], y: &DMatrix<f64>) -> Option<(f64, V
     let value = 0.5 * (fit + outputs as f64 * (log_det + n as f64 * std::f64::consts::TAU.ln())) * scale;
     // dL = ½ tr((outputs K⁻¹ - Σ a aᵀ) dK)
     let slope = factor.inverse() * outputs as f64 - &weights * weights.transpose();
+    let signal = (2.0 * hyper[m]).exp();
     let mut gradient = vec![0.0; m + 2];
     for i in 0..n {
-        for j in 0..n {
-            let part = slope[(i, j)] * covariance(hyper, &x[i], &x[j]);
-            for (d, slot) in gradient.iter_mut().enumerate().take(m) {
-                *slot += 0.5 * part * ((x[i][d] - x[j][d]) * (-hyper[d]).exp()).powi(2);
+        for j in 0..i {
+            // Both halves at once: the diagonal has no distance.
+            let part = slope[(i, j)] * k[(i, j)];
+            for ((slot, a), b) in gradient.iter_mut().zip(&z[i]).zip(&z[j]) {
+                *slot += part * (a - b) * (a - b);
             }
-            gradient[m] += part;
+            gradient[m] += 2.0 * part;
         }
+        gradient[m] += slope[(i, i)] * signal;
         gradient[m + 1] += slope[(i, i)] * (2.0 * hyper[m + 1]).exp();
     }
     gradient.iter_mut().for_each(|g| *g *= scale);
     value.is_finite().then_some((value, gradient))
 }
 
-/// Minimises by L-BFGS with backtracking; `None` from the function means: not there.
-fn minimise(mut at: Vec<f64>, evaluations: usize, f: impl Fn(&[f64]) -> Option<(f64, Vec<f64>)>) -> Vec<f64> {
+/// Minimises by L-BFGS with backtracking, and gives the least value too; `None` from the function means: not there.
+fn minimise(
+    mut at: Vec<f64>,
+    evaluations: usize,
+    f: impl Fn(&[f64]) -> Option<(f64, Vec<f64>)>,
+) -> (Vec<f64>, f64) {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let Some((mut value, mut gradient)) = f(&at) else { return at };
+    let Some((mut value, mut gradient)) = f(&at) else { return (at, f64::INFINITY) };
     let mut memory: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     let mut used = 1;
     while used < evaluations && dot(&gradient, &gradient) > 1e-10 {
@@ -158,7 +182,7 @@ fn minimise(mut at: Vec<f64>, evaluations: usize, f: impl Fn(&[f64]) -> Option<(
             break;
         }
     }
-    at
+    (at, value)
 }
 
 /// An even choice of that many.
@@ -170,29 +194,37 @@ fn even(count: usize, most: usize) -> Vec<usize> {
 impl Process {
     /// Chooses hyperparameters on a subset and conditions on the examples. Inputs `[n][m]`, outputs `[n][outputs]`.
     pub fn fit(inputs: &[Vec<f64>], outputs: &[Vec<f64>], options: &Options) -> Option<Self> {
-        let hyper = Self::hyper(inputs, outputs, options)?;
-        Self::condition(inputs, outputs, hyper, options.most)
+        let (hyper, evidence) = Self::hyper(inputs, outputs, options)?;
+        Some(Self { evidence, ..Self::condition(inputs, outputs, hyper, options.most)? })
     }
 
-    fn hyper(inputs: &[Vec<f64>], outputs: &[Vec<f64>], options: &Options) -> Option<Hyper> {
+    /// The hyperparameters of the highest top that is found, and their evidence.
+    fn hyper(inputs: &[Vec<f64>], outputs: &[Vec<f64>], options: &Options) -> Option<(Hyper, f64)> {
+        use rayon::prelude::*;
         let (means, scales) = standard(outputs)?;
         let subset = even(inputs.len(), options.subset);
         let x: Vec<Vec<f64>> = subset.iter().map(|&i| inputs[i].clone()).collect();
         let y = DMatrix::from_fn(subset.len(), means.len(), |i, d| {
             (outputs[subset[i]][d] - means[d]) / scales[d]
         });
-        // From the data's own spread: lengths of the inputs' deviations, all signal, a tenth of noise.
         let m = inputs.first()?.len();
         let (_, spreads) = standard(inputs)?;
-        let mut start: Hyper = spreads.iter().map(|s| (s * (m as f64).sqrt()).ln()).collect();
-        start.extend([0.0, 0.1f64.ln()]);
-        Some(minimise(start, options.evaluations, |h| likelihood(h, &x, &y)))
+        let tops: Vec<(Hyper, f64)> = STARTS[..options.starts.clamp(1, STARTS.len())]
+            .par_iter()
+            .map(|(length, noise)| {
+                let mut start: Hyper =
+                    spreads.iter().map(|s| (length * s * (m as f64).sqrt()).ln()).collect();
+                start.extend([0.0, noise.ln()]);
+                minimise(start, options.evaluations, |h| likelihood(h, &x, &y))
+            })
+            .collect();
+        tops.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     fn condition(inputs: &[Vec<f64>], outputs: &[Vec<f64>], hyper: Hyper, most: usize) -> Option<Self> {
         let (means, scales) = standard(outputs)?;
         let kept = even(inputs.len(), most);
-        let inputs: Vec<Vec<f64>> = kept.iter().map(|&i| inputs[i].clone()).collect();
+        let inputs: Vec<Vec<f64>> = kept.iter().map(|&i| in_lengths(&hyper, &inputs[i])).collect();
         let y =
             DMatrix::from_fn(kept.len(), means.len(), |i, d| (outputs[kept[i]][d] - means[d]) / scales[d]);
         // What is smooth enough on the subset may be singular in rounding on more: then there is more noise.
@@ -200,7 +232,7 @@ impl Process {
         for _ in 0..12 {
             if let Some(factor) = Cholesky::new(matrix(&hyper, &inputs)) {
                 let weights = factor.solve(&y);
-                return Some(Self { inputs, hyper, factor, weights, means, scales });
+                return Some(Self { inputs, hyper, evidence: f64::NAN, factor, weights, means, scales });
             }
             let last = hyper.len() - 1;
             hyper[last] = hyper[last].max(-8.0) + 0.5;
@@ -210,10 +242,10 @@ impl Process {
 
     /// Mean of every output, and the variance as a share of the outputs' own.
     pub fn predict(&self, at: &[f64]) -> (Vec<f64>, f64) {
-        let k = DVector::from_iterator(
-            self.inputs.len(),
-            self.inputs.iter().map(|x| covariance(&self.hyper, x, at)),
-        );
+        let at = in_lengths(&self.hyper, at);
+        let signal = self.hyper[self.hyper.len() - 2];
+        let k =
+            DVector::from_iterator(self.inputs.len(), self.inputs.iter().map(|z| covariance(signal, z, &at)));
         let mean = self.weights.tr_mul(&k);
         let explained = self.factor.l_dirty().solve_lower_triangular(&k).map_or(0.0, |v| v.norm_squared());
         let prior =
@@ -389,6 +421,11 @@ impl Editor {
         self.kinematics.bytes() + self.dynamics.bytes()
     }
 
+    /// Negative log marginal likelihood of the kinematics, see [`Process::evidence`].
+    pub fn evidence(&self) -> f64 {
+        self.kinematics.evidence
+    }
+
     /// Examples that they are conditioned on.
     pub fn examples(&self) -> usize {
         self.kinematics.examples()
@@ -440,12 +477,26 @@ mod tests {
         let (x, y) = data(5);
         let hyper = vec![0.1, 0.4, 0.2, -1.0];
         let y = DMatrix::from_fn(5, 1, |i, _| y[i][0]);
-        let k = matrix(&hyper, &x);
+        let z: Vec<Vec<f64>> = x.iter().map(|x| in_lengths(&hyper, x)).collect();
+        let k = matrix(&hyper, &z);
         let slow = 0.5
             * ((y.transpose() * k.clone().try_inverse().unwrap() * &y)[0]
                 + k.determinant().ln()
                 + 5.0 * std::f64::consts::TAU.ln());
         assert!((likelihood(&hyper, &x, &y).unwrap().0 - slow / 5.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn of_several_tops_the_highest_is_taken() {
+        let (x, y) = data(40);
+        let of = |starts| Process::hyper(&x, &y, &Options { starts, ..Options::default() }).unwrap().1;
+        let alone: Vec<f64> = (1..=STARTS.len()).map(of).collect();
+        assert!(alone.iter().all(|v| v.is_finite()) && alone.windows(2).all(|w| w[1] <= w[0]), "{alone:?}");
+        // What is given is the likelihood at what is given.
+        let (hyper, value) = Process::hyper(&x, &y, &Options::default()).unwrap();
+        let (means, scales) = standard(&y).unwrap();
+        let y = DMatrix::from_fn(x.len(), 2, |i, d| (y[i][d] - means[d]) / scales[d]);
+        assert!((likelihood(&hyper, &x, &y).unwrap().0 - value).abs() < 1e-9);
     }
 
     #[test]
@@ -476,7 +527,7 @@ mod tests {
             pairs.inputs.push([wave(t), wave(t - 1.0)]);
             pairs.differences.push([less(t), less(t - 1.0)]);
         }
-        let options = Options { subset: 60, most: 120, components: 2, evaluations: 40 };
+        let options = Options { subset: 60, most: 120, components: 2, evaluations: 40, starts: 1 };
         let editor = Editor::fit(&pairs, &options).unwrap();
         assert_eq!(editor.examples(), 120);
         let mut input: Vec<Vec<f64>> = (0..200).map(|t| wave(f64::from(t) + 0.33)).collect();

@@ -134,7 +134,13 @@ fn stream(
     after_jump: &mut [(f64, f64)],
 ) -> (Outcome, Outcome) {
     let (k, pool, visits, jump_factor) = Config::new().search_limits();
-    let limits = Limits { k: usize::from(k).min(K), pool: usize::from(pool), visits, jump: jump_factor };
+    let limits = Limits {
+        k: usize::from(k).min(K),
+        pool: usize::from(pool),
+        visits,
+        spare: visits,
+        jump: jump_factor,
+    };
     let counts = database.counts();
     let mut window = Box::new(Window::new());
     let mut searcher = Box::new(Searcher::new());

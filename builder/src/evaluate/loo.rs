@@ -386,7 +386,11 @@ fn fold(
         super::models::rows(&fold, &database, &mut rows);
     }
     if options.gaussian_process {
-        rows.extend(gaussian(&fold, &database, &gaussian_process::Options::default()).map(|g| g.0));
+        let settings = gaussian_process::Options::default();
+        let own = gaussian(&fold, &database, &settings, true).map(|g| g.0);
+        // Of one action both are the same.
+        let all = (corpus.actions.len() > 1).then(|| gaussian(&fold, &database, &settings, false)).flatten();
+        rows.extend(own.into_iter().chain(all.map(|g| g.0)));
     }
     let example = &corpus.examples[test];
     let (action, from) = (Some(example.action as u16), Some(example.style as u16));
@@ -465,21 +469,28 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     }
 }
 
-/// Gaussian process regression over the labelled class, the seconds and bytes that it took, and seconds a frame.
+/// Gaussian process regression over the labelled class, or over all actions of the input's style; and what it is, and
+/// seconds a frame.
 fn gaussian(
     fold: &Fold<'_>,
     database: &Database<'_>,
     options: &gaussian_process::Options,
+    labelled: bool,
 ) -> Option<(Row, Editor, f64)> {
     let example = &fold.corpus.examples[fold.test];
-    let class = class_of(database, example.action, example.style)?;
-    let pairs = Pairs::of(database, &[class], fold.style).thinned(options.most);
+    let (name, classes) = if labelled {
+        ("gaussian-process", vec![class_of(database, example.action, example.style)?])
+    } else {
+        let own = |a: usize| class_of(database, a, example.style);
+        ("gaussian-process-unlabelled", (0..fold.corpus.actions.len()).filter_map(own).collect())
+    };
+    let pairs = Pairs::of(database, &classes, fold.style).thinned(options.most);
     let editor = Editor::fit(&pairs, options)?;
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
     let start = std::time::Instant::now();
     let predicted = editor.run(&x);
     let seconds = start.elapsed().as_secs_f64() / x.len() as f64;
-    Some((fold.row("gaussian-process", &own_dofs(fold, database, &predicted), None), editor, seconds))
+    Some((fold.row(name, &own_dofs(fold, database, &predicted), None), editor, seconds))
 }
 
 /// Gaussian process regression as its examples double, on the first test clips: accuracy, time and memory.
@@ -499,7 +510,7 @@ pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Build
         for most in sizes {
             let gp = gaussian_process::Options { most, ..gaussian_process::Options::default() };
             bar.inc(1);
-            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp) else { continue };
+            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp, true) else { continue };
             // The class holds no more than it does.
             if editor.examples() < most {
                 continue;
@@ -507,6 +518,7 @@ pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Build
             let mut row = row.to_json(corpus);
             row.insert("n".into(), editor.examples().into());
             row.insert("fit_s".into(), editor.fit_s.into());
+            row.insert("evidence".into(), editor.evidence().into());
             row.insert("predict_ms".into(), (1e3 * seconds).into());
             row.insert("memory_bytes".into(), editor.bytes().into());
             rows.push(row);
@@ -526,7 +538,8 @@ pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Build
     Ok(Evaluation {
         what: "gaussian-process",
         about: "Gaussian process regression with a stabilised predictor, leave one clip out, conditioned on more and more \
-                of the labelled class's examples. Hyperparameters are chosen on a subset of 160 in every row."
+                of the labelled class's examples. Hyperparameters are chosen on a subset of 160 in every row, the best of three starts by \
+                marginal likelihood (`evidence`: its negative logarithm, a mean over outputs and examples)."
             .into(),
         keys: vec!["method", "n"],
         rows,

@@ -61,7 +61,7 @@ pub(super) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>
     if let Some(other) = fold.other {
         let reference = &fold.corpus.examples[other].clip;
         for (name, euler) in [("statistic-clip", false), ("statistic-euler", true)] {
-            let options = transfer::Options { euler, ..transfer::Options::default() };
+            let options = transfer::Options { euler, clean_up: false, ..transfer::Options::default() };
             let Ok(out) = transfer(&fold.body, &example.clip, reference, &options) else { continue };
             rows.push(fold.row(name, &fold.body.clip_dofs(&out.clip), None));
         }

@@ -3,30 +3,46 @@
 //! Bytes that are no frames are all alike to it, so an input is a row of chunks, `flags, length, bytes`: put on the
 //! line as they are, or as the message of a frame with a right checksum.
 //!
-//! The board's database is the file that GESTUS_BLOB names; `cargo xtask fuzz link` makes it.
+//! The board's database is the file that GESTUS_BLOB names; `cargo xtask fuzz link` makes it. The first chunk's flags say
+//! whether a robot hangs on the board: the one whose tables GESTUS_ROBOT names.
 #![no_main]
 
 use std::sync::LazyLock;
 
 use gestus_core::{
     Config, Database, Stylizer,
-    link::{Frame, Header, Request, Server, buffer_length},
+    link::{Board, Driver, Frame, Header, Request, Server, buffer_length},
+    robot::Robot,
 };
 use libfuzzer_sys::fuzz_target;
 use serde::{Serialize, Serializer, ser::SerializeTuple};
 
 const JOINTS: usize = 22;
 const N: usize = buffer_length(JOINTS);
+type Served<'a, 'db, B> = Server<'a, 'db, B, JOINTS, 40, 28, N>;
 
-static BLOB: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let file = std::env::var_os("GESTUS_BLOB").expect("GESTUS_BLOB names a database; `cargo xtask fuzz link` does");
+static BLOB: LazyLock<Vec<u8>> = LazyLock::new(|| named("GESTUS_BLOB"));
+static ROBOT: LazyLock<Vec<u8>> = LazyLock::new(|| named("GESTUS_ROBOT"));
+
+fn named(variable: &str) -> Vec<u8> {
+    let file = std::env::var_os(variable)
+        .unwrap_or_else(|| panic!("{variable} names no file; `cargo xtask fuzz link` does"));
     std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
-});
+}
 
 fuzz_target!(|bytes: &[u8]| {
     let database = Database::open(&BLOB).expect("the database opens");
     let mut stylizer = Stylizer::<JOINTS, 40, 28>::new(database, Config::new()).expect("the database fits");
-    let mut server = Server::<_, JOINTS, 40, 28, N>::new(&mut stylizer, ());
+    if bytes.first().is_some_and(|flags| flags & 16 != 0) {
+        let robot = Robot::open(&ROBOT).expect("the robot opens");
+        let driver = Driver::<(), 32>::new((), robot, &database).expect("the robot fits");
+        serve(Server::new(&mut stylizer, driver), bytes);
+    } else {
+        serve(Server::new(&mut stylizer, ()), bytes);
+    }
+});
+
+fn serve<B: Board<JOINTS>>(mut server: Served<'_, '_, B>, bytes: &[u8]) {
     let mut sequence = 0;
     let mut rest = bytes;
     while let [flags, length, tail @ ..] = rest {
@@ -46,10 +62,10 @@ fuzz_target!(|bytes: &[u8]| {
     let mut hello = Frame::<64>::new();
     let hello = hello.write(Header::request(7, 0), &Request::Hello { session: 0xfeed }).expect("it fits");
     assert!(feed(&mut server, hello), "no answer to a hello");
-});
+}
 
 /// True where there was an answer.
-fn feed(server: &mut Server<'_, '_, (), JOINTS, 40, 28, N>, bytes: &[u8]) -> bool {
+fn feed<B: Board<JOINTS>>(server: &mut Served<'_, '_, B>, bytes: &[u8]) -> bool {
     let mut answered = false;
     for &byte in bytes {
         if let Some(answer) = server.receive(byte) {

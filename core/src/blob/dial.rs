@@ -3,9 +3,9 @@
 
 use super::{
     Database,
+    check::{Checked, as_u32, check, reserved},
     layout::{effort, section},
     read::{Record, f32_at, u16_at},
-    validate::{Checked, as_u32, check, reserved},
 };
 use crate::BlobError;
 

@@ -27,6 +27,7 @@ impl<'a> Names<'a> {
     }
 
     /// How many names.
+    #[inline(never)]
     pub fn count(self) -> usize {
         self.iter().count()
     }
@@ -55,4 +56,53 @@ pub struct Manifest<'a> {
     pub licences: Names<'a>,
     /// Build parameters, `name = value`, a line each.
     pub parameters: Names<'a>,
+}
+
+impl<'a> Manifest<'a> {
+    /// Reads a manifest in postcard, where a structure is its fields one after the other: all are strings, so that one
+    /// loop reads it in a quarter of the code that serde lays out for nine fields.
+    #[inline(never)]
+    pub fn read(mut bytes: &'a [u8]) -> Option<Self> {
+        let mut fields = [""; 9];
+        for field in &mut fields {
+            (*field, bytes) = postcard::take_from_bytes(bytes).ok()?;
+        }
+        let [builder, unit, joints, actions, styles, groups, clips, licences, parameters] = fields;
+        Some(Self {
+            builder,
+            unit,
+            joints: Names(joints),
+            actions: Names(actions),
+            styles: Names(styles),
+            groups: Names(groups),
+            clips: Names(clips),
+            licences: Names(licences),
+            parameters: Names(parameters),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_manifest_is_read_as_serde_writes_it_and_reads_it() {
+        let manifest = Manifest {
+            builder: "b",
+            unit: "m",
+            joints: Names("hips\nknee"),
+            actions: Names("walk"),
+            styles: Names("old\nproud"),
+            groups: Names("all"),
+            clips: Names(""),
+            licences: Names("none"),
+            parameters: Names("window = 5"),
+        };
+        let mut room = [0; 128];
+        let bytes = &*postcard::to_slice(&manifest, &mut room).unwrap();
+        assert_eq!(Manifest::read(bytes), Some(manifest));
+        assert_eq!(postcard::from_bytes::<Manifest<'_>>(bytes).ok(), Some(manifest));
+        assert_eq!(Manifest::read(&bytes[..bytes.len() - 1]), None);
+    }
 }

@@ -4,6 +4,7 @@
 //! stay where they are (flash, a memory map, a `Vec`); a `Database` is a handful of slices and counts, `Copy`.
 //! `docs/FORMAT.md` is the format for people, [`layout`] is the format for programs.
 
+pub(crate) mod check;
 pub mod crc;
 mod dial;
 pub mod layout;
@@ -204,19 +205,19 @@ impl<'db> Database<'db> {
     /// # Errors
     /// [`BlobError::Manifest`]; not after `open`, which has decoded it once.
     pub fn manifest(&self) -> Result<Manifest<'db>, BlobError> {
-        postcard::from_bytes(self.manifest).map_err(|_| BlobError::Manifest)
+        Manifest::read(self.manifest).ok_or(BlobError::Manifest)
     }
 
     /// Joint `index`.
-    #[inline]
+    #[inline(never)]
     pub fn joint(&self, index: usize) -> Joint {
         let record = Record::of(self.skeleton, index, layout::joint::LENGTH);
         let parent = record.u8(layout::joint::PARENT);
         Joint {
             parent: (parent != layout::joint::ROOT).then_some(usize::from(parent)),
             group: usize::from(record.u8(layout::joint::GROUP)),
-            offset: floats(record.0, layout::joint::OFFSET.start),
-            mean: floats(record.0, layout::joint::MEAN.start),
+            offset: record.floats(layout::joint::OFFSET),
+            mean: record.floats(layout::joint::MEAN),
         }
     }
 
@@ -242,6 +243,7 @@ impl<'db> Database<'db> {
     }
 
     /// The legs, left and right, where the blob describes them.
+    #[inline(never)]
     pub fn legs(&self) -> Option<[Leg; 2]> {
         let section = self.optional(section::FEET)?;
         Some([0, 1].map(|side| Leg::read(Record::of(section, side, layout::foot::LENGTH))))
@@ -258,19 +260,19 @@ impl<'db> Database<'db> {
     }
 
     /// Quantisation step of a dof, in its unit.
-    #[inline]
+    #[inline(never)]
     pub fn step(&self, dof: usize) -> f32 {
         Record::of(self.dofs, dof, layout::dof_record::LENGTH).f32(layout::dof_record::STEP)
     }
 
     /// Standard deviation of a dof over the database, in its unit.
-    #[inline]
+    #[inline(never)]
     pub fn scale(&self, dof: usize) -> f32 {
         Record::of(self.dofs, dof, layout::dof_record::LENGTH).f32(layout::dof_record::SCALE)
     }
 
     /// Class `index`.
-    #[inline]
+    #[inline(never)]
     pub fn class(&self, index: usize) -> Class {
         let record = Record::of(self.classes, index, layout::class::LENGTH);
         Class {
@@ -299,7 +301,7 @@ impl<'db> Database<'db> {
     }
 
     /// First row and number of rows of a clip.
-    #[inline]
+    #[inline(never)]
     pub fn clip(&self, index: usize) -> (usize, usize) {
         let record = Record::of(self.clips, index, layout::clip::LENGTH);
         (record.u32(layout::clip::FIRST_ROW) as usize, record.u32(layout::clip::ROWS) as usize)
@@ -308,17 +310,18 @@ impl<'db> Database<'db> {
     /// The stored feature of a captured frame: i8, one a byte.
     #[inline]
     pub fn feature(&self, row: usize) -> &'db [u8] {
-        Record::of(self.features, row, self.counts.features).0
+        let length = self.counts.features;
+        self.features.get(row.wrapping_mul(length)..).and_then(|rest| rest.get(..length)).unwrap_or(&[])
     }
 
     /// Metres for one step of a stored feature.
-    #[inline]
+    #[inline(never)]
     pub fn feature_scale(&self, feature: usize) -> f32 {
         f32_at(self.query, layout::query::scales(self.counts.window, self.counts.joints) + 4 * feature)
     }
 
     /// Joint group that a feature looks at.
-    #[inline]
+    #[inline(never)]
     pub fn feature_group(&self, feature: usize) -> usize {
         let at =
             layout::query::groups(self.counts.window, self.counts.joints, self.counts.features) + feature;
@@ -334,8 +337,8 @@ impl<'db> Database<'db> {
     /// Graph edges of a captured frame: rows of its class, [`layout::NONE`] where there is none.
     #[inline]
     pub fn edges(&self, row: usize) -> [u16; DEGREE] {
-        let record = Record::of(self.graph, row, 2 * DEGREE).0;
-        core::array::from_fn(|i| u16_at(record, 2 * i))
+        let record = Record::of(self.graph, row, 2 * DEGREE);
+        core::array::from_fn(|i| record.u16(2 * i..2 * i + 2))
     }
 
     /// Flags of a captured frame ([`layout::flag`]); 0 for any other row.
@@ -345,7 +348,7 @@ impl<'db> Database<'db> {
     }
 
     /// Entry `index` of the timing metric.
-    #[inline]
+    #[inline(never)]
     pub fn timing(&self, index: usize) -> TimingDof {
         let record = Record::of(self.timing, index, layout::timing::LENGTH);
         TimingDof {
@@ -356,7 +359,7 @@ impl<'db> Database<'db> {
     }
 
     /// The bytes of one of [`section::OPTIONAL`]; `None` where the blob has no such section.
-    #[inline]
+    #[inline(never)]
     pub fn optional(&self, id: u16) -> Option<&'db [u8]> {
         let index = section::OPTIONAL.iter().position(|&o| o == id)?;
         self.optional.get(index).copied().flatten()

@@ -3,9 +3,9 @@
 
 use super::{
     Database,
+    check::{Checked, as_u32, check, reserved},
     layout::{MAX_ORDER, NONE, lti, section, statistic},
     read::{Record, f32_at, floats, u16_at},
-    validate::{Checked, as_u32, check, reserved},
 };
 use crate::{
     BlobError,
@@ -78,7 +78,7 @@ pub struct Unit<'db> {
 
 impl<'db> LinearModel<'db> {
     /// Mean and standard deviation of a dof's input, then of its output; of dof D those of the log time warp.
-    #[inline]
+    #[inline(never)]
     pub fn dof(&self, dof: usize) -> [f32; 4] {
         if dof < self.dofs {
             return floats(self.bytes, lti::DOF * dof);
@@ -88,7 +88,7 @@ impl<'db> LinearModel<'db> {
     }
 
     /// The footplant of a side: boundary, and the projection that it is compared with.
-    #[inline]
+    #[inline(never)]
     pub fn foot(&self, side: usize) -> (f32, Numbers<'db>) {
         let at = lti::feet(self.dofs) + side * 4 * (1 + self.states);
         (f32_at(self.bytes, at), Numbers::at(self.bytes, at + 4))
@@ -136,20 +136,20 @@ pub struct Table<'db> {
 
 impl<'db> Table<'db> {
     /// Mean and standard deviation of height, forward and left velocity.
-    #[inline]
+    #[inline(never)]
     pub fn root(&self, index: usize) -> [f32; 2] {
         floats(self.bytes, statistic::ROOT + 8 * index)
     }
 
     /// The footplant of a side: boundary, and the projection of the dofs that it is compared with.
-    #[inline]
+    #[inline(never)]
     pub fn foot(&self, side: usize) -> (f32, Numbers<'db>) {
         let at = statistic::FEET + side * 4 * (1 + self.dofs);
         (f32_at(self.bytes, at), Numbers::at(self.bytes, at + 4))
     }
 
     /// Mean rotation of a joint and standard deviation around it, radians; of joint 0 without the heading.
-    #[inline]
+    #[inline(never)]
     pub fn joint(&self, joint: usize) -> (Quaternion, f32) {
         let [x, y, z, w, deviation] =
             floats(self.bytes, statistic::joints(self.dofs) + statistic::JOINT * joint);
@@ -186,6 +186,7 @@ impl<'db> Database<'db> {
     }
 
     /// Linear model `index`.
+    #[inline(never)]
     pub fn linear_model(&self, index: usize) -> LinearModel<'db> {
         let entry = Record::of(self.lti().0.get(lti::HEADER..).unwrap_or(&[]), index, lti::ENTRY);
         let start = entry.u32(lti::OFFSET) as usize;
@@ -201,6 +202,7 @@ impl<'db> Database<'db> {
     }
 
     /// Number of the linear model of a style: the one of that action where there is one, else the one of all.
+    #[inline(never)]
     pub fn linear_model_of(&self, style: u16, action: Option<u16>) -> Option<usize> {
         let of = |action: Option<u16>| {
             (0..self.linear_models()).find(|&i| {
@@ -222,6 +224,7 @@ impl<'db> Database<'db> {
     }
 
     /// Table `index` of statistics.
+    #[inline(never)]
     pub fn table(&self, index: usize) -> Table<'db> {
         let length = statistic::length(self.counts.joints);
         let record = Record::of(self.statistic().0.get(statistic::HEADER..).unwrap_or(&[]), index, length);
@@ -234,6 +237,7 @@ impl<'db> Database<'db> {
     }
 
     /// The statistics of a style: those of that action where there are any, else those of all.
+    #[inline(never)]
     pub fn table_of(&self, style: u16, action: Option<u16>) -> Option<Table<'db>> {
         let of = |action: Option<u16>| {
             (0..self.tables()).map(|i| self.table(i)).find(|t| t.style == style && t.action == action)
@@ -327,6 +331,14 @@ fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
     at == model.bytes() && states == model.states
 }
 
+// A function of its own, and of slices: the compiler would lay out all 64 products.
+#[inline(never)]
+fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}
+
 /// True where every pole lies inside the unit circle: `A` to the power of 1,024 is small. Ten squarings.
 fn is_stable(unit: &Unit<'_>) -> bool {
     let mut power = [[0.0_f32; MAX_ORDER]; MAX_ORDER];
@@ -340,9 +352,7 @@ fn is_stable(unit: &Unit<'_>) -> bool {
         let mut square = [[0.0; MAX_ORDER]; MAX_ORDER];
         for (out, row) in square.iter_mut().zip(&power) {
             for (&factor, other) in row.iter().zip(&power) {
-                for (slot, value) in out.iter_mut().zip(other) {
-                    *slot += factor * value;
-                }
+                add_scaled(out, factor, other);
             }
         }
         power = square;

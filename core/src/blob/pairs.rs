@@ -10,7 +10,7 @@
 use super::{
     Database,
     layout::{NONE, cycle},
-    read::{Record, f32_at, u16_at},
+    read::{Record, u16_at},
 };
 use crate::math::clamp;
 
@@ -38,7 +38,8 @@ pub struct Counterpart {
 
 #[derive(Clone, Copy)]
 struct Cycle<'db> {
-    knots: &'db [u8],
+    /// Positions of its knots, f32 each.
+    knots: &'db [[u8; 4]],
     segments: usize,
     first_row: usize,
     rows: usize,
@@ -47,20 +48,21 @@ struct Cycle<'db> {
 impl Cycle<'_> {
     #[inline]
     fn knot(&self, index: usize) -> f32 {
-        f32_at(self.knots, 4 * index)
+        self.knots.get(index).map_or(0.0, |knot| f32::from_le_bytes(*knot))
     }
 
     /// Canonical time of a position, in segments: 0 at the first knot. The outer segments go on beyond.
+    #[inline(never)]
     fn canonical(&self, position: f32) -> f32 {
-        let mut segment = 0;
-        while segment + 1 < self.segments && self.knot(segment + 1) <= position {
-            segment += 1;
-        }
+        // The knots ascend: the last segment but those that begin behind the position.
+        let inner = self.knots.get(1..self.segments).unwrap_or(&[]);
+        let segment = inner.iter().take_while(|knot| f32::from_le_bytes(**knot) <= position).count();
         let start = self.knot(segment);
         segment as f32 + (position - start) / (self.knot(segment + 1) - start)
     }
 
     /// Position at a canonical time.
+    #[inline]
     fn position(&self, canonical: f32) -> f32 {
         let last = self.segments.saturating_sub(1);
         // The cast saturates: below 0 and NaN give segment 0.
@@ -70,6 +72,7 @@ impl Cycle<'_> {
     }
 
     /// A position of the clip as a row and a fraction, held at the clip's ends.
+    #[inline]
     fn moment(&self, position: f32) -> Moment {
         let last = self.rows.saturating_sub(1);
         let position = clamp(position, 0.0, last as f32);
@@ -79,10 +82,12 @@ impl Cycle<'_> {
 }
 
 impl<'db> Database<'db> {
+    #[inline(never)]
     fn cycle(&self, index: usize) -> Cycle<'db> {
         let record = Record::of(self.cycles, index, cycle::LENGTH);
         let (first_row, rows) = self.clip(record.u32(cycle::CLIP) as usize);
-        let knots = self.knots.get(4 * record.u32(cycle::FIRST_KNOT) as usize..).unwrap_or(&[]);
+        let first_knot = record.u32(cycle::FIRST_KNOT) as usize;
+        let knots = self.knots.as_chunks::<4>().0.get(first_knot..).unwrap_or(&[]);
         let segments = usize::from(record.u16(cycle::KNOTS)).saturating_sub(1);
         Cycle { knots, segments, first_row, rows }
     }
@@ -93,6 +98,7 @@ impl<'db> Database<'db> {
     }
 
     /// The cycle of class `class` that a row lies in: the last that starts at or before it.
+    #[inline(never)]
     pub fn cycle_of(&self, class: usize, row: usize) -> Option<usize> {
         let class = self.class(class);
         let (mut low, mut high) = (0, class.cycles);
@@ -108,6 +114,7 @@ impl<'db> Database<'db> {
     }
 
     /// The counterpart in `style` of a row that lies in cycle `cycle`; `None` where the cycle has none.
+    #[inline(never)]
     pub fn counterpart(&self, cycle: usize, row: usize, style: usize) -> Option<Counterpart> {
         let output = u16_at(self.pairs, 2 * (cycle * self.counts.styles + style));
         if output == NONE {

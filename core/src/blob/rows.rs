@@ -9,12 +9,9 @@
 
 use super::{
     Database,
-    layout::block,
-    read::{u16_at, u32_at},
+    layout::{block, dof_record},
+    read::{Record, u16_at, u32_at},
 };
-
-/// Longest run of rows that is unpacked at once.
-pub const MAX_RUN: usize = 4;
 
 /// A row in its block.
 struct Packed<'a> {
@@ -30,43 +27,45 @@ struct Packed<'a> {
 impl Database<'_> {
     /// Unpacks the dofs of a row into the first D places of `dofs`: metres, radians, and those a second.
     pub fn decode(&self, row: usize, dofs: &mut [f32]) {
-        let _ = self.decode_run(row, 1, dofs, |_, slot, value| *slot = value);
-        for (d, value) in dofs.iter_mut().enumerate().take(self.counts.dofs) {
-            *value *= self.step(d);
+        let dofs = dofs.get_mut(..self.counts.dofs).unwrap_or(&mut []);
+        let _ = self.unpack(row, dofs, |slot, [value]| *slot = value);
+        if !self.counts.dofs.is_multiple_of(2)
+            && let Some(last) = dofs.last_mut()
+        {
+            let Packed { bases, widths, fields, .. } = self.packed(row);
+            let bits = |pair: &u8| u32::from(pair & 15) + u32::from(pair >> 4);
+            // It is the whole of its byte of widths.
+            let width = widths.last().map_or(0, bits);
+            let bit = (widths.iter().map(bits).sum::<u32>() - width) as usize;
+            let field = (u32_at(fields, bit >> 3) >> (bit & 7)) & below(width);
+            *last = (i32::from(u16_at(bases, 2 * (self.counts.dofs - 1)) as i16) + field as i32) as f32;
+        }
+        let records = self.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
+        for (value, record) in dofs.iter_mut().zip(records) {
+            *value *= Record(record).f32(dof_record::STEP);
         }
     }
 
-    /// Unpacks `count` rows of one clip from `row` on, at most [`MAX_RUN`], and gives every value to `put`: number
-    /// of the row within the run, slot of the dof, value in quantisation steps. Slots get their values in the
-    /// order of the rows. Returns the bytes read: the headers of the rows' blocks, and the rows.
+    /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps, to `put`. Returns the
+    /// bytes read; `None`, with nothing done, where the rows are not of one block. Of an odd number of dofs the slot behind
+    /// the last, which a [`crate::regress::Example`] has, is given values that mean nothing.
     #[inline]
-    pub(crate) fn decode_run<T>(
+    pub(crate) fn unpack<const N: usize, T>(
         &self,
         row: usize,
-        count: usize,
         slots: &mut [T],
-        put: impl Fn(usize, &mut T, f32) + Copy,
-    ) -> u32 {
-        let slots = slots.get_mut(..self.counts.dofs).unwrap_or(&mut []);
-        let packed = self.packed(row);
-        let within = row & (self.counts.block_rows - 1);
-        let (mut headers, rows) = (1, count * packed.row_bytes);
-        match count {
-            _ if within + count > self.counts.block_rows => {
-                headers = 2;
-                for i in 0..count {
-                    unpack::<1, T>(self.packed(row + i), slots, |_, slot, value| put(i, slot, value));
-                }
-            }
-            1 => unpack::<1, T>(packed, slots, put),
-            2 => unpack::<2, T>(packed, slots, put),
-            3 => unpack::<3, T>(packed, slots, put),
-            _ => unpack::<MAX_RUN, T>(packed, slots, put),
+        put: impl Fn(&mut T, [f32; N]),
+    ) -> Option<u32> {
+        if (row & (self.counts.block_rows - 1)) + N > self.counts.block_rows {
+            return None;
         }
-        (headers * block::header(self.counts.dofs) + rows) as u32
+        let packed = self.packed(row);
+        let bytes = block::header(self.counts.dofs) + N * packed.row_bytes;
+        unpack(packed, slots, put);
+        Some(bytes as u32)
     }
 
-    #[inline]
+    #[inline(never)]
     fn packed(&self, row: usize) -> Packed<'_> {
         let count = self.counts.dofs;
         let start = u32_at(self.blocks, 4 * (row >> self.block_shift)) as usize;
@@ -75,7 +74,8 @@ impl Database<'_> {
         let within = row & (self.counts.block_rows - 1);
         let (bases, widths) = (block::BASES + 2 * count, block::header(count));
         Packed {
-            bases: bytes.get(block::BASES..bases).unwrap_or(&[]),
+            // Of whole pairs of dofs: behind the last base there are widths.
+            bases: bytes.get(block::BASES..block::BASES + 4 * count.div_ceil(2)).unwrap_or(&[]),
             widths: bytes.get(bases..widths).unwrap_or(&[]),
             fields: bytes.get(widths + within * row_bytes..).unwrap_or(&[]),
             row_bytes,
@@ -83,9 +83,15 @@ impl Database<'_> {
     }
 }
 
+/// The lowest `width` bits, at most 15.
+#[inline]
+fn below(width: u32) -> u32 {
+    !(u32::MAX << (width & 15))
+}
+
 /// Unpacks `N` rows of one block. A function of its own, so that what is around it leaves it its registers.
 #[inline(never)]
-fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(usize, &mut T, f32)) {
+fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&mut T, [f32; N])) {
     // Any field of a row can be read as four bytes: others follow it, or the padding does.
     let length = packed.row_bytes + block::PADDING - 1;
     let mut rows: [&[u8]; N] = [&[]; N];
@@ -95,30 +101,22 @@ fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(u
         let Some(found) = packed.fields.get(start..start + length) else { return };
         *fields = found;
     }
-    let read = |bit: usize| -> [u32; N] { rows.map(|fields| u32_at(fields, bit >> 3) >> (bit & 7)) };
-    let below = |width: u32| !(u32::MAX << (width & 15));
+    let word = |fields: &[u8], at: usize| {
+        fields.get(at..).and_then(|rest| rest.first_chunk()).map_or(0, |bytes| u32::from_le_bytes(*bytes))
+    };
+    let read = |bit: usize| -> [u32; N] { rows.map(|fields| word(fields, bit >> 3) >> (bit & 7)) };
     let mut bit = 0;
-    let (pairs, last) = slots.as_chunks_mut::<2>();
-    let (bases, last_base) = packed.bases.as_chunks::<4>();
+    let pairs = slots.as_chunks_mut::<2>().0;
+    let bases = packed.bases.as_chunks::<4>().0;
     for (([even, odd], bases), widths) in pairs.iter_mut().zip(bases).zip(packed.widths) {
         let bases = i32::from_le_bytes(*bases);
         let (first, second) = (u32::from(widths & 15), u32::from(widths >> 4));
         let mut fields = read(bit);
-        for (i, field) in fields.into_iter().enumerate() {
-            // Base and field are small whole numbers: the sum and its conversion are exact.
-            put(i, even, (i32::from(bases as i16) + (field & below(first)) as i32) as f32);
-        }
+        // Base and field are small whole numbers: the sum and its conversion are exact.
+        put(even, fields.map(|f| (i32::from(bases as i16) + (f & below(first)) as i32) as f32));
         // What was read holds 25 bits at least: both fields for the most part.
         fields = if first + second <= 25 { fields.map(|f| f >> first) } else { read(bit + first as usize) };
-        for (i, field) in fields.into_iter().enumerate() {
-            put(i, odd, ((bases >> 16) + (field & below(second)) as i32) as f32);
-        }
+        put(odd, fields.map(|f| ((bases >> 16) + (f & below(second)) as i32) as f32));
         bit += (first + second) as usize;
-    }
-    if let ([slot], &[low, high], Some(widths)) = (last, last_base, packed.widths.last()) {
-        let base = i32::from(i16::from_le_bytes([low, high]));
-        for (i, field) in read(bit).into_iter().enumerate() {
-            put(i, slot, (base + (field & below(u32::from(widths & 15))) as i32) as f32);
-        }
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{
     Counts, Database, Manifest,
+    check::{Checked, Envelope, as_u32, check, reserved},
     crc::crc32c,
     dial,
     layout::{
@@ -22,37 +23,23 @@ use crate::{
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
 const MOST_RECORDS: usize = 1 << 22;
 
-pub(super) type Checked = Result<(), BlobError>;
+const ENVELOPE: Envelope = Envelope {
+    section: 0,
+    magic: MAGIC,
+    version: VERSION,
+    header: header::LENGTH,
+    total: header::TOTAL,
+    crc: header::CRC,
+};
 
 /// Finds the sections and checks header, table, checksums and lengths.
 pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
-    let head = Record(bytes);
-    if bytes.len() < header::LENGTH {
-        return Err(truncated(header::LENGTH, bytes.len()));
-    }
-    if bytes.get(header::MAGIC) != Some(&MAGIC) {
-        return Err(BlobError::Magic);
-    }
-    let version = head.u16(header::VERSION);
-    if version != VERSION {
-        return Err(BlobError::Version { need: VERSION, have: version });
-    }
-    let total = head.u32(header::TOTAL) as usize;
-    if bytes.len() != total {
-        return Err(truncated(total, bytes.len()));
-    }
+    let head = ENVELOPE.open(bytes)?;
+    let total = bytes.len();
     let count = usize::from(head.u16(header::SECTIONS));
     let table_end = header::LENGTH + count * entry::LENGTH;
-    let (before, after) = match (bytes.get(..header::CRC.start), bytes.get(header::CRC.end..table_end)) {
-        (Some(before), Some(after)) => (before, after),
-        _ => return Err(truncated(table_end, bytes.len())),
-    };
-    if crc32c(&[before, &[0; 4], after]) != head.u32(header::CRC) {
-        return Err(BlobError::Checksum { section: 0 });
-    }
-    if !head.zero(header::RESERVED) {
-        return Err(BlobError::Reserved { section: 0 });
-    }
+    ENVELOPE.sum(bytes, table_end)?;
+    reserved(0, head.zero(header::RESERVED))?;
 
     let mut found: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
     let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
@@ -504,20 +491,4 @@ fn timing_section(db: &Database<'_>) -> Checked {
         reserved(section::TIMING, record.zero(timing::RESERVED))?;
     }
     Ok(())
-}
-
-pub(super) fn check(section: u16, record: usize, fits: bool) -> Checked {
-    if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }
-}
-
-pub(super) fn reserved(section: u16, zero: bool) -> Checked {
-    if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
-}
-
-fn truncated(need: usize, have: usize) -> BlobError {
-    BlobError::Truncated { need: as_u32(need), have: as_u32(have) }
-}
-
-pub(super) fn as_u32(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or(u32::MAX)
 }

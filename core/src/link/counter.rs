@@ -64,6 +64,10 @@ counters! {
     INSTRUCTIONS_REST = 71, "instructions_rest";
     /// Instructions of opening the database.
     INSTRUCTIONS_OPEN = 72, "instructions_open";
+    /// Instructions of all steps in the votes on contacts.
+    INSTRUCTIONS_CONTACTS = 73, "instructions_contacts";
+    /// Instructions of all steps in holding feet.
+    INSTRUCTIONS_LOCK = 74, "instructions_lock";
     /// Deadlines missed.
     DEADLINES_MISSED = 96, "deadlines_missed";
 }

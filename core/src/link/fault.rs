@@ -33,6 +33,8 @@ pub enum Fault {
     Refused(ConfigError),
     /// The answer is longer than the board's buffer.
     Overlong,
+    /// No robot hangs on the board.
+    NoRobot,
 }
 
 impl fmt::Display for Fault {
@@ -52,6 +54,9 @@ impl fmt::Display for Fault {
                 write!(f, "the pose has {have} joints, the board's database {need}: use the board's database")
             }
             Self::Refused(error) => error.fmt(f),
+            Self::NoRobot => f.write_str(
+                "the board has no robot: build its firmware with one, and flash the robot's tables for its database",
+            ),
             Self::Overlong => {
                 f.write_str("the answer is longer than the board's buffer: build its firmware with a larger one")
             }

@@ -6,7 +6,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::{Fault, board::Statistic};
+use super::{DriveReport, Fault, RobotIdentity, board::Statistic};
 use crate::{
     Degraded, Pose, Report,
     mixture::{MAX_KEPT, Share},
@@ -61,6 +61,21 @@ pub enum Request<'a> {
         /// How many to skip.
         skip: u16,
     },
+    /// Where the robot's hinges are, as its servos report it. Answer: [`Reply::Robot`].
+    Robot {
+        /// Angles in radians, f32 little-endian, from the first hinge on; those that are missing are taken to be zero.
+        #[serde(borrow)]
+        angles: &'a [u8],
+    },
+    /// A tick of the robot towards the pose that was put out last. Answer: [`Reply::Drive`].
+    Drive,
+    /// The own output style of a joint group, or none. Answer: [`Reply::Done`].
+    GroupStyle {
+        /// The group.
+        group: u16,
+        /// Styles and their weights; empty: the body's.
+        weights: Pairs,
+    },
 }
 
 /// What the board answers.
@@ -83,6 +98,11 @@ pub enum Reply<'a> {
     },
     /// The request was not carried out, and this is why.
     Fault(Fault),
+    /// Which robot there is.
+    Robot(RobotIdentity),
+    /// What the robot does now.
+    #[serde(borrow)]
+    Drive(DriveReport<'a>),
 }
 
 /// Who a board is, and what it runs.
@@ -273,10 +293,13 @@ mod tests {
             Request::Labels { action: Some(3), input_style: None },
             Request::Mask { group: 2, searched: true },
             Request::Strength(pairs.clone()),
-            Request::Configure(pairs),
+            Request::Configure(pairs.clone()),
             Request::Reset,
             Request::Pose(pose),
             Request::Statistics { skip: 12 },
+            Request::Robot { angles: &[1, 2, 3, 4] },
+            Request::Drive,
+            Request::GroupStyle { group: 1, weights: pairs },
         ];
         for (number, request) in requests.iter().enumerate() {
             let mut bytes = [0; 128];
@@ -302,6 +325,14 @@ mod tests {
             Reply::Pose(pose, report),
             Reply::Statistics { more: true, page },
             Reply::Fault(Fault::Malformed),
+            Reply::Robot(RobotIdentity { robot: 7, hinges: 16, capacity: 32, tick_s: 0.02 }),
+            Reply::Drive(DriveReport {
+                held: false,
+                at_limit: 300,
+                lag: 0.5,
+                missing_m: 0.0,
+                hinges: &[9; 12],
+            }),
         ];
         for (number, reply) in replies.iter().enumerate() {
             let mut bytes = [0; 160];

@@ -27,6 +27,7 @@ mod frame;
 mod message;
 pub mod parameter;
 mod receiver;
+mod robot;
 mod server;
 
 pub use board::{Board, Statistic};
@@ -37,4 +38,5 @@ pub use message::{
     Identity, MAX_PAIRS, MAX_STAGES, PAGE, Pairs, PoseBuffer, PoseBytes, Reply, Request, StepReport, decode,
 };
 pub use receiver::{Damage, Received, Receiver};
+pub use robot::{DriveReport, Driver, HINGE_BYTES, HingeBuffer, RobotIdentity};
 pub use server::Server;

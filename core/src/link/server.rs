@@ -1,8 +1,9 @@
 //! The board's end of the link: bytes in, bytes out.
 
 use super::{
-    Board, Direction, Fault, Frame, Full, Header, Identity, LinkCounts, PAGE, Pairs, PoseBuffer, PoseBytes,
-    Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken, parameter,
+    Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
+    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken,
+    parameter,
 };
 use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
 
@@ -188,15 +189,19 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
                 if new_session.is_some() {
                     *self.session = new_session;
                     self.stylizer.restore(self.config)?;
+                    let _ = self.board.place(&[]);
                 }
                 return self.hello(header);
             }
             Request::Pose(pose) => return self.step(header, &pose),
             Request::Statistics { skip } => return self.statistics(header, skip),
+            Request::Robot { angles } => return self.place(header, angles),
+            Request::Drive => return self.drive(header),
             Request::Style(weights) => self.stylizer.set_style(&weights),
             Request::Labels { action, input_style } => self.labels(action, input_style),
             Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
             Request::Strength(strengths) => self.strengths(&strengths),
+            Request::GroupStyle { group, weights } => self.stylizer.set_group_style(group, &weights),
             Request::Configure(parameters) => self.configure(&parameters),
             Request::Reset => {
                 self.stylizer.reset();
@@ -254,6 +259,29 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         let mut buffer = PoseBuffer::new();
         let report = StepReport::new(report, self.board.stages());
         self.reply(header, &Reply::Pose(buffer.pose(output, joints), report))
+    }
+
+    #[inline(never)]
+    fn place(&mut self, header: Header, angles: &[u8]) -> Result<(), Fault> {
+        let (angles, rest) = angles.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(Fault::Malformed);
+        }
+        let robot = self.board.place(angles).ok_or(Fault::NoRobot)?;
+        self.reply(header, &Reply::Robot(robot))
+    }
+
+    #[inline(never)]
+    fn drive(&mut self, header: Header) -> Result<(), Fault> {
+        let driven = match self.stylizer.last_output() {
+            Some(pose) => self.board.drive(pose),
+            // No pose is held, as one that is none.
+            None => self.board.drive(&Pose { position: [f32::NAN; 3], ..Pose::IDENTITY }),
+        };
+        let driven = driven.ok_or(Fault::NoRobot)?;
+        let mut buffer = HingeBuffer::new();
+        let report = buffer.report(&driven, |hinge| self.board.hinge(hinge));
+        self.answer.write(header.reply(), &Reply::Drive(report)).map(|_| ()).map_err(overlong)
     }
 
     /// Both labels or none: each alone may name no class with the other's old value.

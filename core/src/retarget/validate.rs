@@ -7,7 +7,7 @@ use super::{
 use crate::{
     BlobError,
     blob::{
-        crc::crc32c,
+        check::{self, Checked, Envelope, as_u32},
         layout::{MAX_JOINTS, section},
         read::{Record, floats},
     },
@@ -15,33 +15,20 @@ use crate::{
 };
 
 const SECTION: u16 = section::RETARGET;
+const ENVELOPE: Envelope = Envelope {
+    section: SECTION,
+    magic: MAGIC,
+    version: VERSION,
+    header: header::LENGTH,
+    total: header::TOTAL,
+    crc: header::CRC,
+};
 
 /// Finds the tables and checks header and checksum.
 pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
-    let head = Record(bytes);
-    let have = as_u32(bytes.len());
-    if bytes.len() < header::LENGTH {
-        return Err(BlobError::Truncated { need: as_u32(header::LENGTH), have });
-    }
-    if bytes.get(header::MAGIC) != Some(&MAGIC) {
-        return Err(BlobError::Magic);
-    }
-    let version = head.u16(header::VERSION);
-    if version != VERSION {
-        return Err(BlobError::Version { need: VERSION, have: version });
-    }
-    let total = head.u32(header::TOTAL);
-    if total != have {
-        return Err(BlobError::Truncated { need: total, have });
-    }
-    let (before, after) = (bytes.get(..header::CRC.start), bytes.get(header::CRC.end..));
-    let (before, after) = (before.unwrap_or(&[]), after.unwrap_or(&[]));
-    if crc32c(&[before, &[0; 4], after]) != head.u32(header::CRC) {
-        return Err(BlobError::Checksum { section: SECTION });
-    }
-    if !head.zero(header::RESERVED) {
-        return Err(BlobError::Reserved { section: SECTION });
-    }
+    let head = ENVELOPE.open(bytes)?;
+    ENVELOPE.sum(bytes, bytes.len())?;
+    zero(head.zero(header::RESERVED))?;
     let [sources, targets, limbs] =
         [header::SOURCES, header::TARGETS, header::LIMBS].map(|r| usize::from(head.u16(r)));
     let counted =
@@ -49,7 +36,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
     check(0, counted)?;
     let need = layout::total(sources, targets, limbs);
     if bytes.len() != need {
-        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have });
+        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have: as_u32(bytes.len()) });
     }
     let mut at = header::LENGTH;
     let mut table = |length: usize| {
@@ -84,7 +71,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
 }
 
 /// Checks every number. Records are counted through the tables, from 1; 0 is the header.
-pub(super) fn contents(map: &Map<'_>) -> Result<(), BlobError> {
+pub(super) fn contents(map: &Map<'_>) -> Checked {
     let near = |v: &f32| (-100.0..=100.0).contains(v);
     let head = (0.01..=100.0).contains(&map.scale)
         && is_unit(map.world)
@@ -137,14 +124,10 @@ pub(super) fn contents(map: &Map<'_>) -> Result<(), BlobError> {
     Ok(())
 }
 
-fn check(record: usize, fits: bool) -> Result<(), BlobError> {
-    if fits { Ok(()) } else { Err(BlobError::Value { section: SECTION, record: as_u32(record) }) }
+fn check(record: usize, fits: bool) -> Checked {
+    check::check(SECTION, record, fits)
 }
 
-fn zero(zero: bool) -> Result<(), BlobError> {
-    if zero { Ok(()) } else { Err(BlobError::Reserved { section: SECTION }) }
-}
-
-fn as_u32(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or(u32::MAX)
+fn zero(zero: bool) -> Checked {
+    check::reserved(SECTION, zero)
 }

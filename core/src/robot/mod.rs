@@ -107,6 +107,11 @@ impl<'r> Robot<'r> {
         self.hinges.len() / hinge::LENGTH
     }
 
+    /// Tells this robot's tables from others': their CRC-32C.
+    pub fn identity(&self) -> u32 {
+        Record(self.bytes).u32(header::CRC)
+    }
+
     /// Number of groups.
     pub fn groups(&self) -> usize {
         self.groups.len() / group::LENGTH

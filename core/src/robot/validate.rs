@@ -7,7 +7,7 @@ use super::{
 use crate::{
     BlobError,
     blob::{
-        crc::crc32c,
+        check::{self, Checked, Envelope, as_u32},
         layout::{MAX_JOINTS, section},
         read::{Record, floats},
     },
@@ -15,33 +15,20 @@ use crate::{
 };
 
 const SECTION: u16 = section::ROBOT;
+const ENVELOPE: Envelope = Envelope {
+    section: SECTION,
+    magic: MAGIC,
+    version: VERSION,
+    header: header::LENGTH,
+    total: header::TOTAL,
+    crc: header::CRC,
+};
 
 /// Finds the tables and checks header and checksum.
 pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
-    let head = Record(bytes);
-    let have = as_u32(bytes.len());
-    if bytes.len() < header::LENGTH {
-        return Err(BlobError::Truncated { need: as_u32(header::LENGTH), have });
-    }
-    if bytes.get(header::MAGIC) != Some(&MAGIC) {
-        return Err(BlobError::Magic);
-    }
-    let version = head.u16(header::VERSION);
-    if version != VERSION {
-        return Err(BlobError::Version { need: VERSION, have: version });
-    }
-    let total = head.u32(header::TOTAL);
-    if total != have {
-        return Err(BlobError::Truncated { need: total, have });
-    }
-    let (before, after) = (bytes.get(..header::CRC.start), bytes.get(header::CRC.end..));
-    let (before, after) = (before.unwrap_or(&[]), after.unwrap_or(&[]));
-    if crc32c(&[before, &[0; 4], after]) != head.u32(header::CRC) {
-        return Err(BlobError::Checksum { section: SECTION });
-    }
-    if !head.zero(header::RESERVED_1) || !head.zero(header::RESERVED_2) {
-        return Err(BlobError::Reserved { section: SECTION });
-    }
+    let head = ENVELOPE.open(bytes)?;
+    ENVELOPE.sum(bytes, bytes.len())?;
+    zero(head.zero(header::RESERVED_1) && head.zero(header::RESERVED_2))?;
     let [joints, hinges, groups, limbs] =
         [header::TARGETS, header::HINGES, header::GROUPS, header::LIMBS].map(|r| usize::from(head.u16(r)));
     let counted = (2..=MAX_JOINTS).contains(&joints)
@@ -51,7 +38,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
     check(0, counted)?;
     let need = layout::total(joints, hinges, groups, limbs);
     if bytes.len() != need {
-        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have });
+        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have: as_u32(bytes.len()) });
     }
     let mut at = header::LENGTH;
     let mut table = |length: usize| {
@@ -69,7 +56,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
 }
 
 /// Checks every number. Records are counted through the tables, from 1; 0 is the header.
-pub(super) fn contents(robot: &Robot<'_>) -> Result<(), BlobError> {
+pub(super) fn contents(robot: &Robot<'_>) -> Checked {
     let near = |v: &f32| (-100.0..=100.0).contains(v);
     let axis_fits = |v: [f32; 3]| is_unit([v[0], v[1], v[2], 0.0]);
     check(0, (1e-4..=1.0).contains(&robot.tick_s()) && is_unit(robot.base()))?;
@@ -135,14 +122,10 @@ pub(super) fn contents(robot: &Robot<'_>) -> Result<(), BlobError> {
     Ok(())
 }
 
-fn check(record: usize, fits: bool) -> Result<(), BlobError> {
-    if fits { Ok(()) } else { Err(BlobError::Value { section: SECTION, record: as_u32(record) }) }
+fn check(record: usize, fits: bool) -> Checked {
+    check::check(SECTION, record, fits)
 }
 
-fn zero(zero: bool) -> Result<(), BlobError> {
-    if zero { Ok(()) } else { Err(BlobError::Reserved { section: SECTION }) }
-}
-
-fn as_u32(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or(u32::MAX)
+fn zero(zero: bool) -> Checked {
+    check::reserved(SECTION, zero)
 }

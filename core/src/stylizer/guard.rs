@@ -2,7 +2,8 @@
 //!
 //! A loop that drives servos has to put out a pose a tick whatever comes in. What it then is, is the caller's choice
 //! ([`Safety`]); the report says which fault it was. Behind a fault the output is **mended**: over [`MEND_S`] each pose is
-//! taken a growing part of the way from the last one put out to the one that is due, so that nothing jumps.
+//! taken a growing part of the way from the last one put out to the one that is due, so that nothing jumps; on the ground
+//! the body goes on from where it stopped.
 //!
 //! | fault | flag | told by |
 //! |---|---|---|
@@ -149,6 +150,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// A frame without an input to go by.
+    #[inline(never)]
     pub(super) fn make_do(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
@@ -171,6 +173,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Takes the output a part of the way from the last one, while a fault is being mended.
+    #[inline(never)]
     pub(super) fn mend(&mut self, step_s: f32, output: &mut Pose<J>) {
         let left = self.guard.mend_s;
         if left <= 0.0 {
@@ -179,7 +182,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         if let Some(last) = self.last {
             // All of the way is left at first, and none at the end: equal parts of a straight way.
             let part = clamp(step_s / left, 0.0, 1.0);
+            let [x, _, z] = output.position;
             *output = interpolate(&last, output, part);
+            // On the ground it goes on from where it stopped: nothing is missing there that it would have to run after.
+            (output.position[0], output.position[2]) = (x, z);
         }
         self.guard.mend_s = left - step_s;
     }

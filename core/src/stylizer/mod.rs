@@ -5,7 +5,8 @@ mod guard;
 mod settings;
 
 pub use guard::Safety;
-pub(crate) use settings::Settings;
+pub use settings::{MAX_OWN, STRENGTH_S};
+pub(crate) use settings::{Mix, Settings};
 
 use guard::Guard;
 
@@ -20,6 +21,7 @@ use crate::{
     lock::{self, Lock},
     lti::Lti,
     mar::{Frame, Mar},
+    observe::Stage,
     pose::{self, Anchor, Dofs},
     statistic::Statistic,
     timing::Timing,
@@ -175,6 +177,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         &self.config
     }
 
+    /// The pose that was put out last; `None` before the first of a stream.
+    pub fn last_output(&self) -> Option<&Pose<J>> {
+        self.last.as_ref()
+    }
+
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.engine.reset();
@@ -191,6 +198,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// [`step`](Self::step), looked into.
+    // What it calls is not inlined: rooms for a pose that are needed one after the other would add up on the stack.
+    #[inline(never)]
     pub fn step_observed(
         &mut self,
         input: &Pose<J>,
@@ -213,6 +222,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             }
         }
         self.accept(report.degraded.contains(Degraded::LEAP));
+        self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         match &mut self.engine {
@@ -225,7 +235,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             // The other models classify on their own.
             _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
         }
-        self.put_out(first, &mut report, output);
+        self.put_out(first, &mut report, output, observer);
         self.mend(report.step_s, output);
 
         let signals = &mut self.signals;
@@ -237,6 +247,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// Input pose to dofs.
+    #[inline(never)]
     fn take_in(&mut self, input: &Pose<J>, first: bool) {
         if first {
             let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
@@ -247,9 +258,16 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
-    fn put_out(&mut self, first: bool, report: &mut Report, pose: &mut Pose<J>) {
+    #[inline(never)]
+    fn put_out(
+        &mut self,
+        first: bool,
+        report: &mut Report,
+        pose: &mut Pose<J>,
+        observer: &mut impl Observer<J>,
+    ) {
         let dofs = self.database.counts().dofs;
-        let root_strength = self.strength(self.database.joint_group(0));
+        let root_strength = self.settings.strength_of(self.database.joint_group(0));
         let variables =
             self.signals.predicted.as_flattened_mut().iter_mut().zip(self.signals.x.as_flattened());
         for (d, ((predicted, &x), last)) in
@@ -290,10 +308,13 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
-        // At strength 0 the input is put out as it is.
-        if self.config.contacts && root_strength > 0.0 {
-            let tuning = lock::Tuning { release_m: self.config.release_m, ease_s: self.config.ease_s };
+        // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
+        let on = self.config.contacts && root_strength > 0.0;
+        if on || self.lock.is_engaged() {
+            let tuning = lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
+            observer.stage(Stage::Lock);
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
+            observer.stage(Stage::Rest);
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
     }

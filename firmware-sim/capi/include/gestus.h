@@ -409,6 +409,22 @@ enum GestusStatus gestus_stylizer_set_style(struct GestusStylizer *stylizer,
                                             const float *weights,
                                             size_t count);
 
+// Sets the output style of a joint group alone, in place of the body's: `count` numbers of styles and their weights,
+// which are brought to sum 1; a `count` of 0 gives the group back to the body's style (the arrays are not read then). The
+// group of the root says which feet stand and how long a step takes. Each mix that differs costs the regression once more.
+//
+// Answers `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, a weight is negative or not
+// finite, or all are 0), `_METHOD` (linear models know the whole body's style alone), `_NULL`, `_MISALIGNED`, `_HANDLE`,
+// `_OVERLAP` (an array with the stylizer).
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
+enum GestusStatus gestus_stylizer_set_group_style(struct GestusStylizer *stylizer,
+                                                  uint32_t group,
+                                                  const uint16_t *styles,
+                                                  const float *weights,
+                                                  size_t count);
+
 // Sets the output style to the one of that name, alone.
 //
 // Answers `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,

@@ -81,6 +81,7 @@ impl GestusProfile {
 pub(crate) trait Running {
     fn database(&self) -> &Database<'static>;
     fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
+    fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
     fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError>;
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
@@ -99,6 +100,10 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
 
     fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         self.set_style(weights)
+    }
+
+    fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
+        self.set_group_style(group, weights)
     }
 
     fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError> {

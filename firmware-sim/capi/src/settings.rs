@@ -40,11 +40,12 @@ pub unsafe extern "C" fn gestus_stylizer_set_style(
     count: usize,
 ) -> GestusStatus {
     // SAFETY: the caller's word is passed on.
-    status(unsafe { set_style(stylizer, styles, weights, count) })
+    status(unsafe { set_styles(stylizer, None, styles, weights, count) })
 }
 
-unsafe fn set_style(
+unsafe fn set_styles(
     stylizer: *mut GestusStylizer,
+    group: Option<u16>,
     styles: *const u16,
     weights: *const f32,
     count: usize,
@@ -62,7 +63,38 @@ unsafe fn set_style(
     for (pair, (&style, &weight)) in pairs.iter_mut().zip(styles.iter().zip(weights)) {
         *pair = (style, weight);
     }
-    Ok(stylizer.set_style(pairs.get(..count).unwrap_or(&[]))?)
+    let pairs = pairs.get(..count).unwrap_or(&[]);
+    Ok(match group {
+        Some(group) => stylizer.set_group_style(group, pairs)?,
+        None => stylizer.set_style(pairs)?,
+    })
+}
+
+/// Sets the output style of a joint group alone, in place of the body's: `count` numbers of styles and their weights,
+/// which are brought to sum 1; a `count` of 0 gives the group back to the body's style (the arrays are not read then). The
+/// group of the root says which feet stand and how long a step takes. Each mix that differs costs the regression once more.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, a weight is negative or not
+/// finite, or all are 0), `_METHOD` (linear models know the whole body's style alone), `_NULL`, `_MISALIGNED`, `_HANDLE`,
+/// `_OVERLAP` (an array with the stylizer).
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_group_style(
+    stylizer: *mut GestusStylizer,
+    group: u32,
+    styles: *const u16,
+    weights: *const f32,
+    count: usize,
+) -> GestusStatus {
+    let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
+    if count == 0 {
+        // SAFETY: the caller's word.
+        return unsafe { with(stylizer, |s| s.set_group_style(group, &[])) };
+    }
+    // SAFETY: the caller's word is passed on.
+    status(unsafe { set_styles(stylizer, Some(group), styles, weights, count) })
 }
 
 /// Sets the output style to the one of that name, alone.

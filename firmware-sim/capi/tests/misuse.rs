@@ -368,6 +368,21 @@ fn settings() {
     let named = unsafe { gestus_database_name(f.database, 1, 2, name.as_mut_ptr(), 64, ptr::null_mut()) };
     assert_eq!(named, S::Ok);
     let long = [b'x' as c_char; 300];
+    try_all! { table, gestus_stylizer_set_group_style,
+        "no stylizer": (null, 1, one.as_ptr(), weight.as_ptr(), 2) => S::Null;
+        "no stylizer and no styles": (null, 1, ptr::null(), ptr::null(), 0) => S::Null;
+        "no styles": (s, 1, ptr::null(), weight.as_ptr(), 2) => S::Null;
+        "no weights": (s, 1, one.as_ptr(), ptr::null(), 2) => S::Null;
+        "stylizer misaligned": (bad, 1, one.as_ptr(), weight.as_ptr(), 2) => S::Misaligned;
+        "no such group": (s, 8, one.as_ptr(), weight.as_ptr(), 2) => S::Unknown;
+        "a group beyond any number": (s, u32::MAX, one.as_ptr(), weight.as_ptr(), 2) => S::Unknown;
+        "no such style": (s, 1, [3].as_ptr(), weight.as_ptr(), 1) => S::Unknown;
+        "more than a group's own": (s, 1, [0, 1, 2, 0].as_ptr(), [1.0; 4].as_ptr(), 4) => S::Weights;
+        "all zero": (s, 1, one.as_ptr(), [0.0, 0.0].as_ptr(), 2) => S::Weights;
+        "a database for a stylizer": (database, 1, one.as_ptr(), weight.as_ptr(), 2) => S::Handle;
+        "as it should be": (s, 1, one.as_ptr(), weight.as_ptr(), 2) => S::Ok;
+        "taken back": (s, 1, ptr::null(), ptr::null(), 0) => S::Ok;
+    }
     try_all! { table, gestus_stylizer_set_style_name,
         "no stylizer": (null, name.as_ptr()) => S::Null;
         "no name": (s, ptr::null()) => S::Null;

@@ -96,7 +96,7 @@ impl<const J: usize, C: Counter> Board<J> for Firmware<C> {
     }
 
     fn statistic(&mut self, index: u16) -> Option<Statistic> {
-        let [query, search, decode, regression, timing, rest] = self.sums;
+        let [query, search, decode, regression, timing, rest, contacts, lock] = self.sums;
         Some(match index {
             0 => (counter::STATIC_BYTES, (memory::static_bytes() + self.state) as u64),
             1 => (counter::STACK_BYTES, stack::used().saturating_sub(self.state) as u64),
@@ -109,7 +109,9 @@ impl<const J: usize, C: Counter> Board<J> for Firmware<C> {
             8 => (counter::INSTRUCTIONS_TIMING, timing),
             9 => (counter::INSTRUCTIONS_REST, rest),
             10 => (counter::INSTRUCTIONS_OPEN, self.open),
-            11 => (ROW_DECODE, u64::from(self.row)),
+            11 => (counter::INSTRUCTIONS_CONTACTS, contacts),
+            12 => (counter::INSTRUCTIONS_LOCK, lock),
+            13 => (ROW_DECODE, u64::from(self.row)),
             _ => return None,
         })
     }

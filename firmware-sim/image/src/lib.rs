@@ -19,7 +19,10 @@ pub mod uart;
 
 use board::Firmware;
 use counter::Counter;
-use gestus_core::{BlobError, Config, Database, Fit, Method, link::Server};
+use gestus_core::{
+    BlobError, Config, Database, Fit, Method,
+    link::{Board, Server},
+};
 use uart::Uart;
 
 /// Exit codes of an image, for the emulator.
@@ -28,6 +31,8 @@ pub mod exit {
     pub const DATABASE: i32 = 2;
     /// The database does not fit the stylizer's capacities.
     pub const CAPACITY: i32 = 3;
+    /// No robot behind the database, or one that was made for another.
+    pub const ROBOT: i32 = 4;
     /// A panic.
     pub const PANIC: i32 = 101;
 }
@@ -44,6 +49,8 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     let mut stylizer = fit.stylizer();
     let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
     let board = Firmware::new(counter, open, state, stylizer.database());
+    #[cfg(all(feature = "robot", not(target_abi = "eabi")))]
+    let board = with_robot(board, stylizer.database());
     let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, board);
     loop {
         let Some(byte) = port.read() else { continue };
@@ -82,14 +89,25 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     }
 }
 
+/// Hinges that the image has room for.
+pub const HINGES: usize = 32;
+
+/// Hangs the robot whose tables lie behind the database on the board; ends the emulation where there is none.
+#[cfg(all(feature = "robot", not(target_abi = "eabi")))]
+fn with_robot<B>(board: B, database: &Database<'_>) -> gestus_core::link::Driver<'static, B, HINGES> {
+    use gestus_core::{link::Driver, robot::Robot};
+    let driver = Robot::open(flash::robot()).ok().and_then(|robot| Driver::new(board, robot, database).ok());
+    driver.unwrap_or_else(|| semihosting::process::exit(exit::ROBOT))
+}
+
 #[inline(never)]
 fn open(blob: &'static [u8]) -> Result<Database<'static>, BlobError> {
     Database::open(blob)
 }
 
 #[inline(never)]
-fn receive<'s, T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
-    server: &'s mut Server<'_, '_, Firmware<T>, J, K, C, N>,
+fn receive<'s, B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize>(
+    server: &'s mut Server<'_, '_, B, J, K, C, N>,
     byte: u8,
 ) -> Option<&'s [u8]> {
     server.receive(byte)

@@ -29,6 +29,7 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
             gestus_stylizer_init(memory, *length, n[10], from.cast(), turns.cast(), place.cast()),
             gestus_stylizer_close(memory.cast()),
             gestus_stylizer_set_style(memory.cast(), from.cast(), turns.cast(), *length),
+            gestus_stylizer_set_group_style(memory.cast(), n[13], from.cast(), turns.cast(), *length),
             gestus_stylizer_set_style_name(memory.cast(), text.cast()),
             gestus_stylizer_set_action(memory.cast(), n[11] as i32),
             gestus_stylizer_set_input_style(memory.cast(), n[12] as i32),

@@ -70,6 +70,11 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
     sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
     sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
+    let own = [(short(4), floats[5]), (short(6), floats[7]), (short(8), floats[9]), (short(5), floats[6])];
+    let own = own.get(..numbers[19] as usize).unwrap_or(&own);
+    sum ^= u32::from(stylizer.set_group_style(short(9), own).is_ok());
+    sum ^= stylizer.style_of(numbers[7] as usize, numbers[8] as usize).to_bits();
+    sum ^= stylizer.strength_now(numbers[9] as usize).to_bits();
     sum ^= u32::from(stylizer.set_visits(short(20)).is_ok());
     sum ^= u32::from(stylizer.set_config(config(numbers, floats).k(short(21))).is_ok());
     if numbers[22] == 1 {

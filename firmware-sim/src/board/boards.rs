@@ -41,7 +41,9 @@ pub const BOARDS: [Board; 6] = [
         machine: "mps2-an386",
         arguments: &[],
         target: "thumbv7em-none-eabihf",
-        cpu: Some("cortex-m4"),
+        // Not "cortex-m4", for which LLVM takes VMLA apart into VMUL and VADD: 3 cycles on that core, which the two
+        // take as well where one waits for the other, as in every hot loop here. 10% fewer instructions, 5% less flash.
+        cpu: None,
         binary: "mps2",
         reported: "mps2-an386",
         blob_address: Some(0x2100_0000),

@@ -1,22 +1,34 @@
 //! `gestus-sim board`.
 
-use std::path::{Path, PathBuf};
+use std::{
+    num::NonZero,
+    path::{Path, PathBuf},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread::available_parallelism,
+    time::Instant,
+};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{motion::Clip, report::progress, stream::Request, translate::Input, wish::WishArgs};
+use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
 use super::{
     boards::{self, BOARDS, Board},
-    generated::{Profile, REFERENCE, SMALL},
+    generated::{REFERENCE, SMALL},
     image,
-    measure::{Job, Measured, Replayed, measure, median, replay},
+    measure::{Job, Measured, Replayed, measure, median},
+    programs,
 };
-use crate::recording::Recording;
+use crate::{link::command::RobotArgs, recording::Recording};
 
 /// Frames of the long stream, and how often its settings change.
 pub const LONG: (usize, usize) = (10_000, 250);
+/// Length of a generated clip.
+const SECONDS: f64 = 12.0;
 /// The database of the long stream: small, and kept for as long as the format is.
 pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1.gestus");
 
@@ -30,7 +42,7 @@ pub struct BoardArgs {
     #[arg(long)]
     all: bool,
     /// The database
-    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build"], requires = "input")]
+    #[arg(long, required_unless_present_any = ["generated", "long_stream", "build", "around", "functions"], requires = "input")]
     db: Option<PathBuf>,
     /// The clip, a BVH file on the database's skeleton
     #[arg(long)]
@@ -40,6 +52,9 @@ pub struct BoardArgs {
     /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
+    /// With --generated: a stream that leaps from one motion to another every few frames, which costs most
+    #[arg(long, requires = "generated")]
+    leaps: bool,
     /// In place of a clip 10,000 frames of a small database's own motion, settings changing on the way, whose digest is
     /// the same on every machine
     #[arg(long, conflicts_with_all = ["db", "input"])]
@@ -53,6 +68,18 @@ pub struct BoardArgs {
     /// The image with its log lines, which go to BOARD.log beside the images
     #[arg(long, conflicts_with = "image")]
     defmt: bool,
+    #[command(flatten)]
+    robot: RobotArgs,
+    /// What stands around a step, counted on m4f: another skeleton in and back, retiming, a robot's servos, the effort dial
+    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream"])]
+    around: bool,
+    /// Elementary functions of libm and micromath, counted on m4f or m0, and how far they are off
+    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream", "around"])]
+    functions: bool,
+    /// The core with micromath's sine and cosine in the image: how far its joints get from this machine's, which has its
+    /// own, in place of a comparison of bits
+    #[arg(long, conflicts_with_all = ["image", "long_stream"])]
+    micromath: bool,
     /// Only build the images, and say where they are
     #[arg(long, conflicts_with_all = ["image", "db", "input"])]
     build: bool,
@@ -76,17 +103,32 @@ pub fn run(args: &BoardArgs) -> Result<()> {
     if args.build {
         return build(args, &boards);
     }
+    if let [board] = boards[..]
+        && (args.around || args.functions)
+    {
+        let figures = if args.around { programs::around(board)? } else { programs::functions(board)? };
+        if args.json {
+            println!("{figures}");
+        } else {
+            for (name, numbers) in figures.as_object().into_iter().flatten() {
+                println!("{name:16} {numbers}");
+            }
+        }
+        return Ok(());
+    }
     let (figures, lines, differing) = if args.long_stream {
         let replayed = long_streams(args, &boards)?;
         let differing = replayed.iter().filter(|r| !r.bit_exact()).map(|r| r.board.name).collect();
         let lines = replayed.iter().map(|r| {
             let word = if r.bit_exact() { "bit-exact" } else { "NOT bit-exact" };
-            format!("{:10} {} frames, {word}, digest {:08x}\n", r.board.name, r.frames, r.digest)
+            let Replayed { board, frames, digest, seconds, .. } = r;
+            format!("{:10} {frames} frames, {word}, digest {digest:08x}, {seconds:.0} s\n", board.name)
         });
         (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
         let measured = boards.iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
-        let differing: Vec<&str> = measured.iter().filter(|m| !m.bit_exact()).map(|m| m.board.name).collect();
+        let differing = measured.iter().filter(|m| !m.bit_exact() && !args.micromath);
+        let differing: Vec<&str> = differing.map(|m| m.board.name).collect();
         (measured.iter().map(Measured::json).collect(), table(&measured), differing)
     };
     match (&figures[..], args.json) {
@@ -106,8 +148,14 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     for board in boards {
         let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
         eprintln!("building the image of {} ({})", board.name, board.title);
-        let options =
-            image::Options { blob: blob.as_deref(), defmt: args.defmt, stack_sizes: args.stack_sizes };
+        let (defmt, stack_sizes, micromath) = (args.defmt, args.stack_sizes, args.micromath);
+        let options = image::Options {
+            blob: blob.as_deref(),
+            defmt,
+            stack_sizes,
+            micromath,
+            ..image::Options::default()
+        };
         let image = image::build(board, options)?;
         let flash_bytes = image::flash_bytes(&image)?;
         if !args.json {
@@ -134,13 +182,22 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let database = open(path, &bytes)?;
             let clip = Input::read(input, &database)?.mapped;
             let request = args.wish.request(&database)?;
-            one(args, board, Job { path, database, clip: &clip, request: &request })
+            let tables = args.robot.read()?;
+            let robot = args.robot.open(&tables, &database)?;
+            let behind =
+                robot.map(|_| image::with_behind(&bytes, &tables, "with-robot.gestus")).transpose()?;
+            let path = behind.as_deref().unwrap_or(path);
+            let robot = robot.map(|robot| (robot, &args.robot.robot_at[..]));
+            one(args, board, Job { path, database, clip: &clip, request: &request, robot })
+        }
+        _ if args.robot.robot.is_some() => {
+            bail!("--robot: it needs the database that it was made for: give --db and --input")
         }
         _ => {
             let path = profile.database()?;
             let bytes = read(&path)?;
             let database = open(&path, &bytes)?;
-            let clip = generated_clip(profile)?;
+            let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             let own = profile.request();
             // A style that is named is one of the generated database; a clip's own wish says nothing of it.
             let request = if args.generated && !args.wish.style.is_empty() {
@@ -150,13 +207,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             } else {
                 own
             };
-            one(args, board, Job { path: &path, database, clip: &clip, request: &request })
+            one(args, board, Job { path: &path, database, clip: &clip, request: &request, robot: None })
         }
     }
-}
-
-fn generated_clip(profile: Profile) -> Result<Clip> {
-    profile.clip(12.0)
 }
 
 fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured> {
@@ -166,6 +219,7 @@ fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured
     let bar = progress::bar(clip.frames.len(), "frames");
     let measured = measure(board, &image, Job { clip: &clip, ..job }, || bar.inc(1)).context(board.name)?;
     bar.finish_and_clear();
+    args.robot.write(&measured.linked)?;
     Ok(measured)
 }
 
@@ -174,34 +228,55 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
         return Ok(image.clone());
     }
     eprintln!("building the image of {} ({})", board.name, board.title);
-    image::build(board, image::Options { blob: Some(blob), defmt: args.defmt, ..image::Options::default() })
+    let (defmt, micromath, robot) = (args.defmt, args.micromath, args.robot.robot.is_some());
+    let options = image::Options { blob: Some(blob), defmt, micromath, robot, ..image::Options::default() };
+    image::build(board, options)
 }
 
+/// The long stream on every board: the recording lies behind the database, and the board streams it by itself, so that
+/// nothing but the core is emulated. As many boards at once as there are processors.
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
-    let folder = image::target_folder();
-    std::fs::create_dir_all(&folder)?;
-    let path = folder.join("long-stream.gestus");
-    std::fs::write(&path, LONG_BLOB).with_context(|| format!("{} can't be written", path.display()))?;
+    let path = image::target_folder().join("long-stream.gestus");
     let database = open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
     let recording = Recording::long(&database, args.frames.unwrap_or(frames), change);
-    let images = boards.iter().map(|b| image_of(args, b, &path)).collect::<Result<Vec<_>>>()?;
-    // All at once: an emulator waits for bytes most of the time.
-    let bar = progress::bar(boards.len() * recording.frames.len(), "frames");
-    let replayed = std::thread::scope(|scope| {
-        let (path, recording, bar) = (&path, &recording, &bar);
-        let running: Vec<_> = boards
-            .iter()
-            .zip(&images)
-            .map(|(&board, image)| {
-                scope.spawn(move || replay(board, image, path, database, recording, || bar.inc(1)))
-            })
-            .collect();
-        let joined = running.into_iter().map(|r| r.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
-        joined.zip(boards).map(|(r, board)| r.context(board.name)).collect::<Result<Vec<_>>>()
-    })?;
+    let host_digest = recording.digest(&database)?;
+    let file = image::with_behind(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
+    let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
+    let bar = progress::bar(boards.len(), "boards");
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let replay = || {
+        while let Some((board, image)) = pair(boards, &images, next.fetch_add(1, Ordering::Relaxed)) {
+            let start = Instant::now();
+            let replayed = programs::replay(board, image, &file).map(|(digest, frames)| {
+                let seconds = start.elapsed().as_secs_f64();
+                Replayed { board, frames, digest, host_digest, seconds }
+            });
+            bar.inc(1);
+            done.lock().unwrap_or_else(PoisonError::into_inner).push(replayed);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..available_parallelism().map_or(1, NonZero::get) {
+            scope.spawn(replay);
+        }
+    });
     bar.finish_and_clear();
+    let mut replayed =
+        done.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect::<Result<Vec<_>>>()?;
+    replayed.sort_by_key(|r| boards.iter().position(|b| *b == r.board));
     Ok(replayed)
+}
+
+/// A board and its image.
+fn pair<'a>(
+    boards: &[&'static Board],
+    images: &'a [PathBuf],
+    at: usize,
+) -> Option<(&'static Board, &'a PathBuf)> {
+    // The slowest is the last of the list, and is begun first.
+    let at = boards.len().checked_sub(at + 1)?;
+    Some((boards.get(at)?, images.get(at)?))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {

@@ -17,6 +17,9 @@ use crate::link::line::{Line, Piped};
 /// How long QEMU may take to start.
 const START: Duration = Duration::from_secs(60);
 
+/// How long a program that ends by itself may take.
+const RUN: Duration = Duration::from_secs(1800);
+
 /// A running emulator. It ends with this value.
 #[derive(Debug)]
 pub struct Emulator {
@@ -32,31 +35,13 @@ impl Emulator {
     pub fn start(board: &Board, image: &Path, blob: &Path, log: File) -> Result<(Self, impl Line + use<>)> {
         let listener = TcpListener::bind("127.0.0.1:0").context("no port on the loopback")?;
         let port = listener.local_addr()?.port();
-        let mut command = Command::new(board.emulator);
-        command.args(["-M", board.machine, "-display", "none", "-monitor", "none"]);
-        command.args(board.arguments);
-        command.args(["-icount", &format!("shift={}", board.icount_shift)]);
-        command.args(["-semihosting-config", "enable=on,target=native"]);
+        let mut command = machine(board, image, blob)?;
+        counted(board, &mut command);
         command.args(["-chardev", &format!("socket,id=link,host=127.0.0.1,port={port},nodelay=on")]);
         command.args(["-serial", "chardev:link"]);
-        if let Some(address) = board.blob_address {
-            let Some(path) = blob.to_str().filter(|p| !p.contains(',')) else {
-                bail!("{}: QEMU can't load a file of that name", blob.display());
-            };
-            command.args(["-device", &format!("loader,file={path},addr={address:#x},force-raw=on")]);
-        }
-        command.arg("-kernel").arg(image);
         let stderr = log.try_clone()?;
         command.stdin(Stdio::null()).stdout(log).stderr(stderr);
-        let child = command.spawn().map_err(|error| match error.kind() {
-            ErrorKind::NotFound => anyhow::anyhow!(
-                "there is no {} here, which the {} board needs: `cargo xtask firmware --setup` installs it, or `apt-get install {}`",
-                board.emulator,
-                board.name,
-                package(board)
-            ),
-            _ => anyhow::Error::from(error).context(board.emulator),
-        })?;
+        let child = command.spawn().map_err(|error| missing(board, error))?;
         let mut emulator = Self { child };
         let stream = emulator.accept(&listener).with_context(|| board.emulator.to_owned())?;
         stream.set_nodelay(true)?;
@@ -94,10 +79,76 @@ impl Emulator {
         Some(match status.code() {
             Some(2) => "the board refuses the database: is its firmware older than the file?".into(),
             Some(3) => "the database has more joints or classes than the board's image has room for".into(),
+            Some(4) => "there is no robot behind the board's database, or it was made for another one".into(),
             Some(101) => "the firmware panicked".into(),
             _ => format!("the emulator ended ({status})"),
         })
     }
+}
+
+/// The emulator of a board, with an image and, where the board takes it from outside, a database.
+fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
+    let mut command = Command::new(board.emulator);
+    command.args(["-M", board.machine, "-display", "none", "-monitor", "none"]);
+    command.args(board.arguments);
+    command.args(["-semihosting-config", "enable=on,target=native"]);
+    if let Some(address) = board.blob_address {
+        let Some(path) = blob.to_str().filter(|p| !p.contains(',')) else {
+            bail!("{}: QEMU can't load a file of that name", blob.display());
+        };
+        command.args(["-device", &format!("loader,file={path},addr={address:#x},force-raw=on")]);
+    }
+    command.arg("-kernel").arg(image);
+    Ok(command)
+}
+
+fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
+    match error.kind() {
+        ErrorKind::NotFound => anyhow::anyhow!(
+            "there is no {} here, which the {} board needs: `cargo xtask firmware --setup` installs it, or `apt-get install {}`",
+            board.emulator,
+            board.name,
+            package(board)
+        ),
+        _ => anyhow::Error::from(error).context(board.emulator),
+    }
+}
+
+/// Every instruction takes the same virtual time, so that a timer counts them; which takes the emulator longer.
+fn counted(board: &Board, command: &mut Command) {
+    command.args(["-icount", &format!("shift={}", board.icount_shift)]);
+}
+
+/// Runs a program that ends by itself, and gives what it prints through the debugger; `count` where it counts
+/// instructions.
+///
+/// # Errors
+/// A missing emulator, and a program that fails, says why, or does not end in time.
+pub fn output(board: &Board, image: &Path, blob: &Path, count: bool) -> Result<String> {
+    let path = image.with_extension("out");
+    let file = File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
+    let mut command = machine(board, image, blob)?;
+    if count {
+        counted(board, &mut command);
+    }
+    command.args(["-serial", "none"]).stdin(Stdio::null()).stderr(file.try_clone()?).stdout(file);
+    let child = command.spawn().map_err(|error| missing(board, error))?;
+    let mut emulator = Emulator { child };
+    let start = Instant::now();
+    let status = loop {
+        match emulator.child.try_wait()? {
+            Some(status) => break status,
+            None if start.elapsed() > RUN => {
+                bail!("{}: the program did not end within {} s", board.name, RUN.as_secs())
+            }
+            None => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    let text = std::fs::read_to_string(&path)?;
+    if !status.success() {
+        bail!("{}: the program failed ({status}): {}", board.name, text.trim_end());
+    }
+    Ok(text)
 }
 
 impl Drop for Emulator {

@@ -17,6 +17,8 @@ use super::image;
 
 /// Frames a second.
 const RATE_HZ: f64 = 30.0;
+/// Frames between two leaps of a stream that leaps.
+const LEAP_FRAMES: usize = 2;
 /// Content that no database here holds.
 const UNSEEN: usize = 1000;
 
@@ -118,6 +120,28 @@ impl Profile {
         let names: Vec<String> = self.joints.iter().map(|n| (*n).to_owned()).collect();
         let kept = kept(&clip.skeleton, &names)?;
         Ok(clip_on(&clip, &kept, &skeleton_of(&clip.skeleton, &kept)))
+    }
+
+    /// A stream that is hard: a few frames each of performances of every action and several styles, going on where they
+    /// then are. At each change most classes have lost the stream, and are searched twice.
+    ///
+    /// # Errors
+    /// A fault of this table.
+    pub fn leaping(&self, seconds: f64) -> Result<Clip> {
+        let mut parts = Vec::new();
+        for (i, action) in self.actions.iter().enumerate() {
+            for style in (0..self.styles).step_by(3) {
+                let seed = synth::content_seed(1, action, UNSEEN + i);
+                parts.push(synth::performance(seed, action, synth::STYLES[style], RATE_HZ, 6.0)?.clip);
+            }
+        }
+        let mut clip = self.clip(seconds)?;
+        for (t, frame) in clip.frames.iter_mut().enumerate() {
+            // Neighboring parts are different actions.
+            let part = &parts[(t / LEAP_FRAMES * 5) % parts.len()];
+            frame.clone_from(&part.frames[(t / LEAP_FRAMES * 37 + t % LEAP_FRAMES) % part.frames.len()]);
+        }
+        Ok(clip)
     }
 
     /// The second style, nothing known of the input, with the profile's neighbors.

@@ -4,10 +4,7 @@ use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
 use gestus_builder::{motion::Clip, stream::Request};
-use gestus_core::{
-    Config, Database, Digest, Stage,
-    link::{self, Pairs, counter},
-};
+use gestus_core::{Config, Database, Method, Stage, blob::layout::section, link::counter, robot::Robot};
 use serde_json::{Value, json};
 
 use super::{boards::Board, emulator::Emulator, image};
@@ -15,10 +12,10 @@ use crate::{
     link::{
         Line,
         client::{Client, Patience},
-        serve::with_board,
+        serve::with_robot,
         session::{Linked, Session, stream},
     },
-    recording::Recording,
+    parts::{prices::Isa, worst::Shape},
 };
 
 /// An emulated board is slow and its line has no faults: a repetition would only be noise.
@@ -43,12 +40,16 @@ pub struct Measured {
     pub flash_bytes: u64,
     /// Bytes read from the blob, by frame, ascending.
     pub bytes_read: Vec<u32>,
+    /// The most instructions that a frame can take under the request ([`Shape::most`]), where that is known.
+    pub bound: Option<f64>,
+    /// Bytes of the method's section of the database, a style; 0 of the mixture, which has none.
+    pub model_bytes_per_style: usize,
 }
 
 impl Measured {
     /// Every bit of every frame was that of this machine.
     pub fn bit_exact(&self) -> bool {
-        self.linked.differing == 0 && self.linked.streamed.digest == self.linked.host_digest
+        self.linked.bit_exact()
     }
 
     /// A statistic of the board.
@@ -72,7 +73,7 @@ impl Measured {
     /// The figures as JSON.
     pub fn json(&self) -> Value {
         let instructions = self.linked.instructions();
-        let stages: serde_json::Map<String, Value> = STAGES
+        let stages: serde_json::Map<String, Value> = Stage::ALL
             .iter()
             .map(|&stage| {
                 let counts = self.stage(stage);
@@ -88,8 +89,12 @@ impl Measured {
             "frames": self.linked.streamed.steps.len(),
             "frames_differing": self.linked.differing,
             "first_difference": self.linked.first_difference,
+            "degrees_apart": self.linked.apart_rad.to_degrees(),
             "instructions_median": median(&instructions),
             "instructions_max": instructions.last(),
+            "model_bytes_per_style": self.model_bytes_per_style,
+            "robot": self.linked.robot_json(),
+            "instructions_bound": self.bound.map(f64::round),
             "instructions_first": self.linked.stages.first().map(|s| s.iter().sum::<u32>()),
             "stages": stages,
             "instructions_open": self.statistic(counter::INSTRUCTIONS_OPEN),
@@ -108,10 +113,6 @@ impl Measured {
     }
 }
 
-/// Every stage.
-pub const STAGES: [Stage; Stage::NAMES.len()] =
-    [Stage::Query, Stage::Search, Stage::Decode, Stage::Regression, Stage::Timing, Stage::Rest];
-
 /// The middle of ascending values.
 pub fn median<T: Copy>(ascending: &[T]) -> Option<T> {
     ascending.get(ascending.len() / 2).copied()
@@ -128,6 +129,8 @@ pub struct Job<'a> {
     pub clip: &'a Clip,
     /// Style, labels, parameters.
     pub request: &'a Request,
+    /// A robot on the board, whose tables lie behind the database in the file; and where its hinges are.
+    pub robot: Option<(Robot<'a>, &'a [f32])>,
 }
 
 /// Talks with an emulated board, with a twin of it on this machine.
@@ -139,6 +142,7 @@ pub fn converse<R>(
     image: &Path,
     job_path: &Path,
     database: Database<'_>,
+    robot: Option<Robot<'_>>,
     talk: impl FnOnce(&mut Session<'_, Box<dyn Line>>) -> Result<R>,
 ) -> Result<R> {
     let log = log_path(board);
@@ -148,7 +152,7 @@ pub fn converse<R>(
     let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
     let line: Box<dyn Line> = Box::new(line);
-    let outcome = with_board(database, Config::new(), |twin| {
+    let outcome = with_robot(database, Config::new(), robot, |twin| {
         let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), PATIENCE);
         let mut session = Session::begin(client, twin, &database)?;
         talk(&mut session)
@@ -164,21 +168,19 @@ pub fn log_path(board: &Board) -> std::path::PathBuf {
     image::target_folder().join(format!("{}.log", board.name))
 }
 
-/// A recording that went through a board.
+/// A recording that a board has streamed.
 #[derive(Debug, Clone, Copy)]
 pub struct Replayed {
     /// The board.
     pub board: &'static Board,
     /// Frames of the recording.
     pub frames: usize,
-    /// Frames that differ in any bit.
-    pub differing: usize,
-    /// The first of them.
-    pub first_difference: Option<usize>,
     /// Digest of the board's output.
     pub digest: u32,
     /// Digest of this machine's.
     pub host_digest: u32,
+    /// How long it took, the emulator's start with it.
+    pub seconds: f64,
 }
 
 impl Replayed {
@@ -188,8 +190,7 @@ impl Replayed {
             "board": self.board.name,
             "bit_exact": self.bit_exact(),
             "frames": self.frames,
-            "frames_differing": self.differing,
-            "first_difference": self.first_difference,
+            "seconds": self.seconds,
             "digest": format!("{:08x}", self.digest),
             "host_digest": format!("{:08x}", self.host_digest),
         })
@@ -197,46 +198,28 @@ impl Replayed {
 
     /// Every bit of every frame was that of this machine.
     pub fn bit_exact(&self) -> bool {
-        self.differing == 0 && self.digest == self.host_digest
+        self.digest == self.host_digest
     }
 }
 
-/// Streams a recording, settings and all, through a board.
-///
-/// # Errors
-/// As [`converse`], and settings that the board refuses.
-pub fn replay(
-    board: &'static Board,
-    image: &Path,
-    path: &Path,
-    database: Database<'_>,
-    recording: &Recording,
-    mut progress: impl FnMut(),
-) -> Result<Replayed> {
-    converse(board, image, path, database, |session| {
-        let (mut digest, mut host_digest) = (Digest::new(), Digest::new());
-        let (mut before, mut differing, mut first_difference) = (None, 0, None);
-        for (t, (settings, pose)) in recording.frames.iter().enumerate() {
-            if before.replace(*settings) != Some(*settings) {
-                let styles = Pairs::from_iter(settings.styles);
-                session.set(&link::Request::Style(styles)).with_context(|| format!("frame {t}"))?;
-                let (action, input_style) = (settings.action, settings.input_style);
-                let labels = link::Request::Labels { action, input_style };
-                session.set(&labels).with_context(|| format!("frame {t}"))?;
-            }
-            let stepped = session.step(pose).with_context(|| format!("frame {t}"))?;
-            if !stepped.same {
-                differing += 1;
-                first_difference.get_or_insert(t);
-            }
-            digest.add(&stepped.pose, recording.joints, stepped.report.step_s);
-            host_digest.add(&stepped.host_pose, recording.joints, stepped.host_report.step_s);
-            progress();
-        }
-        let frames = recording.frames.len();
-        let (digest, host_digest) = (digest.value(), host_digest.value());
-        Ok(Replayed { board, frames, differing, first_difference, digest, host_digest })
-    })
+/// The most that a frame of a job can take, on the board whose prices were tried on hard streams.
+fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
+    let Request { config, action, input_style, style, .. } = job.request;
+    if board.cpu != Some("cortex-m4") || config.method_chosen() != Method::Mar {
+        return None;
+    }
+    let styles = style.iter().filter(|(_, weight)| *weight > 0.0).count();
+    Shape::of(&job.database, config, (*action, *input_style), styles).most(Isa::Armv7MFpu)
+}
+
+/// Bytes of the section that the method reads.
+fn model_bytes(job: &Job<'_>) -> usize {
+    let section = match job.request.config.method_chosen() {
+        Method::Mar => return 0,
+        Method::Lti => section::LTI,
+        Method::Statistic => section::STATISTIC,
+    };
+    job.database.optional(section).map_or(0, <[u8]>::len)
 }
 
 /// Streams a clip through a board.
@@ -250,13 +233,27 @@ pub fn measure(
     progress: impl FnMut(),
 ) -> Result<Measured> {
     let flash_bytes = image::flash_bytes(image)?;
-    converse(board, image, job.path, job.database, |session| {
+    converse(board, image, job.path, job.database, job.robot.map(|(robot, _)| robot), |session| {
         session.wish(job.request)?;
+        if let Some((robot, angles)) = job.robot {
+            session.find_robot(&robot, angles)?;
+        }
         let linked = stream(session, job.clip, false, progress)?;
         let statistics = session.board().statistics()?;
         let mut bytes_read: Vec<u32> = linked.streamed.steps.iter().map(|s| s.report.bytes_read).collect();
         bytes_read.sort_unstable();
         let ram_bytes = session.identity().ram_bytes;
-        Ok(Measured { board, linked, statistics, ram_bytes, flash_bytes, bytes_read })
+        let bound = bound(board, &job);
+        let model_bytes_per_style = model_bytes(&job) / job.database.counts().styles.max(1);
+        Ok(Measured {
+            board,
+            linked,
+            statistics,
+            ram_bytes,
+            flash_bytes,
+            bytes_read,
+            bound,
+            model_bytes_per_style,
+        })
     })
 }

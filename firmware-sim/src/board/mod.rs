@@ -2,7 +2,7 @@
 //! host, and what it costs there.
 //!
 //! [`boards`] lists them, [`image`] builds their firmware, [`emulator`] runs it, [`measure`] streams a clip and
-//! counts, [`generated`] has databases for those who have none; [`command`] is `gestus-sim board`.
+//! counts, [`programs`] count by themselves, [`generated`] has databases for those who have none; [`command`] is `gestus-sim board`.
 
 pub mod boards;
 pub mod command;
@@ -10,3 +10,4 @@ pub mod emulator;
 pub mod generated;
 pub mod image;
 pub mod measure;
+pub mod programs;

@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
-use gestus_core::Database;
+use gestus_core::{Database, robot::Robot};
 use serde_json::{Value, json};
 
 use super::{
@@ -13,7 +13,7 @@ use super::{
     line::{self, Line},
     loopback::Loopback,
     noise::Noise,
-    serve::with_board,
+    serve::{HINGES, with_robot},
     session::{BoardIdentity, Linked, Session, named, stream},
 };
 
@@ -46,12 +46,64 @@ pub struct LinkArgs {
     /// Repetitions before the board is given up
     #[arg(long, default_value_t = 20)]
     repeats: u8,
+    #[command(flatten)]
+    robot: RobotArgs,
     /// Faults of the loopback line, such as lose=0.001,corrupt=0.001,drop=0.01,cut=0.01,delay=0.05:300,seed=7
     #[arg(long)]
     noise: Option<Noise>,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// A robot on the board.
+#[derive(clap::Args, Debug)]
+pub struct RobotArgs {
+    /// The tables of a robot that hangs on the board, as `gestus translate --robot-section` writes them: it is driven at
+    /// its own rate, and every angle and pulse compared
+    #[arg(long, value_name = "ROBOT.gestus")]
+    pub robot: Option<PathBuf>,
+    /// Where the robot's hinges are before the first tick, radians, in the order of the tables; zero where left out
+    #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true)]
+    pub robot_at: Vec<f32>,
+    /// Where its angles and pulses go, a table in CSV
+    #[arg(long, requires = "robot", value_name = "OUT.csv")]
+    pub robot_csv: Option<PathBuf>,
+}
+
+impl RobotArgs {
+    /// The file's bytes; empty where there is no robot.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    pub fn read(&self) -> Result<Vec<u8>> {
+        let read =
+            |path: &PathBuf| std::fs::read(path).with_context(|| format!("{} can't be read", path.display()));
+        self.robot.as_ref().map_or(Ok(Vec::new()), read)
+    }
+
+    /// The robot of those bytes, which has to be one of the database.
+    ///
+    /// # Errors
+    /// Bytes that are no robot, and one that was made for another database.
+    pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
+        let Some(path) = &self.robot else { return Ok(None) };
+        let robot = Robot::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+        robot.fits(database, HINGES).map_err(|error| {
+            anyhow::anyhow!("{}: {error} (was it made with this database?)", path.display())
+        })?;
+        Ok(Some(robot))
+    }
+
+    /// Writes what the robot did, where that was asked for.
+    ///
+    /// # Errors
+    /// A file that can't be written.
+    pub fn write(&self, linked: &Linked) -> Result<()> {
+        let Some(path) = &self.robot_csv else { return Ok(()) };
+        std::fs::write(path, linked.robot_csv())
+            .with_context(|| format!("{} can't be written", path.display()))
+    }
 }
 
 /// What `gestus-sim link PORT --probe` takes: the parser would ask for a database otherwise.
@@ -102,18 +154,20 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read(input, &database)?;
     let request = wish.request(&database)?;
-    let outcome = with_board(database, request.config, |twin| {
+    let tables = args.robot.read()?;
+    let robot = args.robot.open(&tables, &database)?;
+    let outcome = with_robot(database, request.config, robot, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
-            with_board(database, request.config, |board| {
+            with_robot(database, request.config, robot, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome = converse(args, &mut line, twin, &database, &input, &request);
+                let outcome = converse(args, &mut line, twin, (&database, robot), &input, &request);
                 let [there, back] = line.happened();
                 eprintln!("on the line to the board: {there}; on the way back: {back}");
                 outcome
             })?
         } else {
-            converse(args, line::open(&args.port)?, twin, &database, &input, &request)
+            converse(args, line::open(&args.port)?, twin, (&database, robot), &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
@@ -149,13 +203,16 @@ fn converse<'t, L: Line>(
     args: &LinkArgs,
     line: L,
     twin: &'t mut super::serve::BoardFn<'t>,
-    database: &Database<'_>,
+    (database, robot): (&Database<'_>, Option<Robot<'_>>),
     input: &Input,
     request: &Request,
 ) -> Result<()> {
     let mut session = Session::begin(client(line, args.timeout, args.repeats), twin, database)?;
     eprintln!("{}", session.identity());
     session.wish(request)?;
+    if let Some(robot) = robot {
+        session.find_robot(&robot, &args.robot.robot_at)?;
+    }
     let bar = progress::bar(input.mapped.frames.len(), "frames");
     let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
     bar.finish_and_clear();
@@ -165,6 +222,7 @@ fn converse<'t, L: Line>(
         std::fs::write(path, document.to_text())
             .with_context(|| format!("{} can't be written", path.display()))?;
     }
+    args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
     if args.json {
         println!("{figures}");
@@ -172,7 +230,8 @@ fn converse<'t, L: Line>(
         say(&figures);
     }
     match linked.first_difference {
-        None => Ok(()),
+        None if linked.bit_exact() => Ok(()),
+        None => bail!("the robot's ticks differ from this machine's"),
         Some(frame) => bail!(
             "{} of {} frames differ from this machine's, frame {frame} first",
             linked.differing,
@@ -208,7 +267,8 @@ fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(St
     json!({
         "board": session.identity().board,
         "identity": identity_json(session.identity()),
-        "bit_exact": linked.differing == 0,
+        "bit_exact": linked.bit_exact(),
+        "robot": linked.robot_json(),
         "frames": linked.streamed.steps.len(),
         "frames_differing": linked.differing,
         "first_difference": linked.first_difference,
@@ -245,5 +305,13 @@ fn say(figures: &Value) {
         .collect();
     if !damage.is_empty() {
         println!("the board counted {}", damage.join(", "));
+    }
+    if let Some(ticks) = figures["robot"]["ticks"].as_u64() {
+        println!(
+            "{} hinges, {ticks} ticks, {} of them not bit-exact; at most {:.1} degrees behind",
+            figures["robot"]["hinges"],
+            figures["robot"]["ticks_differing"],
+            figures["robot"]["lag_max_deg"].as_f64().unwrap_or(0.0)
+        );
     }
 }

@@ -3,8 +3,12 @@
 use gestus_core::{
     Config, ConfigError, Database, Stylizer,
     blob::layout::MAX_JOINTS,
-    link::{Server, buffer_length},
+    link::{Driver, Server, buffer_length},
+    robot::Robot,
 };
+
+/// Hinges that a board has room for: those of the images.
+pub const HINGES: usize = 32;
 
 /// Takes a byte of the line, gives what is to be sent back.
 pub type BoardFn<'a> = dyn FnMut(u8) -> Option<Vec<u8>> + 'a;
@@ -19,20 +23,39 @@ pub fn with_board<R>(
     config: Config,
     run: impl FnOnce(&mut BoardFn<'_>) -> R,
 ) -> Result<R, ConfigError> {
+    with_robot(database, config, None, run)
+}
+
+/// The same with a robot on the board.
+///
+/// # Errors
+/// As [`with_board`], and a robot that was made for another database.
+pub fn with_robot<R>(
+    database: Database<'_>,
+    config: Config,
+    robot: Option<Robot<'_>>,
+    run: impl FnOnce(&mut BoardFn<'_>) -> R,
+) -> Result<R, ConfigError> {
     let counts = database.counts();
     if counts.joints <= 22 && counts.classes <= 28 && config.neighborhood().0 <= 40 {
-        board::<22, 40, 28, { buffer_length(22) }, R>(database, config, run)
+        board::<22, 40, 28, { buffer_length(22) }, R>(database, config, robot, run)
     } else {
-        board::<MAX_JOINTS, 64, 256, { buffer_length(MAX_JOINTS) }, R>(database, config, run)
+        board::<MAX_JOINTS, 64, 256, { buffer_length(MAX_JOINTS) }, R>(database, config, robot, run)
     }
 }
 
 fn board<const J: usize, const K: usize, const C: usize, const N: usize, R>(
     database: Database<'_>,
     config: Config,
+    robot: Option<Robot<'_>>,
     run: impl FnOnce(&mut BoardFn<'_>) -> R,
 ) -> Result<R, ConfigError> {
     let mut stylizer = Box::new(Stylizer::<J, K, C>::new(database, config)?);
+    if let Some(robot) = robot {
+        let driver = Driver::<(), HINGES>::new((), robot, &database)?;
+        let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, driver);
+        return Ok(run(&mut |byte| server.receive(byte).map(<[u8]>::to_vec)));
+    }
     let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, ());
     Ok(run(&mut |byte| server.receive(byte).map(<[u8]>::to_vec)))
 }

@@ -13,8 +13,14 @@ use gestus_builder::{
 use gestus_core::{
     Config, Database, Digest, Pose,
     blob::layout::MAX_JOINTS,
-    link::{Identity, MAX_PAIRS, Pairs, PoseBuffer, Reply, Request, StepReport, counter, parameter},
+    link::{
+        DriveReport, Identity, MAX_PAIRS, Pairs, PoseBuffer, Reply, Request, RobotIdentity, StepReport,
+        counter, parameter,
+    },
+    robot::Robot,
 };
+
+use serde_json::{Value, json};
 
 use super::{
     client::{Client, HostCounts, LinkError, Patience},
@@ -91,6 +97,35 @@ pub struct Stepped {
     pub round_trip: Duration,
 }
 
+/// A tick of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Driven {
+    /// Angles in radians and pulses in microseconds, hinge by hinge.
+    pub hinges: Vec<(f32, u16)>,
+    /// The pose was none, or there is none yet: the robot goes on to where it was going.
+    pub held: bool,
+    /// Hinges whose target is at an end of their range.
+    pub at_limit: u16,
+    /// Largest distance between a hinge and its target, radians.
+    pub lag: f32,
+    /// Largest way that a hand or foot is away from where it should be, as a target, metres.
+    pub missing_m: f32,
+    /// Every bit is the same on this machine.
+    pub same: bool,
+}
+
+impl Driven {
+    fn of(report: &DriveReport<'_>) -> Self {
+        let DriveReport { held, at_limit, lag, missing_m, .. } = *report;
+        Self { hinges: report.hinges().collect(), held, at_limit, lag, missing_m, same: true }
+    }
+
+    fn bits(&self) -> impl PartialEq + use<> {
+        let hinges: Vec<(u32, u16)> = self.hinges.iter().map(|&(a, p)| (a.to_bits(), p)).collect();
+        (hinges, self.held, self.at_limit, self.lag.to_bits(), self.missing_m.to_bits())
+    }
+}
+
 /// A board, and a twin of it on this machine that is told the same.
 pub struct Session<'t, L> {
     board: Client<L>,
@@ -98,6 +133,8 @@ pub struct Session<'t, L> {
     identity: BoardIdentity,
     joints: usize,
     buffer: Box<PoseBuffer<MAX_JOINTS>>,
+    /// The robot on both, where there is one.
+    robot: Option<RobotIdentity>,
 }
 
 impl<'t, L: Line> Session<'t, L> {
@@ -116,7 +153,48 @@ impl<'t, L: Line> Session<'t, L> {
         }
         let mut twin = Client::new(Loopback::new(twin, Noise::default()), 1, Patience::default());
         twin.hello()?;
-        Ok(Self { board, twin, identity, joints: database.counts().joints, buffer: Box::default() })
+        Ok(Self {
+            board,
+            twin,
+            identity,
+            joints: database.counts().joints,
+            buffer: Box::default(),
+            robot: None,
+        })
+    }
+
+    /// Finds the robot of those tables on the board, and puts its hinges at these angles, radians, at both ends. From
+    /// then on [`stream`] drives it.
+    ///
+    /// # Errors
+    /// [`LinkError`], and a board whose robot is another one, or that has none.
+    pub fn find_robot(&mut self, robot: &Robot<'_>, angles: &[f32]) -> Result<RobotIdentity> {
+        let bytes: Vec<u8> = angles.iter().flat_map(|a| a.to_le_bytes()).collect();
+        let request = Request::Robot { angles: &bytes };
+        let found = match self.board.ask(&request).context("the board's robot")? {
+            Reply::Robot(found) => found,
+            _ => bail!(LinkError::Unreadable),
+        };
+        if found.robot != robot.identity() {
+            bail!(
+                "the board's robot is {:08x}, the file's {:08x}: flash the board with these tables, or name those that it has",
+                found.robot,
+                robot.identity()
+            );
+        }
+        self.twin.ask(&request)?;
+        self.robot = Some(found);
+        Ok(found)
+    }
+
+    /// A tick of the robot at both ends, towards the pose that was put out last.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn drive(&mut self) -> Result<Driven, LinkError> {
+        let mut driven = driven(&mut self.board)?;
+        driven.same = driven.bits() == self::driven(&mut self.twin)?.bits();
+        Ok(driven)
     }
 
     /// Who answered.
@@ -143,7 +221,7 @@ impl<'t, L: Line> Session<'t, L> {
         self.twin.set(setting)
     }
 
-    /// Puts a wish in force at both ends: parameters, style, labels, masks, strengths.
+    /// Puts a wish in force at both ends: parameters, style, labels, masks, strengths, styles of joint groups.
     ///
     /// # Errors
     /// What the board refuses, with what to do about it.
@@ -173,6 +251,13 @@ impl<'t, L: Line> Session<'t, L> {
             && StepReport { stages: host_report.stages.clone(), ..report.clone() } == host_report
             && report.step_s.to_bits() == host_report.step_s.to_bits();
         Ok(Stepped { pose, report, host_pose, host_report, same, round_trip })
+    }
+}
+
+fn driven<L: Line>(client: &mut Client<L>) -> Result<Driven, LinkError> {
+    match client.ask(&Request::Drive)? {
+        Reply::Drive(report) => Ok(Driven::of(&report)),
+        _ => Err(LinkError::Unreadable),
     }
 }
 
@@ -220,6 +305,9 @@ pub fn requests(wish: &Wish) -> Result<VecDeque<Request<'static>>> {
     if !wish.strength.is_empty() {
         requests.push_back(Request::Strength(pairs(&wish.strength, "strengths")?));
     }
+    for (group, weights) in &wish.group_styles {
+        requests.push_back(Request::GroupStyle { group: *group, weights: pairs(weights, "styles")? });
+    }
     Ok(requests)
 }
 
@@ -237,6 +325,7 @@ fn name(request: &Request<'_>) -> &'static str {
         Request::Labels { .. } => "the labels",
         Request::Mask { .. } => "the mask",
         Request::Strength(_) => "the strengths",
+        Request::GroupStyle { .. } => "the style of a joint group",
         _ => "the setting",
     }
 }
@@ -252,10 +341,14 @@ pub struct Linked {
     pub differing: usize,
     /// The first of them.
     pub first_difference: Option<usize>,
+    /// Largest angle between a joint's rotation on the board and on this machine, radians.
+    pub apart_rad: f64,
     /// Instructions of each step by stage, where the board counts them.
     pub stages: Vec<Vec<u32>>,
     /// Frames whose answer came after the next one was due, where the stream kept the rate.
     pub late: usize,
+    /// Ticks of the robot, where one was found.
+    pub driven: Vec<Driven>,
 }
 
 impl Linked {
@@ -286,7 +379,8 @@ pub fn stream<L: Line>(
     let joints = session.joints;
     let (mut digest, mut host_digest) = (Digest::new(), Digest::new());
     let (mut steps, mut stages) = (Vec::with_capacity(clip.frames.len()), Vec::new());
-    let (mut differing, mut first_difference, mut late) = (0, None, 0);
+    let (mut differing, mut first_difference, mut late, mut apart_rad) = (0, None, 0, 0.0);
+    let (mut driven, mut played_s) = (Vec::new(), 0.0);
     let start = Instant::now();
     for (t, frame) in clip.frames.iter().enumerate() {
         let due = Duration::from_secs_f64(t as f64 / clip.rate_hz);
@@ -300,6 +394,9 @@ pub fn stream<L: Line>(
         if !stepped.same {
             differing += 1;
             first_difference.get_or_insert(t);
+            let frames = [&stepped.pose, &stepped.host_pose].map(|pose| from_pose(pose, joints));
+            let pairs = frames[0].rotations.iter().zip(&frames[1].rotations);
+            apart_rad = pairs.map(|(a, b)| a.angle_to(b)).fold(apart_rad, f64::max);
         }
         digest.add(&stepped.pose, joints, stepped.report.step_s);
         host_digest.add(&stepped.host_pose, joints, stepped.host_report.step_s);
@@ -309,6 +406,14 @@ pub fn stream<L: Line>(
             report: stepped.report.report(),
             micros: stepped.round_trip.as_secs_f64() * 1e6,
         });
+        played_s += f64::from(stepped.report.step_s);
+        if let Some(robot) = session.robot {
+            // The robot keeps its own time: as many ticks as fall before the next pose.
+            while driven.len() as f64 * f64::from(robot.tick_s) < played_s {
+                let tick = session.drive().with_context(|| format!("frame {t}: the robot"))?;
+                driven.push(tick);
+            }
+        }
         progress();
     }
     let ram_bytes = session.identity.ram_bytes as usize;
@@ -317,9 +422,45 @@ pub fn stream<L: Line>(
         host_digest: host_digest.value(),
         differing,
         first_difference,
+        apart_rad,
         stages,
         late,
+        driven,
     })
+}
+
+impl Linked {
+    /// Every bit of every pose, report and tick was that of this machine.
+    pub fn bit_exact(&self) -> bool {
+        self.differing == 0
+            && self.streamed.digest == self.host_digest
+            && self.driven.iter().all(|tick| tick.same)
+    }
+
+    /// What the robot did, as figures; nothing where there is none.
+    pub fn robot_json(&self) -> Option<Value> {
+        let first = self.driven.first()?;
+        let most = |of: fn(&Driven) -> f32| self.driven.iter().map(of).fold(0.0, f32::max);
+        Some(json!({
+            "hinges": first.hinges.len(),
+            "ticks": self.driven.len(),
+            "ticks_differing": self.driven.iter().filter(|tick| !tick.same).count(),
+            "ticks_held": self.driven.iter().filter(|tick| tick.held).count(),
+            "lag_max_deg": most(|tick| tick.lag).to_degrees(),
+            "missing_max_cm": 100.0 * most(|tick| tick.missing_m),
+        }))
+    }
+
+    /// The robot's ticks as a table: `tick`, then `angle_0_rad`, `pulse_0_us` and so on, in the order of its hinges.
+    pub fn robot_csv(&self) -> String {
+        let hinges = self.driven.first().map_or(0, |tick| tick.hinges.len());
+        let head = (0..hinges).map(|h| format!(",angle_{h}_rad,pulse_{h}_us")).collect::<String>();
+        let rows = self.driven.iter().enumerate().map(|(t, tick)| {
+            let row = tick.hinges.iter().map(|(angle, pulse)| format!(",{angle},{pulse}"));
+            format!("{t}{}\n", row.collect::<String>())
+        });
+        format!("tick{head}\n{}", rows.collect::<String>())
+    }
 }
 
 /// Statistics by name; a board's own by number.

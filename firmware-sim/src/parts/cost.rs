@@ -11,12 +11,18 @@
 //! regression  r₁ · n D + r₂ · c D              c classes used
 //! timing      t₁ · n + t₂ · c
 //! rest        e₁ · J + e₂ · n + e₃ · classes searched
+//! contacts    v · n
+//! lock        f
 //! ```
+//!
+//! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
 use gestus_core::{Database, Report, Stage};
 
+use super::worst::Work;
+
 /// Terms of the sums above.
-pub const TERMS: usize = 11;
+pub const TERMS: usize = 13;
 
 /// The stage of each term.
 pub const STAGE_OF: [Stage; TERMS] = [
@@ -31,6 +37,8 @@ pub const STAGE_OF: [Stage; TERMS] = [
     Stage::Rest,
     Stage::Rest,
     Stage::Rest,
+    Stage::Contacts,
+    Stage::Lock,
 ];
 
 /// Units of work of a step, term by term.
@@ -43,24 +51,20 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
     let allowed = |class: &gestus_core::blob::Class| {
         labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
     };
-    let searched = number(database.classes().filter(allowed).count());
-    let used = number(report.classes.len());
     let examples: usize =
         report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k))).sum();
-    let (joints, dofs, examples) = (number(counts.joints), number(counts.dofs), number(examples));
-    [
-        joints * number(counts.window) * number(counts.features),
-        f64::from(report.visits) * number(counts.features),
-        searched,
-        examples * dofs,
-        examples * dofs,
-        used * dofs,
-        examples,
-        used,
-        joints,
-        examples,
-        searched,
-    ]
+    let work = Work {
+        joints: number(counts.joints),
+        dofs: number(counts.dofs),
+        features: number(counts.features),
+        window: number(counts.window),
+        searched: number(database.classes().filter(allowed).count()),
+        visits: f64::from(report.visits),
+        used: number(report.classes.len()),
+        examples: number(examples),
+        rows: 1.0,
+    };
+    work.units()
 }
 
 /// Instructions a unit, term by term.

@@ -9,13 +9,14 @@
 //! run from RAM or a cache, and whatever else the board does. The range says what the cycles an instruction leave open,
 //! with half and twice the bytes read, since a cache may save some and lines may fetch too many.
 
-use gestus_core::{Database, Report};
+use gestus_core::{Config, Database, Method, Report};
 use serde_json::{Value, json};
 
 use super::{
     cost::units,
     state::{link_bytes, state_bytes},
     table::Part,
+    worst::Shape,
 };
 
 /// Bytes of stack that are set aside: the worst painted on emulated boards is 5,336.
@@ -157,6 +158,8 @@ pub struct Estimate {
     pub median: Cost,
     /// The frame that costs most.
     pub worst: Cost,
+    /// The most instructions that any frame of any stream can take, where that is known ([`Shape::most`]).
+    pub bound: Option<f64>,
     /// Frames a second of the stream.
     pub rate_hz: f64,
 }
@@ -170,8 +173,10 @@ pub struct Stream<'a> {
     pub blob_bytes: u64,
     /// Labels of action and input style.
     pub labels: (Option<u16>, Option<u16>),
-    /// Neighbors a class.
-    pub k: u16,
+    /// The parameters.
+    pub config: Config,
+    /// Output styles that have weight at once.
+    pub styles: usize,
 }
 
 impl Estimate {
@@ -181,10 +186,11 @@ impl Estimate {
         stream: &Stream<'_>,
         reports: impl Iterator<Item = &'r Report>,
     ) -> Self {
-        let fit = Fit::new(part, stream.database, stream.blob_bytes, stream.k);
+        let (k, _) = stream.config.neighborhood();
+        let fit = Fit::new(part, stream.database, stream.blob_bytes, k);
         let prices = part.core.isa().calibration().prices;
         let cost = |report: &Report| {
-            let units = units(stream.database, stream.labels, stream.k, report);
+            let units = units(stream.database, stream.labels, k, report);
             Cost::new(part, fit.place, prices.total(&units), f64::from(report.bytes_read))
         };
         let mut costs: Vec<Cost> = reports.map(cost).collect();
@@ -195,8 +201,17 @@ impl Estimate {
             fit,
             median: costs.get(costs.len() / 2).copied().unwrap_or(nothing),
             worst: costs.last().copied().unwrap_or(nothing),
+            bound: (stream.config.method_chosen() == Method::Mar)
+                .then(|| Shape::of(stream.database, &stream.config, stream.labels, stream.styles))
+                .and_then(|shape| shape.most(part.core.isa())),
             rate_hz: f64::from(stream.database.rate_hz()),
         }
+    }
+
+    /// Frames a second if every frame took the bound, at the most cycles an instruction.
+    fn slowest(&self) -> Option<f64> {
+        let [_, _, most] = self.part.core.cycles_per_instruction();
+        Some(self.part.clock_mhz * 1e6 / (self.bound? * most))
     }
 
     /// The figures.
@@ -220,6 +235,8 @@ impl Estimate {
             "blob_in": self.fit.place.name(),
             "instructions_median": self.median.instructions.round(),
             "instructions_max": self.worst.instructions.round(),
+            "instructions_bound": self.bound.map(f64::round),
+            "frames_per_second_bound": self.slowest(),
             "frames_per_second_median": median,
             "frames_per_second_median_range": [median_low, median_high],
             "frames_per_second_worst": worst,
@@ -260,10 +277,17 @@ impl Estimate {
             let [low, expected, high] = cost.frames_per_second();
             format!("{expected:.0} ({low:.0} to {high:.0})")
         };
+        let bound = match (self.bound, self.slowest()) {
+            (Some(bound), Some(rate)) => format!(
+                "\nno frame of any stream takes more than {:.2} million instructions: {rate:.0} frames a second at least, reading apart",
+                bound / 1e6
+            ),
+            _ => String::new(),
+        };
         format!(
             "{name}: {fit}\nestimated, not measured: {} frames a second in the middle, {} in the worst frame; the \
              stream has {:.0}\n{:.2} million instructions a frame in the middle, {:.2} at most, by prices counted on {} \
-             (nine frames of ten within {:.0}% there), {:?} cycles an instruction",
+             (nine frames of ten within {:.0}% there), {:?} cycles an instruction{bound}",
             rate(&self.median),
             rate(&self.worst),
             self.rate_hz,

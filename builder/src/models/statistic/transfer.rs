@@ -12,7 +12,8 @@
 //! default frames are weighted by that, and mapped where they are. [`Options::literal`] takes the clips through the
 //! warp and back; a test holds the two together. Euler angles go the literal way.
 //!
-//! Foot skate is cleaned up behind it, with the source's contacts, which are the result's: [`Transferred::contacts`].
+//! Foot skate is cleaned up behind it (section 6, [`crate::cleanup`]), with the source's contacts, which are the
+//! result's: [`Transferred::contacts`]. [`Options::clean_up`] leaves it out.
 //!
 //! Cost: the warp; then two slerps a joint and frame.
 
@@ -30,6 +31,7 @@ use super::{
 };
 use crate::{
     body::{Body, about_y, row_at},
+    cleanup::{self, Limbs},
     contact,
     models::moments,
     motion::{Clip, Frame},
@@ -57,11 +59,13 @@ pub struct Options {
     pub warp: bool,
     /// Take the clips through the warp and back, frame by frame.
     pub literal: bool,
+    /// Take foot skate out at the end.
+    pub clean_up: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rounds: 0, euler: false, warp: true, literal: false }
+        Self { rounds: 0, euler: false, warp: true, literal: false, clean_up: true }
     }
 }
 
@@ -98,7 +102,7 @@ pub fn transfer(
 
     let start = Instant::now();
     let headings: Vec<f64> = source.frames.iter().map(|f| body.heading(f)).collect();
-    let (u, v) = (Turns::of(body, source), Turns::of(body, reference));
+    let (u, v) = (Turns::with(&headings, source), Turns::of(body, reference));
     let joints = body.skeleton.joints();
     let rotations: Vec<Vec<Quaternion>> = if options.literal || options.euler {
         let one = |j: usize| {
@@ -130,7 +134,12 @@ pub fn transfer(
         frames.push(Frame { root: Vector3::new(ground.x, height, ground.z), rotations: turns });
     }
     let transfer_ms = start.elapsed().as_secs_f64() * 1e3;
-    let contacts = contact::contacts(source, &body.landmarks);
+    let mut contacts = contact::contacts(source, &body.landmarks);
+    if let Some((limbs, stands)) = Limbs::of_clip(body, source).filter(|_| options.clean_up) {
+        let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
+        frames = cleanup::clean(&limbs, &frames, &stands, window);
+        contacts = stands;
+    }
     Ok(Transferred { clip: Clip { frames, ..source.clone() }, contacts, warp_ms, transfer_ms })
 }
 
@@ -191,13 +200,19 @@ struct Turns {
 
 impl Turns {
     fn of(body: &Body, clip: &Clip) -> Self {
+        let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
+        Self::with(&headings, clip)
+    }
+
+    /// The same, of a clip whose headings are known.
+    fn with(headings: &[f64], clip: &Clip) -> Self {
         let narrow = |q: &UnitQuaternion<f64>| [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
-        let frame = |f: &Frame| {
+        let frame = |(f, heading): (&Frame, &f64)| {
             let mut all: Vec<Quaternion> = f.rotations.iter().map(narrow).collect();
-            all[0] = narrow(&(about_y(-body.heading(f)) * f.rotations[0]));
+            all[0] = narrow(&(about_y(-heading) * f.rotations[0]));
             all
         };
-        Self { frames: clip.frames.iter().map(frame).collect() }
+        Self { frames: clip.frames.iter().zip(headings).map(frame).collect() }
     }
 
     fn joint(&self, joint: usize) -> Vec<Quaternion> {
@@ -327,7 +342,10 @@ fn wide(q: Quaternion) -> UnitQuaternion<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synth;
+    use crate::{
+        evaluate::skate::{Performance, peak_speeds, skate_cm_s},
+        synth,
+    };
 
     fn clips() -> (Body, Clip, Clip) {
         let corpus = synth::corpus(&synth::Options {
@@ -346,7 +364,7 @@ mod tests {
     #[test]
     fn the_result_has_the_references_statistics() {
         let (body, source, reference) = clips();
-        let options = Options { rounds: 6, warp: false, ..Options::default() };
+        let options = Options { rounds: 6, warp: false, clean_up: false, ..Options::default() };
         let out = transfer(&body, &source, &reference, &options).unwrap().clip;
         assert_eq!(out.frames.len(), source.frames.len());
         let (a, b) = (Turns::of(&body, &out), Turns::of(&body, &reference));
@@ -369,7 +387,7 @@ mod tests {
     fn a_clip_in_its_own_style_stays() {
         let (body, source, _) = clips();
         for euler in [false, true] {
-            let options = Options { euler, ..Options::default() };
+            let options = Options { euler, clean_up: false, ..Options::default() };
             let out = transfer(&body, &source, &source, &options).unwrap().clip;
             for (a, b) in out.frames.iter().zip(&source.frames) {
                 assert!((a.root - b.root).norm() < 0.01, "{euler}");
@@ -380,13 +398,40 @@ mod tests {
         }
     }
 
+    #[test]
+    fn feet_that_stand_in_the_source_stand_in_the_result() {
+        let (body, source, reference) = clips();
+        let go = |clean_up: bool| {
+            let out =
+                transfer(&body, &source, &reference, &Options { clean_up, ..Options::default() }).unwrap();
+            let (limbs, stands) = Limbs::of_clip(&body, &source).unwrap();
+            assert_eq!(out.contacts, stands);
+            let steps_s = vec![1.0 / source.rate_hz; source.frames.len()];
+            let performance = Performance { frames: out.clip.frames.clone(), steps_s, stands };
+            (skate_cm_s(&body.skeleton, limbs.legs(), &performance), performance)
+        };
+        let ((raw, before), (cleaned, after)) = (go(false), go(true));
+        println!("transfer: skate {raw:.1} -> {cleaned:.2} cm/s");
+        assert!(raw > 3.0 && cleaned <= 1.0, "{raw} -> {cleaned}");
+        // Legs alone are moved, and no joint turns much faster for it.
+        let marks = &body.landmarks;
+        let legs = [marks.hip_joints, marks.knees, marks.feet].concat();
+        for (a, b) in before.frames.iter().zip(&after.frames) {
+            for j in (0..a.rotations.len()).filter(|j| !legs.contains(j)) {
+                assert!(a.rotations[j].angle_to(&b.rotations[j]) < 1e-5, "joint {j}");
+            }
+        }
+        let peak = |p: &Performance| peak_speeds(p).into_iter().fold(0.0, f64::max);
+        assert!(peak(&after) <= 1.3 * peak(&before), "{} {}", peak(&before), peak(&after));
+    }
+
     /// Weighing frames by the warp is going through the warp and back.
     #[test]
     fn the_warp_cancels_but_for_its_weights() {
         let (body, source, reference) = clips();
         let short = Clip { frames: source.frames[..90].to_vec(), ..source };
         let go = |literal: bool| {
-            let options = Options { literal, ..Options::default() };
+            let options = Options { literal, clean_up: false, ..Options::default() };
             transfer(&body, &short, &reference, &options).unwrap().clip
         };
         let mut most: f64 = 0.0;

@@ -1,7 +1,9 @@
-//! What retargeting and a robot cost: instructions of a frame in, a frame back, and a tick of the drive.
+//! What stands around a step costs: instructions of a frame in from another skeleton and back, of a frame's retiming,
+//! of a tick of a robot's hinges with its pulses, and of a turn of the effort dial.
 //!
-//! Holds a map and a robot that are named when it is built (`GESTUS_MAP`, `GESTUS_ROBOT`); poses sway, and jump now and
-//! then, so that every hinge is under way.
+//! Holds a map and a robot that are named when it is built (`GESTUS_MAP`, `GESTUS_ROBOT`), and takes the dial from the
+//! database in the flash window. Poses sway, and jump now and then, so that every hinge is under way. Prints a line a
+//! figure, `name median most`, for `gestus-sim board m4f --around`.
 #![no_std]
 #![no_main]
 
@@ -9,17 +11,27 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use gestus_core::{
-    Pose,
+    Database, Effort, Pose,
     math::sin_cos,
     quaternion::{Quaternion, normalize},
     retarget::Map,
+    retime::{Bounds, Retimer},
     robot::{Drive, Robot},
 };
-use gestus_firmware::counter::{Counter, SysTick};
+use gestus_firmware::{
+    counter::{Counter, SysTick},
+    flash,
+};
 
 const MAP: &[u8] = include_bytes!(env!("GESTUS_MAP"));
 const ROBOT: &[u8] = include_bytes!(env!("GESTUS_ROBOT"));
 const FRAMES: usize = 300;
+/// Rates of stream and robot, thousandths of a hertz.
+const RATES: (u32, u32) = (30_000, 50_000);
+/// A lead and a lag of 0.2 s.
+const BOUNDS: Bounds = Bounds { lead_s: 0.2, lag_s: 0.2 };
+
+type Time = SysTick<40_000>;
 
 fn pose<const J: usize>(frame: usize) -> Pose<J> {
     let mut pose = Pose::IDENTITY;
@@ -33,46 +45,58 @@ fn pose<const J: usize>(frame: usize) -> Pose<J> {
     pose
 }
 
-fn count(counter: &SysTick<40_000>, counts: &mut [u32; FRAMES], mut frame: impl FnMut(usize)) {
-    for (i, slot) in counts.iter_mut().enumerate() {
+/// Counts frames of some work on what is prepared for each; readings of the counter are taken off.
+fn count<T>(counter: &Time, name: &str, prepare: impl Fn(usize) -> T, mut work: impl FnMut(&T)) {
+    let mut counts = [0u32; FRAMES];
+    let empty = counter.since(counter.now(), counter.now());
+    for (frame, slot) in counts.iter_mut().enumerate() {
+        let prepared = black_box(prepare(frame));
         let start = counter.now();
-        frame(i);
-        let ticks = counter.since(start, counter.now());
-        *slot = SysTick::<40_000>::instructions(u64::from(ticks)) as u32;
+        work(black_box(&prepared));
+        let ticks = counter.since(start, counter.now()).saturating_sub(empty);
+        *slot = Time::instructions(u64::from(ticks)) as u32;
     }
     counts.sort_unstable();
+    semihosting::println!("{name} {} {}", counts[FRAMES / 2], counts[FRAMES - 1]);
 }
 
 #[entry]
 fn main() -> ! {
     let Some(peripherals) = cortex_m::Peripherals::take() else { semihosting::process::exit(1) };
-    let counter = SysTick::<40_000>::start(peripherals.SYST);
+    let counter = Time::start(peripherals.SYST);
     let (Ok(map), Ok(robot)) = (Map::open(MAP), Robot::open(ROBOT)) else { semihosting::process::exit(2) };
+    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(2) };
     let Ok(mut drive) = Drive::<32>::new(robot, &[]) else { semihosting::process::exit(3) };
-    let mut counts = [0; FRAMES];
-    let report = |name: &str, counts: &[u32; FRAMES]| {
-        semihosting::println!("{name}: median {} most {}", counts[FRAMES / 2], counts[FRAMES - 1]);
+    let Ok(mut retimer) = Retimer::<22, 24>::new(RATES.0, RATES.1, BOUNDS) else {
+        semihosting::process::exit(3)
     };
     let mut body = Pose::<22>::IDENTITY;
     let mut back = Pose::<31>::IDENTITY;
-    count(&counter, &mut counts, |_| {});
-    report("nothing", &counts);
-    // Making the pose is taken off by making it outside: once a frame, before the count begins.
-    count(&counter, &mut counts, |i| {
-        black_box(pose::<31>(i));
-    });
-    report("pose of 31", &counts);
-    count(&counter, &mut counts, |i| map.bring(&black_box(pose::<31>(i)), &mut body));
-    report("pose and in", &counts);
-    count(&counter, &mut counts, |i| map.take_back(&black_box(body), &black_box(pose::<31>(i)), &mut back));
-    report("pose and back", &counts);
-    count(&counter, &mut counts, |i| {
-        let input = black_box(pose::<22>(i));
-        let _ = black_box(drive.step(&input));
-        for h in 0..robot.hinges() {
-            black_box(drive.pulse(h));
+    count(&counter, "retarget_in", pose::<31>, |input| map.bring(input, &mut body));
+    let like = pose::<31>(7);
+    count(&counter, "retarget_back", pose::<22>, |output| map.take_back(output, &like, &mut back));
+    // A style that is faster and slower than its input by turns: every tick lies between two poses.
+    let step_s = |frame: usize| if frame % 40 < 20 { 0.026 } else { 0.042 };
+    count(&counter, "retiming", |frame| (pose::<22>(frame), step_s(frame)), |(output, step_s)| {
+        retimer.push(output, *step_s);
+        while retimer.is_due() {
+            let _ = black_box(retimer.tick(&mut body));
         }
     });
-    report("pose of 22 and drive", &counts);
+    count(&counter, "servo", pose::<22>, |output| {
+        let _ = black_box(drive.step(output));
+        for hinge in 0..robot.hinges() {
+            black_box(drive.pulse(hinge));
+        }
+    });
+    if let Some(dial) = database.dial() {
+        let target = |frame: usize| {
+            let (flow, weight) = sin_cos(0.1 * frame as f32);
+            Effort::new([3.0 * flow, 3.0 * weight, flow * weight])
+        };
+        count(&counter, "effort", target, |target| {
+            let _ = black_box(dial.weights(*target));
+        });
+    }
     semihosting::process::exit(0)
 }

@@ -1,0 +1,332 @@
+//! What the core's dial is made of: Efforts of what really comes out at mixes of styles.
+//!
+//! Labels say what Effort a style has. They don't say what a mix of styles has: joints that move together in each of
+//! two styles meet half way, and the mix is smoother and lighter than either. So clips are streamed through the core at
+//! mixes, and the outputs are looked at as the labels were (by the same descriptors; where people gave the labels, by
+//! what ridge regression learned of theirs from the descriptors).
+//!
+//! 1. Every style alone and the even mix of all, `c`: a linear model `G` of the change from c, by input.
+//! 2. For each factor and direction an end: the mix that `G` takes furthest along the factor, alike for all inputs,
+//!    the other factors near those of c ([`nearest`](super::dial)).
+//! 3. Outputs at mixes on the straight way from c to each end. A factor's knob reaches as far as every input follows:
+//!    to where the sum of the inputs' least steps is greatest. On the way there the mean of the inputs is made
+//!    monotone (isotonic regression), and turned round: from a wanted change to a place on the way.
+//!
+//! The dial's lines through the rest are these ways, so that each factor goes with its own knob wherever the knob
+//! says it reaches, on real outputs and not on what labels promise. Between the lines the ways add up.
+//!
+//! Cost: some 80 mixes, each of a few seconds of motion of every action, through the core.
+
+use gestus_core::{Database, blob::layout::MAX_STYLES};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::{
+    Factors, Source,
+    dial::{Dial, Reach, nearest},
+    estimate::{Estimator, held},
+    fragment::Library,
+    model::Model,
+    ridge::{self, Kernel, Machine, gammas},
+};
+use crate::{
+    corpus::Corpus,
+    landmarks::LandmarkError,
+    motion::Clip,
+    report::progress,
+    stream::{Request, stream},
+};
+
+/// Inputs, at most: one an action, then a second.
+const INPUTS: usize = 8;
+/// Frames of an input, at most, in seconds.
+const LONGEST_S: f64 = 5.0;
+/// Places on the way from the middle to an end.
+const PLACES: usize = 6;
+/// How much less a factor counts that is not to be moved.
+const SOFT: f64 = 0.3;
+/// Weights of what differs from input to input that are tried for an end.
+const UNEVEN: [f64; 2] = [2.0, 12.0];
+/// The share of the mean step that the input which follows least has to do, for the way to go on.
+const LAG: f64 = 0.15;
+/// Of steps of many inputs, the share that may be less than the one that counts.
+const MAY_FAIL: usize = 15;
+
+/// Clips, the core, and an eye for Effort.
+struct Probe<'a> {
+    database: &'a Database<'a>,
+    library: Library,
+    estimator: Estimator,
+    /// What labels that people gave are in terms of the estimates; none where estimates are the labels.
+    learned: Option<[Machine; 3]>,
+    inputs: Vec<(Clip, usize)>,
+}
+
+impl<'a> Probe<'a> {
+    fn of(
+        database: &'a Database<'a>,
+        corpus: &Corpus,
+        model: &Model,
+        rest: usize,
+    ) -> Result<Self, LandmarkError> {
+        let library = Library::of_database(database)?;
+        let estimator = Estimator::of(&library);
+        let learned = (model.source == Source::Given).then(|| taste(model, &estimator)).flatten();
+        let mut inputs: Vec<(Clip, usize)> = Vec::new();
+        for round in 0..2 {
+            for action in 0..corpus.actions.len() {
+                let mut own: Vec<_> = corpus.examples.iter().filter(|e| e.action == action).collect();
+                // Clips of the style at rest first; the middle of them, for first and last takes are often odd ones.
+                own.sort_by_key(|e| (e.style != rest, e.clip.name.clone()));
+                let count = own.iter().filter(|e| e.style == rest).count().max(1);
+                if let Some(example) = own.get((count / 2 + round) % count).filter(|_| round < count)
+                    && inputs.len() < INPUTS.max(corpus.actions.len())
+                {
+                    let mut clip = example.clip.clone();
+                    clip.frames.truncate((LONGEST_S * clip.rate_hz) as usize);
+                    inputs.push((clip, action));
+                }
+            }
+        }
+        Ok(Self { database, library, estimator, learned, inputs })
+    }
+
+    /// The Effort of the output of each input; `None` where one can't be told.
+    fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
+        let style: Vec<(u16, f32)> = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
+        let (body, rate_hz) = (&self.library.body, self.library.rate_hz);
+        self.inputs
+            .par_iter()
+            .map(|(clip, action)| {
+                let request = Request { style: style.clone(), ..Request::style(0) };
+                let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
+                let rows = body.clip_dofs(&streamed.clip(clip, clip.rate_hz));
+                let seen = self.estimator.clip(body, &rows, rate_hz, Some(*action))?;
+                Some(match &self.learned {
+                    Some(machines) => machines.each_ref().map(|m| held(m.predict(&seen))),
+                    None => seen,
+                })
+            })
+            .collect()
+    }
+}
+
+/// People's labels as functions of the estimates, by ridge regression with the kernel that cross-validation likes best.
+fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
+    let library = &model.library;
+    let seen: Vec<(Vec<f64>, Factors)> = library
+        .fragments
+        .iter()
+        .zip(&model.known.efforts)
+        .filter_map(|(f, e)| {
+            let z = estimator.estimate(&library.body, &f.rows, library.rate_hz, Some(f.action))?;
+            Some((z.to_vec(), *e))
+        })
+        .collect();
+    if seen.len() < ridge::FOLDS {
+        return None;
+    }
+    let (z, efforts): (Vec<Vec<f64>>, Vec<Factors>) = seen.into_iter().unzip();
+    let kernels: Vec<Kernel> = std::iter::once(Kernel::Linear).chain(gammas(3).map(Kernel::Radial)).collect();
+    let matrices: Vec<DMatrix<f64>> = kernels.iter().map(|k| k.matrix(&z)).collect();
+    let targets: Vec<Vec<f64>> = (0..3).map(|k| efforts.iter().map(|e| e[k]).collect()).collect();
+    let chosen = ridge::choose(&matrices.iter().collect::<Vec<_>>(), &targets);
+    Some(std::array::from_fn(|k| ridge::fit(kernels[chosen[k].0], chosen[k].1, &z, &targets[k])))
+}
+
+/// Outputs on the way from the middle to an end, the middle first: mixes, and the Effort of each input.
+struct Way {
+    mixes: Vec<Vec<f64>>,
+    seen: Vec<Vec<Factors>>,
+}
+
+/// Solves the dial of a database by looking at what comes out of it; `corpus` has its clips, `model` the labels, `rest`
+/// is the style of the clips that are streamed. `None` of fewer than two styles, or more than the format holds.
+///
+/// # Errors
+/// [`LandmarkError`] where the skeleton has no legs.
+pub fn solve(
+    database: &Database<'_>,
+    corpus: &Corpus,
+    model: &Model,
+    rest: usize,
+) -> Result<Option<Dial>, LandmarkError> {
+    let styles = corpus.styles.len();
+    let used: Vec<usize> =
+        (0..styles).filter(|&s| model.library.fragments.iter().any(|f| f.style == s)).collect();
+    if used.len() < 2 || styles > MAX_STYLES {
+        return Ok(None);
+    }
+    let probe = Probe::of(database, corpus, model, rest)?;
+    let bar = progress::bar(used.len() + 1 + 6 * UNEVEN.len() * PLACES, "effort dial");
+    let look = |mix: &[f64]| {
+        let seen = probe.look(mix);
+        bar.inc(1);
+        seen
+    };
+    let spread_over = |weights: &[f64]| {
+        let mut mix = vec![0.0; styles];
+        used.iter().zip(weights).for_each(|(&s, w)| mix[s] = *w);
+        mix
+    };
+    let even = spread_over(&vec![1.0 / used.len() as f64; used.len()]);
+    let alone = |i: usize| -> Vec<f64> { (0..used.len()).map(|j| f64::from(u8::from(i == j))).collect() };
+    let vertices: Option<Vec<Vec<Factors>>> =
+        (0..used.len()).into_par_iter().map(|i| look(&spread_over(&alone(i)))).collect();
+    let (Some(vertices), Some(middle)) = (vertices, look(&even)) else {
+        bar.finish_and_clear();
+        return Ok(None);
+    };
+    let ends = ends(&vertices, &middle);
+    let ways: Option<Vec<Way>> = ends
+        .par_iter()
+        .map(|end| {
+            let end = spread_over(end);
+            let mut way = Way { mixes: vec![even.clone()], seen: vec![middle.clone()] };
+            for place in 1..=PLACES {
+                let t = place as f64 / PLACES as f64;
+                let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
+                way.seen.push(look(&mix)?);
+                way.mixes.push(mix);
+            }
+            Some(way)
+        })
+        .collect();
+    bar.finish_and_clear();
+    let Some(ways) = ways else { return Ok(None) };
+    // Factor by factor, down and up: of the ways that were tried the one that reaches furthest.
+    let mut reaches = ways.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
+        let (factor, sign) = (n / 2, if n % 2 == 0 { -1.0 } else { 1.0 });
+        let all = tried.iter().map(|way| reach(way, factor, sign));
+        all.reduce(|a, b| if b.gain() > a.gain() { b } else { a }).unwrap_or_default()
+    });
+    let reaches: [[Reach; 2]; 3] =
+        std::array::from_fn(|_| std::array::from_fn(|_| reaches.next().unwrap_or_default()));
+    Ok(Some(Dial::of_ways(model.source, styles, &even, mean(&middle), &reaches)))
+}
+
+fn mean(seen: &[Factors]) -> Factors {
+    std::array::from_fn(|k| seen.iter().map(|e| e[k]).sum::<f64>() / seen.len().max(1) as f64)
+}
+
+/// Mixes at the ends: of each factor down and up, one for each weight of unevenness.
+fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
+    let efforts: Vec<Factors> = vertices.iter().map(|v| mean(v)).collect();
+    let centre = mean(middle);
+    let range: Factors = std::array::from_fn(|k| {
+        let values = efforts.iter().map(|e| e[k]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (high - low).max(0.05)
+    });
+    (0..3)
+        .flat_map(|k| [-1.0, 1.0].map(|sign| (k, sign)))
+        .flat_map(|(k, sign)| UNEVEN.map(|uneven| (k, sign, uneven)))
+        .map(|(k, sign, uneven)| {
+            let scales: Factors =
+                std::array::from_fn(|j| if j == k { 1.0 / range[j] } else { SOFT / range[j] });
+            // How far each input's change is from the mean of all.
+            let mut spread = DMatrix::<f64>::zeros(efforts.len(), efforts.len());
+            for (i, at_middle) in middle.iter().enumerate() {
+                let off = DMatrix::from_fn(3, efforts.len(), |j, s| {
+                    let change = vertices[s][i][j] - at_middle[j];
+                    scales[j] * (change - (efforts[s][j] - centre[j]))
+                });
+                spread += off.tr_mul(&off) * (uneven / middle.len() as f64);
+            }
+            let mut target = centre;
+            target[k] += sign * range[k];
+            nearest(&efforts, &scales, &spread, &target)
+        })
+        .collect()
+}
+
+/// How far a way can be gone with every input following, and its course there.
+fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
+    let inputs = way.seen[0].len();
+    let change = |place: usize, i: usize| sign * (way.seen[place][i][factor] - way.seen[0][i][factor]);
+    let (mut sum, mut best, mut last) = (0.0, 0.0, 0);
+    for place in 1..way.seen.len() {
+        let mut steps: Vec<f64> = (0..inputs).map(|i| change(place, i) - change(place - 1, i)).collect();
+        let mean = steps.iter().sum::<f64>() / inputs.max(1) as f64;
+        steps.sort_by(f64::total_cmp);
+        sum += steps[inputs * MAY_FAIL / 100] - LAG * mean;
+        if sum > best {
+            (best, last) = (sum, place);
+        }
+    }
+    let course: Vec<f64> = (0..=last)
+        .map(|place| (0..inputs).map(|i| change(place, i)).sum::<f64>() / inputs.max(1) as f64)
+        .collect();
+    let seen = way.seen[..=last].iter().map(|s| mean(s)).collect();
+    Reach { sum: best, course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
+}
+
+/// The nearest ascending values in the squared sense: neighbors that descend are pooled until none does.
+fn isotonic(values: &[f64]) -> Vec<f64> {
+    let mut pools: Vec<(f64, usize)> = Vec::new();
+    for &value in values {
+        let mut pool = (value, 1);
+        while let Some(&(before, count)) = pools.last()
+            && before > pool.0
+        {
+            let joined = count + pool.1;
+            pool = ((before * count as f64 + pool.0 * pool.1 as f64) / joined as f64, joined);
+            pools.pop();
+        }
+        pools.push(pool);
+    }
+    pools.into_iter().flat_map(|(value, count)| std::iter::repeat_n(value, count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pools_are_the_nearest_ascending_values() {
+        assert_eq!(isotonic(&[1.0, 3.0, 2.0, 4.0]), [1.0, 2.5, 2.5, 4.0]);
+        assert_eq!(isotonic(&[3.0, 2.0, 1.0]), [2.0; 3]);
+        // Of all ascending triples on a lattice none is nearer.
+        let values = [0.4, 1.3, 0.2, 0.9];
+        let off = |v: &[f64]| v.iter().zip(values).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let found = off(&isotonic(&values));
+        for n in 0..16usize.pow(4) {
+            let tried = [n / 4096, n / 256 % 16, n / 16 % 16, n % 16].map(|i| 0.1 * i as f64);
+            if tried.windows(2).all(|w| w[0] <= w[1]) {
+                assert!(found <= off(&tried) + 1e-9, "{tried:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_way_ends_where_an_input_turns_back() {
+        let seen = |a: [f64; 5], b: [f64; 5]| -> Vec<Vec<Factors>> {
+            a.iter().zip(b).map(|(a, b)| vec![[0.0, *a, 0.0], [0.0, b, 0.0]]).collect()
+        };
+        let mixes: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 - f64::from(i)]).collect();
+        let way = Way { mixes, seen: seen([0.0, 0.2, 0.5, 0.7, 0.9], [1.0, 1.3, 1.5, 1.0, 0.4]) };
+        let found = reach(&way, 1, 1.0);
+        assert_eq!(found.mixes.len(), 3, "{found:?}");
+        assert!((found.gain() - 0.5).abs() < 1e-12, "{found:?}");
+        assert!(found.sum > 0.0 && found.sum < found.gain(), "{found:?}");
+        // The other way round nothing is gained at the start, and nothing is reached.
+        assert_eq!(reach(&way, 1, -1.0).mixes.len(), 1);
+    }
+
+    #[test]
+    fn ends_are_where_all_inputs_go_together() {
+        // The third style moves weight most, but only for one of two inputs; the second for both.
+        let vertices = vec![
+            vec![[0.0, -0.5, 0.0], [0.0, -0.5, 0.0]],
+            vec![[0.0, 0.8, 0.0], [0.0, 0.8, 0.0]],
+            vec![[0.0, 2.4, 0.0], [0.0, -0.6, 0.0]],
+        ];
+        let middle = [[0.0, 0.9, 0.0], [0.0, -0.1, 0.0]];
+        let ends = ends(&vertices, &middle);
+        assert_eq!(ends.len(), 6 * UNEVEN.len());
+        let up = &ends[3 * UNEVEN.len() + 1];
+        assert!(up[1] > up[2] && up[1] > up[0], "{up:?}");
+        let down = &ends[2 * UNEVEN.len()];
+        assert!(down[0] > 0.5, "{down:?}");
+    }
+}

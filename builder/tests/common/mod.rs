@@ -1,0 +1,43 @@
+//! A generated walk and the database of it, which several tests share.
+
+use std::sync::OnceLock;
+
+use gestus_builder::{
+    build::{BuildOptions, build},
+    corpus::Corpus,
+    motion::Clip,
+    synth::{self, Options},
+};
+use gestus_core::Database;
+
+/// Two clips of a walk in two styles.
+pub fn corpus() -> &'static Corpus {
+    static CORPUS: OnceLock<Corpus> = OnceLock::new();
+    CORPUS.get_or_init(|| {
+        let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+        synth::corpus(&Options {
+            actions: list(&["walk"]),
+            styles: list(&["neutral", "proud"]),
+            clips: 2,
+            seconds: 6.0,
+            ..Options::default()
+        })
+        .unwrap()
+    })
+}
+
+/// The bytes of the database.
+pub fn blob() -> &'static [u8] {
+    static BLOB: OnceLock<Vec<u8>> = OnceLock::new();
+    BLOB.get_or_init(|| build(corpus(), &BuildOptions::default()).unwrap().bytes)
+}
+
+/// The database.
+pub fn database() -> Database<'static> {
+    Database::open(blob()).unwrap()
+}
+
+/// The first clip.
+pub fn walk() -> &'static Clip {
+    &corpus().examples[0].clip
+}

@@ -1,0 +1,225 @@
+//! A board with a robot on it: poses go out as joint angles and pulses, and the host hears of every one.
+//!
+//! A [`Driver`] is a [`Board`] around another one. It holds the [`Drive`] of a robot's tables, takes the pose that the
+//! stylizer has put out last, and moves the hinges one tick towards it each time that it is asked to
+//! ([`Request::Drive`](super::Request::Drive)): the robot's ticks and the stream's frames have rates of their own, and
+//! whoever keeps the time, keeps both. Boards without a robot carry none of it.
+//!
+//! Cost: the drive (`docs/PERFORMANCE.md`, "Around a step"), and six bytes a hinge on the line.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Board, Statistic};
+use crate::{
+    ConfigError, Database, Observer, Pose, Report, Stage,
+    knn::Neighbor,
+    pose::Dofs,
+    query::Feature,
+    robot::{Drive, Driven, Robot, layout::MAX_HINGES},
+};
+
+/// Bytes of a hinge on the line: its angle, f32, and its pulse, u16.
+pub const HINGE_BYTES: usize = 6;
+
+/// Which robot hangs on a board.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RobotIdentity {
+    /// [`Robot::identity`].
+    pub robot: u32,
+    /// Hinges.
+    pub hinges: u16,
+    /// Hinges that the board has room for.
+    pub capacity: u16,
+    /// From one tick to the next, seconds.
+    pub tick_s: f32,
+}
+
+/// What a tick of a robot did, as it travels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveReport<'a> {
+    /// [`Driven::held`]; also where the stream has put out no pose yet.
+    pub held: bool,
+    /// [`Driven::at_limit`].
+    pub at_limit: u16,
+    /// [`Driven::lag`], radians.
+    pub lag: f32,
+    /// [`Driven::missing_m`].
+    pub missing_m: f32,
+    /// [`HINGE_BYTES`] a hinge, in the order of the tables: angle in radians, f32, and pulse in microseconds, u16,
+    /// little-endian.
+    #[serde(borrow)]
+    pub hinges: &'a [u8],
+}
+
+impl DriveReport<'_> {
+    /// Angles in radians and pulses in microseconds. Bytes that are no whole hinge are left out.
+    pub fn hinges(&self) -> impl Iterator<Item = (f32, u16)> + '_ {
+        let (hinges, _) = self.hinges.as_chunks::<HINGE_BYTES>();
+        hinges.iter().map(|&[a, b, c, d, low, high]| {
+            (f32::from_le_bytes([a, b, c, d]), u16::from_le_bytes([low, high]))
+        })
+    }
+}
+
+/// Room for the hinges' bytes.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HingeBuffer([[u8; HINGE_BYTES]; MAX_HINGES]);
+
+impl HingeBuffer {
+    /// Room for as many hinges as a robot can have.
+    pub const fn new() -> Self {
+        Self([[0; HINGE_BYTES]; MAX_HINGES])
+    }
+
+    /// The report of a tick; `hinge` gives angle and pulse of each hinge, and `None` behind the last.
+    pub fn report(
+        &mut self,
+        driven: &Driven,
+        hinge: impl Fn(usize) -> Option<(f32, u16)>,
+    ) -> DriveReport<'_> {
+        let mut count = 0;
+        for (slot, (angle, pulse)) in self.0.iter_mut().zip((0..MAX_HINGES).map_while(hinge)) {
+            let ([a, b, c, d], [low, high]) = (angle.to_le_bytes(), pulse.to_le_bytes());
+            *slot = [a, b, c, d, low, high];
+            count += 1;
+        }
+        let Driven { held, at_limit, lag, missing_m } = *driven;
+        DriveReport {
+            held,
+            at_limit,
+            lag,
+            missing_m,
+            hinges: self.0.get(..count).unwrap_or(&self.0).as_flattened(),
+        }
+    }
+}
+
+impl Default for HingeBuffer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A board, and a robot of up to `H` hinges on it.
+#[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Driver<'r, B, const H: usize> {
+    board: B,
+    drive: Drive<'r, H>,
+}
+
+impl<'r, B, const H: usize> Driver<'r, B, H> {
+    /// The robot on the board, its hinges at zero, or the nearest to it in range.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the robot was made for another database, or has more hinges than `H`.
+    pub fn new(board: B, robot: Robot<'r>, database: &Database<'_>) -> Result<Self, ConfigError> {
+        robot.fits(database, H)?;
+        Ok(Self { board, drive: Drive::new(robot, &[])? })
+    }
+
+    /// The robot's drive.
+    pub fn drive(&self) -> &Drive<'r, H> {
+        &self.drive
+    }
+}
+
+impl<B: Observer<J>, const J: usize, const H: usize> Observer<J> for Driver<'_, B, H> {
+    #[inline(always)]
+    fn stage(&mut self, stage: Stage) {
+        self.board.stage(stage);
+    }
+
+    fn query(&mut self, feature: &Feature) {
+        self.board.query(feature);
+    }
+
+    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
+        self.board.searched(class, neighbors, mean_distance2);
+    }
+
+    fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
+        self.board.timed(class, rows, weights);
+    }
+
+    fn predicted(&mut self, x: &Dofs<J>, x_prev: &Dofs<J>, y_prev: &Dofs<J>, predicted: &Dofs<J>) {
+        self.board.predicted(x, x_prev, y_prev, predicted);
+    }
+}
+
+impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> {
+    fn name(&self) -> &str {
+        self.board.name()
+    }
+
+    fn build(&self) -> &str {
+        self.board.build()
+    }
+
+    fn begin(&mut self) {
+        self.board.begin();
+    }
+
+    fn end(&mut self, report: &Report) {
+        self.board.end(report);
+    }
+
+    fn stages(&self) -> &[u32] {
+        self.board.stages()
+    }
+
+    fn statistic(&mut self, index: u16) -> Option<Statistic> {
+        self.board.statistic(index)
+    }
+
+    fn place(&mut self, angles: &[[u8; 4]]) -> Option<RobotIdentity> {
+        let robot = self.drive.robot();
+        let mut given = [f32::NAN; H];
+        for (slot, &bytes) in given.iter_mut().zip(angles) {
+            *slot = f32::from_le_bytes(bytes);
+        }
+        // The same robot fitted before.
+        if let Ok(drive) = Drive::new(robot, &given) {
+            self.drive = drive;
+        }
+        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
+        Some(RobotIdentity {
+            robot: robot.identity(),
+            hinges: short(robot.hinges()),
+            capacity: short(H),
+            tick_s: robot.tick_s(),
+        })
+    }
+
+    fn drive(&mut self, pose: &Pose<J>) -> Option<Driven> {
+        Some(self.drive.step(pose))
+    }
+
+    fn hinge(&self, hinge: usize) -> Option<(f32, u16)> {
+        let motion = self.drive.motions().get(hinge)?;
+        Some((motion.position, self.drive.pulse(hinge)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hinges_travel_bit_by_bit() {
+        let all = [(-0.0, 0), (f32::NAN, 1500), (1e-40, u16::MAX)];
+        let driven = Driven { held: true, at_limit: 2, lag: 0.5, missing_m: 0.25 };
+        let mut buffer = HingeBuffer::new();
+        let report = buffer.report(&driven, |h| all.get(h).copied());
+        assert_eq!(report.hinges.len(), 3 * HINGE_BYTES);
+        let bits = |(angle, pulse): (f32, u16)| (angle.to_bits(), pulse);
+        assert!(report.hinges().map(bits).eq(all.map(bits)));
+        assert!((report.held, report.at_limit, report.lag, report.missing_m) == (true, 2, 0.5, 0.25));
+        // Half a hinge is none.
+        assert_eq!(DriveReport { hinges: &report.hinges[..8], ..report }.hinges().count(), 1);
+        assert_eq!(buffer.report(&driven, |_| Some((0.0, 0))).hinges().count(), MAX_HINGES);
+    }
+}

@@ -1,0 +1,38 @@
+//! The least that a firmware of the reference has to hold, for the count of its code: a database is opened, a stylizer
+//! made, and a pose stepped a round, in and out of memory that somebody else sees. No link, no counters.
+#![no_std]
+#![no_main]
+
+use core::{
+    mem::MaybeUninit,
+    ptr::{addr_of, addr_of_mut},
+};
+
+use cortex_m_rt::entry;
+use gestus_core::{Config, Database, Fit, Pose, Stylizer};
+use gestus_firmware::flash;
+
+const JOINTS: usize = 22;
+
+static mut INPUT: Pose<JOINTS> = Pose::IDENTITY;
+static mut OUTPUT: Pose<JOINTS> = Pose::IDENTITY;
+static mut STYLE: u16 = 0;
+static mut STYLIZER: MaybeUninit<Stylizer<'static, JOINTS, 40, 28>> = MaybeUninit::uninit();
+
+#[entry]
+fn main() -> ! {
+    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(1) };
+    let Ok(fit) = Fit::new(database, Config::new()) else { semihosting::process::exit(2) };
+    // SAFETY: the program has one thread, which takes this reference once.
+    let stylizer = unsafe { (*addr_of_mut!(STYLIZER)).write(fit.stylizer()) };
+    // SAFETY: a place of this program's own; volatile, so that the compiler does not know what it holds.
+    let _ = stylizer.set_style(&[(unsafe { addr_of!(STYLE).read_volatile() }, 1.0)]);
+    let mut output = Pose::IDENTITY;
+    loop {
+        // SAFETY: as above.
+        let input = unsafe { addr_of!(INPUT).read_volatile() };
+        let _ = stylizer.step(&input, &mut output);
+        // SAFETY: as above.
+        unsafe { addr_of_mut!(OUTPUT).write_volatile(output) };
+    }
+}

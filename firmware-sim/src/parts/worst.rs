@@ -1,0 +1,250 @@
+//! The most that a frame can cost: a bound that is known before anything is streamed, from what is chosen for a board.
+//!
+//! The work of a frame is bounded by the code: C classes that are searched compute at most C V + 448 distances, V being
+//! `Config::visits` (a class that is searched anew, because the stream has jumped, takes what the others have left, and
+//! 448 at most beyond); each class that is kept unpacks and fits at most K examples; at most `Config::classes` are kept,
+//! and 4 where the stream begins or most of the database's C₀ classes have jumped. With G = min(classes, C) and
+//! G₄ = min(G, 4), a frame is one of
+//!
+//! ```text
+//! first       C V visits              G₄ + 1 classes unpacked (the nearest twice)
+//! follow      C V + 448 visits        G
+//! ```
+//!
+//! and costs at most the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted
+//! to modelled instructions that was seen on streams made to be hard (`Calibration::worst`; `docs/PORTING.md`, "The
+//! worst frame"). So the counts are proven and the prices are measured, with a margin; `cargo xtask budget` holds the
+//! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
+
+use gestus_core::{Config, Database, knn::MAX_VISITS};
+
+use super::{
+    cost::{TERMS, Units},
+    prices::Isa,
+};
+
+/// Classes that are kept where the stream begins or has jumped: the core's.
+const KEPT_ANEW: usize = 4;
+/// Visits that a frame has to spare: the core's.
+const SPARE: usize = MAX_VISITS as usize;
+/// Rows that an example unpacks with one output style: two of the input's and three of the output's, or four.
+const ROWS_INPUT: f64 = 2.0;
+const ROWS_OUTPUT: f64 = 3.0;
+
+/// What a step works through: the counts behind [`Units`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Work {
+    /// Joints J.
+    pub joints: f64,
+    /// Dofs D.
+    pub dofs: f64,
+    /// Components F of a feature.
+    pub features: f64,
+    /// Frames W of the query window.
+    pub window: f64,
+    /// Classes searched.
+    pub searched: f64,
+    /// Distances computed.
+    pub visits: f64,
+    /// Classes unpacked.
+    pub used: f64,
+    /// Examples unpacked, over all of them.
+    pub examples: f64,
+    /// Rows of an example, in those of an example with one output style.
+    pub rows: f64,
+}
+
+impl Work {
+    /// The units, term by term.
+    pub fn units(&self) -> Units {
+        let units: [f64; TERMS] = [
+            self.joints * self.window * self.features,
+            self.visits * self.features,
+            self.searched,
+            self.examples * self.dofs * self.rows,
+            self.examples * self.dofs,
+            self.used * self.dofs,
+            self.examples,
+            self.used,
+            self.joints,
+            self.examples,
+            self.searched,
+            self.examples,
+            1.0,
+        ];
+        units
+    }
+}
+
+/// What is chosen for a board: the capacities in use, and what limits a frame.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shape {
+    /// Joints of the database; its dofs are 3 J + 4.
+    pub joints: usize,
+    /// Components of a feature.
+    pub features: usize,
+    /// Frames of the query window.
+    pub window: usize,
+    /// Classes of the database, searched or not.
+    pub classes: usize,
+    /// Rows of each class that is searched.
+    pub searched: Vec<usize>,
+    /// Neighbors a class.
+    pub k: usize,
+    /// Most distances of a class a frame ([`Config::visits`]).
+    pub visits: usize,
+    /// Most classes of a frame ([`Config::classes`]).
+    pub kept: usize,
+    /// Output styles that have weight at once.
+    pub styles: usize,
+}
+
+impl Shape {
+    /// For a board that is still to be chosen: J joints, K neighbors, C classes that are all searched, one output style,
+    /// a database as `gestus build` makes it, and the shipped configuration.
+    pub fn new(joints: usize, k: usize, classes: usize) -> Self {
+        let (_, _, visits, _) = Config::new().search_limits();
+        Self {
+            joints,
+            features: gestus_core::blob::layout::MAX_FEATURES,
+            window: gestus_core::blob::layout::MAX_WINDOW,
+            classes,
+            searched: vec![usize::MAX; classes],
+            k,
+            visits: usize::from(visits),
+            kept: gestus_core::mixture::MAX_KEPT,
+            styles: 1,
+        }
+    }
+
+    /// Of a database under a configuration, with labels of action and input style, and so many output styles at once.
+    pub fn of(
+        database: &Database<'_>,
+        config: &Config,
+        labels: (Option<u16>, Option<u16>),
+        styles: usize,
+    ) -> Self {
+        let counts = database.counts();
+        let allowed = |class: &gestus_core::blob::Class| {
+            labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
+        };
+        let (k, _, visits, _) = config.search_limits();
+        Self {
+            joints: counts.joints,
+            features: counts.features,
+            window: counts.window,
+            classes: counts.classes,
+            searched: database.classes().filter(allowed).map(|c| c.rows).collect(),
+            k: usize::from(k),
+            visits: usize::from(visits),
+            kept: usize::from(config.classes_kept()),
+            styles,
+        }
+    }
+
+    /// The frames that may be the worst: a first one, and one that follows.
+    pub fn work(&self) -> [Work; 2] {
+        let searched = self.searched.len();
+        let kept = self.kept.min(searched);
+        // Small classes are searched whole, once: they have nothing to search anew, and leave something for others.
+        let visits: usize = self.searched.iter().map(|&rows| rows.min(self.visits)).sum();
+        let large = self.searched.iter().filter(|&&rows| rows > self.visits).count();
+        let spare = SPARE + searched * self.visits - visits;
+        let again = spare.min(large * self.visits);
+        let work = |visits: usize, used: usize| Work {
+            joints: self.joints as f64,
+            dofs: (3 * self.joints + 4) as f64,
+            features: self.features as f64,
+            window: self.window as f64,
+            searched: searched as f64,
+            visits: visits as f64,
+            used: used as f64,
+            examples: (used * self.k) as f64,
+            rows: (ROWS_INPUT + ROWS_OUTPUT * self.styles as f64) / (ROWS_INPUT + ROWS_OUTPUT),
+        };
+        let first = kept.min(KEPT_ANEW) + usize::from(searched > 0);
+        [work(visits, first), work(visits + again, kept)]
+    }
+
+    /// The most instructions of a frame; `None` where no prices of that instruction set were tried on hard streams.
+    pub fn most(&self, isa: Isa) -> Option<f64> {
+        let calibration = isa.calibration();
+        let worst = calibration.worst?;
+        let cost = |work: &Work| -> f64 {
+            calibration
+                .prices
+                .stages(&work.units())
+                .iter()
+                .zip(worst)
+                .map(|(stage, ratio)| stage * ratio)
+                .sum()
+        };
+        Some(self.work().iter().map(cost).fold(0.0, f64::max))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_is_that_of_the_table() {
+        let shape = Shape { classes: 28, ..Shape::new(21, 40, 28) };
+        let [first, follow] = shape.work();
+        assert_eq!((first.visits, first.used, first.examples), (28.0 * 320.0, 5.0, 200.0));
+        assert_eq!((follow.visits, follow.used), (28.0 * 320.0 + 448.0, 8.0));
+        assert_eq!((follow.dofs, follow.rows), (67.0, 1.0));
+        let labelled = Shape { searched: vec![1000; 7], ..shape.clone() };
+        assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(2240.0, 5.0), (2688.0, 7.0)]);
+        // A class of 100 rows is searched whole, and what it leaves is the other's, which takes no more than its own again.
+        let small = Shape { searched: vec![100, 1000], classes: 2, ..shape };
+        assert_eq!(small.work().map(|w| (w.visits, w.used)), [(420.0, 3.0), (740.0, 2.0)]);
+    }
+
+    /// docs/PORTING.md states the factors; here is what to put there.
+    #[test]
+    fn the_document_has_the_factors_of_the_code() {
+        let calibration = Isa::Armv7MFpu.calibration();
+        let worst = calibration.worst.expect("it was calibrated");
+        let factor = |term: usize| {
+            let ratio = worst[super::super::cost::STAGE_OF[term] as usize];
+            format!("{:.0}", calibration.prices.0[term] * ratio)
+        };
+        let [q, s, none, d, r, r_class, t, t_class, joint, e, class, c, l] = std::array::from_fn(factor);
+        assert_eq!(none, "0", "a class that is searched has a price of its own: put it into the document");
+        let lines = [
+            format!("query {q} · J W F"),
+            format!("search {s} · distances · F"),
+            format!("decode {d} · n D · (2 + 3 S) / 5"),
+            format!("regression {r} · n D + {r_class} · classes unpacked · D"),
+            format!("timing {t} · n + {t_class} · classes unpacked"),
+            format!("rest {joint} · J + {e} · n + {class} · C"),
+            format!("contacts {c} · n"),
+            format!("lock {l}"),
+        ];
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PORTING.md");
+        let document = std::fs::read_to_string(path).expect("the document is there");
+        let document: Vec<String> =
+            document.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        for line in lines {
+            assert!(document.contains(&line), "docs/PORTING.md has no line `{line}`");
+        }
+    }
+
+    #[test]
+    fn the_bound_grows_with_what_is_asked_and_falls_with_labels() {
+        let most = |shape: &Shape| shape.most(Isa::Armv7MFpu).expect("it was calibrated");
+        let all = Shape::new(21, 40, 28);
+        for more in [
+            Shape { k: 48, ..all.clone() },
+            Shape { visits: 400, ..all.clone() },
+            Shape { joints: 22, ..all.clone() },
+            Shape { styles: 2, ..all.clone() },
+            Shape::new(21, 40, 29),
+        ] {
+            assert!(most(&more) > most(&all), "{more:?}");
+        }
+        assert!(most(&Shape { searched: vec![1000; 7], ..all.clone() }) < 0.6 * most(&all));
+        assert!(all.most(Isa::Armv6M).is_none());
+    }
+}

@@ -1,0 +1,40 @@
+//! What the tests of the command share: a database and a clip as files, and the program.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    sync::OnceLock,
+};
+
+use gestus_builder::bvh::{Bvh, Unit};
+use gestus_tests::motion;
+use serde_json::Value;
+
+/// A database and a clip of so many frames, as files in a folder of the test's own.
+pub fn files(test: &str, frames: usize) -> [&'static str; 2] {
+    static FILES: OnceLock<[PathBuf; 2]> = OnceLock::new();
+    let files = FILES.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        std::fs::create_dir_all(&folder).expect("the test's folder can be made");
+        let files = ["small.gestus", "walk.bvh"].map(|name| folder.join(name));
+        std::fs::write(&files[0], motion::small()).expect("it can be written");
+        let document = Bvh::from_clip(&motion::unseen(0, 0, frames), Unit::Metres).expect("it is a clip");
+        std::fs::write(&files[1], document.to_text()).expect("it can be written");
+        files
+    });
+    [0, 1].map(|i| files[i].to_str().expect("a plain path"))
+}
+
+/// Runs `gestus-sim`: did it succeed, and what did it say on standard output and standard error.
+pub fn sim(arguments: &[&str]) -> (bool, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_gestus-sim")).args(arguments).output().expect("it starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.success(), text(&output.stdout), text(&output.stderr))
+}
+
+/// What `gestus-sim` says, which is one JSON object.
+pub fn json(arguments: &[&str]) -> Value {
+    let (ok, stdout, stderr) = sim(arguments);
+    assert!(ok, "{arguments:?}: {stderr}");
+    serde_json::from_str(&stdout).expect("standard output is one JSON object")
+}
