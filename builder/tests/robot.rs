@@ -7,7 +7,7 @@ use std::{f64::consts::PI, fmt::Write};
 
 use common::{corpus, database, walk};
 use gestus_builder::{
-    motion::{Clip, Skeleton},
+    motion::Skeleton,
     robot::{Machine, MachineError, RobotMap, play, play::end_effectors, play::play_frames},
     urdf::Robot,
 };

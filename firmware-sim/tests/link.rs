@@ -21,7 +21,7 @@ use gestus_builder::{
 use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_tests::motion;
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// A database and a clip, as files.
 fn files() -> [&'static str; 2] {

@@ -98,7 +98,8 @@ impl<'a> Probe<'a> {
         self.inputs
             .par_iter()
             .map(|(clip, action)| {
-                let request = Request { style: style.clone(), ..Request::style(0) };
+                let request =
+                    Request { style: style.clone(), action: Some(*action as u16), ..Request::style(0) };
                 let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
                 let rows = body.clip_dofs(&streamed.clip(clip, clip.rate_hz));
                 let seen = self.estimator.clip(body, &rows, rate_hz, Some(*action))?;

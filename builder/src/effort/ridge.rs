@@ -108,7 +108,7 @@ pub fn cross_validate(kernel: &DMatrix<f64>, lambda: f64, targets: &[Vec<f64>]) 
         let (low, high) = (i.min(j), i.max(j));
         columns[low][high - low..].iter().zip(&columns[high]).map(|(a, b)| a * b).sum()
     };
-    let folds: Vec<(Vec<usize>, Option<Cholesky<f64, nalgebra::Dyn>>)> = (0..FOLDS.min(n))
+    let folds: Vec<_> = (0..FOLDS.min(n))
         .map(|fold| {
             let out: Vec<usize> = (fold..n).step_by(FOLDS).collect();
             let block = DMatrix::from_fn(out.len(), out.len(), |i, j| entry(out[i], out[j]));
