@@ -84,4 +84,4 @@ pub use error::{BlobError, ConfigError};
 pub use observe::{Observer, Stage};
 pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use stylizer::{Fit, MAX_OWN, STRENGTH_S, Safety, Stylizer};
+pub use stylizer::{Fit, MAX_OWN, MEND_S, STRENGTH_S, Safety, Stylizer};

@@ -38,7 +38,7 @@ pub fn floats<const N: usize>(data: &[u8], at: usize) -> [f32; N] {
     core::array::from_fn(|i| f32_at(data, at + 4 * i))
 }
 
-/// Stands in for a record that is not there; no record of a constant length is longer.
+/// Stands in for a record that is not there. Longer ones, which no step reads many of, are empty then.
 static ZEROS: [u8; 64] = [0; 64];
 
 /// One record of a table.

@@ -209,11 +209,16 @@ impl<'r> Robot<'r> {
         }
     }
 
+    /// Number of limbs.
+    pub fn limbs(&self) -> usize {
+        self.limbs.len() / limb::LENGTH
+    }
+
     /// Limb `index`, where there is one.
     pub fn limb(&self, index: usize) -> Option<Limb> {
         let bytes = Record::of(self.limbs, index, limb::LENGTH);
         let pair = |at: usize| [usize::from(bytes.u8(at)), usize::from(bytes.u8(at + 1))];
-        (!bytes.0.is_empty()).then(|| Limb {
+        (index < self.limbs()).then(|| Limb {
             joints: pair(limb::JOINTS.start),
             hinges: pair(limb::HINGES.start),
             scale: bytes.f32(limb::SCALE),

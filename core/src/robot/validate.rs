@@ -83,7 +83,7 @@ pub(super) fn contents(robot: &Robot<'_>) -> Checked {
     let chained = |first: usize, last: usize| {
         (first + 1..=last).all(|h| h < robot.hinges() && robot.hinge(h).parent == Some(h - 1))
     };
-    let limbs = robot.limbs.len() / limb::LENGTH;
+    let limbs = robot.limbs();
     let mut next = 0;
     for g in 0..robot.groups() {
         number += 1;

@@ -4,7 +4,7 @@ mod configure;
 mod guard;
 mod settings;
 
-pub use guard::Safety;
+pub use guard::{MEND_S, Safety};
 pub use settings::{MAX_OWN, STRENGTH_S};
 pub(crate) use settings::{Mix, Settings};
 
