@@ -93,6 +93,8 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         board(&prefix, "m4f", &arguments, &keys, &mut figures, &mut bounds)?;
     }
     around(&mut figures)?;
+    let least = json(sim().args(["board", "m4f", "--build", "--least", "--json"]))?;
+    figures.insert("least.flash_bytes".into(), least["flash_bytes"].as_f64().context("the bytes of flash")?);
     board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
     let approximate = ["--generated", "--micromath"];
     let keys = ["instructions_median", "instructions_max", "flash_bytes"];

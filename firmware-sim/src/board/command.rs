@@ -86,6 +86,9 @@ pub struct BoardArgs {
     /// With --build: the sizes of stack frames in the ELF, for a static bound
     #[arg(long, requires = "build")]
     stack_sizes: bool,
+    /// With --build: the least firmware, which opens a database and steps, without link and counters
+    #[arg(long, requires = "build")]
+    least: bool,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -154,6 +157,7 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
             defmt,
             stack_sizes,
             micromath,
+            program: args.least.then_some("minimal"),
             ..image::Options::default()
         };
         let image = image::build(board, options)?;

@@ -205,7 +205,7 @@ impl Replayed {
 /// The most that a frame of a job can take, on the board whose prices were tried on hard streams.
 fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
     let Request { config, action, input_style, style, .. } = job.request;
-    if board.cpu != Some("cortex-m4") || config.method_chosen() != Method::Mar {
+    if board.name != "m4f" || config.method_chosen() != Method::Mar {
         return None;
     }
     let styles = style.iter().filter(|(_, weight)| *weight > 0.0).count();

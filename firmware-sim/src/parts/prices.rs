@@ -38,10 +38,10 @@ impl Isa {
         match self {
             Self::Armv7MFpu => Calibration {
                 prices: Prices([
-                    13.87, 16.77, 0.0, 89.8, 46.37, 313.3, 562.6, 359.6, 832.3, 65.4, 307.1, 450.4, 6450.1,
+                    11.43, 16.32, 0.0, 81.99, 29.07, 485.3, 585.7, 302.7, 913.5, 81.91, 335.3, 374.2, 6326.6,
                 ]),
-                error_percent: 13.0,
-                worst: Some([1.05, 1.29, 1.10, 1.05, 1.07, 1.31, 1.05, 1.24]),
+                error_percent: 12.0,
+                worst: Some([1.05, 1.26, 1.14, 1.05, 1.07, 1.32, 1.12, 1.28]),
                 measured_on: "mps2-an386 (Cortex-M4F)",
             },
             Self::RiscVFpu => Calibration {
