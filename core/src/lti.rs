@@ -81,8 +81,8 @@ impl<const J: usize> Lti<J> {
             // A first pose has no frame before it: it moves as its kind does on average.
             if let Some(&(index, _)) = wanted.first() {
                 let model = database.linear_model(usize::from(index));
-                let rates = signals.x.as_flattened_mut().iter_mut().enumerate();
-                rates.take(dof::JOINTS).skip(dof::FORWARD).for_each(|(d, v)| *v = model.dof(d)[0]);
+                let rates = signals.x.as_flattened_mut().iter_mut().zip(model.inputs());
+                rates.take(dof::JOINTS).skip(dof::FORWARD).for_each(|(v, [mean, _])| *v = mean);
             }
             signals.x_prev = signals.x;
             signals.y_prev = signals.x;
@@ -106,7 +106,8 @@ impl<const J: usize> Lti<J> {
             step_s += share * input_step * exp((1.0 - passed) * clamp(log_step, -LOG_STEP, LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
-                let sum: f32 = slot.states.as_flattened().iter().zip(projection).map(|(a, b)| a * b).sum();
+                let states = slot.states.as_flattened().get(..model.states).unwrap_or(&[]);
+                let sum = projection.add_products(0.0, states);
                 *standing += if sum > boundary { share } else { -share };
             }
         }
@@ -195,8 +196,7 @@ impl<const J: usize> Slot<J> {
         // `output` holds the normalised input until the frame is put out.
         let mut furthest = 0.0;
         let inputs = signals.output.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
-        for (d, (u, &x)) in inputs.enumerate().take(dofs) {
-            let [mean, deviation, ..] = model.dof(d);
+        for ((u, &x), [mean, deviation]) in inputs.zip(model.inputs()) {
             *u = clamp((x - mean) / deviation, -FURTHEST, FURTHEST);
             let distance = crate::math::abs(*u);
             furthest = if distance > furthest { distance } else { furthest };
@@ -250,8 +250,9 @@ impl<const J: usize> Slot<J> {
 /// Adds the product of a matrix, row by row the next of the numbers, and a vector.
 #[inline(never)]
 fn add_products(sums: &mut [f32], vector: &[f32], numbers: &mut Numbers<'_>) {
-    for sum in sums {
-        *sum = vector.iter().zip(&mut *numbers).fold(*sum, |sum, (x, number)| sum + number * x);
+    let matrix = numbers.take_first(sums.len() * vector.len());
+    for (sum, row) in sums.iter_mut().zip(matrix.rows(vector.len())) {
+        *sum = row.add_products(*sum, vector);
     }
 }
 

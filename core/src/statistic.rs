@@ -20,12 +20,12 @@ use crate::{
     Pose, Report,
     blob::{
         Database, Table,
-        layout::{ROOT_DOFS, dof},
+        layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
     mar::Frame,
     math::{clamp, exp, sqrt},
     quaternion::{self, IDENTITY, Quaternion},
-    stylizer::Signals,
+    stylizer::{Settings, Signals},
 };
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
@@ -80,20 +80,18 @@ impl<const J: usize> Statistic<J> {
 
         let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
         let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
-        let styles = |group: usize| {
-            let all = settings.mix(settings.mix_of(group)).weighted(database.counts().styles);
-            all.filter_map(|(s, w)| Some((database.table_of(s as u16, settings.action)?, w)))
-        };
-        // The root's own styles, and those of other groups' joints.
-        let root = database.joint_group(0);
-        report.bytes_read += styles(root).map(|(t, _)| t.bytes() as u32).sum::<u32>();
+        // The root's own styles; those of other groups' joints take their place where these begin.
+        let mut mix = settings.mix_of(database.joint_group(0));
+        let mut heard = Heard::new();
+        listen(&mut heard, database, settings, mix);
+        report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
 
         let mut furthest = 0.0;
         for (i, (d, own)) in ROOT.into_iter().zip(&mut self.root).enumerate() {
             let x = signals.x.as_flattened().get(d).copied().unwrap_or(0.0);
             let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
             let (mut to_mean, mut to_deviation) = (0.0, 0.0);
-            for (table, weight) in styles(root) {
+            for &(table, weight) in &heard {
                 let [mean, deviation] = table.root(i);
                 to_mean += weight * mean;
                 to_deviation += weight * deviation;
@@ -116,7 +114,12 @@ impl<const J: usize> Statistic<J> {
             let q = if j == 0 { upright } else { rotation };
             let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
             let (mut to_mean, mut to_deviation, mut total) = (IDENTITY, 0.0, 0.0);
-            for (table, weight) in styles(database.joint_group(j)) {
+            let own_mix = settings.mix_of(database.joint_group(j));
+            if own_mix != mix {
+                mix = own_mix;
+                listen(&mut heard, database, settings, mix);
+            }
+            for &(table, weight) in &heard {
                 let (mean, deviation) = table.joint(j);
                 total += weight;
                 // A weighted mean, one table after the other (eq. 6).
@@ -160,6 +163,21 @@ impl<const J: usize> Statistic<J> {
             let (mean, deviation) = source.joint(j);
             *own = mean;
             *variance = deviation * deviation;
+        }
+    }
+}
+
+/// The tables that a mix of styles is made of, and their weights.
+type Heard<'db> = heapless::Vec<(Table<'db>, f32), MAX_STYLES>;
+
+/// Looks up the tables of a mix.
+#[inline(never)]
+fn listen<'db>(heard: &mut Heard<'db>, database: &Database<'db>, settings: &Settings, mix: usize) {
+    heard.clear();
+    for (style, weight) in settings.mix(mix).weighted(database.counts().styles) {
+        if let Some(table) = database.table_of(style as u16, settings.action) {
+            // There is room for every style.
+            let _ = heard.push((table, weight));
         }
     }
 }

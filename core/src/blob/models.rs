@@ -24,6 +24,26 @@ impl<'a> Numbers<'a> {
         Self(bytes.get(at..).unwrap_or(&[]).as_chunks::<4>().0)
     }
 
+    /// Takes the next of them: at most so many.
+    #[inline]
+    pub fn take_first(&mut self, count: usize) -> Self {
+        let (first, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
+        self.0 = rest;
+        Self(first)
+    }
+
+    /// Rows of so many each.
+    #[inline]
+    pub fn rows(self, columns: usize) -> impl Iterator<Item = Self> + use<'a> {
+        self.0.chunks_exact(if columns > 0 { columns } else { 1 }).map(Self)
+    }
+
+    /// The sum of a number and their products with those of a vector, one after the other.
+    #[inline]
+    pub fn add_products(self, sum: f32, vector: &[f32]) -> f32 {
+        self.0.iter().zip(vector).fold(sum, |sum, (number, x)| sum + f32::from_le_bytes(*number) * x)
+    }
+
     /// How many there are.
     #[inline]
     pub fn count(self) -> usize {
@@ -77,14 +97,23 @@ pub struct Unit<'db> {
 }
 
 impl<'db> LinearModel<'db> {
+    /// Mean and standard deviation of the inputs, dof by dof.
+    #[inline]
+    pub fn inputs(&self) -> impl Iterator<Item = [f32; 2]> + use<'db> {
+        let records = self.bytes.as_chunks::<{ lti::DOF }>().0;
+        records.iter().take(self.dofs).map(|record| floats(record, 0))
+    }
+
     /// Mean and standard deviation of a dof's input, then of its output; of dof D those of the log time warp.
-    #[inline(never)]
+    #[inline]
     pub fn dof(&self, dof: usize) -> [f32; 4] {
-        if dof < self.dofs {
-            return floats(self.bytes, lti::DOF * dof);
+        match self.bytes.as_chunks::<{ lti::DOF }>().0.get(dof) {
+            Some(record) if dof < self.dofs => floats(record, 0),
+            _ => {
+                let [mean, deviation] = floats(self.bytes, lti::step(self.dofs));
+                [0.0, 1.0, mean, deviation]
+            }
         }
-        let [mean, deviation] = floats(self.bytes, lti::step(self.dofs));
-        [0.0, 1.0, mean, deviation]
     }
 
     /// The footplant of a side: boundary, and the projection that it is compared with.

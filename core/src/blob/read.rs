@@ -32,10 +32,13 @@ pub fn f32_at(data: &[u8], at: usize) -> f32 {
     f32::from_le_bytes(bytes(data, at))
 }
 
-/// `N` f32 from byte `at` on.
+/// `N` f32 from byte `at` on; zeros where they are not all there.
 #[inline]
 pub fn floats<const N: usize>(data: &[u8], at: usize) -> [f32; N] {
-    core::array::from_fn(|i| f32_at(data, at + 4 * i))
+    match data.get(at..).and_then(|rest| rest.as_chunks::<4>().0.first_chunk::<N>()) {
+        Some(numbers) => numbers.map(f32::from_le_bytes),
+        None => [0.0; N],
+    }
 }
 
 /// Stands in for a record that is not there. Longer ones, which no step reads many of, are empty then.
