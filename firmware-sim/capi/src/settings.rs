@@ -64,10 +64,11 @@ unsafe fn set_styles(
         *pair = (style, weight);
     }
     let pairs = pairs.get(..count).unwrap_or(&[]);
-    Ok(match group {
+    match group {
         Some(group) => stylizer.set_group_style(group, pairs)?,
         None => stylizer.set_style(pairs)?,
-    })
+    }
+    Ok(())
 }
 
 /// Sets the output style of a joint group alone, in place of the body's: `count` numbers of styles and their weights,
