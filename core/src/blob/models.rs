@@ -101,14 +101,14 @@ impl<'db> LinearModel<'db> {
     #[inline]
     pub fn inputs(&self) -> impl Iterator<Item = [f32; 2]> + use<'db> {
         let records = self.bytes.as_chunks::<{ lti::DOF }>().0;
-        records.iter().take(self.dofs).map(|record| floats(record, 0))
+        records.iter().take(self.dofs).map(|record| Record(record).floats(0..8))
     }
 
     /// Mean and standard deviation of a dof's input, then of its output; of dof D those of the log time warp.
     #[inline]
     pub fn dof(&self, dof: usize) -> [f32; 4] {
         match self.bytes.as_chunks::<{ lti::DOF }>().0.get(dof) {
-            Some(record) if dof < self.dofs => floats(record, 0),
+            Some(record) if dof < self.dofs => Record(record).floats(0..16),
             _ => {
                 let [mean, deviation] = floats(self.bytes, lti::step(self.dofs));
                 [0.0, 1.0, mean, deviation]

@@ -33,7 +33,7 @@ pub fn f32_at(data: &[u8], at: usize) -> f32 {
 }
 
 /// `N` f32 from byte `at` on; zeros where they are not all there.
-#[inline]
+#[inline(never)]
 pub fn floats<const N: usize>(data: &[u8], at: usize) -> [f32; N] {
     match data.get(at..).and_then(|rest| rest.as_chunks::<4>().0.first_chunk::<N>()) {
         Some(numbers) => numbers.map(f32::from_le_bytes),
