@@ -88,7 +88,7 @@ impl Metric {
     }
 
     /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units
-    /// and scalar ones agree bit for bit. The search takes [`distance2_below`](Self::distance2_below), which is faster.
+    /// and scalar ones agree bit for bit. The search takes `distance2_below`, which is faster.
     #[inline(never)]
     pub fn distance2(&self, stored: &[u8]) -> f32 {
         let mut sums = [0.0f32; LANES];

@@ -6,7 +6,7 @@
 //! what earlier work assumes. It is also a good place to start from: the kernel methods learn the Effort itself, as the
 //! paper has it, or its deviation from interpolation, whichever cross-validation finds better. And with 85 examples in
 //! a dozen dimensions not all of z helps: cross-validation may also choose a kernel of the Efforts and α alone, or of
-//! the factor's own ones and α ([`View`]).
+//! the factor's own ones and α (`View`).
 
 use nalgebra::DMatrix;
 use rand::{SeedableRng, seq::SliceRandom};
