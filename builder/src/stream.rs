@@ -119,6 +119,11 @@ impl Streamed {
             .collect()
     }
 
+    /// The output poses, which stand at [`times`](Self::times).
+    pub fn frames(&self) -> Vec<Frame> {
+        self.steps.iter().map(|s| s.frame.clone()).collect()
+    }
+
     /// The output as a clip at a fixed rate: poses at their time stamps, resampled; or tick by tick, where the stream was
     /// retimed.
     pub fn clip(&self, like: &Clip, rate_hz: f64) -> Clip {
