@@ -122,8 +122,7 @@ fn streams_are_cut_into_their_fragments() {
 
 /// Paper 003's Table 1 with an annotator whose taste is a fixed nonlinear function with noise: over corpora that share
 /// no motion and no noise, kernel ridge and support vectors predict Weight and Time better than interpolation, by more
-/// than three standard errors of the difference and by a fifth at least. Optimised, as `cargo xtask ci` runs it, it is
-/// the paper's 500 splits.
+/// than three standard errors of the difference and by a fifth at least. With `--release` it is the paper's 500 splits.
 #[test]
 fn kernels_beat_lines_on_weight_and_time() {
     let (annotators, splits) = if cfg!(debug_assertions) { (6, 4) } else { (10, 50) };

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{
     Evaluation,
     gaussian_process::{self, Editor, Pairs},
-    methods::{self, GlobalModel, Record},
+    methods::{ClassNeighbors, GlobalModel, Record, interpolated},
     metrics::{best_shift, centred, joint_distance, matched, third_difference, variability},
 };
 use crate::{
@@ -230,7 +230,7 @@ pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, B
     ];
     if let Some(class) = class_of(&database, example.action, example.style) {
         for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
-            let model = GlobalModel::fit(&database, class, style, autoregressive);
+            let model = GlobalModel::fit(&database, &[class], style, autoregressive);
             all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
         }
     }
@@ -412,8 +412,23 @@ fn fold(
             let Ok(streamed) = stream(&database, &example.clip, &request, &mut record) else { continue };
             let predicted = own_dofs(&fold, &database, &record.predicted);
             rows.push(fold.row(&method, &predicted, Some(&streamed)));
-            if suffix == "-labelled" && !options.mixtures_only && name == "mixture" {
-                neighbors(&fold, &database, &record, &mut rows);
+            if name != "mixture" || options.mixtures_only {
+                continue;
+            }
+            if suffix == "-labelled" {
+                for (name, most) in [("nearest", 1), ("knn", usize::MAX)] {
+                    let of = |classes: &[ClassNeighbors]| {
+                        interpolated(&database, &classes.iter().collect::<Vec<_>>(), most, style)
+                    };
+                    rows.push(fold.row(name, &own_dofs(&fold, &database, &record.each(of)), None));
+                }
+            } else if suffix.is_empty() && corpus.actions.len() > 1 {
+                let most = usize::from(config.neighborhood().0);
+                let of = |classes: &[ClassNeighbors]| {
+                    interpolated(&database, &classes.iter().collect::<Vec<_>>(), most, style)
+                };
+                let predicted = own_dofs(&fold, &database, &record.each(of));
+                rows.push(fold.row("knn-unlabelled", &predicted, None));
             }
         }
     }
@@ -437,7 +452,12 @@ pub(super) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64
         .collect()
 }
 
-fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
+/// The classes of a style, of whatever action.
+pub(super) fn classes_of(database: &Database<'_>, style: usize) -> Vec<usize> {
+    database.classes().enumerate().filter(|(_, c)| usize::from(c.style) == style).map(|c| c.0).collect()
+}
+
+pub(super) fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
     database.classes().position(|c| usize::from(c.action) == action && usize::from(c.style) == style)
 }
 
@@ -460,12 +480,18 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     let Some(class) = class_of(database, example.action, example.style) else { return };
     // The models live in the database's dofs.
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
-    let affine = GlobalModel::fit(database, class, fold.style, false);
-    let autoregressive = GlobalModel::fit(database, class, fold.style, true);
+    let affine = GlobalModel::fit(database, &[class], fold.style, false);
+    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true);
     let first = affine.run(&x[..1], &x[0]);
     for (name, model) in [("global-ar", &autoregressive), ("global-affine", &affine)] {
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row(name, &predicted, None));
+    }
+    // Of one action both are the same.
+    if fold.corpus.actions.len() > 1 {
+        let model = GlobalModel::fit(database, &classes_of(database, example.style), fold.style, false);
+        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+        rows.push(fold.row("global-affine-unlabelled", &predicted, None));
     }
 }
 
@@ -481,8 +507,7 @@ fn gaussian(
     let (name, classes) = if labelled {
         ("gaussian-process", vec![class_of(database, example.action, example.style)?])
     } else {
-        let own = |a: usize| class_of(database, a, example.style);
-        ("gaussian-process-unlabelled", (0..fold.corpus.actions.len()).filter_map(own).collect())
+        ("gaussian-process-unlabelled", classes_of(database, example.style))
     };
     let pairs = Pairs::of(database, &classes, fold.style).thinned(options.most);
     let editor = Editor::fit(&pairs, options)?;
@@ -549,28 +574,6 @@ pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Build
             svg: plot::lines(labels, &lines),
         }],
     })
-}
-
-fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &mut Vec<Row>) {
-    for (name, most) in [("nearest", 1), ("knn", usize::MAX)] {
-        let predicted: Vec<Vec<f64>> = record
-            .neighbors
-            .iter()
-            .map(|classes| {
-                let (class, near) = &classes[0];
-                let mut sum = vec![0.0; database.counts().dofs];
-                let mut total = 0.0;
-                for &(r, distance2) in near.iter().take(most) {
-                    let weight = 1.0 / (f64::from(distance2).sqrt() + 1e-4);
-                    let Some((y, _)) = methods::output(database, *class, r, fold.style) else { continue };
-                    sum.iter_mut().zip(y).for_each(|(s, y)| *s += weight * y);
-                    total += weight;
-                }
-                sum.iter().map(|s| s / total).collect()
-            })
-            .collect();
-        rows.push(fold.row(name, &own_dofs(fold, database, &predicted), None));
-    }
 }
 
 impl<'a> Fold<'a> {
