@@ -7,7 +7,8 @@ use gestus_builder::{
     build::BuildOptions,
     evaluate::{
         effort::{self, EffortOptions},
-        loo::{LooOptions, default_configs},
+        fold::LooOptions,
+        loo::default_configs,
     },
     load::load,
 };

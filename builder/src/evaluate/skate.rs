@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{HeldOut, LooOptions, held_out},
+    fold::{HeldOut, LooOptions, held_out},
 };
 use crate::{
     body::Body,
