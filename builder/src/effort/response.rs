@@ -17,7 +17,7 @@
 //!
 //! Cost: some 80 mixes, each of a few seconds of motion of every action, through the core.
 
-use gestus_core::{Database, blob::layout::MAX_STYLES};
+use gestus_core::{Config, Database, blob::layout::MAX_STYLES};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -89,15 +89,17 @@ impl<'a> Probe<'a> {
         Ok(Self { database, library, estimator, learned, inputs })
     }
 
-    /// The Effort of the output of each input; `None` where one can't be told.
+    /// The Effort of the output of each input, before feet are held; `None` where one can't be told. Holding a foot takes
+    /// out of a landing what standing asks for, a frame earlier or later as it falls: no part of the style, and on runs,
+    /// whose flow hardly differs from style to style, as much as the styles' whole range.
     fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
         let style: Vec<(u16, f32)> = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
         let (body, rate_hz) = (&self.library.body, self.library.rate_hz);
         self.inputs
             .par_iter()
             .map(|(clip, action)| {
-                let request =
-                    Request { style: style.clone(), action: Some(*action as u16), ..Request::style(0) };
+                let (style, config) = (style.clone(), Config::new().contacts(false));
+                let request = Request { config, style, action: Some(*action as u16), ..Request::style(0) };
                 let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
                 let seen = self.estimator.stream(
                     body,

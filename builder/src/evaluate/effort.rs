@@ -5,7 +5,7 @@
 //! estimates and on generated motion that a generated annotator has looked at; `annotators` the latter over ten corpora; `segmentation` streams made of fragments;
 //! `dial` the core's dial on test clips; `clip` the whole-clip path on the same.
 
-use gestus_core::{Database, Effort, blob::layout::section};
+use gestus_core::{Config, Database, Effort, blob::layout::section};
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -345,17 +345,20 @@ fn dialled(
                 estimator.stream(body, &out.frames(), &out.times(), rate_hz, Some(example.action))
             };
             let mut curve = Vec::new();
-            let mut moved: Vec<Factors> = Vec::new();
+            let mut held = Vec::new();
             for target in targets(&dial, k) {
                 let mut factors = dial.rest().factors();
                 factors[k] = target as f32;
                 let (weights, _) = dial.weights(Effort::new(factors));
-                let style = (0..corpus.styles.len()).map(|s| (s as u16, weights[s])).collect();
-                let request = Request { style, ..Request::style(0) };
-                let streamed = stream(&database, &example.clip, &request, &mut ()).ok()?;
-                let effort = measure(&streamed)?;
-                curve.push((target, effort[k]));
-                moved.push(effort);
+                let style: Vec<_> = (0..corpus.styles.len()).map(|s| (s as u16, weights[s])).collect();
+                // As the regression has it, and with the feet held.
+                let seen = |contacts: bool| {
+                    let config = Config::new().contacts(contacts);
+                    let request = Request { config, style: style.clone(), ..Request::style(0) };
+                    Some(measure(&stream(&database, &example.clip, &request, &mut ()).ok()?)?[k])
+                };
+                curve.push((target, seen(false)?));
+                held.push(seen(true)?);
             }
             tick();
             let (asked, got): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
@@ -363,9 +366,10 @@ fn dialled(
                 "part": "dial", "method": "dial", "corpus": "data", "labels": model.source.name(),
                 "factor": NAMES[k], "action": corpus.actions[example.action], "clip": example.clip.name,
                 "rank_correlation": rank_correlation(&asked, &got),
+                "rank_correlation_feet_held": rank_correlation(&asked, &held),
                 "low": asked.first(), "high": asked.last(),
                 "moved": got.last().zip(got.first()).map(|(a, b)| a - b),
-                "held_out": held_out, "targets": asked, "estimates": got,
+                "held_out": held_out, "targets": asked, "estimates": got, "estimates_feet_held": held,
             }));
             Some((row, (k, curve)))
         })
