@@ -10,7 +10,7 @@
 //! Effort is given; and it does not matter which of both is called the first. [`Method::KernelRidge`] and
 //! [`Method::SupportVector`] learn the deviation from interpolation with a kernel that says both
 //! ([`Kernel::Between`]). And not all of z helps: cross-validation chooses between a kernel of all of it, of the Efforts
-//! and α alone, and of the factor's own ones and α ([`View`]).
+//! and α alone, and of the factor's own ones and α (`View`).
 
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
