@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::{
     body::Body,
     contact,
-    corpus::{Corpus, Cycle, Example},
+    corpus::{Corpus, Cycle, Example, Unknown},
     features::{Cloud, FeatureSpace, clouds},
     groups::{Chosen, GroupError, Groups},
     index::{ClassFeatures, build_graph},
@@ -92,13 +92,8 @@ pub enum BuildError {
         cure: &'static str,
     },
     /// The style that models should take is not there.
-    #[error("the models should take the style `{from}`, and there is none: the styles are {have}")]
-    From {
-        /// The style wanted.
-        from: String,
-        /// Those there are.
-        have: String,
-    },
+    #[error("the style that the models should take: {0}")]
+    From(Unknown),
     /// No action that is there in every style.
     #[error(
         "not every style has an output ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
@@ -312,12 +307,9 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
 
 /// The style that the models take.
 fn taken_style(corpus: &Corpus, options: &BuildOptions) -> Result<usize, BuildError> {
-    let named = |name: &str| corpus.styles.iter().position(|s| s == name);
     match &options.from {
-        Some(from) => {
-            named(from).ok_or_else(|| BuildError::From { from: from.clone(), have: corpus.styles.join(", ") })
-        }
-        None => Ok(["normal", "neutral"].into_iter().find_map(named).unwrap_or(0)),
+        Some(from) => corpus.style(from).map_err(BuildError::From),
+        None => Ok(corpus.plain_style()),
     }
 }
 

@@ -190,8 +190,7 @@ fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Resul
         }
         None => Model::of_database(&database)?,
     };
-    let rest = ["normal", "neutral"].iter().find_map(|n| corpus.styles.iter().position(|s| s == n));
-    let Some(dial) = response::solve(&database, corpus, &model, rest.unwrap_or(0))? else {
+    let Some(dial) = response::solve(&database, corpus, &model, corpus.plain_style())? else {
         eprintln!("no effort dial: it takes two styles of one action");
         return Ok(());
     };

@@ -180,8 +180,8 @@ impl<'db> Table<'db> {
     /// Mean rotation of a joint and standard deviation around it, radians; of joint 0 without the heading.
     #[inline(never)]
     pub fn joint(&self, joint: usize) -> (Quaternion, f32) {
-        let [x, y, z, w, deviation] =
-            floats(self.bytes, statistic::joints(self.dofs) + statistic::JOINT * joint);
+        let joints = self.bytes.get(statistic::joints(self.dofs)..).unwrap_or(&[]);
+        let [x, y, z, w, deviation] = Record::of(joints, joint, statistic::JOINT).floats(0..statistic::JOINT);
         ([x, y, z, w], deviation)
     }
 
