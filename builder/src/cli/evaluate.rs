@@ -8,8 +8,8 @@ use gestus_builder::{
     corpus::Corpus,
     effort::{fragment::Library, labels, model::Model},
     evaluate::{
-        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, knn, loo, retarget,
-        servo, skate, timing,
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, fold::LooOptions,
+        growth, knn, loo, retarget, servo, skate, timing,
     },
     load::load,
 };
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
         What::Correspondence => on_corpus(args, |c, o| Ok(correspondence::evaluate(c, o.from)?)),
         What::Effort => on_corpus(args, |c, o| efforts(args, c, o)),
-        What::GaussianProcess => on_corpus(args, |c, o| Ok(loo::growth(c, o)?)),
+        What::GaussianProcess => on_corpus(args, |c, o| Ok(growth::growth(c, o)?)),
         What::Retarget => on_database(args, |db| retarget::evaluate(db, &args.data)),
         What::Servo => on_database(args, |db| {
             servo::evaluate(db, &args.data, args.robot.as_deref(), args.robot_map.as_deref())
@@ -131,7 +131,7 @@ pub fn run(args: &Args) -> Result<()> {
 /// What judges databases that it builds of the folder.
 fn on_corpus(
     args: &Args,
-    measure: impl FnOnce(&Corpus, &loo::LooOptions) -> Result<Evaluation>,
+    measure: impl FnOnce(&Corpus, &LooOptions) -> Result<Evaluation>,
 ) -> Result<Evaluation> {
     let config = args.selection.config(Some(&args.data), None)?;
     let loaded = load(&config)?;
@@ -153,7 +153,7 @@ fn on_corpus(
         bail!("--folds 0: at least one test clip an action");
     }
     make_output(args)?;
-    let options = loo::LooOptions {
+    let options = LooOptions {
         from,
         to,
         folds: args.folds,
@@ -177,7 +177,7 @@ fn on_database(args: &Args, measure: impl FnOnce(&Database<'_>) -> Result<Evalua
 }
 
 /// Efforts, by the labels that were given.
-fn efforts(args: &Args, corpus: &Corpus, options: &loo::LooOptions) -> Result<Evaluation> {
+fn efforts(args: &Args, corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
     let given = match &args.labels {
         Some(path) => {
             let rows = labels::read(path, corpus.rate_hz)?;

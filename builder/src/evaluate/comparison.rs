@@ -17,7 +17,8 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{self, Fold, LooOptions, Row, own_dofs},
+    fold::{Fold, LooOptions, Row, folds, own_dofs, test_clips},
+    loo,
     methods::Record,
 };
 use crate::{
@@ -79,7 +80,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     }
     sets.push(("homogeneous-generated", generated(&["walk"])?, &exact));
     sets.push(("heterogeneous-generated", generated(&["walk", "run", "punch", "kick"])?, &exact));
-    let count = sets.iter().map(|(_, c, o)| loo::folds(c, o)).sum();
+    let count = sets.iter().map(|(_, c, o)| folds(c, o)).sum();
     let bar = progress::bar(count, "methods");
     let mut rows: Vec<table::Row> = Vec::new();
     for (set, corpus, options) in &sets {
@@ -117,7 +118,7 @@ fn only(corpus: &Corpus, action: usize) -> Corpus {
 /// One stream through all actions for each fold and style: the methods that need no label.
 fn streams(corpus: &Corpus, options: &LooOptions) -> Result<Vec<Row>, BuildError> {
     let body = Body::of(corpus)?;
-    let tests = loo::test_clips(corpus, options.from, options.folds);
+    let tests = test_clips(corpus, options.from, options.folds);
     let takes: Vec<Vec<usize>> = (0..options.folds)
         .map(|k| {
             let of = |a: usize| tests.iter().filter(|&&t| corpus.examples[t].action == a).nth(k).copied();

@@ -14,7 +14,7 @@ use serde_json::json;
 use super::{
     Evaluation,
     annotator::Annotator,
-    loo::{LooOptions, test_clips},
+    fold::{LooOptions, test_clips},
 };
 use crate::{
     body::row_at,

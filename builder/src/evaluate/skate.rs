@@ -8,7 +8,7 @@ use serde_json::json;
 pub use super::speed::peak_speeds;
 use super::{
     Evaluation,
-    loo::{HeldOut, LooOptions, held_out},
+    fold::{HeldOut, LooOptions, held_out},
     speed::{self, fastest},
 };
 use crate::{
