@@ -94,14 +94,14 @@ pub fn to_dofs<const J: usize>(
     before: Anchor,
     dofs: &mut [f32],
 ) -> Anchor {
-    let joints = database.counts().joints;
     let root = pose.rotations.first().copied().unwrap_or(IDENTITY);
     let anchor = Anchor::of(database, pose.position, root, before);
     let rate = database.rate_hz();
     let (dx, dz) = (anchor.ground[0] - before.ground[0], anchor.ground[1] - before.ground[1]);
     let (s, c) = sin_cos(before.heading);
     let upright = quaternion::multiply(quaternion::about_y(-anchor.heading), root);
-    let tilt = relative(database, 0, upright);
+    let mut means = database.means();
+    let tilt = quaternion::between(means.next().unwrap_or(IDENTITY), upright);
     let head = [
         pose.position[1],
         tilt[0],
@@ -115,40 +115,27 @@ pub fn to_dofs<const J: usize>(
     for (slot, value) in root_dofs.iter_mut().zip(head) {
         *slot = value;
     }
-    let rotations = pose.rotations.iter().enumerate().take(joints).skip(1);
-    for (slots, (j, &rotation)) in joint_dofs.chunks_exact_mut(3).zip(rotations) {
-        for (slot, value) in slots.iter_mut().zip(relative(database, j, rotation)) {
-            *slot = value;
-        }
+    let maps = joint_dofs.as_chunks_mut::<3>().0;
+    for ((map, mean), &rotation) in maps.iter_mut().zip(means).zip(pose.rotations.iter().skip(1)) {
+        *map = quaternion::between(mean, rotation);
     }
     anchor
 }
 
-fn relative(database: &Database<'_>, joint: usize, rotation: Quaternion) -> Vector {
-    let mean = database.joint(joint).mean;
-    quaternion::log(quaternion::multiply(quaternion::conjugate(mean), rotation))
-}
-
-/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are left alone.
+/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are none.
 pub fn to_pose<const J: usize>(database: &Database<'_>, dofs: &[f32], anchor: Anchor, pose: &mut Pose<J>) {
     let height = dofs.get(dof::HEIGHT).copied().unwrap_or(0.0);
     pose.position = [anchor.ground[0], height, anchor.ground[1]];
-    let joints = database.counts().joints;
+    let Some((root, others)) = pose.rotations.split_first_mut() else { return };
+    let mut means = database.means();
     // The tilt stands in the place of joint 0's map, behind the height; the other maps begin at dof 7.
-    let maps = dofs
-        .get(dof::TILT..dof::TILT + 3)
-        .into_iter()
-        .chain(dofs.get(dof::JOINTS..).unwrap_or(&[]).chunks_exact(3));
-    for (j, (rotation, map)) in pose.rotations.iter_mut().zip(maps).enumerate().take(joints) {
-        let mut map: Vector = [map[0], map[1], map[2]];
-        // A map of a whole turn or more comes from no joint: hold its angle, so that its exponential is exact.
-        for v in &mut map {
-            *v = crate::math::clamp(*v, -8.0, 8.0);
-        }
-        *rotation = quaternion::multiply(database.joint(j).mean, quaternion::exp(map));
-        if j == 0 {
-            *rotation = quaternion::multiply(quaternion::about_y(anchor.heading), *rotation);
-        }
-        *rotation = quaternion::normalize(*rotation).unwrap_or(IDENTITY);
+    let maps = |from: usize| dofs.get(from..).unwrap_or(&[]).as_chunks::<3>().0;
+    let tilt = maps(dof::TILT).first().copied().unwrap_or([0.0; 3]);
+    let upright = quaternion::turned(means.next().unwrap_or(IDENTITY), tilt);
+    let faced = quaternion::multiply(quaternion::about_y(anchor.heading), upright);
+    *root = quaternion::normalize(faced).unwrap_or(IDENTITY);
+    for ((rotation, mean), map) in others.iter_mut().zip(means).zip(maps(dof::JOINTS)) {
+        *rotation = quaternion::turned(mean, *map);
     }
+    others.iter_mut().skip(database.counts().joints.saturating_sub(1)).for_each(|r| *r = IDENTITY);
 }

@@ -13,8 +13,11 @@
 //! starts there and follows the stream: `q̄ ← Slerp(α, q̄, q)`, `σ² ← σ² + α (d(q̄, q)² - σ²)`, with
 //! `α = 1 - 2^(-dt / half-life)`.
 //!
+//! Both quaternions' way to their means is the same, `q' q̄_r⁻¹ = q_s q̄_s⁻¹`, so that eq. 7 is one logarithm and one
+//! exponential a joint: `v = log(q_s q̄_s⁻¹)`, `q_t = exp(σ_r / σ_s v) q̄_r`. The distance `d(q̄, q)` is the length of `v`.
+//!
 //! Feet stand where a projection of the input's dofs lies beyond a boundary: where the content's feet stand, the
-//! output's do. Cost: two slerps' worth of trigonometry a joint, whatever the number of frames behind the tables.
+//! output's do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
 
 use crate::{
     Pose, Report,
@@ -24,8 +27,9 @@ use crate::{
     },
     mar::Frame,
     math::{clamp, exp, sqrt},
-    quaternion::{self, IDENTITY, Quaternion},
+    quaternion::{self, IDENTITY, Quaternion, Vector},
     stylizer::{Settings, Signals},
+    vector::norm,
 };
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
@@ -76,7 +80,6 @@ impl<const J: usize> Statistic<J> {
             signals.x_prev = signals.x;
             signals.y_prev = signals.x;
         }
-        signals.predicted = signals.x;
 
         let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
         let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
@@ -103,52 +106,44 @@ impl<const J: usize> Statistic<J> {
             own[1] += alpha * (offset * offset - own[1]);
         }
 
+        let turning = signals.x.as_flattened().get(dof::YAW).copied().unwrap_or(0.0);
+        set(signals.predicted.as_flattened_mut(), dof::YAW, turning);
+
         // The root's tilt is its orientation without the heading, which its dofs hold.
         let tilt =
             signals.x.as_flattened().get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
-        let upright = quaternion::multiply(database.joint(0).mean, quaternion::exp(tilt));
         let states = self.means.iter_mut().zip(&mut self.variances);
-        for (j, (&rotation, (own, variance))) in
-            input.rotations.iter().zip(states).enumerate().take(database.counts().joints)
-        {
-            let q = if j == 0 { upright } else { rotation };
+        let joints = database.means().zip(database.groups()).zip(&input.rotations).zip(states);
+        for (j, (((rest, group), &rotation), (own, variance))) in joints.enumerate() {
+            let q = if j == 0 { quaternion::turned(rest, tilt) } else { rotation };
             let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
-            let (mut to_mean, mut to_deviation, mut total) = (IDENTITY, 0.0, 0.0);
-            let own_mix = settings.mix_of(database.joint_group(j));
+            let own_mix = settings.mix_of(group);
             if own_mix != mix {
                 mix = own_mix;
                 listen(&mut heard, database, settings, mix);
             }
-            for &(table, weight) in &heard {
-                let (mean, deviation) = table.joint(j);
-                total += weight;
-                // A weighted mean, one table after the other (eq. 6).
-                to_mean =
-                    if total > weight { quaternion::slerp(weight / total, to_mean, mean) } else { mean };
-                to_deviation += weight * deviation;
-            }
-            let turn = quaternion::multiply(quaternion::conjugate(mean), to_mean);
-            let aligned = quaternion::multiply(q, turn);
-            let moved = quaternion::slerp(scale(to_deviation, deviation), to_mean, aligned);
+            let (to_mean, to_deviation) = blended(&heard, j);
+            let way = quaternion::log(quaternion::multiply(q, quaternion::conjugate(mean)));
+            let moved = quaternion::exp(times(scale(to_deviation, deviation), way));
             // The map relative to the database's mean.
-            let map =
-                quaternion::log(quaternion::multiply(quaternion::conjugate(database.joint(j).mean), moved));
+            let map = quaternion::between(rest, quaternion::multiply(moved, to_mean));
             let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
-            for (i, v) in map.into_iter().enumerate() {
-                set(signals.predicted.as_flattened_mut(), first + i, v);
+            if let Some(slots) = signals.predicted.as_flattened_mut().get_mut(first..first + 3) {
+                slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
             }
             if running {
-                let distance = quaternion::angle(mean, q);
+                let distance = norm(way);
                 furthest = further(furthest, distance, deviation);
-                *own = quaternion::slerp(alpha, *own, q);
+                let on = quaternion::multiply(quaternion::exp(times(alpha, way)), *own);
+                *own = quaternion::normalize(on).unwrap_or(*own);
                 *variance += alpha * (distance * distance - *variance);
             }
         }
         report.distance2 = furthest * furthest;
         for (side, contact) in report.contacts.iter_mut().enumerate() {
             let (boundary, projection) = source.foot(side);
-            let sum: f32 = signals.x.as_flattened().iter().zip(projection).map(|(a, b)| a * b).sum();
-            *contact = sum > boundary;
+            let x = signals.x.as_flattened().get(..database.counts().dofs).unwrap_or(&[]);
+            *contact = projection.add_products(0.0, x) > boundary;
         }
     }
 
@@ -165,6 +160,22 @@ impl<const J: usize> Statistic<J> {
             *variance = deviation * deviation;
         }
     }
+}
+
+/// Mean rotation and spread of a joint in a mix: a weighted mean, one table after the other (eq. 6).
+fn blended(heard: &Heard<'_>, joint: usize) -> (Quaternion, f32) {
+    let (mut mean, mut deviation, mut total) = (IDENTITY, 0.0, 0.0);
+    for &(table, weight) in heard {
+        let (own, spread) = table.joint(joint);
+        total += weight;
+        mean = if total > weight { quaternion::slerp(weight / total, mean, own) } else { own };
+        deviation += weight * spread;
+    }
+    (mean, deviation)
+}
+
+fn times(factor: f32, v: Vector) -> Vector {
+    v.map(|v| factor * v)
 }
 
 /// The tables that a mix of styles is made of, and their weights.

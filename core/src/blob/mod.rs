@@ -221,6 +221,23 @@ impl<'db> Database<'db> {
         }
     }
 
+    /// Mean local rotations of the joints, in order.
+    #[inline]
+    pub fn means(&self) -> impl Iterator<Item = Quaternion> + use<'db> {
+        self.joints().iter().map(|record| Record(record).floats(layout::joint::MEAN))
+    }
+
+    /// Joint groups of the joints, in order.
+    #[inline]
+    pub fn groups(&self) -> impl Iterator<Item = usize> + use<'db> {
+        self.joints().iter().map(|record| usize::from(Record(record).u8(layout::joint::GROUP)))
+    }
+
+    #[inline]
+    fn joints(&self) -> &'db [[u8; layout::joint::LENGTH]] {
+        self.skeleton.as_chunks().0.get(..self.counts.joints).unwrap_or(&[])
+    }
+
     /// Joint group of joint `index`.
     #[inline]
     pub fn joint_group(&self, index: usize) -> usize {

@@ -12,10 +12,7 @@ use guard::Guard;
 
 use crate::{
     Config, ConfigError, Degraded, Method, Observer, Pose, Report,
-    blob::{
-        Database,
-        layout::{ROOT_DOFS, dof},
-    },
+    blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
     lock::{self, Lock},
@@ -266,28 +263,26 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         pose: &mut Pose<J>,
         observer: &mut impl Observer<J>,
     ) {
-        let dofs = self.database.counts().dofs;
         let root_strength = self.settings.strength_of(self.database.joint_group(0));
-        let variables =
-            self.signals.predicted.as_flattened_mut().iter_mut().zip(self.signals.x.as_flattened());
-        for (d, ((predicted, &x), last)) in
-            variables.zip(self.signals.output.as_flattened_mut()).enumerate().take(dofs)
+        let (predicted, x) = (self.signals.predicted.as_flattened_mut(), self.signals.x.as_flattened());
+        if let (Some(rate), Some(&own), Yaw::Input) =
+            (predicted.get_mut(dof::YAW), x.get(dof::YAW), self.config.yaw)
         {
-            // NaN is in no range.
-            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
-                *predicted = x;
-                report.degraded.set(Degraded::PREDICTION, true);
+            *rate = own;
+        }
+        let mut dofs = predicted.iter_mut().zip(x).zip(self.signals.output.as_flattened_mut());
+        // The root's dofs are more than a joint's.
+        let mut sizes = core::iter::once(dof::JOINTS).chain(core::iter::repeat(3));
+        for group in self.database.groups() {
+            let strength = self.settings.strength_of(group);
+            for ((predicted, &x), last) in dofs.by_ref().take(sizes.next().unwrap_or(0)) {
+                // NaN is in no range.
+                if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
+                    *predicted = x;
+                    report.degraded.set(Degraded::PREDICTION, true);
+                }
+                *last = x + strength * (*predicted - x);
             }
-            if d == dof::YAW && self.config.yaw == Yaw::Input {
-                *predicted = x;
-            }
-            let strength = if d < dof::JOINTS {
-                root_strength
-            } else {
-                let group = self.database.joint_group((d - ROOT_DOFS) / 3);
-                self.settings.strength_of(group)
-            };
-            *last = x + strength * (*predicted - x);
         }
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
@@ -306,7 +301,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
             };
         }
-        *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
         // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
         let on = self.config.contacts && root_strength > 0.0;
