@@ -233,28 +233,22 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
-            let example = self.examples.place();
+            let example = self.examples.place().as_flattened_mut();
             let read = examples::read(database, class, row, mix, &heard, example);
             observer.stage(Stage::Contacts);
-            let leg_distances = if legs.is_some() {
+            let distances = if legs.is_some() {
                 let [left, right] = &asked;
-                [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
+                [left.distance2(example), right.distance2(example)]
             } else {
                 // A blob that names no legs: the whole body.
                 [metric.distance2(database.feature(row)); 2]
             };
+            votes.add(contact::label(database, row, read.stands, strength), distances, share.proportion);
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
-            observer.stage(Stage::Contacts);
-            let (input, output) = (contact::of(database, row), read.stands.0);
-            let label = [0, 1].map(|i: usize| {
-                let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);
-                of(input) + strength * (of(output) - of(input))
-            });
-            votes.add(label, leg_distances, share.proportion);
         }
         observer.stage(Stage::Regression);
         self.examples.finish(dofs);
