@@ -24,6 +24,7 @@ use crate::{
         LinearModel, Numbers,
         layout::{MAX_ORDER, dof},
     },
+    knn::put_in,
     mar::Frame,
     math::{clamp, erf, exp, pow},
     stylizer::Signals,
@@ -58,10 +59,13 @@ pub(crate) struct Lti<const J: usize> {
 type Wanted = heapless::Vec<(u16, f32), BLENDED>;
 
 impl<const J: usize> Lti<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
+
     /// No frame seen yet.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 }
+        Self::NEW
     }
 
     /// Forgets the stream.
@@ -159,13 +163,9 @@ fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
         let Some(model) = database.linear_model_of(style, frame.settings.action) else { continue };
         let at = wanted.partition_point(|w: &(u16, f32)| w.1 >= weight);
         cut |= wanted.is_full();
-        if wanted.is_full() && at < BLENDED {
-            wanted.pop();
-        }
-        if at < BLENDED {
-            // There is room: a full list has just lost its last.
-            let _ = wanted.insert(at, (model as u16, weight));
-        }
+        // In the last one's place where there is no room.
+        let _ = wanted.push((model as u16, weight));
+        put_in(wanted.get_mut(at..).unwrap_or(&mut []), (model as u16, weight));
     }
     report.degraded.set(Degraded::CLASSES, cut);
     (wanted, plain)

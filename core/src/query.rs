@@ -38,20 +38,23 @@ pub struct Window<const J: usize> {
     clouds: [[Vector; J]; MAX_WINDOW],
     /// Place of the newest cloud in the ring.
     newest: u8,
-    /// True until the first pose.
-    empty: bool,
+    /// False until the first pose.
+    filled: bool,
 }
 
 impl<const J: usize> Window<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, filled: false };
+
     /// A window without a pose.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, empty: true }
+        Self::NEW
     }
 
     /// Forgets every pose.
     pub fn clear(&mut self) {
-        self.empty = true;
+        self.filled = false;
     }
 
     /// Takes in a pose. The first one fills the window: nothing moved before it.
@@ -59,9 +62,10 @@ impl<const J: usize> Window<J> {
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
         skeleton::positions(database, pose, &mut self.clouds[place]);
-        if self.empty {
-            self.clouds = [self.clouds[place]; MAX_WINDOW];
-            self.empty = false;
+        if !self.filled {
+            let cloud = self.clouds[place];
+            self.clouds.fill(cloud);
+            self.filled = true;
         }
         self.newest = place as u8;
     }

@@ -136,16 +136,19 @@ pub struct Examples<const J: usize> {
 }
 
 impl<const J: usize> Examples<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = Self {
+        first: [[[0.0; 4]; 4]; J],
+        sums: [[Sums::ZERO; 4]; J],
+        batch: [[[[0.0; 4]; 4]; J]; BATCH],
+        held: 0,
+        count: 0,
+    };
+
     /// No examples.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self {
-            first: [[[0.0; 4]; 4]; J],
-            sums: [[Sums::ZERO; 4]; J],
-            batch: [[[[0.0; 4]; 4]; J]; BATCH],
-            held: 0,
-            count: 0,
-        }
+        Self::NEW
     }
 
     /// Room to work in before the first example is written: [`ROOM`] numbers a joint.
@@ -155,7 +158,7 @@ impl<const J: usize> Examples<J> {
 
     /// Forgets the examples.
     pub fn clear(&mut self) {
-        self.sums = [[Sums::ZERO; 4]; J];
+        self.sums.as_flattened_mut().fill(Sums::ZERO);
         (self.held, self.count) = (0, 0);
     }
 

@@ -62,12 +62,16 @@ pub struct Steps<const K: usize> {
 }
 
 impl<const K: usize> Steps<K> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = {
+        let nothing = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
+        let empty = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
+        Self { metric: [nothing; MAX_TIMING], entries: 0, memories: [empty; K], weights: [0.0; K], count: 0 }
+    };
+
     /// No neighbors.
-    #[inline]
     pub const fn new() -> Self {
-        const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
-        const NOTHING: Entry = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
-        Self { metric: [NOTHING; MAX_TIMING], entries: 0, memories: [EMPTY; K], weights: [0.0; K], count: 0 }
+        Self::NEW
     }
 
     /// What neighbors are compared with: the input's dofs and those of the frame before.

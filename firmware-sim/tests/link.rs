@@ -82,6 +82,49 @@ fn listening() -> String {
     port
 }
 
+/// A board at a serial port: a terminal device of the system, whose other end it reads.
+#[cfg(unix)]
+fn plugged_in() -> String {
+    use serialport::SerialPort;
+
+    let (mut board_end, our_end) = serialport::TTYPort::pair().expect("the system has terminal devices");
+    let port = our_end.name().expect("a device has a name");
+    board_end.set_timeout(std::time::Duration::from_millis(20)).expect("any time will do");
+    std::thread::spawn(move || {
+        let database = Database::open(motion::small()).expect("the generated blob opens");
+        with_board(database, Config::new(), |board| {
+            let mut buffer = [0; 700];
+            loop {
+                // Nothing has come, or nobody has the port open.
+                let Ok(count) = board_end.read(&mut buffer) else { continue };
+                for &byte in &buffer[..count] {
+                    if let Some(answer) = board(byte) {
+                        board_end.write_all(&answer).expect("the line takes it");
+                    }
+                }
+            }
+        })
+    });
+    // The port stays, and is free for the command.
+    drop(our_end);
+    port
+}
+
+/// Every byte of a pose goes through, also those that a terminal would take for its own: ends of lines, ^C, ^S.
+#[cfg(unix)]
+#[test]
+fn a_board_at_a_serial_port_is_asked_and_streamed_through() {
+    let ([db, clip], port) = (files(), plugged_in());
+    for port in [port.clone(), format!("{port}@115200")] {
+        assert_eq!(figures(&["link", &port, "--probe", "--json"])["board"]["board"], "host");
+        let arguments = ["link", &port, "--db", db, "--input", clip, "--style", "heavy", "--json"];
+        let streamed = figures(&arguments);
+        assert_eq!(streamed["bit_exact"], true);
+        assert_eq!(streamed["digest"], digest_of_the_core());
+        assert_eq!(streamed["line"]["repeats"], 0, "{streamed}");
+    }
+}
+
 #[test]
 fn a_board_at_a_socket_is_asked_and_streamed_through() {
     let ([db, clip], port) = (files(), listening());

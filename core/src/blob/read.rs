@@ -41,8 +41,8 @@ pub fn floats<const N: usize>(data: &[u8], at: usize) -> [f32; N] {
     }
 }
 
-/// Stands in for a record that is not there. Longer ones, which no step reads many of, are empty then.
-static ZEROS: [u8; 64] = [0; 64];
+/// Stands in for a record that is not there: as long as the longest that a tick reads many of, a robot's hinge.
+static ZEROS: [u8; 84] = [0; 84];
 
 /// One record of a table.
 #[derive(Clone, Copy)]

@@ -13,7 +13,7 @@ use super::{
         header, joint, query, section, timing,
     },
     models,
-    read::{Record, f32_at, floats, u16_at, u32_at},
+    read::{Record, f32_at, u16_at, u32_at},
 };
 use crate::{
     BlobError,
@@ -308,8 +308,8 @@ impl Joint {
         Self {
             parent: record.u8(joint::PARENT),
             group: record.u8(joint::GROUP),
-            offset: floats(record.0, joint::OFFSET.start),
-            mean: floats(record.0, joint::MEAN.start),
+            offset: record.floats(joint::OFFSET),
+            mean: record.floats(joint::MEAN),
         }
     }
 }

@@ -27,11 +27,7 @@ mod validate;
 
 use crate::{
     BlobError, ConfigError, Database,
-    blob::{
-        crc::crc32c,
-        layout::section,
-        read::{Record, floats},
-    },
+    blob::{crc::crc32c, layout::section, read::Record},
     pose::Pose,
     quaternion::{self, IDENTITY, Quaternion, Vector},
     vector::{add, subtract},
@@ -167,7 +163,7 @@ impl Side<'_> {
         let bytes = Record::of(self.skeleton, index, joint::LENGTH);
         let parent = bytes.u8(joint::PARENT);
         let parent = (parent != u8::MAX).then_some(usize::from(parent));
-        (parent, usize::from(bytes.u8(joint::SEGMENT)), floats(bytes.0, joint::OFFSET.start))
+        (parent, usize::from(bytes.u8(joint::SEGMENT)), bytes.floats(joint::OFFSET))
     }
 
     /// Forward kinematics.
@@ -230,7 +226,8 @@ fn carry<const A: usize, const B: usize>(
     let mut stays = [None; B];
     for (j, stay) in stays.iter_mut().enumerate().take(to.joints) {
         let bytes = Record::of(to.records, j, record::LENGTH);
-        let turns = |i: usize| -> Quaternion { floats(bytes.0, record::TURNS.start + 16 * i) };
+        let turns =
+            |i: usize| -> Quaternion { bytes.floats(record::TURNS.start + 16 * i..record::TURNS.end) };
         let (parent, _, _) = to.joint(j);
         let turn = if bytes.u8(record::KIND) == record::FOLLOW {
             let follow = |i: usize| {

@@ -9,7 +9,7 @@ use crate::{
     blob::{
         check::{self, Checked, Envelope, as_u32},
         layout::{MAX_JOINTS, section},
-        read::{Record, floats},
+        read::Record,
     },
     quaternion::is_unit,
 };
@@ -54,19 +54,19 @@ pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
             joints: sources,
             skeleton: source_skeleton,
             records: outwards,
-            hips: floats(bytes, header::SOURCE_HIPS.start),
+            hips: Record(bytes).floats(header::SOURCE_HIPS),
             ankle: head.f32(header::SOURCE_ANKLE),
         },
         target: Side {
             joints: targets,
             skeleton: target_skeleton,
             records: inwards,
-            hips: floats(bytes, header::TARGET_HIPS.start),
+            hips: Record(bytes).floats(header::TARGET_HIPS),
             ankle: head.f32(header::TARGET_ANKLE),
         },
         limbs: table(limbs * limb::LENGTH),
         scale: head.f32(header::SCALE),
-        world: floats(bytes, header::WORLD.start),
+        world: Record(bytes).floats(header::WORLD),
     })
 }
 
@@ -86,7 +86,7 @@ pub(super) fn contents(map: &Map<'_>) -> Checked {
             let bytes = Record::of(side.skeleton, j, joint::LENGTH);
             let parent = bytes.u8(joint::PARENT);
             let parent_fits = if j == 0 { parent == u8::MAX } else { usize::from(parent) < j };
-            let offset: [f32; 3] = floats(bytes.0, joint::OFFSET.start);
+            let offset: [f32; 3] = bytes.floats(joint::OFFSET);
             let segment_fits = usize::from(bytes.u8(joint::SEGMENT)) <= 2 * limbs;
             check(number, parent_fits && segment_fits && offset.iter().all(near))?;
             zero(bytes.zero(joint::RESERVED))?;
@@ -98,7 +98,7 @@ pub(super) fn contents(map: &Map<'_>) -> Checked {
             let bytes = Record::of(side.records, j, record::LENGTH);
             let kind = bytes.u8(record::KIND);
             let from = [0, 1].map(|i| usize::from(bytes.u8(record::FROM.start + i)));
-            let turns = [0, 16].map(|at| is_unit(floats(bytes.0, record::TURNS.start + at)));
+            let turns = [0, 16].map(|at| is_unit(bytes.floats(record::TURNS.start + at..record::TURNS.end)));
             let fits = (kind == record::FOLLOW || (kind == record::STAY && j > 0))
                 && from.iter().all(|&f| f < other.joints)
                 && (0.0..=1.0).contains(&bytes.f32(record::WEIGHT))

@@ -25,7 +25,7 @@ pub use drive::{Drive, Driven};
 
 use crate::{
     BlobError, ConfigError, Database,
-    blob::read::{Record, floats},
+    blob::read::Record,
     quaternion::{Quaternion, Vector},
     retarget::fingerprint,
 };
@@ -129,7 +129,7 @@ impl<'r> Robot<'r> {
 
     /// From the database's root to the robot's base.
     pub fn base(&self) -> Quaternion {
-        floats(self.bytes, header::BASE.start)
+        Record(self.bytes).floats(header::BASE)
     }
 
     /// Checks that the robot was made for a database, and that `capacity` holds its hinges.
@@ -155,7 +155,7 @@ impl<'r> Robot<'r> {
     fn joint(&self, index: usize) -> (Option<usize>, Vector) {
         let bytes = Record::of(self.joints, index, joint::LENGTH);
         let parent = bytes.u8(joint::PARENT);
-        ((parent != u8::MAX).then_some(usize::from(parent)), floats(bytes.0, joint::OFFSET.start))
+        ((parent != u8::MAX).then_some(usize::from(parent)), bytes.floats(joint::OFFSET))
     }
 
     /// Hinge `index`.
@@ -164,32 +164,32 @@ impl<'r> Robot<'r> {
         let parent = bytes.u8(hinge::PARENT);
         Hinge {
             parent: (parent != layout::BASE).then_some(usize::from(parent)),
-            offset: floats(bytes.0, hinge::OFFSET.start),
-            turn: floats(bytes.0, hinge::TURN.start),
-            axis: floats(bytes.0, hinge::AXIS.start),
+            offset: bytes.floats(hinge::OFFSET),
+            turn: bytes.floats(hinge::TURN),
+            axis: bytes.floats(hinge::AXIS),
         }
     }
 
     /// Limits of hinge `index`.
     pub fn limits(&self, index: usize) -> Limits {
         let bytes = Record::of(self.hinges, index, hinge::LENGTH);
-        let [low, high, velocity, acceleration, jerk] = floats(bytes.0, hinge::LIMITS.start);
+        let [low, high, velocity, acceleration, jerk] = bytes.floats(hinge::LIMITS);
         Limits { low, high, velocity, acceleration, jerk }
     }
 
     /// Servo of hinge `index`.
     pub fn servo(&self, index: usize) -> Servo {
         let bytes = Record::of(self.hinges, index, hinge::LENGTH);
-        let [centre_us, gain_us, zero, least_us, greatest_us] = floats(bytes.0, hinge::SERVO.start);
+        let [centre_us, gain_us, zero, least_us, greatest_us] = bytes.floats(hinge::SERVO);
         Servo { centre_us, gain_us, zero, least_us, greatest_us }
     }
 
     /// Group `index`.
     pub fn group(&self, index: usize) -> Group {
         let bytes = Record::of(self.groups, index, group::LENGTH);
-        let axis = |i: usize| -> Vector { floats(bytes.0, group::AXES.start + 12 * i) };
+        let axis = |i: usize| -> Vector { bytes.floats(group::AXES.start + 12 * i..group::AXES.end) };
         let first = usize::from(bytes.u8(group::FIRST));
-        let zero: Quaternion = floats(bytes.0, group::ZERO.start);
+        let zero: Quaternion = bytes.floats(group::ZERO);
         let range = |i: usize| {
             let limits = self.limits(first + i);
             (limits.low, limits.high)
@@ -198,12 +198,12 @@ impl<'r> Robot<'r> {
             first,
             joint: usize::from(bytes.u8(group::JOINT)),
             limb: usize::from(bytes.u8(group::LIMB)).checked_sub(1),
-            turn: floats(bytes.0, group::TURN.start),
+            turn: bytes.floats(group::TURN),
             zero,
             hinges: Hinges {
                 count: usize::from(bytes.u8(group::COUNT)),
                 axes: [axis(0), axis(1), axis(2)],
-                pointed: crate::quaternion::rotate(zero, floats(bytes.0, group::POINTED.start)),
+                pointed: crate::quaternion::rotate(zero, bytes.floats(group::POINTED)),
                 ranges: [range(0), range(1), range(2)],
             },
         }
@@ -222,7 +222,7 @@ impl<'r> Robot<'r> {
             joints: pair(limb::JOINTS.start),
             hinges: pair(limb::HINGES.start),
             scale: bytes.f32(limb::SCALE),
-            tip: floats(bytes.0, limb::TIP.start),
+            tip: bytes.floats(limb::TIP),
         })
     }
 }

@@ -9,7 +9,7 @@ use crate::{
     blob::{
         check::{self, Checked, Envelope, as_u32},
         layout::{MAX_JOINTS, section},
-        read::{Record, floats},
+        read::Record,
     },
     quaternion::is_unit,
 };
@@ -90,7 +90,7 @@ pub(super) fn contents(robot: &Robot<'_>) -> Checked {
         let record = robot.group(g);
         let count = record.hinges.count;
         let bytes = Record::of(robot.groups, g, group::LENGTH);
-        let pointed: [f32; 3] = floats(bytes.0, group::POINTED.start);
+        let pointed: [f32; 3] = bytes.floats(group::POINTED);
         // Groups are in the order of their hinges, and no hinge is in two.
         let fits = (1..=3).contains(&count)
             && record.first >= next

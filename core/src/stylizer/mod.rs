@@ -42,6 +42,14 @@ pub(crate) struct Signals<const J: usize> {
     pub output: Dofs<J>,
 }
 
+impl<const J: usize> Signals<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = {
+        let zero = [[0.0; 4]; J];
+        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero }
+    };
+}
+
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
 /// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
@@ -79,13 +87,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
     /// The stylizer, written straight to where the caller puts it.
     #[inline(never)]
     pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
-        let zero = [[0.0; 4]; J];
         Stylizer {
             database: self.database,
             config: self.config,
             settings: Settings::new(),
             engine: Engine::new(self.config.method),
-            signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
+            signals: Signals::NEW,
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             contacts: Filter::new(),
