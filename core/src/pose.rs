@@ -41,7 +41,7 @@ impl<const J: usize> Pose<J> {
     /// (within 100 km of the origin).
     pub fn is_valid(&self, joints: usize) -> bool {
         self.position.iter().all(|v| (-1e5..=1e5).contains(v))
-            && self.rotations.iter().take(joints).all(|&q| quaternion::is_unit(q))
+            && quaternion::are_units(self.rotations.get(..joints).unwrap_or(&self.rotations))
     }
 }
 
@@ -94,8 +94,20 @@ pub fn to_dofs<const J: usize>(
     before: Anchor,
     dofs: &mut [f32],
 ) -> Anchor {
-    let root = pose.rotations.first().copied().unwrap_or(IDENTITY);
-    let anchor = Anchor::of(database, pose.position, root, before);
+    take_apart(database, pose.position, &pose.rotations, before, dofs)
+}
+
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn take_apart(
+    database: &Database<'_>,
+    position: Vector,
+    rotations: &[Quaternion],
+    before: Anchor,
+    dofs: &mut [f32],
+) -> Anchor {
+    let root = rotations.first().copied().unwrap_or(IDENTITY);
+    let anchor = Anchor::of(database, position, root, before);
     let rate = database.rate_hz();
     let (dx, dz) = (anchor.ground[0] - before.ground[0], anchor.ground[1] - before.ground[1]);
     let (s, c) = sin_cos(before.heading);
@@ -103,7 +115,7 @@ pub fn to_dofs<const J: usize>(
     let mut means = database.means();
     let tilt = quaternion::between(means.next().unwrap_or(IDENTITY), upright);
     let head = [
-        pose.position[1],
+        position[1],
         tilt[0],
         tilt[1],
         tilt[2],
@@ -116,7 +128,7 @@ pub fn to_dofs<const J: usize>(
         *slot = value;
     }
     let maps = joint_dofs.as_chunks_mut::<3>().0;
-    for ((map, mean), &rotation) in maps.iter_mut().zip(means).zip(pose.rotations.iter().skip(1)) {
+    for ((map, mean), &rotation) in maps.iter_mut().zip(means).zip(rotations.iter().skip(1)) {
         *map = quaternion::between(mean, rotation);
     }
     anchor
@@ -126,13 +138,18 @@ pub fn to_dofs<const J: usize>(
 pub fn to_pose<const J: usize>(database: &Database<'_>, dofs: &[f32], anchor: Anchor, pose: &mut Pose<J>) {
     let height = dofs.get(dof::HEIGHT).copied().unwrap_or(0.0);
     pose.position = [anchor.ground[0], height, anchor.ground[1]];
-    let Some((root, others)) = pose.rotations.split_first_mut() else { return };
+    put_together(database, dofs, anchor.heading, &mut pose.rotations);
+}
+
+#[inline(never)]
+fn put_together(database: &Database<'_>, dofs: &[f32], heading: f32, rotations: &mut [Quaternion]) {
+    let Some((root, others)) = rotations.split_first_mut() else { return };
     let mut means = database.means();
     // The tilt stands in the place of joint 0's map, behind the height; the other maps begin at dof 7.
     let maps = |from: usize| dofs.get(from..).unwrap_or(&[]).as_chunks::<3>().0;
     let tilt = maps(dof::TILT).first().copied().unwrap_or([0.0; 3]);
     let upright = quaternion::turned(means.next().unwrap_or(IDENTITY), tilt);
-    let faced = quaternion::multiply(quaternion::about_y(anchor.heading), upright);
+    let faced = quaternion::multiply(quaternion::about_y(heading), upright);
     *root = quaternion::normalize(faced).unwrap_or(IDENTITY);
     for ((rotation, mean), map) in others.iter_mut().zip(means).zip(maps(dof::JOINTS)) {
         *rotation = quaternion::turned(mean, *map);

@@ -212,6 +212,12 @@ pub fn is_unit(q: Quaternion) -> bool {
     is_near_one(squared(q))
 }
 
+/// True where all are unit quaternions.
+#[inline(never)]
+pub(crate) fn are_units(rotations: &[Quaternion]) -> bool {
+    rotations.iter().all(|&q| is_unit(q))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -75,94 +75,120 @@ impl<const J: usize> Statistic<J> {
             return;
         };
         report.bytes_read += source.bytes() as u32;
-        let running = frame.config.halflife_s > 0.0;
+        let mut running =
+            Running { root: &mut self.root, means: &mut self.means, variances: &mut self.variances };
         if frame.first {
-            self.start(database, &source);
+            running.start(database, &source);
             for (i, d) in ROOT.into_iter().enumerate().skip(1) {
                 set(signals.x.as_flattened_mut(), d, source.root(i)[0]);
             }
             signals.x_prev = signals.x;
             signals.y_prev = signals.x;
         }
-
-        let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
-        let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
-        // The root's own styles; those of other groups' joints take their place where these begin.
-        let mut mix = settings.mix_of(database.joint_group(0));
-        let mut heard = Heard::new();
-        listen(&mut heard, database, settings, mix);
-        report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
-
-        let mut furthest = 0.0;
-        for (i, (d, own)) in ROOT.into_iter().zip(&mut self.root).enumerate() {
-            let x = signals.x.as_flattened().get(d).copied().unwrap_or(0.0);
-            let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
-            let (mut to_mean, mut to_deviation) = (0.0, 0.0);
-            for &(table, weight) in &heard {
-                let [mean, deviation] = table.root(i);
-                to_mean += weight * mean;
-                to_deviation += weight * deviation;
-            }
-            let offset = x - mean;
-            furthest = further(furthest, crate::math::abs(offset), deviation);
-            set(signals.predicted.as_flattened_mut(), d, to_mean + scale(to_deviation, deviation) * offset);
-            own[0] += alpha * offset;
-            own[1] += alpha * (offset * offset - own[1]);
-        }
-
-        let turning = signals.x.as_flattened().get(dof::YAW).copied().unwrap_or(0.0);
-        set(signals.predicted.as_flattened_mut(), dof::YAW, turning);
-
-        // The root's tilt is its orientation without the heading, which its dofs hold.
-        let tilt =
-            signals.x.as_flattened().get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
-        let states = self.means.iter_mut().zip(&mut self.variances);
-        let joints = database.means().zip(database.groups()).zip(&input.rotations).zip(states);
-        for (j, (((rest, group), &rotation), (own, variance))) in joints.enumerate() {
-            let q = if j == 0 { quaternion::turned(rest, tilt) } else { rotation };
-            let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
-            let own_mix = settings.mix_of(group);
-            if own_mix != mix {
-                mix = own_mix;
-                listen(&mut heard, database, settings, mix);
-            }
-            let (to_mean, to_deviation) = blended(&heard, j);
-            let way = quaternion::log(quaternion::multiply(q, quaternion::conjugate(mean)));
-            let moved = quaternion::exp(times(scale(to_deviation, deviation), way));
-            // The map relative to the database's mean.
-            let map = quaternion::between(rest, quaternion::multiply(moved, to_mean));
-            let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
-            if let Some(slots) = signals.predicted.as_flattened_mut().get_mut(first..first + 3) {
-                slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
-            }
-            if running {
-                let distance = norm(way);
-                furthest = further(furthest, distance, deviation);
-                let on = quaternion::multiply(quaternion::exp(times(alpha, way)), *own);
-                *own = quaternion::normalize(on).unwrap_or(*own);
-                *variance += alpha * (distance * distance - *variance);
-            }
-        }
-        report.distance2 = furthest * furthest;
-        for (side, contact) in report.contacts.iter_mut().enumerate() {
-            let (boundary, projection) = source.foot(side);
-            let x = signals.x.as_flattened().get(..database.counts().dofs).unwrap_or(&[]);
-            *contact = projection.add_products(0.0, x) > boundary;
-        }
+        let x = signals.x.as_flattened();
+        transfer(frame, &source, running, &input.rotations, x, signals.predicted.as_flattened_mut(), report);
     }
+}
 
+/// The input's running statistics, whatever the capacity.
+struct Running<'a> {
+    root: &'a mut [[f32; 2]; 3],
+    means: &'a mut [Quaternion],
+    variances: &'a mut [f32],
+}
+
+impl Running<'_> {
     /// The running statistics begin with the stored ones.
     fn start(&mut self, database: &Database<'_>, source: &Table<'_>) {
         for (i, own) in self.root.iter_mut().enumerate() {
             let [mean, deviation] = source.root(i);
             *own = [mean, deviation * deviation];
         }
-        let joints = self.means.iter_mut().zip(&mut self.variances).take(database.counts().joints);
+        let joints = self.means.iter_mut().zip(&mut *self.variances).take(database.counts().joints);
         for (j, (own, variance)) in joints.enumerate() {
             let (mean, deviation) = source.joint(j);
             *own = mean;
             *variance = deviation * deviation;
         }
+    }
+}
+
+/// What [`Statistic::predict`] does in every frame.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn transfer(
+    frame: Frame<'_, '_>,
+    source: &Table<'_>,
+    Running { root, means, variances }: Running<'_>,
+    rotations: &[Quaternion],
+    x: &[f32],
+    predicted: &mut [f32],
+    report: &mut Report,
+) {
+    let Frame { database, settings, .. } = frame;
+    let running = frame.config.halflife_s > 0.0;
+    let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
+    let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
+    // The root's own styles; those of other groups' joints take their place where these begin.
+    let mut mix = settings.mix_of(database.joint_group(0));
+    let mut heard = Heard::new();
+    listen(&mut heard, database, settings, mix);
+    report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
+
+    let mut furthest = 0.0;
+    for (i, (d, own)) in ROOT.into_iter().zip(root).enumerate() {
+        let x = x.get(d).copied().unwrap_or(0.0);
+        let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
+        let (mut to_mean, mut to_deviation) = (0.0, 0.0);
+        for &(table, weight) in &heard {
+            let [mean, deviation] = table.root(i);
+            to_mean += weight * mean;
+            to_deviation += weight * deviation;
+        }
+        let offset = x - mean;
+        furthest = further(furthest, crate::math::abs(offset), deviation);
+        set(predicted, d, to_mean + scale(to_deviation, deviation) * offset);
+        own[0] += alpha * offset;
+        own[1] += alpha * (offset * offset - own[1]);
+    }
+
+    let turning = x.get(dof::YAW).copied().unwrap_or(0.0);
+    set(predicted, dof::YAW, turning);
+
+    // The root's tilt is its orientation without the heading, which its dofs hold.
+    let tilt = x.get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
+    let states = means.iter_mut().zip(variances);
+    let joints = database.means().zip(database.groups()).zip(rotations).zip(states);
+    for (j, (((rest, group), &rotation), (own, variance))) in joints.enumerate() {
+        let q = if j == 0 { quaternion::turned(rest, tilt) } else { rotation };
+        let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
+        let own_mix = settings.mix_of(group);
+        if own_mix != mix {
+            mix = own_mix;
+            listen(&mut heard, database, settings, mix);
+        }
+        let (to_mean, to_deviation) = blended(&heard, j);
+        let way = quaternion::log(quaternion::multiply(q, quaternion::conjugate(mean)));
+        let moved = quaternion::exp(times(scale(to_deviation, deviation), way));
+        // The map relative to the database's mean.
+        let map = quaternion::between(rest, quaternion::multiply(moved, to_mean));
+        let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
+        if let Some(slots) = predicted.get_mut(first..first + 3) {
+            slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
+        }
+        if running {
+            let distance = norm(way);
+            furthest = further(furthest, distance, deviation);
+            let on = quaternion::multiply(quaternion::exp(times(alpha, way)), *own);
+            *own = quaternion::normalize(on).unwrap_or(*own);
+            *variance += alpha * (distance * distance - *variance);
+        }
+    }
+    report.distance2 = furthest * furthest;
+    for (side, contact) in report.contacts.iter_mut().enumerate() {
+        let (boundary, projection) = source.foot(side);
+        let x = x.get(..database.counts().dofs).unwrap_or(&[]);
+        *contact = projection.add_products(0.0, x) > boundary;
     }
 }
 

@@ -271,26 +271,16 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         observer: &mut impl Observer<J>,
     ) {
         let root_strength = self.settings.strength_of(self.database.joint_group(0));
-        let (predicted, x) = (self.signals.predicted.as_flattened_mut(), self.signals.x.as_flattened());
+        let signals = &mut self.signals;
+        let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
         if let (Some(rate), Some(&own), Yaw::Input) =
             (predicted.get_mut(dof::YAW), x.get(dof::YAW), self.config.yaw)
         {
             *rate = own;
         }
-        let mut dofs = predicted.iter_mut().zip(x).zip(self.signals.output.as_flattened_mut());
-        // The root's dofs are more than a joint's.
-        let mut sizes = core::iter::once(dof::JOINTS).chain(core::iter::repeat(3));
-        for group in self.database.groups() {
-            let strength = self.settings.strength_of(group);
-            for ((predicted, &x), last) in dofs.by_ref().take(sizes.next().unwrap_or(0)) {
-                // NaN is in no range.
-                if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
-                    *predicted = x;
-                    report.degraded.set(Degraded::PREDICTION, true);
-                }
-                *last = x + strength * (*predicted - x);
-            }
-        }
+        let output = signals.output.as_flattened_mut();
+        let held_back = take_on(&self.database, &self.settings, x, predicted, output);
+        report.degraded.set(Degraded::PREDICTION, held_back);
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
         report.step_s = match self.config.timing {
@@ -319,4 +309,32 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
     }
+}
+
+/// As much of what is predicted as each joint group's strength says. What no body comes to is held back, which is said.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn take_on(
+    database: &Database<'_>,
+    settings: &Settings,
+    x: &[f32],
+    predicted: &mut [f32],
+    output: &mut [f32],
+) -> bool {
+    let mut held_back = false;
+    let mut dofs = predicted.iter_mut().zip(x).zip(output);
+    // The root's dofs are more than a joint's.
+    let mut sizes = core::iter::once(dof::JOINTS).chain(core::iter::repeat(3));
+    for group in database.groups() {
+        let strength = settings.strength_of(group);
+        for ((predicted, &x), output) in dofs.by_ref().take(sizes.next().unwrap_or(0)) {
+            // NaN is in no range.
+            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
+                *predicted = x;
+                held_back = true;
+            }
+            *output = x + strength * (*predicted - x);
+        }
+    }
+    held_back
 }
