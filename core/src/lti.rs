@@ -59,14 +59,8 @@ pub(crate) struct Lti<const J: usize> {
 type Wanted = heapless::Vec<(u16, f32), BLENDED>;
 
 impl<const J: usize> Lti<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
-
-    /// No frame seen yet.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self::NEW
-    }
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
 
     /// Forgets the stream.
     pub fn reset(&mut self) {

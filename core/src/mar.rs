@@ -57,8 +57,8 @@ pub(crate) struct Frame<'a, 'db> {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    const NEW: Self = Self {
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub const NEW: Self = Self {
         window: Window::new(),
         searcher: Searcher::new(),
         neighbors: [const { Vec::new() }; C],
@@ -67,13 +67,6 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         examples: Examples::new(),
         steps: Steps::new(),
     };
-
-    /// No frame seen yet.
-    // A function of its own is given the place to write to; inlined, 20 KB would be copied there.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self::NEW
-    }
 
     /// Forgets the stream.
     pub fn reset(&mut self) {

@@ -48,15 +48,9 @@ pub(crate) struct Statistic<const J: usize> {
 }
 
 impl<const J: usize> Statistic<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation. The first frame
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation. The first frame
     /// gives it its statistics.
-    const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
-
-    /// No frame seen yet.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self::NEW
-    }
+    pub const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
 
     /// Predicts every dof and the contacts; time passes as it does in the input.
     #[inline(never)]

@@ -84,14 +84,14 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
         Ok(Self { database, config })
     }
 
-    /// The stylizer, written straight to where the caller puts it.
+    /// The stylizer, written straight to where the caller puts it. The first frame takes up its method.
     #[inline(never)]
     pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
         Stylizer {
             database: self.database,
             config: self.config,
             settings: Settings::new(),
-            engine: Engine::new(self.config.method),
+            engine: Engine::NEW,
             signals: Signals::NEW,
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
@@ -113,13 +113,19 @@ enum Engine<const J: usize, const K: usize, const C: usize> {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    // A function of its own is given the place to write to; inlined, the state would be copied there.
+    /// The mixture, no frame seen yet: all zeros, like what it is made of.
+    const NEW: Self = Self::Mar(Mar::NEW);
+
+    /// Before a first frame: takes up the method where another one was. Written in its place: the mixture's state would
+    /// not fit a stack.
     #[inline(never)]
-    fn new(method: Method) -> Self {
-        match method {
-            Method::Mar => Self::Mar(Mar::new()),
-            Method::Lti => Self::Lti(Lti::new()),
-            Method::Statistic => Self::Statistic(Statistic::new()),
+    fn begin(&mut self, method: Method) {
+        match (method, &self) {
+            (Method::Mar, Self::Mar(_)) | (Method::Lti, Self::Lti(_)) => {}
+            (Method::Statistic, Self::Statistic(_)) => {}
+            (Method::Mar, _) => *self = Self::NEW,
+            (Method::Lti, _) => *self = Self::Lti(Lti::NEW),
+            (Method::Statistic, _) => *self = Self::Statistic(Statistic::NEW),
         }
     }
 
@@ -254,6 +260,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     #[inline(never)]
     fn take_in(&mut self, input: &Pose<J>, first: bool) {
         if first {
+            self.engine.begin(self.config.method);
             let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
             self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
         }
