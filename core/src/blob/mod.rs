@@ -175,6 +175,7 @@ impl<'db> Database<'db> {
     ///
     /// # Errors
     /// [`BlobError`] says which section and record is wrong.
+    #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
         let database = validate::sections(bytes)?;
         validate::contents(&database)?;
