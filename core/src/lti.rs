@@ -144,7 +144,7 @@ impl<const J: usize> Lti<J> {
 }
 
 /// The models of the styles wanted, heaviest first, and the weight of the input's own style.
-#[inline(never)]
+#[inline]
 fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
     let database = frame.database;
     let from = database.linear_from();

@@ -2,7 +2,7 @@
 
 use super::{
     Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
-    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken,
+    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, counter, decode,
     parameter,
 };
 use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
@@ -327,16 +327,32 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
 
     #[inline(never)]
     fn statistics(&mut self, header: Header, skip: u16) -> Result<(), Fault> {
+        let (mut page, mut more) = (heapless::Vec::<_, PAGE>::new(), false);
+        for index in skip..u16::MAX {
+            let Some(statistic) = self.statistic(index) else { break };
+            more = page.push(statistic).is_err();
+            if more {
+                break;
+            }
+        }
+        self.reply(header, &Reply::Statistics { more, page })
+    }
+
+    /// The link's own counts, the sizes, and then what the board counts.
+    fn statistic(&mut self, index: u16) -> Option<Statistic> {
+        let counts = self.counts.statistics();
         let sizes = [
             (counter::STYLIZER_BYTES, size_of::<Stylizer<'_, J, K, C>>() as u64),
             (counter::SERVER_BYTES, size_of::<Server<'_, '_, B, J, K, C, N>>() as u64),
         ];
-        let board = (0..u16::MAX).map_while(|index| self.board.statistic(index));
-        let mut all = self.counts.statistics().into_iter().chain(sizes).chain(board).skip(usize::from(skip));
-        let page = taken::<_, PAGE>(all.by_ref());
-        let more = all.next().is_some();
-        drop(all);
-        self.reply(header, &Reply::Statistics { more, page })
+        let own = (counts.len() + sizes.len()) as u16;
+        match index.checked_sub(own) {
+            Some(index) => self.board.statistic(index),
+            None => {
+                let index = usize::from(index);
+                counts.get(index).or_else(|| sizes.get(index.checked_sub(counts.len())?)).copied()
+            }
+        }
     }
 
     fn reply(&mut self, header: Header, reply: &Reply<'_>) -> Result<(), Fault> {
