@@ -172,7 +172,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
-        (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
+        // In their places: zeros of their own would be on the stack first.
+        signals.x_prev.fill([0.0; 4]);
+        signals.y_prev.fill([0.0; 4]);
         let Frame { database, settings, .. } = frame;
         let Some(&nearest) = report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| is_wanted(frame, mix)) {
@@ -299,7 +301,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         };
         let mut votes = Votes::default();
         let mut step_s = 0.0;
-        signals.predicted = [[0.0; 4]; J];
+        signals.predicted.fill([0.0; 4]);
         for share in &report.classes {
             let class = usize::from(share.class);
             // The root's mix first: its answers stay until the time step and the votes are told.

@@ -143,7 +143,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             self.fault(header, Fault::Version { need: VERSION, have: header.version });
             return true;
         }
-        let request = decode(message);
+        let request = request(message);
         let new_session = match request {
             Some(Request::Hello { session }) if *self.session != Some(session) => Some(session),
             _ => None,
@@ -167,7 +167,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         *self.last = header;
         self.counts.lost = self.counts.lost.saturating_add(u32::from(header.attempt));
         LinkCounts::one(&mut self.counts.requests);
-        if let Err(fault) = self.carry_out(header, request, new_session) {
+        if let Err(fault) = self.carry_out(header, request.as_ref(), new_session) {
             self.fault(header, fault);
         }
         true
@@ -177,14 +177,14 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn carry_out(
         &mut self,
         header: Header,
-        request: Option<Request<'_>>,
+        request: Option<&Request<'_>>,
         new_session: Option<u32>,
     ) -> Result<(), Fault> {
         #[cfg(feature = "defmt")]
-        if let Some(request) = request.as_ref().filter(|r| !matches!(r, Request::Pose(_))) {
+        if let Some(request) = request.filter(|r| !matches!(r, Request::Pose(_))) {
             defmt::info!("asked: {}", request);
         }
-        let setting = match request.ok_or(Fault::Malformed)? {
+        match *request.ok_or(Fault::Malformed)? {
             Request::Hello { .. } => {
                 if new_session.is_some() {
                     *self.session = new_session;
@@ -193,23 +193,31 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
                 }
                 return self.hello(header);
             }
-            Request::Pose(pose) => return self.step(header, &pose),
+            Request::Pose(ref pose) => return self.step(header, pose),
             Request::Statistics { skip } => return self.statistics(header, skip),
             Request::Robot { angles } => return self.place(header, angles),
             Request::Drive => return self.drive(header),
-            Request::Style(weights) => self.stylizer.set_style(&weights),
+            ref setting => self.set(setting)?,
+        }
+        self.reply(header, &Reply::Done)
+    }
+
+    /// Requests that change a setting; of any other nothing.
+    #[inline(never)]
+    fn set(&mut self, request: &Request<'_>) -> Result<(), ConfigError> {
+        match *request {
+            Request::Style(ref weights) => self.stylizer.set_style(weights),
             Request::Labels { action, input_style } => self.labels(action, input_style),
             Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
-            Request::Strength(strengths) => self.strengths(&strengths),
-            Request::GroupStyle { group, weights } => self.stylizer.set_group_style(group, &weights),
-            Request::Configure(parameters) => self.configure(&parameters),
+            Request::Strength(ref strengths) => self.strengths(strengths),
+            Request::GroupStyle { group, ref weights } => self.stylizer.set_group_style(group, weights),
+            Request::Configure(ref parameters) => self.configure(parameters),
             Request::Reset => {
                 self.stylizer.reset();
                 Ok(())
             }
-        };
-        setting?;
-        self.reply(header, &Reply::Done)
+            _ => Ok(()),
+        }
     }
 
     #[inline(never)]
@@ -367,6 +375,12 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         // A fault is a few bytes, and N is at least 64.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }
+}
+
+// On its own: what it takes apart is off the stack in a step.
+#[inline(never)]
+fn request(message: &[u8]) -> Option<Request<'_>> {
+    decode(message)
 }
 
 fn overlong(_: Full) -> Fault {
