@@ -38,6 +38,7 @@ impl Method {
     pub const ALL: [Self; 3] = [Self::Mar, Self::Lti, Self::Statistic];
 
     /// Whether a database holds what the method needs.
+    #[inline]
     pub fn is_held_by(self, database: &Database<'_>) -> bool {
         match self {
             Self::Mar => database.counts().frames > 0,
@@ -47,6 +48,7 @@ impl Method {
     }
 
     /// The first method that a database holds what is needed for: for firmware that takes any blob.
+    #[inline]
     pub fn of(database: &Database<'_>) -> Self {
         Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
     }
@@ -241,6 +243,7 @@ impl Config {
         self.timing
     }
 
+    #[inline]
     pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
         if !(1..=neighbors.min(POOL)).contains(&usize::from(self.k)) {
             let have = u16::try_from(neighbors.min(POOL)).unwrap_or(u16::MAX);

@@ -59,6 +59,7 @@ pub(crate) struct Mix<'a> {
 
 impl Mix<'_> {
     /// Weight of a style; a mix's weights sum to 1.
+    #[inline(never)]
     pub fn weight(self, style: usize) -> f32 {
         let own = self.id.checked_sub(1).and_then(|group| self.settings.own.get(group));
         let Some(own) = own else { return self.settings.styles.get(style).copied().unwrap_or(0.0) };
@@ -81,6 +82,8 @@ pub(crate) struct Settings {
     /// One bit a joint group: does the search look at it?
     pub mask: u8,
     own: [Own; MAX_GROUPS],
+    /// Number of each group's mix: 0 the body's, else one more than the first group that has it.
+    mixes: [u8; MAX_GROUPS],
     strength: [f32; MAX_GROUPS],
     /// Where the strengths are on their way, and how fast they go, 1/s.
     glide: [[f32; 2]; MAX_GROUPS],
@@ -97,6 +100,7 @@ impl Settings {
             input_style: None,
             mask: u8::MAX,
             own: [Own::NONE; MAX_GROUPS],
+            mixes: [0; MAX_GROUPS],
             strength: [1.0; MAX_GROUPS],
             glide: [[1.0, 0.0]; MAX_GROUPS],
         }
@@ -125,8 +129,18 @@ impl Settings {
 
     /// The mix of styles of a joint group, by number: 0 the body's; groups of equal mixes have one number.
     pub fn mix_of(&self, group: usize) -> usize {
-        let Some(own) = self.own.get(group).filter(|own| own.count > 0) else { return 0 };
-        self.own.iter().position(|o| o == own).map_or(0, |first| first + 1)
+        self.mixes.get(group).copied().map_or(0, usize::from)
+    }
+
+    /// Gives a group its own styles, or none.
+    fn set_own(&mut self, group: usize, own: Own) {
+        if let Some(slot) = self.own.get_mut(group) {
+            *slot = own;
+        }
+        for (mix, own) in self.mixes.iter_mut().zip(&self.own) {
+            let first = self.own.iter().position(|o| o == own).filter(|_| own.count > 0);
+            *mix = first.map_or(0, |first| first as u8 + 1);
+        }
     }
 
     /// A mix by its number.
@@ -198,9 +212,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return Err(ConfigError::Weights);
         }
         own.weights = own.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
-        if let Some(slot) = self.settings.own.get_mut(usize::from(group)) {
-            *slot = own;
-        }
+        self.settings.set_own(usize::from(group), own);
         Ok(())
     }
 
