@@ -160,7 +160,6 @@ pub struct Table<'db> {
     /// The action that it was taken from; `None`: all.
     pub action: Option<u16>,
     bytes: &'db [u8],
-    joints: &'db [[u8; statistic::JOINT]],
     dofs: usize,
 }
 
@@ -181,7 +180,10 @@ impl<'db> Table<'db> {
     /// Mean rotation of a joint and standard deviation around it, radians; of joint 0 without the heading.
     #[inline]
     pub fn joint(&self, joint: usize) -> (Quaternion, f32) {
-        let Some(record) = self.joints.get(joint) else { return ([0.0; 4], 0.0) };
+        let bytes = self.bytes.get(statistic::joints(self.dofs)..).unwrap_or(&[]);
+        let Some(record) = bytes.as_chunks::<{ statistic::JOINT }>().0.get(joint) else {
+            return ([0.0; 4], 0.0);
+        };
         let [x, y, z, w, deviation] = Record(record).floats(0..statistic::JOINT);
         ([x, y, z, w], deviation)
     }
@@ -262,7 +264,6 @@ impl<'db> Database<'db> {
             style: record.u16(statistic::STYLE),
             action: labelled(record.u16(statistic::ACTION)),
             bytes: record.0,
-            joints: record.0.get(statistic::joints(self.counts.dofs)..).unwrap_or(&[]).as_chunks().0,
             dofs: self.counts.dofs,
         }
     }
