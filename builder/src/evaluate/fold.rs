@@ -303,6 +303,11 @@ pub(super) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64
         .collect()
 }
 
+/// The classes of a style, of whatever action.
+pub(super) fn classes_of(database: &Database<'_>, style: usize) -> Vec<usize> {
+    database.classes().enumerate().filter(|(_, c)| usize::from(c.style) == style).map(|c| c.0).collect()
+}
+
 pub(super) fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
     database.classes().position(|c| usize::from(c.action) == action && usize::from(c.style) == style)
 }

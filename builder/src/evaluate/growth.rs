@@ -4,7 +4,7 @@ use gestus_core::Database;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, Row, class_of, own_dofs, test_clips},
+    fold::{Fold, LooOptions, Row, class_of, classes_of, own_dofs, test_clips},
     gaussian_process::{self, Editor, Pairs},
 };
 use crate::{
@@ -88,8 +88,7 @@ pub(super) fn gaussian(
     let (name, classes) = if labelled {
         ("gaussian-process", vec![class_of(database, example.action, example.style)?])
     } else {
-        let own = |a: usize| class_of(database, a, example.style);
-        ("gaussian-process-unlabelled", (0..fold.corpus.actions.len()).filter_map(own).collect())
+        ("gaussian-process-unlabelled", classes_of(database, example.style))
     };
     let pairs = Pairs::of(database, &classes, fold.style).thinned(options.most);
     let editor = Editor::fit(&pairs, options)?;

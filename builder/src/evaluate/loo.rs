@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, Row, class_of, folds, own_dofs, test_clips},
+    fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, test_clips},
     gaussian_process, growth,
-    methods::{self, GlobalModel, Record},
+    methods::{ClassNeighbors, GlobalModel, Record, interpolated},
     metrics::{best_shift, matched},
 };
 use crate::{
@@ -182,7 +182,7 @@ pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, B
     ];
     if let Some(class) = class_of(&database, example.action, example.style) {
         for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
-            let model = GlobalModel::fit(&database, class, style, autoregressive);
+            let model = GlobalModel::fit(&database, &[class], style, autoregressive);
             all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
         }
     }
@@ -268,8 +268,8 @@ fn fold(
             let Ok(streamed) = stream(&database, &example.clip, &request, &mut record) else { continue };
             let predicted = own_dofs(&fold, &database, &record.predicted);
             rows.push(fold.row(&method, &predicted, Some(&streamed)));
-            if suffix == "-labelled" && !options.mixtures_only && name == "mixture" {
-                neighbors(&fold, &database, &record, &mut rows);
+            if name == "mixture" && !options.mixtures_only {
+                neighbors(&fold, &database, &record, suffix, &mut rows);
             }
         }
     }
@@ -295,33 +295,34 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     let Some(class) = class_of(database, example.action, example.style) else { return };
     // The models live in the database's dofs.
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
-    let affine = GlobalModel::fit(database, class, fold.style, false);
-    let autoregressive = GlobalModel::fit(database, class, fold.style, true);
+    let affine = GlobalModel::fit(database, &[class], fold.style, false);
+    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true);
     let first = affine.run(&x[..1], &x[0]);
     for (name, model) in [("global-ar", &autoregressive), ("global-affine", &affine)] {
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row(name, &predicted, None));
     }
+    // Of one action both are the same.
+    if fold.corpus.actions.len() > 1 {
+        let model = GlobalModel::fit(database, &classes_of(database, example.style), fold.style, false);
+        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+        rows.push(fold.row("global-affine-unlabelled", &predicted, None));
+    }
 }
 
-fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, rows: &mut Vec<Row>) {
-    for (name, most) in [("nearest", 1), ("knn", usize::MAX)] {
-        let predicted: Vec<Vec<f64>> = record
-            .neighbors
-            .iter()
-            .map(|classes| {
-                let (class, near) = &classes[0];
-                let mut sum = vec![0.0; database.counts().dofs];
-                let mut total = 0.0;
-                for &(r, distance2) in near.iter().take(most) {
-                    let weight = 1.0 / (f64::from(distance2).sqrt() + 1e-4);
-                    let Some((y, _)) = methods::output(database, *class, r, fold.style) else { continue };
-                    sum.iter_mut().zip(y).for_each(|(s, y)| *s += weight * y);
-                    total += weight;
-                }
-                sum.iter().map(|s| s / total).collect()
-            })
-            .collect();
-        rows.push(fold.row(name, &own_dofs(fold, database, &predicted), None));
+/// Interpolation of the neighbors that were found: of the labelled class, or of all together.
+fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
+    let most = usize::from(Config::new().neighborhood().0);
+    let ways: &[(&str, usize)] = match suffix {
+        "-labelled" => &[("nearest", 1), ("knn", usize::MAX)],
+        // Of one action both are the same.
+        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most)],
+        _ => &[],
+    };
+    for &(name, most) in ways {
+        let of = |classes: &[ClassNeighbors]| {
+            interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style)
+        };
+        rows.push(fold.row(name, &own_dofs(fold, database, &record.each(of)), None));
     }
 }
