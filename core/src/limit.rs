@@ -12,7 +12,8 @@
 //! of hours forgets. What was held back is caught up with in the next frames. Nothing is looked ahead to; what is below
 //! the limit stays as it is to the bit.
 //!
-//! Cost: some 20 operations a joint; two exponential maps where the input is faster than in all of its window.
+//! Cost: 1,900 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
+//! in all of its window; none where there is no limit.
 
 use crate::{
     blob::layout::dof,

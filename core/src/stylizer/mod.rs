@@ -213,7 +213,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             }
         }
         let frames = self.guard.frames();
-        if !first {
+        if !first && self.config.speed_limit > 0.0 {
             let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
             self.limit.see(x, x_prev, frames * input_step);
         }
