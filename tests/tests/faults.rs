@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use gestus_builder::{
     build::{BuildOptions, build},
-    evaluate::skate::{Performance, peak_speeds, skate_cm_s},
+    evaluate::{performance::Performance, skate::skate_cm_s, speed::peak_speeds},
     motion::Clip,
     stream::{Request, Streamed, stream, to_pose},
     synth::{Options, corpus},

@@ -8,8 +8,10 @@ use gestus_builder::{
     cleanup::clean_up,
     corpus::Corpus,
     evaluate::{
-        skate::{Performance, deepest_cm, peak_speeds, skate_cm_s},
+        performance::Performance,
+        skate::{deepest_cm, skate_cm_s},
         speed::fastest,
+        speed::peak_speeds,
     },
     motion::{Clip, Frame},
     stream::{Request, Streamed, from_pose, stream, to_pose},

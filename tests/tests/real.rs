@@ -189,7 +189,8 @@ fn real_feet_stand_where_they_stand() {
         contact::contacts,
         evaluate::{
             contacts::Score,
-            skate::{Performance, deepest_cm, skate_cm_s},
+            performance::Performance,
+            skate::{deepest_cm, skate_cm_s},
             speed::fastest,
         },
     };
@@ -236,10 +237,7 @@ fn real_feet_stand_where_they_stand() {
 fn transferred_real_clips_stand_without_a_pop() {
     use gestus_builder::{
         cleanup::Limbs,
-        evaluate::{
-            skate::{Performance, skate_cm_s},
-            speed::fastest,
-        },
+        evaluate::{performance::Performance, skate::skate_cm_s, speed::fastest},
         models::statistic::transfer::{Options, transfer},
     };
     let Some(corpus) = corpus(&["walk", "run", "walk-turn-left"]) else { return };

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use gestus_builder::{
     build::{BuildOptions, build},
-    evaluate::skate::{Performance, skate_cm_s},
+    evaluate::{performance::Performance, skate::skate_cm_s},
     motion::Clip,
     stream::{from_pose, to_pose},
     synth,

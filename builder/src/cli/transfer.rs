@@ -8,7 +8,7 @@ use gestus_builder::{
     bvh::{Binding, Bvh, Options},
     cleanup::Limbs,
     corpus::Corpus,
-    evaluate::skate::{Performance, skate_cm_s},
+    evaluate::{performance::Performance, skate::skate_cm_s},
     models::statistic::transfer::{self, mean_offset},
     motion::Clip,
 };

@@ -19,6 +19,7 @@ pub mod loo;
 pub mod methods;
 pub mod metrics;
 pub mod models;
+pub mod performance;
 pub mod retarget;
 pub mod servo;
 pub mod skate;

@@ -5,18 +5,17 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde_json::json;
 
-pub use super::speed::peak_speeds;
 use super::{
     Evaluation,
     fold::{HeldOut, LooOptions, held_out},
-    speed::{self, fastest},
+    performance::Performance,
+    speed::{self, fastest, peak_speeds},
 };
 use crate::{
     body::Body,
     build::{BuildError, build},
-    contact::contacts,
     corpus::Corpus,
-    motion::{Clip, Frame, Skeleton},
+    motion::{Frame, Skeleton},
     report::{
         html::Figure,
         plot::{self, Labels},
@@ -24,38 +23,6 @@ use crate::{
     },
     stream::{Request, Streamed, stream},
 };
-
-/// Poses with the times between them and the feet that stand.
-#[derive(Debug, Clone)]
-pub struct Performance {
-    /// The poses.
-    pub frames: Vec<Frame>,
-    /// Seconds from each pose's predecessor to it.
-    pub steps_s: Vec<f64>,
-    /// Which foot stands.
-    pub stands: Vec<[bool; 2]>,
-}
-
-impl Performance {
-    /// A clip with its kinematic contacts.
-    pub fn of_clip(clip: &Clip, body: &Body) -> Self {
-        Self {
-            frames: clip.frames.clone(),
-            steps_s: vec![1.0 / clip.rate_hz; clip.frames.len()],
-            stands: contacts(clip, &body.landmarks),
-        }
-    }
-
-    /// A stream's output, each pose at its own time, with the contacts that the core saw.
-    pub fn of_stream(streamed: &Streamed) -> Self {
-        let steps = || streamed.steps.iter();
-        Self {
-            frames: steps().map(|s| s.frame.clone()).collect(),
-            steps_s: steps().map(|s| f64::from(s.report.step_s)).collect(),
-            stands: steps().map(|s| s.report.contacts).collect(),
-        }
-    }
-}
 
 /// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
 /// the one before. Shape `[frames][side]`.

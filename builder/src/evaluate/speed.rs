@@ -6,7 +6,7 @@
 use gestus_core::blob::Leg;
 use serde_json::json;
 
-use super::skate::Performance;
+use super::performance::Performance;
 use crate::{motion::Skeleton, report::table, stream::Streamed};
 
 /// How many times the input's fastest joint an output's may turn.

@@ -343,7 +343,7 @@ fn wide(q: Quaternion) -> UnitQuaternion<f64> {
 mod tests {
     use super::*;
     use crate::{
-        evaluate::skate::{Performance, peak_speeds, skate_cm_s},
+        evaluate::{performance::Performance, skate::skate_cm_s, speed::peak_speeds},
         synth,
     };
 
