@@ -13,10 +13,11 @@ use thiserror::Error;
 use crate::{
     body::Body,
     contact,
-    corpus::{Corpus, Cycle, Example},
+    corpus::{Corpus, Cycle, Example, Unknown},
     features::{Cloud, FeatureSpace, clouds},
+    groups::{Chosen, GroupError, Groups},
     index::{ClassFeatures, build_graph},
-    landmarks::{GROUPS, LandmarkError},
+    landmarks::LandmarkError,
     models::{self, Wanted, correspond::Pairs},
     pack::{PackError, choose_steps, pack},
     pair::{CycleData, Scheme, pair},
@@ -45,6 +46,8 @@ pub struct BuildOptions {
     pub warp_gaits: bool,
     /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
     pub mean_rounds: usize,
+    /// Joint groups by name, each with its joints ([`crate::groups`]); the arms where empty.
+    pub groups: Chosen,
 }
 
 impl Default for BuildOptions {
@@ -59,6 +62,7 @@ impl Default for BuildOptions {
             models_by_action: false,
             warp_gaits: false,
             mean_rounds: 0,
+            groups: Chosen::new(),
         }
     }
 }
@@ -69,6 +73,9 @@ pub enum BuildError {
     /// The skeleton.
     #[error(transparent)]
     Landmark(#[from] LandmarkError),
+    /// The joint groups.
+    #[error(transparent)]
+    Groups(#[from] GroupError),
     /// The rows.
     #[error(transparent)]
     Pack(#[from] PackError),
@@ -85,13 +92,8 @@ pub enum BuildError {
         cure: &'static str,
     },
     /// The style that models should take is not there.
-    #[error("the models should take the style `{from}`, and there is none: the styles are {have}")]
-    From {
-        /// The style wanted.
-        from: String,
-        /// Those there are.
-        have: String,
-    },
+    #[error("the style that the models should take: {0}")]
+    From(Unknown),
     /// No action that is there in every style.
     #[error(
         "not every style has an output ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
@@ -126,6 +128,7 @@ struct ClassRows {
 /// [`BuildError`] where the corpus is incomplete or too large.
 pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildError> {
     let body = Body::of(corpus)?;
+    let groups = Groups::of(&body.skeleton, &body.landmarks, &options.groups)?;
     let mut notes = Vec::new();
     let examples = complete(corpus, &mut notes)?;
     let dofs: Vec<Vec<Vec<f64>>> = examples.iter().map(|e| body.clip_dofs(&e.clip)).collect();
@@ -214,7 +217,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let packed = pack(&all_rows, &steps, options.block_rows)?;
 
     let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
-    let space = FeatureSpace::of(&body, &clouds, options.window);
+    let space = FeatureSpace::of(&body, &groups.of_joint, &clouds, options.window);
     let codes: Vec<Vec<i8>> = {
         use rayon::prelude::*;
         clouds.par_iter().map(|c| space.code(c)).collect()
@@ -252,7 +255,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         styles: corpus.styles.len(),
         actions: corpus.actions.len(),
         classes: classes.len(),
-        groups: GROUPS.len(),
+        groups: groups.names.len(),
         frames,
         rows: all_rows.len(),
         block_rows: options.block_rows,
@@ -266,10 +269,10 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         (0..corpus.styles.len()).map(move |s| outputs.and_then(|o| o[s]).map_or(NONE, |o| o as u16))
     });
     let names: Vec<String> = examples.iter().map(|e| e.clip.name.clone()).collect();
-    let manifest = manifest(corpus, &examples, names, pairing.prototypes.len(), options);
+    let manifest = manifest(corpus, &examples, &groups, names, pairing.prototypes.len(), options);
     let mut sections: Vec<Section> = vec![
         (section::MANIFEST, manifest),
-        (section::SKELETON, skeleton_section(&body)),
+        (section::SKELETON, skeleton_section(&body, &groups)),
         (
             section::DOFS,
             steps
@@ -279,7 +282,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
                 .flatten()
                 .collect(),
         ),
-        (section::QUERY, space.section(&body.landmarks.groups)),
+        (section::QUERY, space.section(&groups.of_joint)),
         (section::CLASSES, class_bytes),
         (
             section::CLIPS,
@@ -304,12 +307,9 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
 
 /// The style that the models take.
 fn taken_style(corpus: &Corpus, options: &BuildOptions) -> Result<usize, BuildError> {
-    let named = |name: &str| corpus.styles.iter().position(|s| s == name);
     match &options.from {
-        Some(from) => {
-            named(from).ok_or_else(|| BuildError::From { from: from.clone(), have: corpus.styles.join(", ") })
-        }
-        None => Ok(["normal", "neutral"].into_iter().find_map(named).unwrap_or(0)),
+        Some(from) => corpus.style(from).map_err(BuildError::From),
+        None => Ok(corpus.plain_style()),
     }
 }
 
@@ -474,12 +474,12 @@ fn cycle_sections(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u
     (bytes, knots)
 }
 
-fn skeleton_section(body: &Body) -> Vec<u8> {
+fn skeleton_section(body: &Body, groups: &Groups) -> Vec<u8> {
     let mut bytes = Vec::new();
     for j in 0..body.skeleton.joints() {
         let mut record = [0; joint::LENGTH];
         record[joint::PARENT] = body.skeleton.parents[j].map_or(joint::ROOT, |p| p as u8);
-        record[joint::GROUP] = body.landmarks.groups[j] as u8;
+        record[joint::GROUP] = groups.of_joint[j] as u8;
         let mean = body.means[j].coords;
         let numbers = body.skeleton.offsets[j].iter().chain(mean.iter()).map(|&v| v as f32);
         for (slot, value) in record[joint::OFFSET.start..].chunks_exact_mut(4).zip(numbers) {
@@ -521,6 +521,7 @@ fn feet_section(body: &Body, examples: &[&Example]) -> Vec<u8> {
 fn manifest(
     corpus: &Corpus,
     examples: &[&Example],
+    groups: &Groups,
     mut clips: Vec<String>,
     prototypes: usize,
     options: &BuildOptions,
@@ -542,7 +543,7 @@ fn manifest(
         lines(&corpus.skeleton.names),
         lines(&corpus.actions),
         lines(&corpus.styles),
-        GROUPS.join("\n"),
+        groups.names.join("\n"),
         lines(&clips),
         lines(&licences),
         parameters.join("\n"),

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use thiserror::Error;
+
 use crate::motion::{Clip, Skeleton};
 
 /// A cycle (or a whole-clip action): where the clip is at uniform steps of canonical time.
@@ -72,6 +74,23 @@ pub struct Corpus {
     pub examples: Vec<Example>,
 }
 
+/// A name that no action or style has.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("there is no {what} `{name}`: there are {}", have.join(", "))]
+pub struct Unknown {
+    /// What was asked for.
+    pub what: &'static str,
+    /// By which name.
+    pub name: String,
+    /// The names that there are.
+    pub have: Vec<String>,
+}
+
+fn find(what: &'static str, names: &[String], name: &str) -> Result<usize, Unknown> {
+    let unknown = || Unknown { what, name: name.to_owned(), have: names.to_vec() };
+    names.iter().position(|n| n == name).ok_or_else(unknown)
+}
+
 impl Corpus {
     /// A corpus of one clip, of which nothing else is known: enough for its body.
     pub fn of_clip(clip: &Clip) -> Corpus {
@@ -91,6 +110,27 @@ impl Corpus {
             styles: vec![String::new()],
             examples: vec![example],
         }
+    }
+
+    /// The number of the action of that name.
+    ///
+    /// # Errors
+    /// [`Unknown`] where there is none.
+    pub fn action(&self, name: &str) -> Result<usize, Unknown> {
+        find("action", &self.actions, name)
+    }
+
+    /// The number of the style of that name.
+    ///
+    /// # Errors
+    /// [`Unknown`] where there is none.
+    pub fn style(&self, name: &str) -> Result<usize, Unknown> {
+        find("style", &self.styles, name)
+    }
+
+    /// The style that is none: `normal` or `neutral`, or else the first.
+    pub fn plain_style(&self) -> usize {
+        ["normal", "neutral"].iter().find_map(|name| self.style(name).ok()).unwrap_or(0)
     }
 
     /// Puts actions and styles into the order wanted; those that are not named follow by name.

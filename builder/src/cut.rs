@@ -21,7 +21,8 @@ pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
         bail!("it holds neither linear models nor statistics: build it without --no-models");
     }
     let kept = [section::SKELETON, section::DOFS];
-    let alone = [section::LTI, section::STATISTIC, section::EFFORT, section::RETARGET];
+    // Models say when feet stand; what holds them there is a section of its own.
+    let alone = [section::LTI, section::STATISTIC, section::EFFORT, section::RETARGET, section::FEET];
     let manifest = Manifest { clips: Names(""), ..database.manifest()? };
     let required = database.sections().into_iter().map(|(id, bytes)| -> Result<Section> {
         Ok(match id {

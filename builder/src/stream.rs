@@ -119,6 +119,11 @@ impl Streamed {
             .collect()
     }
 
+    /// The output poses, which stand at [`times`](Self::times).
+    pub fn frames(&self) -> Vec<Frame> {
+        self.steps.iter().map(|s| s.frame.clone()).collect()
+    }
+
     /// The output as a clip at a fixed rate: poses at their time stamps, resampled; or tick by tick, where the stream was
     /// retimed.
     pub fn clip(&self, like: &Clip, rate_hz: f64) -> Clip {
@@ -200,11 +205,25 @@ pub fn stream(
     request: &Request,
     watcher: &mut impl Watcher,
 ) -> Result<Streamed, ConfigError> {
+    stream_told(database, clip, request, &[], watcher)
+}
+
+/// [`stream`] of somebody who is told the action on the way: from which frame on, and which; ascending.
+///
+/// # Errors
+/// As [`stream`].
+pub fn stream_told(
+    database: &Database<'_>,
+    clip: &Clip,
+    request: &Request,
+    actions: &[(usize, u16)],
+    watcher: &mut impl Watcher,
+) -> Result<Streamed, ConfigError> {
     let counts = database.counts();
     if counts.joints <= 22 && counts.classes <= 28 && request.config.neighborhood().0 <= 40 {
-        run::<22, 40, 28>(database, clip, request, watcher)
+        run::<22, 40, 28>(database, clip, request, actions, watcher)
     } else {
-        run::<{ layout::MAX_JOINTS }, 64, 256>(database, clip, request, watcher)
+        run::<{ layout::MAX_JOINTS }, 64, 256>(database, clip, request, actions, watcher)
     }
 }
 
@@ -212,6 +231,7 @@ fn run<const J: usize, const K: usize, const C: usize>(
     database: &Database<'_>,
     clip: &Clip,
     request: &Request,
+    actions: &[(usize, u16)],
     watcher: &mut impl Watcher,
 ) -> Result<Streamed, ConfigError> {
     let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, request.config)?);
@@ -232,7 +252,10 @@ fn run<const J: usize, const K: usize, const C: usize>(
     let mut playback = request.bounds.map(|b| Playback::<J>::new(database, b)).transpose()?;
     let mut digest = Digest::new();
     let mut steps = Vec::with_capacity(clip.frames.len());
-    for frame in &clip.frames {
+    for (t, frame) in clip.frames.iter().enumerate() {
+        if let Some(told) = actions.iter().find(|a| a.0 == t) {
+            stylizer.set_action(Some(told.1))?;
+        }
         let input = to_pose::<J>(frame);
         let mut adapter = Adapter { watcher, features: counts.features, dofs: counts.dofs };
         let start = Instant::now();

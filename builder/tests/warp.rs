@@ -1,8 +1,11 @@
 //! Time warps against a truth that is known.
 
-use gestus_builder::warp::{
-    demo::{compare, figure2, known_pair},
-    imw::{Config, imw},
+use gestus_builder::{
+    synth::STYLES,
+    warp::{
+        demo::{compare, drawn_pair, figure2, generated_pair, known_pair},
+        imw::{Config, imw},
+    },
 };
 
 /// Mean correspondence errors over seeds, in frames: DTW Type I, DTW Type III, IMW.
@@ -25,6 +28,41 @@ fn imw_has_at_most_a_third_of_the_error_of_dtw() {
     println!("mean correspondence error, frames: DTW I {one:.3}, DTW III {three:.3}, IMW {imw:.3}");
     assert!(imw <= one / 3.0, "IMW {imw:.3}, DTW Type I {one:.3}");
     assert!(imw <= three / 3.0, "IMW {imw:.3}, DTW Type III {three:.3}");
+}
+
+/// Mean correspondence errors over all styles and four contents of generated actions, in frames.
+fn generated(actions: &[&str]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    let mut count = 0.0;
+    for action in actions {
+        for style in STYLES.iter().filter(|s| **s != "neutral") {
+            for content in 0..4 {
+                let pair = generated_pair(content, action, style).unwrap();
+                let warps = compare(&pair).unwrap();
+                let errors = warps[1..].iter().map(|(_, warp)| warp.mean_error(&pair.truth));
+                sums.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
+                count += 1.0;
+            }
+        }
+    }
+    sums.map(|s| s / count)
+}
+
+#[test]
+fn imw_has_at_most_a_third_of_the_error_of_dtw_on_generated_acts() {
+    let [one, three, imw] = generated(&["jump", "punch", "kick"]);
+    println!("generated acts, frames: DTW I {one:.3}, DTW III {three:.3}, IMW {imw:.3}");
+    assert!(imw <= one / 3.0, "IMW {imw:.3}, DTW Type I {one:.3}");
+    assert!(imw <= three / 3.0, "IMW {imw:.3}, DTW Type III {three:.3}");
+}
+
+/// Cycles of a gait keep their rhythm in every style: there is little to find, and all are within a frame.
+#[test]
+fn imw_is_nearest_on_generated_gaits_too() {
+    let [one, three, imw] = generated(&["walk", "run"]);
+    println!("generated gaits, frames: DTW I {one:.3}, DTW III {three:.3}, IMW {imw:.3}");
+    assert!(imw < 0.8 * one.min(three), "IMW {imw:.3}, DTW {one:.3} and {three:.3}");
+    assert!(imw < 0.5, "IMW {imw:.3}");
 }
 
 #[test]
@@ -52,7 +90,8 @@ fn the_objective_never_rises_and_the_slope_limit_holds() {
 
 #[test]
 fn the_figure_has_a_curve_for_each_method() {
-    let names: Vec<String> = figure2().unwrap().into_iter().map(|(name, _)| name).collect();
+    let names: Vec<String> =
+        figure2(&drawn_pair().unwrap()).unwrap().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names.len(), 6);
     assert!(names.iter().any(|n| n.ends_with("IMW")));
 }

@@ -4,7 +4,7 @@
 use gestus_builder::{
     cut::models_only,
     models::lti::{Model, clip},
-    stream::{Request, Streamed, from_pose, stream, to_pose},
+    stream::{Request, Streamed, from_pose, stream, stream_told, to_pose},
 };
 use gestus_core::{
     BlobError, Config, ConfigError, Database, Degraded, Method, Pose, Stylizer,
@@ -266,9 +266,13 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     assert_eq!(database.manifest().unwrap().styles.iter().collect::<Vec<_>>(), motion::STYLES);
     assert_eq!(database.manifest().unwrap().licences.count(), 1);
     assert!(cut.len() < whole.len() / 4, "{} of {}", cut.len(), whole.len());
+    let style = [(1, 0.5), (2, 0.5)];
     for config in [LTI, STATISTIC] {
-        let style = [(1, 0.5), (2, 0.5)];
-        assert_eq!(run(&cut, config, &style, 60).1.digest, run(whole, config, &style, 60).1.digest);
+        let digest = |blob: &[u8], config| run(blob, config, &style, 60).1.digest;
+        assert_eq!(digest(&cut, config), digest(whole, config));
+        // Feet were once left behind, and slid.
+        let held = digest(&cut, config.contacts(true));
+        assert!(held == digest(whole, config.contacts(true)) && held != digest(&cut, config));
     }
     let refused = Stylizer::<22, 40, 28>::new(database, Config::new()).err();
     assert_eq!(refused, Some(ConfigError::Method));
@@ -278,6 +282,24 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());
     stylizer.set_action(Some(1)).unwrap();
     assert!(stylizer.set_action(Some(9)).is_err() && stylizer.set_mask(0, false).is_err());
+}
+
+/// Who is told the action on the way has the model of that action from there on.
+#[test]
+fn an_action_told_on_the_way_counts_from_there() {
+    let database = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(0, 0, 40);
+    let request = Request { config: STATISTIC, ..Request::style(1) };
+    let told = |actions: &[(usize, u16)]| {
+        stream_told(&database, &clip, &request, actions, &mut ()).unwrap().steps.into_iter().map(|s| s.frame)
+    };
+    let known = |action| {
+        let request = Request { action, ..request.clone() };
+        stream(&database, &clip, &request, &mut ()).unwrap().steps.into_iter().map(|s| s.frame)
+    };
+    assert!(told(&[(0, 1)]).eq(known(Some(1))));
+    assert!(told(&[(20, 1)]).take(20).eq(known(None).take(20)));
+    assert!(stream_told(&database, &clip, &request, &[(20, 9)], &mut ()).is_err());
 }
 
 fn refuses(name: &str, blob: &[u8], section: u16, record: u32) {

@@ -6,7 +6,7 @@ use gestus_builder::{
     annotate::Config as Clips,
     build::{BuildOptions, build},
     corpus::Corpus,
-    evaluate::loo::{self, LooOptions},
+    evaluate::{fold::LooOptions, loo},
     load::load,
     motion::Clip,
     stream::{Request, stream},

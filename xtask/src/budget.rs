@@ -9,9 +9,9 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use crate::{
-    firmware::{missing, sim},
+    firmware::missing,
     real_data,
-    shell::{Outcome, cargo, json, root, run as run_command, target_dir},
+    shell::{Outcome, cargo, json, root, run as run_command, sim, target_dir},
     stack,
 };
 use anyhow::{Context, Result};

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::{
-    shell::{Outcome, cargo, json, root, run as run_command},
+    shell::{Outcome, cargo, json, root, run as run_command, sim},
     target::{self, has_program},
 };
 
@@ -78,13 +78,6 @@ pub fn run(setup: bool) -> Result<Outcome> {
     } else {
         Outcome::Failed(format!("other bits than {golden} on {}", wrong.join(", ")))
     })
-}
-
-/// The program `gestus-sim`.
-pub fn sim() -> std::process::Command {
-    let mut command = cargo();
-    command.args(["run", "--release", "--quiet", "-p", "gestus-firmware-sim", "--bin", "gestus-sim", "--"]);
-    command
 }
 
 /// The log lines of an image, decoded: what a firmware author sees.

@@ -2,10 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 
-use crate::{
-    firmware::sim,
-    shell::{answer_of, command, json},
-};
+use crate::shell::{answer_of, command, json, sim};
 
 /// What the lines of a short stream have to say.
 const EXPECTED: [&str; 3] = ["database open: ", "Hello", "Style"];

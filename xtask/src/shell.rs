@@ -48,6 +48,13 @@ pub fn cargo() -> Command {
     command(&env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
 }
 
+/// The program `gestus-sim`.
+pub fn sim() -> Command {
+    let mut command = cargo();
+    command.args(["run", "--release", "--quiet", "-p", "gestus-firmware-sim", "--bin", "gestus-sim", "--"]);
+    command
+}
+
 /// The cargo of the nightly toolchain.
 pub fn nightly_cargo() -> Command {
     let mut command = command("rustup");

@@ -53,28 +53,17 @@ pub fn run(args: &Args) -> Result<()> {
         eprintln!("{note}");
     }
     let corpus = &loaded.corpus;
-    let style = |name: &str| {
-        corpus.styles.iter().position(|s| s == name).with_context(|| {
-            format!("{} has no style `{name}`: it has {}", args.data.display(), corpus.styles.join(", "))
-        })
-    };
+    let place = || args.data.display().to_string();
     let from = match &args.from {
-        Some(name) => style(name)?,
-        None => ["normal", "neutral"].iter().find_map(|n| style(n).ok()).unwrap_or(0),
+        Some(name) => corpus.style(name).with_context(place)?,
+        None => corpus.plain_style(),
     };
-    let action = corpus.actions.iter().position(|a| *a == args.action).with_context(|| {
-        format!(
-            "{} has no action `{}`: it has {}",
-            args.data.display(),
-            args.action,
-            corpus.actions.join(", ")
-        )
-    })?;
+    let action = corpus.action(&args.action).with_context(place)?;
     let mut weights = vec![0.0; corpus.styles.len()];
     for part in args.style.split(',').filter(|p| !p.trim().is_empty()) {
         let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
         let number: f64 = weight.trim().parse().with_context(|| format!("`{part}`: write style=0.5"))?;
-        weights[style(name.trim())?] += number;
+        weights[corpus.style(name.trim()).with_context(place)?] += number;
     }
     let total: f64 = weights.iter().sum();
     if !(total.is_finite() && total.abs() > 1e-6) {
@@ -85,7 +74,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--seconds {}: from 0.1 to 600", args.seconds);
     }
     let body = Body::of(corpus)?;
-    let model = Bilinear::of(corpus, &body, action, from).with_context(|| args.data.display().to_string())?;
+    let model = Bilinear::of(corpus, &body, action, from).with_context(place)?;
     let speed = args.speed.unwrap_or(model.speeds_m_s[1]);
     if !(0.0..=20.0).contains(&speed) {
         bail!("--speed {speed}: metres a second, from 0 to 20");

@@ -157,8 +157,8 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     fs::write(&page, view::page(&database, "Gestus", &scenes)?)
         .with_context(|| format!("{} can't be written", page.display()))?;
     let figure = plot::lines(
-        Labels { title: "Finding a known time warp", x: "input, frames", y: "output, frames" },
-        &warp::demo::figure2()?,
+        Labels { title: "Finding a known time warp", x: "output, frames", y: "standard deviations" },
+        &warp::demo::figure2(&warp::demo::drawn_pair()?)?,
     );
     fs::write(folder.join("warp.svg"), figure)?;
     let frames: usize = shown.iter().map(|s| s.2.steps.len()).sum();

@@ -5,26 +5,57 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     build::BuildOptions,
+    corpus::Corpus,
     effort::{fragment::Library, labels, model::Model},
     evaluate::{
-        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, knn, loo, retarget,
-        servo, skate, timing,
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, fold::LooOptions,
+        growth, knn, loo, retarget, servo, skate, timing,
     },
     load::load,
 };
-use gestus_core::retime::Bounds;
+use gestus_core::{Database, retime::Bounds};
 use serde_json::json;
 
 use super::build::Selection;
 
+/// What can be measured.
+#[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// Leave one clip out: pose and timing errors of every method
+    Loo,
+    /// Pairs made by rule, whose answer is known
+    Exact,
+    /// Each parameter by itself
+    Ablation,
+    /// Recall and visits of the search
+    Knn,
+    /// Bytes a frame against joint error
+    Compression,
+    /// All methods side by side, in words too
+    Methods,
+    /// What warping makes of pairs of clips
+    Correspondence,
+    /// Efforts learned, segmented and dialled
+    Effort,
+    /// Gaussian processes: accuracy, time and memory as the data grows
+    GaussianProcess,
+    /// Which foot stands
+    Contacts,
+    /// How far standing feet slide
+    Skate,
+    /// The output's time
+    Timing,
+    /// Other skeletons through --db and back
+    Retarget,
+    /// A robot that does what comes out of --db
+    Servo,
+}
+
 /// Measure: errors, ablations, search, compression.
 #[derive(clap::Args)]
 pub struct Args {
-    /// What to measure: loo, exact (pairs made by rule, whose answer is known), ablation, knn, compression,
-    /// methods (all of them side by side), correspondence, effort, gaussian-process (its accuracy, time and memory as
-    /// the data grows), retarget (other skeletons through --db and back), contacts (which foot stands), skate (how far
-    /// standing feet slide), timing (the output's time), servo (a robot that does the motion)
-    what: String,
+    /// What to measure
+    what: What,
     /// Folder of BVH files
     #[arg(long)]
     data: PathBuf,
@@ -73,23 +104,45 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    if ["retarget", "servo"].contains(&args.what.as_str()) {
-        return on_database(args);
-    }
+    let evaluation = match args.what {
+        What::Loo => on_corpus(args, |c, o| Ok(loo::evaluate(c, o)?)),
+        What::Exact => on_corpus(args, |c, o| Ok(loo::exact(c, o)?)),
+        What::Ablation => on_corpus(args, |c, o| Ok(ablation::evaluate(c, o)?)),
+        What::Knn => on_corpus(args, |c, o| Ok(knn::evaluate(c, o)?)),
+        What::Compression => on_corpus(args, |c, o| Ok(compression::evaluate(c, o)?)),
+        What::Methods => on_corpus(args, |c, o| Ok(comparison::evaluate(c, o)?)),
+        What::Contacts => on_corpus(args, |c, o| Ok(contacts::evaluate(c, o)?)),
+        What::Skate => on_corpus(args, |c, o| Ok(skate::evaluate(c, o)?)),
+        What::Timing => {
+            let bounds = Bounds { lead_s: args.lead, lag_s: args.lag };
+            on_corpus(args, |c, o| Ok(timing::evaluate(c, o, bounds)?))
+        }
+        What::Correspondence => on_corpus(args, |c, o| Ok(correspondence::evaluate(c, o.from)?)),
+        What::Effort => on_corpus(args, |c, o| efforts(args, c, o)),
+        What::GaussianProcess => on_corpus(args, |c, o| Ok(growth::growth(c, o)?)),
+        What::Retarget => on_database(args, |db| retarget::evaluate(db, &args.data)),
+        What::Servo => on_database(args, |db| {
+            servo::evaluate(db, &args.data, args.robot.as_deref(), args.robot_map.as_deref())
+        }),
+    }?;
+    say(args, &evaluation)
+}
+
+/// What judges databases that it builds of the folder.
+fn on_corpus(
+    args: &Args,
+    measure: impl FnOnce(&Corpus, &LooOptions) -> Result<Evaluation>,
+) -> Result<Evaluation> {
     let config = args.selection.config(Some(&args.data), None)?;
     let loaded = load(&config)?;
     for note in &loaded.notes {
         eprintln!("{note}");
     }
     let corpus = &loaded.corpus;
-    let style = |name: &str| {
-        corpus.styles.iter().position(|s| s == name).with_context(|| {
-            format!("{} has no style `{name}`: it has {}", args.data.display(), corpus.styles.join(", "))
-        })
-    };
+    let style = |name: &str| corpus.style(name).with_context(|| args.data.display().to_string());
     let from = match &args.from {
         Some(name) => style(name)?,
-        None => ["normal", "neutral"].iter().find_map(|n| style(n).ok()).unwrap_or(0),
+        None => corpus.plain_style(),
     };
     let to = if args.to.is_empty() {
         (0..corpus.styles.len()).filter(|&s| s != from).collect()
@@ -99,9 +152,8 @@ pub fn run(args: &Args) -> Result<()> {
     if args.folds == 0 {
         bail!("--folds 0: at least one test clip an action");
     }
-    std::fs::create_dir_all(&args.output)
-        .with_context(|| format!("{} can't be made", args.output.display()))?;
-    let options = loo::LooOptions {
+    make_output(args)?;
+    let options = LooOptions {
         from,
         to,
         folds: args.folds,
@@ -112,59 +164,41 @@ pub fn run(args: &Args) -> Result<()> {
         exact: false,
         gaussian_process: args.gaussian_process,
     };
-    let evaluation: Evaluation = match args.what.as_str() {
-        "loo" => loo::evaluate(corpus, &options)?,
-        "exact" => loo::exact(corpus, &options)?,
-        "ablation" => ablation::evaluate(corpus, &options)?,
-        "knn" => knn::evaluate(corpus, &options)?,
-        "compression" => compression::evaluate(corpus, &options)?,
-        "methods" => comparison::evaluate(corpus, &options)?,
-        "contacts" => contacts::evaluate(corpus, &options)?,
-        "skate" => skate::evaluate(corpus, &options)?,
-        "timing" => timing::evaluate(corpus, &options, Bounds { lead_s: args.lead, lag_s: args.lag })?,
-        "correspondence" => correspondence::evaluate(corpus, from)?,
-        "effort" => {
-            let given = match &args.labels {
-                Some(path) => {
-                    let rows = labels::read(path, corpus.rate_hz)?;
-                    Some(Model::given(&rows, &path.display().to_string(), |spans| {
-                        Library::annotated(corpus, spans)
-                    })?)
-                }
-                None => None,
-            };
-            effort::evaluate(
-                corpus,
-                &effort::EffortOptions { loo: &options, given, splits: args.splits.max(1) },
-            )?
-        }
-        "gaussian-process" => loo::growth(corpus, &options)?,
-        other => bail!(
-            "`{other}` is not measured by this version: loo, exact, ablation, knn, compression, methods, \
-             correspondence, effort, gaussian-process, retarget, contacts, skate, timing, servo"
-        ),
-    };
-    say(args, &evaluation)
+    measure(corpus, &options)
 }
 
 /// What judges a database with clips of any skeleton.
-fn on_database(args: &Args) -> Result<()> {
-    let Some(path) = &args.db else { bail!("evaluate {} judges a database: give --db DB.gestus", args.what) };
+fn on_database(args: &Args, measure: impl FnOnce(&Database<'_>) -> Result<Evaluation>) -> Result<Evaluation> {
+    let path = args.db.as_ref().context("this judges a database: give --db DB.gestus")?;
     let bytes = super::read_blob(path)?;
     let database = super::open(path, &bytes)?;
-    std::fs::create_dir_all(&args.output)
-        .with_context(|| format!("{} can't be made", args.output.display()))?;
-    let evaluation = match args.what.as_str() {
-        "servo" => servo::evaluate(&database, &args.data, args.robot.as_deref(), args.robot_map.as_deref())?,
-        _ => retarget::evaluate(&database, &args.data)?,
+    make_output(args)?;
+    measure(&database)
+}
+
+/// Efforts, by the labels that were given.
+fn efforts(args: &Args, corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
+    let given = match &args.labels {
+        Some(path) => {
+            let rows = labels::read(path, corpus.rate_hz)?;
+            let annotated = |spans: &_| Library::annotated(corpus, spans);
+            Some(Model::given(&rows, &path.display().to_string(), annotated)?)
+        }
+        None => None,
     };
-    say(args, &evaluation)
+    let options = effort::EffortOptions { loo: options, given, splits: args.splits.max(1) };
+    Ok(effort::evaluate(corpus, &options)?)
+}
+
+/// Made before what takes long.
+fn make_output(args: &Args) -> Result<()> {
+    std::fs::create_dir_all(&args.output).with_context(|| format!("{} can't be made", args.output.display()))
 }
 
 fn say(args: &Args, evaluation: &Evaluation) -> Result<()> {
     evaluation.write(&args.output)?;
     if args.json {
-        super::say(json!({ "what": args.what, "rows": evaluation.rows }))?;
+        super::say(json!({ "what": evaluation.what, "rows": evaluation.rows }))?;
     } else {
         super::say(format_args!("{}", evaluation.summary()))?;
         super::say(format_args!("tables, plots and the report are in {}", args.output.display()))?;

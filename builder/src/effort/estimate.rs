@@ -22,24 +22,37 @@
 use nalgebra::Vector3;
 
 use super::{Factors, POLE, fragment::Library, fragment::walk};
-use crate::{body::Body, segment::smooth};
+use crate::{body::Body, motion::Frame, segment::smooth};
 
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
 const SMOOTH_S: f64 = 0.04;
 
 /// Length of the stretches that a whole clip is judged by, seconds.
 const STRETCH_S: f64 = 1.2;
+/// From the start of one stretch to that of the next, seconds, at most.
+const HOP_S: f64 = 0.1;
+/// The start of a stream that is not judged, seconds: there the last output is still made up, and a foot that is held
+/// before the root's speed is known is let go again with a start that has nothing to do with the style.
+const SETTLE_S: f64 = 0.5;
 
 /// Logarithms of the three descriptors of a stretch of motion, in the order of the factors. `None` of fewer than eight
 /// frames.
 pub fn descriptors(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
-    if rows.len() < 8 {
+    of_positions(&positions(body, rows, rate_hz), rate_hz)
+}
+
+/// Where the joints are in the world, shape `[frames][J]`.
+fn positions(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Vec<Vector3<f64>>> {
+    walk(body, rows, rate_hz).iter().map(|f| f.positions(&body.skeleton)).collect()
+}
+
+/// [`descriptors`] of joints' positions. They are the same wherever the motion stands and faces.
+fn of_positions(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors> {
+    let count = positions.len();
+    if count < 8 {
         return None;
     }
-    let frames = walk(body, rows, rate_hz);
-    let positions: Vec<Vec<Vector3<f64>>> = frames.iter().map(|f| f.positions(&body.skeleton)).collect();
-    let joints = body.skeleton.joints();
-    let count = rows.len();
+    let joints = positions[0].len();
     let mut energy = vec![0.0; count - 1];
     let (mut speed, mut acceleration, mut jerk) = (0.0, 0.0, 0.0);
     for j in 0..joints {
@@ -122,7 +135,8 @@ impl Estimator {
     }
 
     /// The estimated Effort of a whole clip: the mean over stretches about as long as a fragment, since the greatest
-    /// energy of a clip grows with its length.
+    /// energy of a clip grows with its length. The stretches overlap, and every tenth of a second one starts: cut end to
+    /// end they would all move, and their number leap, where a clip becomes a frame longer.
     pub fn clip(
         &self,
         body: &Body,
@@ -130,16 +144,82 @@ impl Estimator {
         rate_hz: f64,
         action: Option<usize>,
     ) -> Option<Factors> {
-        let count = (rows.len() as f64 / (STRETCH_S * rate_hz)).round().max(1.0) as usize;
-        let edge = |i: usize| i * rows.len() / count;
-        let found: Vec<Factors> =
-            (0..count).filter_map(|i| descriptors(body, &rows[edge(i)..edge(i + 1)], rate_hz)).collect();
+        self.course(&positions(body, rows, rate_hz), rate_hz, action)
+    }
+
+    /// The same of poses at times of their own, seconds, ascending: what a stream puts out, less its start. Joints' ways
+    /// between the poses are cubic. On straight ones a joint would turn at each pose, by as much as the new frames
+    /// happen to lie near it, and jerk, and with it flow, would tell of the beat of both rates more than of the motion.
+    pub fn stream(
+        &self,
+        body: &Body,
+        frames: &[Frame],
+        times: &[f64],
+        rate_hz: f64,
+        action: Option<usize>,
+    ) -> Option<Factors> {
+        let (first, last) = (times.first()?, times.last()?);
+        // Of a short stream there is no more to see than all of it.
+        let settled = if last - first < SETTLE_S + STRETCH_S { *first } else { first + SETTLE_S };
+        let from = times.partition_point(|&t| t < settled);
+        let positions: Vec<Vec<Vector3<f64>>> =
+            frames.get(from..)?.iter().map(|f| f.positions(&body.skeleton)).collect();
+        self.course(&resampled(&positions, &times[from..], rate_hz), rate_hz, action)
+    }
+
+    /// The mean over stretches of joints' ways.
+    fn course(
+        &self,
+        positions: &[Vec<Vector3<f64>>],
+        rate_hz: f64,
+        action: Option<usize>,
+    ) -> Option<Factors> {
+        let length = ((STRETCH_S * rate_hz).round() as usize).min(positions.len());
+        let room = positions.len() - length;
+        let hops = (room as f64 / (HOP_S * rate_hz)).ceil().max(1.0) as usize;
+        let found: Vec<Factors> = (0..=hops)
+            .filter_map(|i| of_positions(&positions[i * room / hops..][..length], rate_hz))
+            .collect();
         if found.is_empty() {
             return None;
         }
         let mean = std::array::from_fn(|k| found.iter().map(|d| d[k]).sum::<f64>() / found.len() as f64);
         Some(self.factors(action, &mean))
     }
+}
+
+/// Positions at even times, by cubic Hermite curves whose slopes are those of parabolas through three poses.
+fn resampled(positions: &[Vec<Vector3<f64>>], times: &[f64], rate_hz: f64) -> Vec<Vec<Vector3<f64>>> {
+    let last = positions.len().min(times.len()).saturating_sub(1);
+    if last == 0 {
+        return positions.to_vec();
+    }
+    let span = |i: usize| (times[i + 1] - times[i]).max(1e-6);
+    let pace = |i: usize, j: usize| (positions[i + 1][j] - positions[i][j]) / span(i);
+    let slope = |i: usize, j: usize| match i {
+        0 => pace(0, j),
+        i if i == last => pace(last - 1, j),
+        i => (pace(i - 1, j) * span(i) + pace(i, j) * span(i - 1)) / (span(i - 1) + span(i)),
+    };
+    let count = ((times[last] - times[0]) * rate_hz + 1e-6) as usize + 1;
+    let mut at = 0;
+    (0..count)
+        .map(|k| {
+            let time = times[0] + k as f64 / rate_hz;
+            while at + 1 < last && times[at + 1] <= time {
+                at += 1;
+            }
+            let s = ((time - times[at]) / span(at)).clamp(0.0, 1.0);
+            let (s2, s3) = (s * s, s * s * s);
+            (0..positions[at].len())
+                .map(|j| {
+                    positions[at][j] * (2.0 * s3 - 3.0 * s2 + 1.0)
+                        + positions[at + 1][j] * (3.0 * s2 - 2.0 * s3)
+                        + (slope(at, j) * (s3 - 2.0 * s2 + s) + slope(at + 1, j) * (s3 - s2)) * span(at)
+                })
+                .collect()
+        })
+        .collect()
 }
 
 fn spread(values: &[Factors]) -> Spread {
@@ -180,6 +260,70 @@ mod tests {
         assert!((fast[2] - slow[2] - 4f64.ln()).abs() < 0.35, "{slow:?} {fast:?}");
         assert!((fast[0] - slow[0]).abs() < 0.35, "{slow:?} {fast:?}");
         assert!(descriptors(&body, &rows[..7], 30.0).is_none());
+    }
+
+    /// Joints on circles of several sizes and speeds, at any time.
+    fn turning(time: f64) -> Vec<Vector3<f64>> {
+        (1..4)
+            .map(f64::from)
+            .map(|j| {
+                Vector3::new((6.0 * j * time).cos(), 0.3 * j * (9.0 * time).sin(), (6.0 * j * time).sin())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn flow_is_the_same_at_whatever_times_the_poses_stand() {
+        let flow = |positions: &[Vec<Vector3<f64>>]| of_positions(positions, 30.0).unwrap()[0];
+        let wanted = flow(&(0..60).map(|k| turning(f64::from(k) / 30.0)).collect::<Vec<_>>());
+        let straight = |positions: &[Vec<Vector3<f64>>], times: &[f64]| -> Vec<Vec<Vector3<f64>>> {
+            (0..58)
+                .map(|k| {
+                    let at = times.partition_point(|&t| t <= f64::from(k) / 30.0).clamp(1, times.len() - 1);
+                    let s = (f64::from(k) / 30.0 - times[at - 1]) / (times[at] - times[at - 1]);
+                    positions[at - 1].iter().zip(&positions[at]).map(|(a, b)| a.lerp(b, s)).collect()
+                })
+                .collect()
+        };
+        let mut worst = [0.0f64; 2];
+        for pace in [0.9, 0.97, 1.03, 1.1] {
+            let times: Vec<f64> =
+                (0..70).map(|i| (f64::from(i) + 0.2 * (0.4 * f64::from(i)).sin()) * pace / 30.0).collect();
+            let poses: Vec<_> = times.iter().map(|&t| turning(t)).collect();
+            let cubic = resampled(&poses, &times, 30.0);
+            worst[0] = worst[0].max((flow(&cubic[..58]) - wanted).abs());
+            worst[1] = worst[1].max((flow(&straight(&poses, &times)) - wanted).abs());
+        }
+        assert!(worst[0] < 0.005 && worst[1] > 1.5 * worst[0], "cubic and straight: {worst:?}");
+    }
+
+    #[test]
+    fn a_frame_more_and_a_start_that_jerks_change_little() {
+        let options = synth::Options {
+            actions: vec!["run".into()],
+            styles: vec!["neutral".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        };
+        let corpus = synth::corpus(&options).unwrap();
+        let body = Body::of(&corpus).unwrap();
+        let estimator = Estimator { actions: Vec::new(), all: [(0.0, 1.0); 3] };
+        let mut frames = corpus.examples[0].clip.frames.clone();
+        let times: Vec<f64> = (0..frames.len()).map(|i| i as f64 / 30.0).collect();
+        let seen =
+            |frames: &[Frame]| estimator.stream(&body, frames, &times[..frames.len()], 30.0, None).unwrap();
+        let whole = seen(&frames);
+        for less in 1..12 {
+            let cut = seen(&frames[..frames.len() - less]);
+            let longer = seen(&frames[..frames.len() - less + 1]);
+            assert!((0..3).all(|k| (cut[k] - longer[k]).abs() < 0.02), "{less}: {cut:?} {longer:?}");
+        }
+        frames[3].root.y += 0.1;
+        assert_eq!(seen(&frames), whole);
+        frames[20].root.y += 0.3;
+        assert!(seen(&frames)[0] > whole[0] + 0.002, "{:?} {whole:?}", seen(&frames));
+        assert!(estimator.stream(&body, &[], &[], 30.0, None).is_none());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Ridge regression, linear and with a radial kernel (paper 003, eqs. 6 and 7), with ten-fold cross-validation.
 //!
 //! Both are one system, `(K + λ I) a = y - ȳ`, `f(z) = ȳ + Σ a_i k(z_i, z)`: with `k` the inner product that is linear
-//! ridge regression in its dual form, with `k(z, z') = exp(-γ |z - z'|²)` the kernel one. The error of a left-out fold
+//! ridge regression in its dual form, with `k(z, z') = exp(-γ |z - z'|²)` the kernel one. For what is between two
+//! fragments there is [`Kernel::Between`], which adds no ȳ. The error of a left-out fold
 //! F needs no fit of its own: with `C = K + λ I` the residuals are `(C⁻¹_FF)⁻¹ (C⁻¹ y)_F`, so that a whole
 //! cross-validation costs one factor and its inverse. Cost: O(n³) for each γ and λ, 0.7 n³ multiplications.
 
@@ -17,6 +18,30 @@ pub enum Kernel {
     Linear,
     /// `exp(-γ |z - z'|²)`.
     Radial(f64),
+    /// Of pairs of fragments, inputs `[a, b, u]` with halves a and b of one width and `u = 2 α - 1`: with z̃ the same pair
+    /// named the other way round, `[b, a, -u]`,
+    ///
+    /// ```text
+    /// (1 - u²) (1 - u'²) ½ (exp(-γ |z - z'|²) + exp(-γ |z̃ - z'|²))
+    /// ```
+    ///
+    /// Functions made of it don't care which fragment is the first, and are 0 where a blend is one of them.
+    Between(f64),
+}
+
+/// The same pair, the other way round.
+fn turned(z: &[f64]) -> impl Iterator<Item = f64> {
+    let half = z.len() / 2;
+    (0..z.len()).map(move |i| match i {
+        i if i < half => z[i + half],
+        i if i < 2 * half => z[i - half],
+        i => -z[i],
+    })
+}
+
+/// `1 - u²`.
+fn between(z: &[f64]) -> f64 {
+    z.last().map_or(0.0, |u| 1.0 - u * u)
 }
 
 impl Kernel {
@@ -25,12 +50,33 @@ impl Kernel {
         match self {
             Self::Linear => a.iter().zip(b).map(|(a, b)| a * b).sum(),
             Self::Radial(gamma) => (-gamma * super::align::square(a, b)).exp(),
+            Self::Between(gamma) => {
+                let far: f64 = turned(a).zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+                let near = super::align::square(a, b);
+                0.5 * between(a) * between(b) * ((-gamma * near).exp() + (-gamma * far).exp())
+            }
+        }
+    }
+
+    /// What ridge regression adds to a sum of these kernels: the mean of the targets, or nothing where the sums are to
+    /// be 0 at known places.
+    fn offset(self, y: &[f64]) -> f64 {
+        match self {
+            Self::Linear | Self::Radial(_) => y.iter().sum::<f64>() / y.len().max(1) as f64,
+            Self::Between(_) => 0.0,
         }
     }
 
     /// All values, `[n x n]`.
     pub fn matrix(self, z: &[Vec<f64>]) -> DMatrix<f64> {
-        DMatrix::from_fn(z.len(), z.len(), |i, j| self.of(&z[i], &z[j]))
+        let mut matrix = DMatrix::zeros(z.len(), z.len());
+        for i in 0..z.len() {
+            for j in 0..=i {
+                let value = self.of(&z[i], &z[j]);
+                (matrix[(i, j)], matrix[(j, i)]) = (value, value);
+            }
+        }
+        matrix
     }
 }
 
@@ -54,7 +100,7 @@ impl Machine {
 
 /// Fits by ridge.
 pub fn fit(kernel: Kernel, lambda: f64, z: &[Vec<f64>], y: &[f64]) -> Machine {
-    let offset = y.iter().sum::<f64>() / y.len().max(1) as f64;
+    let offset = kernel.offset(y);
     let system = kernel.matrix(z) + DMatrix::identity(z.len(), z.len()) * lambda;
     let right = DVector::from_iterator(y.len(), y.iter().map(|v| v - offset));
     // A kernel matrix with something on its diagonal is positive definite; rounding alone could say otherwise.
@@ -95,11 +141,11 @@ fn inverse_factor(kernel: &DMatrix<f64>, lambda: f64) -> Option<Vec<f64>> {
     Some(inverse)
 }
 
-/// Mean squared error of ten-fold cross-validation; the folds are every tenth example. Targets are `[k][n]`, one error
-/// each: they share the inverse.
-pub fn cross_validate(kernel: &DMatrix<f64>, lambda: f64, targets: &[Vec<f64>]) -> Vec<f64> {
-    let n = kernel.nrows();
-    let Some(factor) = inverse_factor(kernel, lambda) else {
+/// Mean squared error of ten-fold cross-validation with a kernel and its matrix; the folds are every tenth example.
+/// Targets are `[k][n]`, one error each: they share the inverse.
+pub fn cross_validate(kernel: Kernel, matrix: &DMatrix<f64>, lambda: f64, targets: &[Vec<f64>]) -> Vec<f64> {
+    let n = matrix.nrows();
+    let Some(factor) = inverse_factor(matrix, lambda) else {
         return vec![f64::INFINITY; targets.len()];
     };
     // C⁻¹ = L⁻ᵀ L⁻¹: of the columns of the folds' own blocks no more is needed.
@@ -118,7 +164,7 @@ pub fn cross_validate(kernel: &DMatrix<f64>, lambda: f64, targets: &[Vec<f64>]) 
     targets
         .iter()
         .map(|y| {
-            let mean = y.iter().sum::<f64>() / n as f64;
+            let mean = kernel.offset(y);
             let half: Vec<f64> = (0..n)
                 .map(|i| factor[i * n..=i * n + i].iter().zip(y).map(|(l, v)| l * (v - mean)).sum())
                 .collect();
@@ -144,12 +190,15 @@ pub fn lambdas() -> impl Iterator<Item = f64> {
     (-6..=2).map(|i| 10f64.powf(0.5 * f64::from(i)))
 }
 
-/// The matrix, by its index, and λ of least cross-validation error for each target, and that error.
-pub fn choose(matrices: &[&DMatrix<f64>], targets: &[Vec<f64>]) -> Vec<(usize, f64, f64)> {
+/// A kernel and its values for the training examples.
+pub type Tabled = (Kernel, DMatrix<f64>);
+
+/// The kernel, by its index, and λ of least cross-validation error for each target, and that error.
+pub fn choose(kernels: &[Tabled], targets: &[Vec<f64>]) -> Vec<(usize, f64, f64)> {
     let mut best = vec![(0, 1.0, f64::INFINITY); targets.len()];
-    for (index, matrix) in matrices.iter().enumerate() {
+    for (index, (kernel, matrix)) in kernels.iter().enumerate() {
         for lambda in lambdas() {
-            for (best, error) in best.iter_mut().zip(cross_validate(matrix, lambda, targets)) {
+            for (best, error) in best.iter_mut().zip(cross_validate(*kernel, matrix, lambda, targets)) {
                 if error < best.2 {
                     *best = (index, lambda, error);
                 }
@@ -193,7 +242,7 @@ mod tests {
     fn folds_without_fits_are_folds_with_fits() {
         let (z, y) = data();
         let kernel = Kernel::Radial(0.8);
-        let fast = cross_validate(&kernel.matrix(&z), 0.1, std::slice::from_ref(&y))[0];
+        let fast = cross_validate(kernel, &kernel.matrix(&z), 0.1, std::slice::from_ref(&y))[0];
         let mean = y.iter().sum::<f64>() / y.len() as f64;
         let mut slow = 0.0;
         for fold in 0..FOLDS {
@@ -215,10 +264,49 @@ mod tests {
     fn a_kernel_learns_what_a_line_cannot() {
         let (z, _) = data();
         let y: Vec<f64> = z.iter().map(|z| z[0] * z[0]).collect();
-        let radial: Vec<DMatrix<f64>> = gammas(3).map(|g| Kernel::Radial(g).matrix(&z)).collect();
-        let error = |matrices: &[&DMatrix<f64>]| choose(matrices, std::slice::from_ref(&y))[0].2;
-        let line = error(&[&Kernel::Linear.matrix(&z)]);
-        let curve = error(&radial.iter().collect::<Vec<_>>());
+        let error = |kernels: Vec<Kernel>| {
+            let tabled: Vec<Tabled> = kernels.into_iter().map(|k| (k, k.matrix(&z))).collect();
+            choose(&tabled, std::slice::from_ref(&y))[0].2
+        };
+        let (line, curve) = (error(vec![Kernel::Linear]), error(gammas(3).map(Kernel::Radial).collect()));
         assert!(curve < 0.05 * line, "{curve} {line}");
+    }
+
+    #[test]
+    fn what_lies_between_two_ends_is_nothing_at_the_ends_and_the_same_both_ways() {
+        let pairs: Vec<Vec<f64>> = (0..120)
+            .map(f64::from)
+            .map(|i| {
+                vec![(i * 0.7).sin(), (i * 1.3).cos(), (i * 2.1).sin(), (i * 0.4).cos(), (i * 0.9).sin()]
+            })
+            .collect();
+        let bend = |z: &[f64]| (1.0 - z[4] * z[4]) * ((z[0] - z[2]).powi(2) + 0.5 * (z[1] - z[3]).powi(2));
+        let y: Vec<f64> = pairs.iter().map(|z| bend(z)).collect();
+        let machine = fit(Kernel::Between(0.2), 1e-4, &pairs, &y);
+        assert_eq!(machine.offset, 0.0);
+        for z in [[0.3, -0.2, 0.5, 0.1, 0.4], [0.9, 0.2, -0.5, 0.6, -0.1]] {
+            let other = [z[2], z[3], z[0], z[1], -z[4]];
+            let [one, turned] = [z, other].map(|z| machine.predict(&z));
+            assert!(
+                (one - turned).abs() < 1e-12 && (one - bend(&z)).abs() < 0.15,
+                "{one} {turned} {}",
+                bend(&z)
+            );
+            for end in [-1.0, 1.0] {
+                assert_eq!(machine.predict(&[z[0], z[1], z[2], z[3], end]), 0.0);
+            }
+        }
+        // The mean is no part of it, nor of its cross-validation.
+        let matrix = machine.kernel.matrix(&pairs);
+        let fast = cross_validate(machine.kernel, &matrix, 0.1, std::slice::from_ref(&y))[0];
+        let mut slow = 0.0;
+        for fold in 0..FOLDS {
+            let kept: Vec<usize> = (0..pairs.len()).filter(|i| i % FOLDS != fold).collect();
+            let (z, own): (Vec<_>, Vec<_>) = kept.iter().map(|&i| (pairs[i].clone(), y[i])).unzip();
+            let machine = fit(machine.kernel, 0.1, &z, &own);
+            let off = (fold..pairs.len()).step_by(FOLDS).map(|i| y[i] - machine.predict(&pairs[i]));
+            slow += off.map(|d| d * d).sum::<f64>() / pairs.len() as f64;
+        }
+        assert!((fast - slow).abs() < 1e-9, "{fast} {slow}");
     }
 }

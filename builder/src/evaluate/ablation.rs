@@ -5,7 +5,8 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{LooOptions, folds, run},
+    fold::{LooOptions, folds},
+    loo::run,
 };
 use crate::{
     build::{BuildError, BuildOptions},

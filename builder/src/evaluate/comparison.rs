@@ -4,12 +4,14 @@
 //! |---|---|
 //! | `homogeneous` | one action: the walk, or the first there is |
 //! | `heterogeneous` | all actions at once |
-//! | `stream` | all actions, and the test clips of all of them as one stream, one action after the other |
-//! | `homogeneous-exact`, `heterogeneous-exact` | outputs made by rule, whose answer is known ([`crate::synth::affine`]) |
-//! | `homogeneous-generated`, `heterogeneous-generated` | [`crate::synth`]'s walk, and four of its actions, neutral to old: inputs too are generated, and the truth is the same content in the style |
+//! | `stream` | all actions, and the test clips of all of them as one stream, one action after the other; labelled rows are told the action when it changes |
+//! | `homogeneous-exact`, `heterogeneous-exact`, `stream-exact` | outputs made by rule, whose answer is known ([`crate::synth::affine`]) |
+//! | `homogeneous-generated`, `heterogeneous-generated`, `stream-generated` | [`crate::synth`]'s walk, and four of its actions, neutral to old: inputs too are generated, and the truth is the same content in the style |
 //!
 //! Rows are those of [`super::loo`], labelled and unlabelled, with their set; Gaussian processes are among them, as the
 //! paper has it. The verdict is put in words by the figures themselves.
+
+use std::ops::Range;
 
 use gestus_core::{Config, Database, Method};
 use rayon::prelude::*;
@@ -17,8 +19,10 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{self, Fold, LooOptions, Row, own_dofs},
-    methods::Record,
+    fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, test_clips},
+    gaussian_process::{self, Editor, Pairs},
+    loo,
+    methods::{ClassNeighbors, GlobalModel, Record, interpolated},
 };
 use crate::{
     body::{Body, about_y},
@@ -31,7 +35,7 @@ use crate::{
         plot::{self, Labels},
         progress, table,
     },
-    stream::{Request, Streamed, stream},
+    stream::{Request, Streamed, stream_told},
     synth::{self, affine},
 };
 
@@ -79,15 +83,16 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     }
     sets.push(("homogeneous-generated", generated(&["walk"])?, &exact));
     sets.push(("heterogeneous-generated", generated(&["walk", "run", "punch", "kick"])?, &exact));
-    let count = sets.iter().map(|(_, c, o)| loo::folds(c, o)).sum();
+    let count = sets.iter().map(|(_, c, o)| folds(c, o)).sum();
     let bar = progress::bar(count, "methods");
     let mut rows: Vec<table::Row> = Vec::new();
     for (set, corpus, options) in &sets {
         for row in loo::run(corpus, options, &|| bar.inc(1))? {
             rows.push(labelled(set, row.to_json(corpus)));
         }
-        if *set == "heterogeneous" {
-            rows.extend(streams(corpus, options)?.into_iter().map(|r| labelled("stream", r.to_json(corpus))));
+        if let Some(kind) = set.strip_prefix("heterogeneous") {
+            let set = format!("stream{kind}");
+            rows.extend(streams(corpus, options)?.into_iter().map(|r| labelled(&set, r.to_json(corpus))));
         }
     }
     bar.finish_and_clear();
@@ -114,10 +119,10 @@ fn only(corpus: &Corpus, action: usize) -> Corpus {
     one
 }
 
-/// One stream through all actions for each fold and style: the methods that need no label.
+/// One stream through all actions for each fold and style.
 fn streams(corpus: &Corpus, options: &LooOptions) -> Result<Vec<Row>, BuildError> {
     let body = Body::of(corpus)?;
-    let tests = loo::test_clips(corpus, options.from, options.folds);
+    let tests = test_clips(corpus, options.from, options.folds);
     let takes: Vec<Vec<usize>> = (0..options.folds)
         .map(|k| {
             let of = |a: usize| tests.iter().filter(|&&t| corpus.examples[t].action == a).nth(k).copied();
@@ -146,6 +151,7 @@ fn one_stream(
     let left_out: Vec<usize> = folds.iter().flat_map(|f| [f.test, f.truth]).collect();
     let wanted = BuildOptions {
         models: true,
+        models_by_action: true,
         from: corpus.styles.get(options.from).cloned(),
         ..options.build.clone()
     };
@@ -153,29 +159,95 @@ fn one_stream(
     let database = Database::open(&bytes)?;
     let clips: Vec<&Clip> = folds.iter().map(|f| &corpus.examples[f.test].clip).collect();
     let Some((clip, starts)) = joined(body, &clips) else { return Ok(Vec::new()) };
+    let parts: Vec<Part<'_>> = folds
+        .into_iter()
+        .zip(starts)
+        .map(|(fold, start)| {
+            let example = &corpus.examples[fold.test];
+            Part { frames: start..start + example.clip.frames.len(), action: example.action, fold }
+        })
+        .collect();
     let mut rows = Vec::new();
-    let methods = [
-        ("mixture", Config::new()),
-        ("mixture-paper", Config::paper()),
-        ("lti", Config::new().method(Method::Lti)),
-        ("statistic", Config::new().method(Method::Statistic)),
+    let mut add = |name: &str, output: &[Vec<f64>], streamed: Option<&Streamed>| {
+        for Part { fold, frames, .. } in &parts {
+            let steps = |s: &Streamed| Streamed { steps: s.steps[frames.clone()].to_vec(), ..s.clone() };
+            let part = streamed.map(steps);
+            rows.push(fold.row(name, &own_dofs(fold, &database, &output[frames.clone()]), part.as_ref()));
+        }
+    };
+    let told: Vec<(usize, u16)> = parts.iter().map(|p| (p.frames.start, p.action as u16)).collect();
+    let from = Some(options.from as u16);
+    let (lti, statistic) = (Config::new().method(Method::Lti), Config::new().method(Method::Statistic));
+    let methods: [(&str, Config, &[(usize, u16)], Option<u16>); 8] = [
+        ("mixture", Config::new(), &[], None),
+        ("mixture-paper", Config::paper(), &[], None),
+        ("mixture-action-known", Config::new(), &told, None),
+        ("local-ar", Config::new(), &told, from),
+        ("lti", lti, &[], None),
+        ("lti-labelled", lti, &told, None),
+        ("statistic", statistic, &[], None),
+        ("statistic-labelled", statistic, &told, None),
     ];
-    for (name, config) in methods {
-        let request = Request { config, ..Request::style(style as u16) };
+    for (name, config, told, input_style) in methods {
+        let request = Request { config, input_style, ..Request::style(style as u16) };
         let mut record = Record::of(&database);
-        let Ok(streamed) = stream(&database, &clip, &request, &mut record) else { continue };
-        let input = record.x.clone();
-        for (fold, &start) in folds.iter().zip(&starts) {
-            let range = start..start + corpus.examples[fold.test].clip.frames.len();
-            let part = Streamed { steps: streamed.steps[range.clone()].to_vec(), ..streamed.clone() };
-            let predicted = own_dofs(fold, &database, &record.predicted[range.clone()]);
-            rows.push(fold.row(name, &predicted, Some(&part)));
-            if name == "mixture" {
-                rows.push(fold.row("unchanged", &own_dofs(fold, &database, &input[range]), None));
+        let Ok(streamed) = stream_told(&database, &clip, &request, told, &mut record) else { continue };
+        add(name, &record.predicted, Some(&streamed));
+        if name == "mixture" {
+            add("unchanged", &record.x, None);
+            // Every class is searched, so that neighbors of the right one are among them.
+            let most = usize::from(config.neighborhood().0);
+            let all = |near: &[ClassNeighbors]| {
+                interpolated(&database, &near.iter().collect::<Vec<_>>(), most, style)
+            };
+            add("knn-unlabelled", &record.each(all), None);
+            for (name, most) in [("nearest", 1), ("knn", most)] {
+                let mut output = record.x.clone();
+                for Part { frames, action, .. } in &parts {
+                    let class = class_of(&database, *action, options.from);
+                    let own = record.each(|near: &[ClassNeighbors]| {
+                        let of: Vec<&ClassNeighbors> = near.iter().filter(|n| Some(n.0) == class).collect();
+                        interpolated(&database, &of, most, style)
+                    });
+                    output[frames.clone()].clone_from_slice(&own[frames.clone()]);
+                }
+                add(name, &output, None);
             }
         }
     }
+    // Models of one map, and processes: of each action for its part, and one of all.
+    let x = body.with_means_of(&database).clip_dofs(&clip);
+    let every = classes_of(&database, options.from);
+    let settings = gaussian_process::Options::default();
+    let process = |classes: &[usize], x: &[Vec<f64>]| {
+        let pairs = Pairs::of(&database, classes, style).thinned(settings.most);
+        Editor::fit(&pairs, &settings).map(|editor| editor.run(x))
+    };
+    let affine =
+        |classes: &[usize], x: &[Vec<f64>]| GlobalModel::fit(&database, classes, style, false).run(x, &x[0]);
+    add("global-affine-unlabelled", &affine(&every, &x), None);
+    if let Some(output) = process(&every, &x) {
+        add("gaussian-process-unlabelled", &output, None);
+    }
+    let (mut affines, mut processes) = (x.clone(), x.clone());
+    for Part { frames, action, .. } in &parts {
+        let Some(class) = class_of(&database, *action, options.from) else { continue };
+        let own = &x[frames.clone()];
+        affines[frames.clone()].clone_from_slice(&affine(&[class], own));
+        if let Some(output) = process(&[class], own) {
+            processes[frames.clone()].clone_from_slice(&output);
+        }
+    }
+    add("global-affine", &affines, None);
+    add("gaussian-process", &processes, None);
     Ok(rows)
+}
+
+/// A test clip within a stream.
+struct Part<'a> {
+    fold: Fold<'a>,
+    frames: Range<usize>,
+    action: usize,
 }
 
 /// Clips one after the other, each set on where the last one ended, a few frames between them; and where each starts.
@@ -215,14 +287,16 @@ fn mean(rows: &[table::Row], set: &str, method: &str, key: &str) -> Option<f64> 
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-const SETS: [&str; 7] = [
+const SETS: [&str; 9] = [
     "homogeneous",
     "heterogeneous",
     "stream",
     "homogeneous-exact",
     "heterogeneous-exact",
+    "stream-exact",
     "homogeneous-generated",
     "heterogeneous-generated",
+    "stream-generated",
 ];
 
 /// Errors of each method by set: paper 000, Table 3 and Figure 6.
@@ -230,6 +304,7 @@ fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> Figure {
     let methods = [
         "unchanged",
         "global-affine",
+        "global-affine-unlabelled",
         "gaussian-process",
         "gaussian-process-unlabelled",
         "statistic",
@@ -237,6 +312,7 @@ fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> Figure {
         "lti",
         "lti-labelled",
         "knn",
+        "knn-unlabelled",
         "local-ar",
         "mixture",
     ];
@@ -285,8 +361,14 @@ fn verdict(rows: &[table::Row]) -> String {
         if let (Some(affine), Some(statistic)) = (of("global-affine"), of("statistic")) {
             text += &format!("; the global affine map has {affine:.2} cm, statistics {statistic:.2} cm");
         }
+        if let Some(affine) = of("global-affine-unlabelled") {
+            text += &format!("; one affine map of all actions {affine:.2} cm");
+        }
         if let Some(knn) = of("knn") {
             text += &format!("; interpolation of neighbors of the action {knn:.2} cm");
+        }
+        if let Some(knn) = of("knn-unlabelled") {
+            text += &format!(", of all actions {knn:.2} cm");
         }
         if let Some(process) = of("gaussian-process") {
             text += &format!("; the Gaussian process of the action {process:.2} cm");

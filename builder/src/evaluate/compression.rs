@@ -3,7 +3,7 @@
 use gestus_core::Database;
 use serde_json::json;
 
-use super::{Evaluation, loo::LooOptions};
+use super::{Evaluation, fold::LooOptions};
 use crate::{
     body::Body,
     build::{BuildError, BuildOptions, build},

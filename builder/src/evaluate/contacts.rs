@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{LooOptions, held_out},
+    fold::{LooOptions, held_out},
     metrics::matched,
 };
 use crate::{
@@ -175,7 +175,7 @@ fn other_style(
     corpus: &Corpus,
     body: &Body,
     database: &Database<'_>,
-    fold: &super::loo::HeldOut,
+    fold: &super::fold::HeldOut,
     options: &LooOptions,
 ) -> Option<table::Row> {
     let (example, other) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);

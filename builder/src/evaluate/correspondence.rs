@@ -4,7 +4,7 @@
 //! Gait cycles of every style at three speeds are warped onto the medium cycle of one style. They begin and end with
 //! left strikes, which every method is told; where the right foot strikes in between is known from the feet and told
 //! to none. The error is how far from the true right strike the warp puts it, in milliseconds. Beside it stand pairs of
-//! motions whose warp is known throughout ([`crate::warp::demo`]).
+//! motions whose warp is known throughout ([`crate::warp::demo`]): generated clips, and sums of sines.
 
 use serde_json::json;
 
@@ -18,9 +18,10 @@ use crate::{
         plot::{self, Labels},
         table,
     },
+    synth::STYLES,
     warp::{
         self, Warp, WarpError,
-        demo::{self, known_pair},
+        demo::{self, KnownPair, generated_pair, known_pair},
         dtw::{Constraint, dtw},
         imw::{Config, imw},
     },
@@ -28,6 +29,9 @@ use crate::{
 
 /// Standard deviation below which a dof counts as still, radians and metres.
 const STILL: f64 = 0.05;
+/// Generated actions whose clips are warped as a whole, and those whose cycles are known by their strikes.
+const ACTS: [&str; 3] = ["jump", "punch", "kick"];
+const GAITS: [&str; 2] = ["walk", "run"];
 
 /// Every method on one pair of motions.
 fn warps(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<(&'static str, Result<Warp, WarpError>)> {
@@ -47,6 +51,17 @@ fn stalls(warp: &Warp) -> f64 {
     bad as f64 / steps.count().max(1) as f64
 }
 
+/// Every method on a pair whose warp is known.
+fn known(rows: &mut Vec<table::Row>, pair: &KnownPair, data: &str, action: &str, style: &str) {
+    for (method, warp) in warps(&pair.u, &pair.y) {
+        let Ok(warp) = warp else { continue };
+        rows.push(super::row(json!({
+            "method": method, "data": data, "action": action, "style": style,
+            "error_frames": warp.mean_error(&pair.truth), "stalled": stalls(&warp),
+        })));
+    }
+}
+
 /// Runs the evaluation; actions whose clips are no gaits have no right strike, and are left out.
 ///
 /// # Errors
@@ -54,13 +69,17 @@ fn stalls(warp: &Warp) -> f64 {
 pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearError> {
     let mut rows: Vec<table::Row> = Vec::new();
     for seed in 1..=20 {
-        let pair = known_pair(seed, 120, 8, 1.0);
-        for (method, warp) in warps(&pair.u, &pair.y) {
-            let Ok(warp) = warp else { continue };
-            rows.push(super::row(json!({
-                "method": method, "data": "known", "action": "sines", "style": format!("pair-{seed}"),
-                "error_frames": warp.mean_error(&pair.truth), "stalled": stalls(&warp),
-            })));
+        known(&mut rows, &known_pair(seed, 120, 8, 1.0), "known", "sines", &format!("pair-{seed}"));
+    }
+    for (kind, actions) in [("generated acts", &ACTS[..]), ("generated gaits", &GAITS[..])] {
+        for action in actions {
+            for style in STYLES.iter().filter(|s| **s != "neutral") {
+                for content in 0..4 {
+                    // Of names that the generator has.
+                    let Ok(pair) = generated_pair(content, action, style) else { continue };
+                    known(&mut rows, &pair, kind, action, style);
+                }
+            }
         }
     }
     let body = Body::of(corpus).map_err(|_| none(corpus, from))?;
@@ -114,8 +133,10 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearErro
     })
 }
 
-/// One pair whose warp is known: the warps, and a dof moved by each (paper 001, Figure 2). The pair can be warped.
+/// One pair whose warp is known: the warps, and a dof moved by each (paper 001, Figure 2). The pair can be generated
+/// and warped.
 fn known_warp() -> Vec<Figure> {
+    let Ok(pair) = demo::drawn_pair() else { return Vec::new() };
     let warps = Labels { title: "Finding a known time warp", x: "input, frames", y: "output, frames" };
     let moved = Labels { title: "A dof moved by each warp", x: "output, frames", y: "standard deviations" };
     let curves = [
@@ -123,13 +144,13 @@ fn known_warp() -> Vec<Figure> {
             "warps",
             "Where each method puts every frame of the input in the output, against the truth.",
             warps,
-            demo::warps(),
+            demo::warps(&pair),
         ),
         (
             "warped",
             "The input on the output's timeline by each method (paper 001, Figure 2).",
             moved,
-            demo::figure2(),
+            demo::figure2(&pair),
         ),
     ];
     let figure =

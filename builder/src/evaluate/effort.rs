@@ -1,11 +1,11 @@
 //! Laban effort, measured: how well it is learned, how well inputs are cut, and whether dial and whole clips go where they
 //! are told to.
 //!
-//! Four parts, told apart by the column `part`: `regression` is paper 003's Table 1, on the data's own labels or
-//! estimates and on generated motion that a generated annotator has looked at; `segmentation` streams made of fragments;
+//! Five parts, told apart by the column `part`: `regression` is paper 003's Table 1, on the data's own labels or
+//! estimates and on generated motion that a generated annotator has looked at; `annotators` the latter over ten corpora; `segmentation` streams made of fragments;
 //! `dial` the core's dial on test clips; `clip` the whole-clip path on the same.
 
-use gestus_core::{Database, Effort, blob::layout::section};
+use gestus_core::{Config, Database, Effort, blob::layout::section};
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use serde_json::json;
 use super::{
     Evaluation,
     annotator::Annotator,
-    loo::{LooOptions, test_clips},
+    fold::{LooOptions, test_clips},
 };
 use crate::{
     body::row_at,
@@ -24,20 +24,19 @@ use crate::{
         Factors, NAMES, Source,
         estimate::Estimator,
         fragment::Library,
-        learn::{Method, rank_correlation, table as mse_table},
+        learn::{Method, errors, held_against, means, rank_correlation},
         model::{BLENDS, Model, draw},
         response,
         sheet::{SEEDS, caveat, selected},
         stage::segment,
         synthesize,
     },
-    motion::Clip,
     report::{
         html::Figure,
         plot::{self, Labels, Series},
         progress, table,
     },
-    stream::{Request, stream},
+    stream::{Request, Streamed, stream},
     synth,
     write::with_section,
 };
@@ -45,6 +44,8 @@ use crate::{
 /// Random splits, and examples to learn from in each (paper 003, section 8).
 const SPLITS: usize = 500;
 const TRAIN: usize = 85;
+/// Corpora of generated motion that the annotator looks at, and splits of all of them together for one of the first.
+const ANNOTATORS: usize = 10;
 /// Everything random follows from it.
 const SEED: u64 = 2006;
 /// Streams of each kind, and fragments in each.
@@ -85,14 +86,16 @@ pub fn evaluate(corpus: &Corpus, options: &EffortOptions<'_>) -> Result<Evaluati
         None if spare(corpus, &tests) => estimated(&Library::found(&corpus.without(&tests))?),
         None => estimated(&library),
     };
-    let steps = 2 * options.splits + 3 * STREAMS + 6 * tests.len();
+    let each = options.splits.div_ceil(ANNOTATORS);
+    let steps = 2 * options.splits + ANNOTATORS * each + 3 * STREAMS + 6 * tests.len();
     let bar = progress::bar(steps, "effort");
     let tick = || bar.inc(1);
-    let generated = generated()?;
+    let generated = generated(SEED)?;
     let mut rows = Vec::new();
     for (name, model) in [("data", &model), ("generated", &generated)] {
         rows.extend(regression(name, model, options.splits, &tick));
     }
+    rows.extend(annotators(each, &tick)?);
     rows.extend(segmentation(corpus, &library, &tests, &tick)?);
     let (dialled, curves) = dialled(corpus, &model, options, &tests, &tick)?;
     rows.extend(dialled);
@@ -103,7 +106,9 @@ pub fn evaluate(corpus: &Corpus, options: &EffortOptions<'_>) -> Result<Evaluati
         what: "effort",
         about: format!(
             "Laban effort after Torresani, Hackney and Bregler 2006. {}. Regression: mean squared errors of the Effort of \
-             blends over {} random splits of {TRAIN} to learn from and the rest to test. Segmentation: share of frames \
+             blends over {} random splits of {TRAIN} to learn from and the rest to test; `gain` is by how much that is \
+             less than interpolation's, with the standard error of a paired test over splits. Annotators: the same over \
+             {ANNOTATORS} corpora of generated motion, the errors over corpora. Segmentation: share of frames \
              whose fragment is the right one. Dial and clip: rank correlation of the target of one factor and the same \
              factor estimated on the output, within the reach of the styles.",
             caveat(model.source),
@@ -122,20 +127,29 @@ fn estimated(library: &Library) -> Model {
     Model::estimated(library, &draws)
 }
 
-/// Mean squared errors on what the generated annotator noted, of each method ([`Method::ALL`]) and factor, over random
-/// splits.
+/// Mean squared errors on what the generated annotator noted, of each method ([`Method::ALL`]) and factor: over random
+/// splits of one corpus of generated motion, or of each of several, that of the seed and of those after it. Shape
+/// `[annotators][methods]`.
 ///
 /// # Errors
 /// [`BuildError`] where the generator makes nothing to learn from.
-pub fn annotated(splits: usize, progress: &(dyn Fn() + Sync)) -> Result<Vec<Factors>, BuildError> {
-    let model = generated()?;
-    Ok(mse_table(&model.known, &model.examples, TRAIN, splits, SEED, progress))
+pub fn annotated(
+    annotators: usize,
+    splits: usize,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Vec<Factors>>, BuildError> {
+    (0..annotators as u64)
+        .map(|n| {
+            let model = generated(SEED + n)?;
+            Ok(means(&errors(&model.known, &model.examples, TRAIN, splits, SEED, progress)))
+        })
+        .collect()
 }
 
 /// Generated motion in eight styles with a generated annotator's notes.
-fn generated() -> Result<Model, BuildError> {
+fn generated(seed: u64) -> Result<Model, BuildError> {
     let options = synth::Options {
-        seed: SEED,
+        seed,
         actions: ["walk", "run", "punch", "kick", "jump"].map(String::from).to_vec(),
         clips: 2,
         seconds: 6.0,
@@ -144,27 +158,52 @@ fn generated() -> Result<Model, BuildError> {
     // The names above are the generator's own.
     let corpus = synth::corpus(&options).map_err(|e| BuildError::Unpaired(e.to_string()))?;
     let library = selected(&Library::found(&corpus)?, SEEDS);
-    let annotator = Annotator::of(&library, SEED);
-    let draws = draw(&library, BLENDS, SEED);
+    let annotator = Annotator::of(&library, seed);
+    let draws = draw(&library, BLENDS, seed);
     Ok(Model::observed(library, Source::Generated, &draws, &move |rows, action| annotator.note(rows, action)))
 }
 
 fn regression(corpus: &str, model: &Model, splits: usize, tick: &(dyn Fn() + Sync)) -> Vec<table::Row> {
     // 85 of 105, and as large a share of fewer.
     let train = TRAIN.min(model.examples.len() * TRAIN / BLENDS);
-    let errors = mse_table(&model.known, &model.examples, train, splits, SEED, tick);
+    let errors = errors(&model.known, &model.examples, train, splits, SEED, tick);
     let mut rows = Vec::new();
-    for (method, errors) in Method::ALL.iter().zip(errors) {
-        for (factor, mse) in NAMES.iter().zip(errors) {
+    for (m, method) in Method::ALL.iter().enumerate() {
+        for (k, factor) in NAMES.iter().enumerate() {
+            let of = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
+            let held = held_against(&of(m), &of(0));
             rows.push(super::row(json!({
                 "part": "regression", "corpus": corpus, "labels": model.source.name(),
-                "method": method.name(), "factor": factor, "mse": mse,
+                "method": method.name(), "factor": factor, "mse": held.mean,
+                "standard_error": held.standard_error,
+                "gain": held.gain, "gain_error": held.gain_error, "better": held.better,
                 "splits": splits, "train": train, "test": model.examples.len() - train,
                 "fragments": model.library.fragments.len(),
             })));
         }
     }
     rows
+}
+
+/// The same annotator with motion and noise drawn anew each time. Splits of one corpus share their examples; corpora
+/// share nothing, so that over them a paired test says whether a method is better for annotators like this one.
+fn annotators(splits: usize, tick: &(dyn Fn() + Sync)) -> Result<Vec<table::Row>, BuildError> {
+    let errors = annotated(ANNOTATORS, splits, tick)?;
+    let mut rows = Vec::new();
+    for (m, method) in Method::ALL.iter().enumerate() {
+        for (k, factor) in NAMES.iter().enumerate() {
+            let of = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
+            let held = held_against(&of(m), &of(0));
+            rows.push(super::row(json!({
+                "part": "annotators", "corpus": "generated", "labels": Source::Generated.name(),
+                "method": method.name(), "factor": factor, "mse": held.mean,
+                "standard_error": held.standard_error,
+                "gain": held.gain, "gain_error": held.gain_error, "better": held.better,
+                "annotators": ANNOTATORS, "splits": splits,
+            })));
+        }
+    }
+    Ok(rows)
 }
 
 /// Streams made of fragments: as they are, at another pace with noise, and of clips that the fragments are not from.
@@ -301,22 +340,25 @@ fn dialled(
         .par_iter()
         .map(|&(test, k)| {
             let example = &corpus.examples[test];
-            let measure = |clip: &Clip| {
-                let rows = library.body.clip_dofs(clip);
-                estimator.clip(&library.body, &rows, library.rate_hz, Some(example.action))
+            let measure = |out: &Streamed| {
+                let (body, rate_hz) = (&library.body, library.rate_hz);
+                estimator.stream(body, &out.frames(), &out.times(), rate_hz, Some(example.action))
             };
             let mut curve = Vec::new();
-            let mut moved: Vec<Factors> = Vec::new();
+            let mut held = Vec::new();
             for target in targets(&dial, k) {
                 let mut factors = dial.rest().factors();
                 factors[k] = target as f32;
                 let (weights, _) = dial.weights(Effort::new(factors));
-                let style = (0..corpus.styles.len()).map(|s| (s as u16, weights[s])).collect();
-                let request = Request { style, ..Request::style(0) };
-                let streamed = stream(&database, &example.clip, &request, &mut ()).ok()?;
-                let effort = measure(&streamed.clip(&example.clip, example.clip.rate_hz))?;
-                curve.push((target, effort[k]));
-                moved.push(effort);
+                let style: Vec<_> = (0..corpus.styles.len()).map(|s| (s as u16, weights[s])).collect();
+                // As the regression has it, and with the feet held.
+                let seen = |contacts: bool| {
+                    let config = Config::new().contacts(contacts);
+                    let request = Request { config, style: style.clone(), ..Request::style(0) };
+                    Some(measure(&stream(&database, &example.clip, &request, &mut ()).ok()?)?[k])
+                };
+                curve.push((target, seen(false)?));
+                held.push(seen(true)?);
             }
             tick();
             let (asked, got): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
@@ -324,9 +366,10 @@ fn dialled(
                 "part": "dial", "method": "dial", "corpus": "data", "labels": model.source.name(),
                 "factor": NAMES[k], "action": corpus.actions[example.action], "clip": example.clip.name,
                 "rank_correlation": rank_correlation(&asked, &got),
+                "rank_correlation_feet_held": rank_correlation(&asked, &held),
                 "low": asked.first(), "high": asked.last(),
                 "moved": got.last().zip(got.first()).map(|(a, b)| a - b),
-                "held_out": held_out, "targets": asked, "estimates": got,
+                "held_out": held_out, "targets": asked, "estimates": got, "estimates_feet_held": held,
             }));
             Some((row, (k, curve)))
         })

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{LooOptions, test_clips},
+    fold::{LooOptions, test_clips},
 };
 use crate::{
     build::{BuildError, build},

@@ -27,6 +27,18 @@ impl Record {
     }
 }
 
+impl Record {
+    /// What a function of each frame's neighbors gives; where it gives nothing, the last one's, or the input.
+    pub fn each(&self, of: impl Fn(&[ClassNeighbors]) -> Option<Vec<f64>>) -> Vec<Vec<f64>> {
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for (near, x) in self.neighbors.iter().zip(&self.x) {
+            let row = of(near).or_else(|| rows.last().cloned()).unwrap_or_else(|| x.clone());
+            rows.push(row);
+        }
+        rows
+    }
+}
+
 impl Watcher for Record {
     fn searched(&mut self, class: usize, neighbors: &[Neighbor], _mean: f32) {
         let first = self.first_rows[class];
@@ -68,7 +80,29 @@ pub fn output(
     Some((moment(database, counterpart.now), moment(database, counterpart.before)))
 }
 
-/// A model of one map for a whole class: `y = Σ β u`, a set of weights a dof.
+/// The output in a style that neighbors are interpolated to, by the inverse of their distances: the `most` nearest of
+/// those classes together, nearest first. `None` where none has an output.
+pub fn interpolated(
+    database: &Database<'_>,
+    classes: &[&ClassNeighbors],
+    most: usize,
+    style: usize,
+) -> Option<Vec<f64>> {
+    let mut near: Vec<(usize, usize, f32)> =
+        classes.iter().flat_map(|(class, near)| near.iter().map(|&(r, d)| (*class, r, d))).collect();
+    near.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let mut sum = vec![0.0; database.counts().dofs];
+    let mut total = 0.0;
+    for (class, row, distance2) in near.into_iter().take(most) {
+        let weight = 1.0 / (f64::from(distance2).sqrt() + 1e-4);
+        let Some((y, _)) = output(database, class, row, style) else { continue };
+        sum.iter_mut().zip(y).for_each(|(s, y)| *s += weight * y);
+        total += weight;
+    }
+    (total > 0.0).then(|| sum.iter().map(|s| s / total).collect())
+}
+
+/// A model of one map for a whole class, or for some together: `y = Σ β u`, a set of weights a dof.
 #[derive(Debug, Clone)]
 pub struct GlobalModel {
     /// With `x[t-1]` and `y[t-1]` (autoregressive), or with `x[t]` alone (affine).
@@ -77,22 +111,24 @@ pub struct GlobalModel {
 }
 
 impl GlobalModel {
-    /// Fits a class: every searchable row and its output.
-    pub fn fit(database: &Database<'_>, class: usize, style: usize, autoregressive: bool) -> Self {
+    /// Fits classes: every searchable row and its output.
+    pub fn fit(database: &Database<'_>, classes: &[usize], style: usize, autoregressive: bool) -> Self {
         use nalgebra::{Matrix4, Vector4};
         let dofs = database.counts().dofs;
-        let record = database.class(class);
         let mut sums = vec![(Matrix4::<f64>::identity() * 0.1, Vector4::<f64>::zeros()); dofs];
-        for r in record.first_row..record.first_row + record.rows {
-            if database.flags(r) & gestus_core::blob::layout::flag::SEARCHABLE == 0 {
-                continue;
-            }
-            let (x, x_prev) = (row(database, r), row(database, r - 1));
-            let Some((y, y_prev)) = output(database, class, r, style) else { continue };
-            for d in 0..dofs {
-                let u = Self::inputs(autoregressive, x_prev[d], y_prev[d], x[d]);
-                sums[d].0 += u * u.transpose();
-                sums[d].1 += u * y[d];
+        for &class in classes {
+            let record = database.class(class);
+            for r in record.first_row..record.first_row + record.rows {
+                if database.flags(r) & gestus_core::blob::layout::flag::SEARCHABLE == 0 {
+                    continue;
+                }
+                let (x, x_prev) = (row(database, r), row(database, r - 1));
+                let Some((y, y_prev)) = output(database, class, r, style) else { continue };
+                for d in 0..dofs {
+                    let u = Self::inputs(autoregressive, x_prev[d], y_prev[d], x[d]);
+                    sums[d].0 += u * u.transpose();
+                    sums[d].1 += u * y[d];
+                }
             }
         }
         let solve = |(a, b): (Matrix4<f64>, Vector4<f64>)| {

@@ -11,7 +11,9 @@ pub mod compression;
 pub mod contacts;
 pub mod correspondence;
 pub mod effort;
+pub mod fold;
 pub mod gaussian_process;
+pub mod growth;
 pub mod knn;
 pub mod loo;
 pub mod methods;
@@ -20,6 +22,7 @@ pub mod models;
 pub mod retarget;
 pub mod servo;
 pub mod skate;
+pub mod speed;
 pub mod timing;
 
 use std::{fs, path::Path};

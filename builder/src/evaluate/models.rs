@@ -16,7 +16,7 @@
 use gestus_core::{Config, Database, Method};
 
 use super::{
-    loo::{Fold, Row, own_dofs},
+    fold::{Fold, Row, own_dofs},
     methods::Record,
 };
 use crate::{

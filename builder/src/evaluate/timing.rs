@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    loo::{Fold, LooOptions, held_out},
+    fold::{Fold, LooOptions, held_out},
 };
 use crate::{
     body::Body,

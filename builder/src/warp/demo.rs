@@ -1,13 +1,30 @@
-//! A pair of motions whose time warp is known, and what each method makes of it (as paper 001's Figure 2).
+//! Pairs of motions whose time warp is known, and what each method makes of them (as paper 001's Figure 2).
 //!
-//! The first is smooth sums of sines in several dofs; the second is the first on a warped timeline, every dof with a
-//! scale and an offset that change slowly: the same content in another style.
+//! - [`generated_pair`]: one content, performed by the generator in neutral and in another style. Its timeline is known,
+//!   so frames of the one lie in the other where the generator put them.
+//! - [`known_pair`]: the first is smooth sums of sines in several dofs; the second is the first on a warped timeline,
+//!   every dof with a scale and an offset that change slowly: what iterative motion warping takes a style to be.
+
+use thiserror::Error;
 
 use super::{
     Warp, WarpError,
     dtw::{Constraint, dtw},
     imw::{Config, imw},
+    standardised,
 };
+use crate::{
+    body::{Body, row_at},
+    corpus::{Corpus, Cycle, Example},
+    landmarks::LandmarkError,
+    models::bilinear::shape,
+    synth::{SynthError, performance},
+};
+
+/// Frames a second of generated pairs.
+const RATE_HZ: f64 = 30.0;
+/// Standard deviation below which a dof counts as still, radians and metres.
+const STILL: f64 = 0.05;
 
 /// Two motions and the warp between them.
 #[derive(Debug, Clone)]
@@ -18,6 +35,78 @@ pub struct KnownPair {
     pub y: Vec<Vec<f64>>,
     /// Where each frame of the first is in the second.
     pub truth: Warp,
+    /// The dof that moves most.
+    pub most: usize,
+}
+
+/// A pair that can't be generated.
+#[derive(Debug, Error)]
+pub enum PairError {
+    /// No such action or style.
+    #[error(transparent)]
+    Synth(#[from] SynthError),
+    /// The skeleton.
+    #[error(transparent)]
+    Landmark(#[from] LandmarkError),
+}
+
+/// One content in neutral and in that style: two cycles of a gait, or the whole of an act. Dofs in standard deviations.
+///
+/// # Errors
+/// [`PairError`] where the generator knows no such action or style.
+pub fn generated_pair(content: u64, action: &str, style: &str) -> Result<KnownPair, PairError> {
+    let perform = |style: &str| performance(content, action, style, RATE_HZ, 4.0);
+    let (neutral, styled) = (perform("neutral")?, perform(style)?);
+    let body = Body::of(&Corpus::of_clip(&neutral.clip))?;
+    let (u, input) = cut(&body, &neutral);
+    let (y, output) = cut(&body, &styled);
+    let truth = Warp { positions: input.positions(&output) };
+    let variance = |d: usize| {
+        let mean = u.iter().map(|r| r[d]).sum::<f64>() / u.len() as f64;
+        u.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>()
+    };
+    let most = (0..u[0].len()).max_by(|&a, &b| variance(a).total_cmp(&variance(b))).unwrap_or(0);
+    let (u, y) = standardised(&u, &y, STILL);
+    Ok(KnownPair { u, y, truth, most })
+}
+
+/// A clip's first cycles as frames of their own, begun and ended with them.
+struct Span<'a> {
+    cycles: &'a [Cycle],
+    start: f64,
+    /// Frames of the clip from one frame to the next.
+    step: f64,
+    frames: usize,
+}
+
+fn cut<'a>(body: &Body, example: &'a Example) -> (Vec<Vec<f64>>, Span<'a>) {
+    let cycles = &example.cycles[..example.cycles.len().min(2)];
+    let (start, end) = (cycles[0].span().0, cycles[cycles.len() - 1].span().1);
+    let steps = (end - start).round();
+    let span = Span { cycles, start, step: (end - start) / steps, frames: steps as usize + 1 };
+    let rows = shape(&body.clip_dofs(&example.clip));
+    ((0..span.frames).map(|t| row_at(&rows, span.start + t as f64 * span.step)).collect(), span)
+}
+
+impl Span<'_> {
+    /// Where each frame is in another performance of the same content: at equal phases of equal cycles.
+    fn positions(&self, other: &Self) -> Vec<f64> {
+        let position = |t: usize| {
+            let at = self.start + t as f64 * self.step;
+            let last = self.cycles.len() - 1;
+            let cycle = self.cycles.iter().position(|c| at < c.span().1).unwrap_or(last);
+            (other.cycles[cycle].position(self.cycles[cycle].phase(at)) - other.start) / other.step
+        };
+        (0..self.frames).map(position).collect()
+    }
+}
+
+/// The pair that is drawn: a punch, and the same punch of somebody old, who takes a third longer.
+///
+/// # Errors
+/// As [`generated_pair`].
+pub fn drawn_pair() -> Result<KnownPair, PairError> {
+    generated_pair(2, "punch", "old")
 }
 
 /// A pair of `frames` frames and `dofs` dofs; the same for the same seed. `style` is how far the second is off in space,
@@ -64,7 +153,7 @@ pub fn known_pair(seed: u64, frames: usize, dofs: usize, style: f64) -> KnownPai
         })
         .collect();
     let truth = Warp { positions: (0..frames).map(|i| forward(i as f64 / last) * last).collect() };
-    KnownPair { u, y, truth }
+    KnownPair { u, y, truth, most: 0 }
 }
 
 /// The warps of a known pair by each method: name and correspondence, the truth first.
@@ -87,23 +176,23 @@ pub type Curve = (String, Vec<(f64, f64)>);
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.
-pub fn warps() -> Result<Vec<Curve>, WarpError> {
-    let found = compare(&known_pair(2, 120, 8, 1.0))?;
+pub fn warps(pair: &KnownPair) -> Result<Vec<Curve>, WarpError> {
+    let found = compare(pair)?;
     let curve = |warp: Warp| warp.positions.into_iter().enumerate().map(|(i, v)| (i as f64, v)).collect();
     Ok(found.into_iter().map(|(name, warp)| (name.to_owned(), curve(warp))).collect())
 }
 
-/// The plot like paper 001's Figure 2: the dof `input` and `output`, and the input moved onto the output's timeline by
-/// each method.
+/// The plot like paper 001's Figure 2: the dof that moves most, of input and output, and the input moved onto the
+/// output's timeline by each method.
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.
-pub fn figure2() -> Result<Vec<Curve>, WarpError> {
-    let pair = known_pair(2, 120, 8, 1.0);
-    let plain = |motion: &[Vec<f64>]| motion.iter().enumerate().map(|(i, r)| (i as f64, r[0])).collect();
+pub fn figure2(pair: &KnownPair) -> Result<Vec<Curve>, WarpError> {
+    let most = pair.most;
+    let plain = |motion: &[Vec<f64>]| motion.iter().enumerate().map(|(i, r)| (i as f64, r[most])).collect();
     let mut curves = vec![("input".to_owned(), plain(&pair.u)), ("output".to_owned(), plain(&pair.y))];
-    for (name, warp) in compare(&pair)? {
-        let points = warp.positions.iter().zip(&pair.u).map(|(&v, row)| (v, row[0])).collect();
+    for (name, warp) in compare(pair)? {
+        let points = warp.positions.iter().zip(&pair.u).map(|(&v, row)| (v, row[most])).collect();
         curves.push((format!("input warped by {name}"), points));
     }
     Ok(curves)

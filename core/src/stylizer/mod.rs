@@ -15,6 +15,7 @@ use crate::{
     blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
+    limit::Limit,
     lock::{self, Lock},
     lti::Lti,
     mar::{Frame, Mar},
@@ -97,6 +98,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             output_anchor: Anchor::ORIGIN,
             contacts: Filter::new(),
             lock: Lock::new(),
+            limit: Limit::new(),
             guard: Guard::new(),
             last: None,
         }
@@ -155,6 +157,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     output_anchor: Anchor,
     contacts: Filter,
     lock: Lock,
+    limit: Limit,
     guard: Guard,
     last: Option<Pose<J>>,
 }
@@ -197,6 +200,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.engine.reset();
         self.contacts = Filter::new();
         self.lock.reset();
+        self.limit = Limit::new();
         self.guard = Guard::new();
         self.last = None;
     }
@@ -231,6 +235,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 return self.make_do(Degraded::LEAP, output);
             }
         }
+        let frames = self.guard.frames();
+        if !first {
+            let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
+            self.limit.see(x, x_prev, frames * input_step);
+        }
         self.accept(report.degraded.contains(Degraded::LEAP));
         self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
@@ -247,6 +256,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         self.put_out(first, &mut report, output, observer);
         self.mend(report.step_s, output);
+        if let Some(last) = self.last.as_ref().filter(|_| self.config.speed_limit > 0.0) {
+            self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
+        }
 
         let signals = &mut self.signals;
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);

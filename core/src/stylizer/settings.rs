@@ -183,7 +183,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// The output style of a joint group alone, at most [`MAX_OWN`] styles, in place of the body's
     /// ([`set_style`](Self::set_style)); an empty list gives it back to the body's. May change while running. The
     /// group of the root says which feet stand and how long a step takes. Each mix that differs costs the unpacking
-    /// and the regression of a frame once more. The linear models know the whole body's style alone.
+    /// and the regression of a frame once more.
+    /// The linear models refuse it ([`ConfigError::WholeBody`]).
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group, more styles than that, and as [`set_style`](Self::set_style); the style
@@ -191,7 +192,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         known(Some(group), self.database.counts().groups)?;
         if self.config.method == Method::Lti && !weights.is_empty() {
-            return Err(ConfigError::Method);
+            return Err(ConfigError::WholeBody);
         }
         let mut own = Own { count: u8::try_from(weights.len()).unwrap_or(u8::MAX), ..Own::NONE };
         if weights.len() > MAX_OWN {

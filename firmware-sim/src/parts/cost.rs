@@ -19,8 +19,6 @@
 
 use gestus_core::{Database, Report, Stage};
 
-use super::worst::Work;
-
 /// Terms of the sums above.
 pub const TERMS: usize = 13;
 
@@ -43,6 +41,50 @@ pub const STAGE_OF: [Stage; TERMS] = [
 
 /// Units of work of a step, term by term.
 pub type Units = [f64; TERMS];
+
+/// What a step works through: the counts behind [`Units`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Work {
+    /// Joints J.
+    pub joints: f64,
+    /// Dofs D.
+    pub dofs: f64,
+    /// Components F of a feature.
+    pub features: f64,
+    /// Frames W of the query window.
+    pub window: f64,
+    /// Classes searched.
+    pub searched: f64,
+    /// Distances computed.
+    pub visits: f64,
+    /// Classes unpacked.
+    pub used: f64,
+    /// Examples unpacked, over all of them.
+    pub examples: f64,
+    /// Rows of an example, in those of an example with one output style.
+    pub rows: f64,
+}
+
+impl Work {
+    /// The units, term by term.
+    pub fn units(&self) -> Units {
+        [
+            self.joints * self.window * self.features,
+            self.visits * self.features,
+            self.searched,
+            self.examples * self.dofs * self.rows,
+            self.examples * self.dofs,
+            self.used * self.dofs,
+            self.examples,
+            self.used,
+            self.joints,
+            self.examples,
+            self.searched,
+            self.examples,
+            1.0,
+        ]
+    }
+}
 
 /// The units of a step. `labels` are those in force, `k` the neighbors a class.
 pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16, report: &Report) -> Units {

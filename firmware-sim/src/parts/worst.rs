@@ -18,10 +18,7 @@
 
 use gestus_core::{Config, Database, knn::MAX_VISITS};
 
-use super::{
-    cost::{TERMS, Units},
-    prices::Isa,
-};
+use super::{cost::Work, prices::Isa};
 
 /// Classes that are kept where the stream begins or has jumped: the core's.
 const KEPT_ANEW: usize = 4;
@@ -30,51 +27,6 @@ const SPARE: usize = MAX_VISITS as usize;
 /// Rows that an example unpacks with one output style: two of the input's and three of the output's, or four.
 const ROWS_INPUT: f64 = 2.0;
 const ROWS_OUTPUT: f64 = 3.0;
-
-/// What a step works through: the counts behind [`Units`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Work {
-    /// Joints J.
-    pub joints: f64,
-    /// Dofs D.
-    pub dofs: f64,
-    /// Components F of a feature.
-    pub features: f64,
-    /// Frames W of the query window.
-    pub window: f64,
-    /// Classes searched.
-    pub searched: f64,
-    /// Distances computed.
-    pub visits: f64,
-    /// Classes unpacked.
-    pub used: f64,
-    /// Examples unpacked, over all of them.
-    pub examples: f64,
-    /// Rows of an example, in those of an example with one output style.
-    pub rows: f64,
-}
-
-impl Work {
-    /// The units, term by term.
-    pub fn units(&self) -> Units {
-        let units: [f64; TERMS] = [
-            self.joints * self.window * self.features,
-            self.visits * self.features,
-            self.searched,
-            self.examples * self.dofs * self.rows,
-            self.examples * self.dofs,
-            self.used * self.dofs,
-            self.examples,
-            self.used,
-            self.joints,
-            self.examples,
-            self.searched,
-            self.examples,
-            1.0,
-        ];
-        units
-    }
-}
 
 /// What is chosen for a board: the capacities in use, and what limits a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -207,7 +159,7 @@ mod tests {
         let calibration = Isa::Armv7MFpu.calibration();
         let worst = calibration.worst.expect("it was calibrated");
         let factor = |term: usize| {
-            let ratio = worst[super::super::cost::STAGE_OF[term] as usize];
+            let ratio = worst[crate::parts::cost::STAGE_OF[term] as usize];
             format!("{:.0}", calibration.prices.0[term] * ratio)
         };
         let [q, s, none, d, r, r_class, t, t_class, joint, e, class, c, l] = std::array::from_fn(factor);

@@ -1,0 +1,58 @@
+//! The effort dial on real clips. Skipped where `../shared/data` is not beside the repository.
+
+use std::path::{Path, PathBuf};
+
+use gestus_builder::{
+    annotate::Config as Clips,
+    build::BuildOptions,
+    evaluate::{
+        effort::{self, EffortOptions},
+        fold::LooOptions,
+        loo::default_configs,
+    },
+    load::load,
+};
+
+/// On clips that neither database nor dial has seen each factor goes with its knob, from end to end of its axis.
+#[test]
+fn each_factor_goes_with_its_knob_on_real_clips() {
+    let root = std::env::var_os("GESTUS_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
+    let data = root.join("bandai-namco-2");
+    if !data.is_dir() {
+        println!("skipped: real clips are missing (set GESTUS_DATA to their folder)");
+        return;
+    }
+    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+    let (actions, styles) = (list(&["walk", "run"]), list(&["normal", "active", "elderly", "youthful"]));
+    let corpus = load(&Clips { data: Some(data), actions, styles, ..Clips::default() }).unwrap().corpus;
+    let from = corpus.styles.iter().position(|s| s == "normal").unwrap();
+    let loo = LooOptions {
+        from,
+        to: (0..corpus.styles.len()).filter(|&s| s != from).collect(),
+        folds: 1,
+        build: BuildOptions { models: false, ..BuildOptions::default() },
+        configs: default_configs(),
+        mixtures_only: false,
+        exact: false,
+        gaussian_process: false,
+    };
+    let evaluation =
+        effort::evaluate(&corpus, &EffortOptions { splits: 1, ..EffortOptions::new(&loo) }).unwrap();
+    let dial: Vec<_> = evaluation.rows.iter().filter(|r| r["part"] == "dial").collect();
+    assert_eq!(dial.len(), 6);
+    for row in dial {
+        let number = |key: &str| row[key].as_f64().unwrap();
+        println!(
+            "{} {}: {:.3}, {:.2} to {:.2} moved {:.2}",
+            row["factor"],
+            row["clip"],
+            number("rank_correlation"),
+            number("low"),
+            number("high"),
+            number("moved")
+        );
+        assert!(number("rank_correlation") >= 0.9 && number("moved") > 0.0, "{row:?}");
+        assert_eq!(row["held_out"], true);
+    }
+}
