@@ -205,8 +205,8 @@ mod tests {
         ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 23, have: 23 };
-        assert_eq!(set(config, 23, 0.0), Err(unknown));
-        assert_eq!(value(&config, 23), None);
+        let unknown = ConfigError::Unknown { id: 24, have: 24 };
+        assert_eq!(set(config, 24, 0.0), Err(unknown));
+        assert_eq!(value(&config, 24), None);
     }
 }
