@@ -45,7 +45,7 @@ impl Limit {
     }
 
     /// Takes in a frame of the input: its dofs, those `seconds` ago.
-    #[inline(never)]
+    #[inline]
     pub fn see(&mut self, x: &[f32], x_prev: &[f32], seconds: f32) {
         self.age_s += seconds;
         if self.age_s > WINDOW_S {
