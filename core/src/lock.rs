@@ -298,7 +298,7 @@ impl Default for Lock {
 impl Foot {
     /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
     /// floor that they would stand on.
-    #[inline]
+    #[inline(never)]
     fn advance(
         &mut self,
         chain: &Chain,
