@@ -19,7 +19,7 @@ use crate::{
     blob::layout::dof,
     math::{abs, acos, clamp, sin_cos},
     pose::Pose,
-    quaternion::{angle, exp, slerp},
+    quaternion::{Quaternion, angle, exp, slerp},
 };
 
 /// What the input has shown is remembered for this long at least, seconds, and for twice as long at most.
@@ -66,14 +66,19 @@ impl Limit {
     }
 
     /// Holds a pose's joints to `times` what was shown, over the `seconds` since the last pose.
-    #[inline(never)]
     pub fn hold<const J: usize>(&self, times: f32, seconds: f32, last: &Pose<J>, pose: &mut Pose<J>) {
+        self.hold_all(times, seconds, &last.rotations, &mut pose.rotations);
+    }
+
+    // Of no capacity: it is compiled with the core, for speed, however its caller is.
+    #[inline(never)]
+    fn hold_all(&self, times: f32, seconds: f32, last: &[Quaternion], rotations: &mut [Quaternion]) {
         let [now, before] = self.shown;
         let shown = if now > before { now } else { before };
         // Half angles, as quaternions have them; a quarter turn of those is as far as there is.
         let most = clamp(0.5 * times * shown * seconds, 0.0, core::f32::consts::FRAC_PI_2);
         let cosine = sin_cos(most).1;
-        for (q, &last) in pose.rotations.iter_mut().zip(&last.rotations) {
+        for (q, &last) in rotations.iter_mut().zip(last) {
             let along = abs(q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3]);
             if along < cosine {
                 *q = slerp(most / acos(along), last, *q);

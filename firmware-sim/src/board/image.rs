@@ -52,7 +52,7 @@ impl Options<'_> {
 /// out where that pays, and what is hot and small is marked.
 const SMALL: [&str; 3] = [
     "-Cllvm-args=-unroll-runtime=false",
-    "-Cllvm-args=-unroll-threshold=150",
+    "-Cllvm-args=-unroll-threshold=60",
     "-Cllvm-args=-inline-threshold=100",
 ];
 
