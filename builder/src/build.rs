@@ -15,8 +15,9 @@ use crate::{
     contact,
     corpus::{Corpus, Cycle, Example, Unknown},
     features::{Cloud, FeatureSpace, clouds},
+    groups::{Chosen, GroupError, Groups},
     index::{ClassFeatures, build_graph},
-    landmarks::{GROUPS, LandmarkError},
+    landmarks::LandmarkError,
     models::{self, Wanted, correspond::Pairs},
     pack::{PackError, choose_steps, pack},
     pair::{CycleData, Scheme, pair},
@@ -45,6 +46,8 @@ pub struct BuildOptions {
     pub warp_gaits: bool,
     /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
     pub mean_rounds: usize,
+    /// Joint groups by name, each with its joints ([`crate::groups`]); the arms where empty.
+    pub groups: Chosen,
 }
 
 impl Default for BuildOptions {
@@ -59,6 +62,7 @@ impl Default for BuildOptions {
             models_by_action: false,
             warp_gaits: false,
             mean_rounds: 0,
+            groups: Chosen::new(),
         }
     }
 }
@@ -69,6 +73,9 @@ pub enum BuildError {
     /// The skeleton.
     #[error(transparent)]
     Landmark(#[from] LandmarkError),
+    /// The joint groups.
+    #[error(transparent)]
+    Groups(#[from] GroupError),
     /// The rows.
     #[error(transparent)]
     Pack(#[from] PackError),
@@ -121,6 +128,7 @@ struct ClassRows {
 /// [`BuildError`] where the corpus is incomplete or too large.
 pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildError> {
     let body = Body::of(corpus)?;
+    let groups = Groups::of(&body.skeleton, &body.landmarks, &options.groups)?;
     let mut notes = Vec::new();
     let examples = complete(corpus, &mut notes)?;
     let dofs: Vec<Vec<Vec<f64>>> = examples.iter().map(|e| body.clip_dofs(&e.clip)).collect();
@@ -209,7 +217,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let packed = pack(&all_rows, &steps, options.block_rows)?;
 
     let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
-    let space = FeatureSpace::of(&body, &clouds, options.window);
+    let space = FeatureSpace::of(&body, &groups.of_joint, &clouds, options.window);
     let codes: Vec<Vec<i8>> = {
         use rayon::prelude::*;
         clouds.par_iter().map(|c| space.code(c)).collect()
@@ -247,7 +255,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         styles: corpus.styles.len(),
         actions: corpus.actions.len(),
         classes: classes.len(),
-        groups: GROUPS.len(),
+        groups: groups.names.len(),
         frames,
         rows: all_rows.len(),
         block_rows: options.block_rows,
@@ -261,10 +269,10 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         (0..corpus.styles.len()).map(move |s| outputs.and_then(|o| o[s]).map_or(NONE, |o| o as u16))
     });
     let names: Vec<String> = examples.iter().map(|e| e.clip.name.clone()).collect();
-    let manifest = manifest(corpus, &examples, names, pairing.prototypes.len(), options);
+    let manifest = manifest(corpus, &examples, &groups, names, pairing.prototypes.len(), options);
     let mut sections: Vec<Section> = vec![
         (section::MANIFEST, manifest),
-        (section::SKELETON, skeleton_section(&body)),
+        (section::SKELETON, skeleton_section(&body, &groups)),
         (
             section::DOFS,
             steps
@@ -274,7 +282,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
                 .flatten()
                 .collect(),
         ),
-        (section::QUERY, space.section(&body.landmarks.groups)),
+        (section::QUERY, space.section(&groups.of_joint)),
         (section::CLASSES, class_bytes),
         (
             section::CLIPS,
@@ -466,12 +474,12 @@ fn cycle_sections(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u
     (bytes, knots)
 }
 
-fn skeleton_section(body: &Body) -> Vec<u8> {
+fn skeleton_section(body: &Body, groups: &Groups) -> Vec<u8> {
     let mut bytes = Vec::new();
     for j in 0..body.skeleton.joints() {
         let mut record = [0; joint::LENGTH];
         record[joint::PARENT] = body.skeleton.parents[j].map_or(joint::ROOT, |p| p as u8);
-        record[joint::GROUP] = body.landmarks.groups[j] as u8;
+        record[joint::GROUP] = groups.of_joint[j] as u8;
         let mean = body.means[j].coords;
         let numbers = body.skeleton.offsets[j].iter().chain(mean.iter()).map(|&v| v as f32);
         for (slot, value) in record[joint::OFFSET.start..].chunks_exact_mut(4).zip(numbers) {
@@ -513,6 +521,7 @@ fn feet_section(body: &Body, examples: &[&Example]) -> Vec<u8> {
 fn manifest(
     corpus: &Corpus,
     examples: &[&Example],
+    groups: &Groups,
     mut clips: Vec<String>,
     prototypes: usize,
     options: &BuildOptions,
@@ -534,7 +543,7 @@ fn manifest(
         lines(&corpus.skeleton.names),
         lines(&corpus.actions),
         lines(&corpus.styles),
-        GROUPS.join("\n"),
+        groups.names.join("\n"),
         lines(&clips),
         lines(&licences),
         parameters.join("\n"),

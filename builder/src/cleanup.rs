@@ -2,8 +2,9 @@
 //!
 //! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as paper 002 uses it (section 6):
 //!
-//! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place: the mean of where its toes (or
-//!    ankle) are in it, on the floor. What takes the foot there is its offset in each frame.
+//! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place on the floor, by the joint that
+//!    carries it, ankle or toes, whichever is lower: that which is nearest to where it is in the plant's frames. What
+//!    takes the foot there is its offset in each frame.
 //! 2. **Root.** It takes what the standing feet have in common, between plants what lies between, all smoothed over a
 //!    window; and it comes near enough for every leg to reach.
 //! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::ik`]), the foot's
@@ -32,6 +33,9 @@ use crate::{
 const STRETCH: f64 = 0.995;
 /// Standard deviation of the Gaussian on contact likelihoods, frames (paper 000, section 6).
 const CONTACT_FRAMES: f64 = 0.6;
+
+/// How often the root is brought near enough for every leg.
+const REACH_ROUNDS: usize = 8;
 
 type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
 
@@ -175,32 +179,66 @@ fn vector(v: [f32; 3]) -> Vector3<f64> {
     Vector3::from(v.map(f64::from))
 }
 
-/// The joint that holds a foot, and its height over the floor where it stands.
-fn carrier(chain: &Chain, leg: &Leg) -> (Vector3<f64>, f64) {
-    match leg.toe {
-        Some(_) => (vector(chain.toe), f64::from(leg.heights[1])),
-        None => (vector(chain.ankle), f64::from(leg.heights[0])),
-    }
+/// Heights of ankle and toes over where they stand, metres.
+fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
+    let height = |place: [f32; 3], i: usize| f64::from(place[1]) - f64::from(leg.heights[i]);
+    [height(chain.ankle, 0), if leg.toe.is_some() { height(chain.toe, 1) } else { f64::INFINITY }]
 }
 
-/// Offsets that take each standing foot to its plant's place.
+/// The joint that carries a foot in this frame, the lower of ankle and toes, in two frames.
+fn carrier(at: &Chain, leg: &Leg, before: &Chain) -> [Vector3<f64>; 2] {
+    let [ankle, toe] = over(at, leg);
+    if toe <= ankle { [vector(before.toe), vector(at.toe)] } else { [vector(before.ankle), vector(at.ankle)] }
+}
+
+/// Offsets that take each standing foot to its plant's place: what carries it does not move on the ground, the offset
+/// goes on where the weight goes from heel to toes, and the foot is as far ahead of where it was as it is behind in the
+/// mean of the plant.
 fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offsets {
     let mut offsets: Offsets = vec![[None; 2]; chains.len()];
     for side in [0, 1] {
+        let leg = &legs[side];
         let mut start = 0;
         while start < chains.len() {
             let end = (start..chains.len()).find(|&t| !stands[t][side]).unwrap_or(chains.len());
-            let plant = start..end;
-            let mean = plant.clone().map(|t| carrier(&chains[t][side], &legs[side]).0).sum::<Vector3<f64>>()
-                / plant.len().max(1) as f64;
-            for t in plant {
-                let (place, height) = carrier(&chains[t][side], &legs[side]);
-                offsets[t][side] = Some(Vector3::new(mean.x, height, mean.z) - place);
+            let mut offset = Vector3::zeros();
+            let mut plant = Vec::with_capacity(end - start);
+            for t in start..end {
+                if t > start {
+                    let [from, to] = carrier(&chains[t][side], leg, &chains[t - 1][side]);
+                    offset += from - to;
+                }
+                let [ankle, toe] = over(&chains[t][side], leg);
+                plant.push(Vector3::new(offset.x, -ankle.min(toe), offset.z));
+            }
+            let mean = plant.iter().sum::<Vector3<f64>>() / plant.len().max(1) as f64;
+            for (slot, offset) in offsets[start..end].iter_mut().zip(plant) {
+                slot[side] = Some(offset - Vector3::new(mean.x, 0.0, mean.z));
             }
             start = end + 1;
         }
     }
     offsets
+}
+
+/// The poses with no foot further than `deep_m` below where it stands in them, metres: those that are, are lifted by
+/// their legs.
+pub fn above_floor(limbs: &Limbs, frames: &[Frame], deep_m: f64) -> Vec<Frame> {
+    let lift = |frame: &Frame| {
+        let mut pose = to_pose::<MAX_JOINTS>(frame);
+        for (side, leg) in limbs.legs.iter().enumerate() {
+            let chain = limbs.chain(side, &pose);
+            let [ankle, toe] = over(&chain, leg);
+            let up = -deep_m - ankle.min(toe);
+            if up > 0.0 {
+                let [x, y, z] = chain.ankle;
+                let reach = gestus_core::ik::distance(chain.ankle, chain.hip).max(chain.length());
+                chain.place(leg, [x, y + up as f32, z], reach, &mut pose);
+            }
+        }
+        from_pose(&pose, limbs.parents.len())
+    };
+    frames.iter().map(lift).collect()
 }
 
 /// What the root takes: the mean of the standing feet's offsets, in between what lies between, smoothed, and so that
@@ -214,8 +252,9 @@ fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Ve
         })
         .collect();
     let mut shifts = smooth(&between(&common), window);
-    // Twice: what one leg asks for may take the other one out of reach.
-    for _ in 0..2 {
+    // Again and again: what one leg asks for may take the other one out of reach, and what is smoothed falls short. The
+    // little that is left in the end is not smoothed.
+    for round in 0..REACH_ROUNDS {
         for (shift, (chains, plants)) in shifts.iter_mut().zip(chains.iter().zip(plants)) {
             for (chain, plant) in chains.iter().zip(plants) {
                 let Some(plant) = plant else { continue };
@@ -226,7 +265,9 @@ fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Ve
                 }
             }
         }
-        shifts = smooth(&shifts, window / 2);
+        if round + 1 < REACH_ROUNDS {
+            shifts = smooth(&shifts, window / 2);
+        }
     }
     shifts
 }

@@ -38,11 +38,12 @@ pub struct FeatureSpace {
 
 impl FeatureSpace {
     /// The space of a set of windows: mean cloud by alternating alignment and averaging, then principal
-    /// components of each joint group, the best of all groups kept.
-    pub fn of(body: &Body, clouds: &[Cloud], window: usize) -> Self {
+    /// components of each joint group (`joint_groups`: that of each joint), the best of all groups kept.
+    pub fn of(body: &Body, joint_groups: &[usize], clouds: &[Cloud], window: usize) -> Self {
         let joints = body.skeleton.joints();
-        let joint_groups = &body.landmarks.groups;
-        let align_weights: Vec<f64> = joint_groups.iter().map(|&g| if g == 0 { 1.0 } else { 0.0 }).collect();
+        // Arms gesture: they do not say where a body stands, whatever group they are in.
+        let align_weights: Vec<f64> =
+            body.landmarks.groups.iter().map(|&g| if g == 0 { 1.0 } else { 0.0 }).collect();
         let mut space = Self {
             window,
             mean: start_cloud(body, &clouds[0]),

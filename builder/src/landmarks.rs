@@ -5,9 +5,6 @@ use thiserror::Error;
 
 use crate::motion::Skeleton;
 
-/// Names of the joint groups, by number.
-pub const GROUPS: [&str; 3] = ["body", "left-arm", "right-arm"];
-
 /// The joints that matter. Pairs are left, right.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Landmarks {
@@ -19,7 +16,7 @@ pub struct Landmarks {
     pub feet: [usize; 2],
     /// Toes, where the skeleton has them; the ankles otherwise.
     pub toes: [usize; 2],
-    /// Group of each joint: 0 trunk, legs and head, 1 left arm, 2 right arm. Shape `[joints]`.
+    /// Part of each joint: 0 trunk, legs and head, 1 left arm, 2 right arm. Shape `[joints]`.
     pub groups: Vec<usize>,
 }
 

@@ -18,6 +18,7 @@ pub mod effort;
 pub mod evaluate;
 pub mod export;
 pub mod features;
+pub mod groups;
 pub mod index;
 pub mod joints;
 pub mod landmarks;

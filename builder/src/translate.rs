@@ -6,11 +6,17 @@ use anyhow::{Context, Result};
 use gestus_core::Database;
 
 use crate::{
+    body::Body,
     bvh::{Binding, Bvh, Options},
+    cleanup::{Limbs, above_floor},
+    corpus::Corpus,
     motion::{Clip, Frame, Skeleton},
     retarget::{MapFile, Retarget},
     stream::{Request, Streamed, Watcher, stream},
 };
+
+/// How far below where it stands a foot on another skeleton may come, metres: as in the core's lock.
+const SOFT_M: f64 = 0.01;
 
 /// A clip that is ready to be streamed through a database.
 #[derive(Debug)]
@@ -31,8 +37,8 @@ pub struct Input {
 enum Way {
     /// For each joint of the database, the file's of the same name and place.
     Same(Vec<usize>),
-    /// By a map.
-    Map(Box<Retarget>),
+    /// By a map; and the feet of the file's own body, where they are found, so that they stay over its floor.
+    Map(Box<Retarget>, Option<Box<Limbs>>),
 }
 
 /// Reads a BVH file: the document, how its joints are the clip's, and the clip at its own rate.
@@ -83,7 +89,13 @@ impl Input {
         // Measured at its own rate: more poses to measure by.
         let retarget = Retarget::new(database, original, map)?;
         let mapped = retarget.bring(&clip);
-        Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget)) })
+        // A world that lies on its side has its floor elsewhere.
+        let limbs = (retarget.world.angle() < 1e-3)
+            .then(|| Body::of(&Corpus::of_clip(&clip)).ok())
+            .flatten()
+            .and_then(|body| Limbs::of_clip(&body, &clip))
+            .map(|(limbs, _)| Box::new(limbs));
+        Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget), limbs) })
     }
 
     /// The output on the database's skeleton, at any rate: what a robot is driven with.
@@ -95,7 +107,7 @@ impl Input {
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.way {
             Way::Same(_) => None,
-            Way::Map(map) => Some(map),
+            Way::Map(map, _) => Some(map),
         }
     }
 
@@ -124,7 +136,14 @@ impl Input {
     fn take_back(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
         let joints = match &self.way {
             Way::Same(joints) => joints,
-            Way::Map(map) => return map.take_back(frames, inputs),
+            Way::Map(map, limbs) => {
+                let back = map.take_back(frames, inputs);
+                // Feet of another shape come down elsewhere: a longer one with its toes in the floor.
+                return match limbs {
+                    Some(limbs) => above_floor(limbs, &back, SOFT_M),
+                    None => back,
+                };
+            }
         };
         let carry = |(pose, input): (&Frame, &Frame)| {
             let mut frame = input.clone();

@@ -45,7 +45,10 @@ pub struct WishArgs {
     /// Leave feet as they come out: those that stand are not held
     #[arg(long)]
     no_contact: bool,
-    /// Joint groups that the search leaves out: body, left-arm, right-arm
+    /// How many times the input's fastest joint of the last seconds a joint of the output may turn; 0: no limit
+    #[arg(long)]
+    speed_limit: Option<f32>,
+    /// Joint groups that the search leaves out, as the database names them: body, left-arm, right-arm
     #[arg(long, value_delimiter = ',')]
     mask: Vec<String>,
     /// Strength of the style in a joint group, left-arm=0.5
@@ -137,6 +140,7 @@ impl WishArgs {
                 other => bail!("--ridge {other}: raw or norm"),
             };
         }
+        config = self.speed_limit.map_or(config, |v| config.speed_limit(v));
         config = self.k.map_or(config, |v| config.k(v));
         config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));

@@ -38,6 +38,7 @@ impl Method {
     pub const ALL: [Self; 3] = [Self::Mar, Self::Lti, Self::Statistic];
 
     /// Whether a database holds what the method needs.
+    #[inline]
     pub fn is_held_by(self, database: &Database<'_>) -> bool {
         match self {
             Self::Mar => database.counts().frames > 0,
@@ -47,6 +48,7 @@ impl Method {
     }
 
     /// The first method that a database holds what is needed for: for firmware that takes any blob.
+    #[inline]
     pub fn of(database: &Database<'_>) -> Self {
         Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
     }
@@ -75,6 +77,7 @@ pub struct Config {
     pub(crate) safety: Safety,
     pub(crate) release_m: f32,
     pub(crate) ease_s: f32,
+    pub(crate) speed_limit: f32,
     pub(crate) method: Method,
     pub(crate) confidence: f32,
     pub(crate) preference: f32,
@@ -136,6 +139,9 @@ settings! {
     release_m: f32;
     /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
     ease_s: f32;
+    /// How many times the input's fastest joint of the last seconds a joint of the output may turn ([`crate::limit`]), 1
+    /// to 100; 0: as fast as it does. Default 1.2.
+    speed_limit: f32;
     /// The method of translation.
     method: Method;
     /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
@@ -171,6 +177,7 @@ impl Config {
             safety: Safety::Follow,
             release_m: 0.2,
             ease_s: 0.2,
+            speed_limit: 1.2,
             method: Method::Mar,
             confidence: 5.0,
             preference: 8.0,
@@ -236,6 +243,7 @@ impl Config {
         self.timing
     }
 
+    #[inline]
     pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
         if !(1..=neighbors.min(POOL)).contains(&usize::from(self.k)) {
             let have = u16::try_from(neighbors.min(POOL)).unwrap_or(u16::MAX);
@@ -254,6 +262,7 @@ impl Config {
             && (1e-3..=1e3).contains(&self.timing_width)
             && (0.01..=1.0).contains(&self.release_m)
             && (0.01..=2.0).contains(&self.ease_s)
+            && (self.speed_limit == 0.0 || (1.0..=100.0).contains(&self.speed_limit))
             && (1e-3..=1e6).contains(&self.confidence)
             && (1e-3..=1e3).contains(&self.preference)
             && (0.0..=1e6).contains(&self.halflife_s);

@@ -60,6 +60,16 @@ pub fn of(database: &Database<'_>, row: usize) -> [f32; 2] {
     [flag::LEFT_CONTACT, flag::RIGHT_CONTACT].map(|bit| if flags & bit != 0 { 1.0 } else { 0.0 })
 }
 
+/// What a neighbor votes for: its own label at a style strength of 0, that of its outputs at 1, left and right.
+#[inline(never)]
+pub(crate) fn label(database: &Database<'_>, row: usize, output: Stands, strength: f32) -> [f32; 2] {
+    let mut label = of(database, row);
+    for (own, stands) in label.iter_mut().zip(output.0) {
+        *own += strength * (stands - *own);
+    }
+    label
+}
+
 /// Votes for the left and the right foot.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -71,6 +81,8 @@ pub struct Votes {
 impl Votes {
     /// Counts a neighbor: its label, left and right from 0 to 1, its squared distance seen from each foot, and its
     /// class's proportion.
+    // Not inlined: it is compiled with the core, for speed, however its caller is.
+    #[inline(never)]
     pub fn add(&mut self, label: [f32; 2], distance2: [f32; 2], proportion: f32) {
         let sums = self.stands.iter_mut().zip(&mut self.total);
         for ((stands, total), (label, distance2)) in sums.zip(label.into_iter().zip(distance2)) {

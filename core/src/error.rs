@@ -176,6 +176,9 @@ pub enum ConfigError {
     },
     /// The database does not hold what the method needs: frames, linear models or statistics.
     Method,
+    /// A linear model translates the whole body at once: it has one state and one time step for all joints, so that a
+    /// joint group can't have a style of its own.
+    WholeBody,
 }
 
 impl fmt::Display for ConfigError {
@@ -202,6 +205,9 @@ impl fmt::Display for ConfigError {
             ),
             Self::Method => f.write_str(
                 "the database does not hold what the method needs: choose another, or build it with the models in it",
+            ),
+            Self::WholeBody => f.write_str(
+                "the linear models translate the whole body, with one state and one time step: give the style to the body, or choose the mixture or the statistics",
             ),
             Self::Weights => f.write_str("weights must be finite, not negative, and not all zero"),
             Self::Parameter => f.write_str("a parameter is not finite or out of its range"),

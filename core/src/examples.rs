@@ -12,7 +12,7 @@
 use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     contact::Stands,
-    regress::{Example, X, X_PREV, Y, Y_PREV},
+    regress::{X, X_PREV, Y, Y_PREV},
     stylizer::Mix,
 };
 
@@ -46,21 +46,23 @@ pub(crate) struct Read {
     pub stands: Stands,
 }
 
-/// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their `weights`.
-pub(crate) fn read<const J: usize>(
+/// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their weights in
+/// `mix`; `variables` as in [`crate::regress::Example`].
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+pub(crate) fn read(
     database: &Database<'_>,
     class: usize,
     row: usize,
     mix: Mix<'_>,
     heard: &[u8],
-    example: &mut Example<J>,
+    variables: &mut [[f32; 4]],
 ) -> Read {
     let mut read = Read::default();
     // `open` has checked that a searchable row has a row before it, and its counterparts.
     let (Some(cycle), Some(before)) = (database.cycle_of(class, row), row.checked_sub(1)) else {
         return read;
     };
-    let variables = example.as_flattened_mut();
     let both = database.unpack(before, variables, |slot, [x_prev, x]| {
         slot[X_PREV] = x_prev;
         slot[X] = x;

@@ -1,7 +1,8 @@
 //! Inverse kinematics of a leg: two bones, in closed form.
 //!
 //! The ankle is put to a target. Only three joints turn: the knee about the axis about which it is bent already, so that
-//! it keeps its direction; the hip by the shortest arc that brings the ankle to the target; the ankle so that the foot
+//! it keeps its direction (one that is bent backwards a little, by a prediction that went beyond straight, is put right);
+//! the hip by the shortest arc that brings the ankle to the target; the ankle so that the foot
 //! keeps its orientation in the world.
 //!
 //! ```text
@@ -22,6 +23,9 @@ use crate::{
 
 /// Squared length under which a direction is none, metres² (or its square).
 const NO_DIRECTION: f32 = 1e-12;
+
+/// A limb that is bent by less than this to the wrong side is bent to the right one, radians.
+const NEARLY_STRAIGHT: f32 = 0.35;
 
 /// Where a leg is, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +102,7 @@ impl Chain {
 }
 
 /// Two bones that reach for a point: the fold of the lower one about the axis about which the limb is bent (about `side`
-/// where it is straight), and the swing of the whole limb that follows it, both in the world. `wanted` is seen from the
+/// where it is straight, or bent a little to the other side), and the swing of the whole limb that follows it, both in the world. `wanted` is seen from the
 /// limb's beginning; what is further than `reach` is pointed at. `None` where there is nothing to reach with or for.
 #[inline(never)]
 pub fn bend(
@@ -118,8 +122,11 @@ pub fn bend(
     let held = if held < shortest { shortest } else { held };
 
     let bent_about = cross(upper, lower);
-    let axis = unit(bent_about).or(unit(side)).unwrap_or([1.0, 0.0, 0.0]);
     let bent = atan2(norm(bent_about), dot(upper, lower));
+    // A limb that is straight, or a little bent to the wrong side, bends about its side: to the right one.
+    let wrong = bent < NEARLY_STRAIGHT && dot(bent_about, side) < 0.0;
+    let (bent_about, bent) = if wrong { (bent_about.map(|v| -v), -bent) } else { (bent_about, bent) };
+    let axis = unit(bent_about).or(unit(side)).unwrap_or([1.0, 0.0, 0.0]);
     let bend = acos((held * held - l1 * l1 - l2 * l2) / (2.0 * l1 * l2));
     let fold = about(axis, bend - bent);
     let end = add(upper, rotate(fold, lower));
@@ -169,5 +176,30 @@ mod tests {
         }
         // Half a turn has no shortest way: the leg stays.
         assert_eq!(arc([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]), IDENTITY);
+    }
+
+    #[test]
+    fn a_knee_goes_through_straight_without_a_flip() {
+        // A leg that goes from 0.15 rad bent backwards to as much bent forwards, its ankle lifted by 1 cm all the while.
+        let side = [1.0, 0.0, 0.0];
+        let mut last: Option<Vector> = None;
+        for i in 0..=60 {
+            let bent = 0.15 * (i as f32 / 30.0 - 1.0);
+            let (upper, lower) = ([0.0, -0.4, 0.0], rotate(about(side, bent), [0.0, -0.4, 0.0]));
+            let goal = add(add(upper, lower), [0.0, 0.01, 0.0]);
+            let [swing, fold] = bend(upper, lower, side, goal, 0.8).unwrap();
+            let (knee, end) = (rotate(swing, upper), rotate(multiply(swing, fold), lower));
+            assert!(norm(subtract(add(knee, end), goal)) < 1e-4);
+            assert!(cross(knee, end)[0] > 0.0, "bent by {bent}: the knee points back");
+            if let Some(last) = last {
+                assert!(norm(subtract(knee, last)) < 0.01, "bent by {bent}: the knee jumps");
+            }
+            last = Some(knee);
+        }
+        // One that is bent further to the other side keeps its direction.
+        let (upper, lower) = ([0.0, -0.4, 0.0], rotate(about(side, -0.5), [0.0, -0.4, 0.0]));
+        let goal = add(add(upper, lower), [0.0, 0.01, 0.0]);
+        let [swing, fold] = bend(upper, lower, side, goal, 0.8).unwrap();
+        assert!(cross(rotate(swing, upper), rotate(multiply(swing, fold), lower))[0] < 0.0);
     }
 }

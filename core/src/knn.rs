@@ -199,7 +199,8 @@ impl Searcher {
     /// Room for a search.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self { pool: Vec::new(), visited: [NONE; SLOTS] }
+        // A search begins with clearing both.
+        Self { pool: Vec::new(), visited: [0; SLOTS] }
     }
 
     /// Finds the nearest frames of a class, nearest first.
@@ -413,13 +414,23 @@ impl Walk<'_, '_> {
         };
         let stored = self.database.feature(self.class.first_row + usize::from(row));
         let Some(distance2) = self.metric.distance2_below(stored, bound) else { return };
-        if full {
-            let _ = self.pool.pop();
-        }
         let at = self.pool.partition_point(|n| n.distance2 <= distance2);
         self.next = self.next.min(at);
-        // There is room: the pool is shorter than its limit, which is at most its capacity.
-        let _ = self.pool.insert(at, Neighbor { distance2, row, expanded: false, followed: self.following });
+        let found = Neighbor { distance2, row, expanded: false, followed: self.following };
+        if !full {
+            // There is room: the pool is shorter than its limit, which is at most its capacity.
+            let _ = self.pool.push(found);
+        }
+        put_in(self.pool.get_mut(at..).unwrap_or(&mut []), found);
+    }
+}
+
+/// Puts an item first; the others move on, and the last falls out.
+// In place of `Vec::insert`, whose move is a library's of 1.6 KB.
+pub(crate) fn put_in<T: Copy>(items: &mut [T], item: T) {
+    let mut carried = item;
+    for slot in items {
+        (*slot, carried) = (carried, *slot);
     }
 }
 

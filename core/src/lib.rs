@@ -12,8 +12,8 @@
 //! 5. [`examples`] unpacks the neighbors and their counterparts in the output style ([`blob`]);
 //! 6. [`regress`] fits a local autoregressive model a dof, solved by [`ridge`], and asks it once;
 //! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
-//! 8. [`pose`] takes the result back to a [`Pose`]; [`lock`] holds the feet that stand, by [`ik`]; the [`Report`]
-//!    says what happened.
+//! 8. [`pose`] takes the result back to a [`Pose`]; [`lock`] holds the feet that stand, by [`ik`]; [`limit`] keeps
+//!    joints from turning faster than the input has shown; the [`Report`] says what happened.
 //!
 //! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
 //! statistics, which need no frames: see [`Method`].
@@ -54,6 +54,7 @@ mod error;
 pub mod examples;
 pub mod ik;
 pub mod knn;
+pub mod limit;
 pub mod link;
 pub mod lock;
 pub mod lti;

@@ -11,9 +11,9 @@
 //! 3. Heights go to the floor: the root takes what all standing feet have in common, slowly (a critically damped
 //!    spring), and comes down where a leg would be stretched beyond its length; the legs take the rest.
 //! 4. At foot-up, or where a foot has come further than `release_m` from where the prediction has it, the offset is
-//!    eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. In the air a foot is kept
-//!    from going through the floor.
-//! 5. Each leg meets its target by [`crate::ik`].
+//!    eased out by a smoothstep; a foot that comes down meanwhile is held where it then is.
+//! 5. No foot goes through the floor, in the air or held: what is lower than 1 cm under where it stands is lifted.
+//! 6. Each leg meets its target by [`crate::ik`].
 //!
 //! The prediction fed back stays as it was: this is on the way out alone.
 //! Source: paper 000, section 6; Kovar, Schreiner and Gleicher 2002 ("Footskate cleanup"), in a causal form.
@@ -46,7 +46,7 @@ const STOOP_SPEED: f32 = 0.5;
 const FLOOR_SPEED: f32 = 0.8;
 /// Part of its length that a leg is stretched to by a lock.
 const STRETCH: f32 = 0.995;
-/// A foot in the air may be this much lower than where it stands: toes bend, soles are soft. Metres.
+/// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
 const SOFT_M: f32 = 0.01;
 /// A foot whose prediction is this high over the floor does not stand, whatever its neighbors say. Metres.
 const UP_M: f32 = 0.06;
@@ -199,20 +199,19 @@ impl Lock {
         let feet = self.feet.iter_mut().zip(&mut targets).zip(self.floor.iter().zip(stands));
         for (((foot, target), (&floor, stands)), (leg, chain)) in feet.zip(legs.iter().zip(&chains)) {
             let over = over_floor(leg, chain, floor - self.lift);
-            foot.advance(chain, over, stands, step_s, tuning);
+            foot.advance(chain, over, stands, step_s, tuning, self.stoop);
             *target = add(chain.ankle, foot.offset);
-            if foot.phase == Phase::Free && tuning.on {
-                let deep = -SOFT_M - lower(over) - foot.offset[1];
-                target[1] += if deep > 0.0 { deep } else { 0.0 };
-            }
         }
         self.learn_drift(&before, ahead);
         self.stoop_root(&chains, &targets, step_s);
-        for ((leg, chain), (foot, mut target)) in legs.iter().zip(&chains).zip(self.feet.iter().zip(targets))
-        {
+        let feet = self.feet.iter().zip(targets).zip(&self.floor);
+        for ((leg, chain), ((foot, mut target), &floor)) in legs.iter().zip(&chains).zip(feet) {
             if foot.phase != Phase::Free {
                 // A foot that is held does not come down with the root.
                 target[1] -= self.stoop;
+            } else if tuning.on {
+                let over = over_floor(leg, chain, floor - self.lift);
+                target[1] += too_deep(over, foot.offset[1] + self.stoop);
             }
             // Nothing to do is done to the bit.
             if norm(subtract(target, chain.ankle)) > 1e-6 {
@@ -300,12 +299,22 @@ impl Foot {
     /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
     /// floor that they would stand on.
     #[inline(never)]
-    fn advance(&mut self, chain: &Chain, over: [f32; 2], stands: bool, step_s: f32, tuning: Tuning) {
+    fn advance(
+        &mut self,
+        chain: &Chain,
+        over: [f32; 2],
+        stands: bool,
+        step_s: f32,
+        tuning: Tuning,
+        stoop: f32,
+    ) {
         if self.phase == Phase::Free {
             self.ease(step_s, tuning.ease_s);
             // One that has slipped comes most of its way back before it is held again.
             if stands && norm(self.offset) <= 0.5 * tuning.release_m {
                 self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
+                // From now on the root comes down without it.
+                self.offset[1] += stoop;
                 self.held = add(self.carrier(chain), self.offset);
             }
         } else if stands {
@@ -319,7 +328,7 @@ impl Foot {
                 self.held = [self.other[0], 0.0, self.other[1]];
             }
         } else {
-            self.release();
+            self.release(stoop);
             self.ease(step_s, tuning.ease_s);
         }
         if self.phase != Phase::Free {
@@ -329,10 +338,11 @@ impl Foot {
             let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
             let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
             self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+            self.offset[1] += too_deep(over, self.offset[1]);
             if self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2]
                 > tuning.release_m * tuning.release_m
             {
-                self.release();
+                self.release(stoop);
             }
         }
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
@@ -344,7 +354,9 @@ impl Foot {
         if self.phase == Phase::Toe { chain.toe } else { chain.ankle }
     }
 
-    fn release(&mut self) {
+    /// Lets go: from now on the foot comes down with the root, which must not be seen.
+    fn release(&mut self, stoop: f32) {
+        self.offset[1] -= stoop;
         (self.phase, self.held, self.age_s) = (Phase::Free, self.offset, 0.0);
     }
 
@@ -378,6 +390,12 @@ fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
 /// Height of a foot over the floor of the database, metres.
 pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
     lower(over_floor(leg, chain, 0.0))
+}
+
+/// How much higher a foot has to be, which is so far over where it stands and is lifted already.
+fn too_deep(over: [f32; 2], lifted: f32) -> f32 {
+    let deep = -SOFT_M - lower(over) - lifted;
+    if deep > 0.0 { deep } else { 0.0 }
 }
 
 fn lower(over: [f32; 2]) -> f32 {

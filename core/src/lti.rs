@@ -24,6 +24,7 @@ use crate::{
         LinearModel, Numbers,
         layout::{MAX_ORDER, dof},
     },
+    knn::put_in,
     mar::Frame,
     math::{clamp, erf, exp, pow},
     stylizer::Signals,
@@ -58,11 +59,8 @@ pub(crate) struct Lti<const J: usize> {
 type Wanted = heapless::Vec<(u16, f32), BLENDED>;
 
 impl<const J: usize> Lti<J> {
-    /// No frame seen yet.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 }
-    }
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
@@ -100,14 +98,18 @@ impl<const J: usize> Lti<J> {
             let model = database.linear_model(usize::from(index));
             report.bytes_read += model.bytes() as u32;
             let share = slot.weight / heard;
-            let passed = slot.translate(&model, frame, share, signals, report);
-            // What dof D has gathered is the time step's; `translate` leaves it in `output`.
-            let log_step = signals.output.first().map_or(0.0, |quad| quad[0]);
+            let states = slot.states.as_flattened_mut();
+            let signals = Numbered {
+                x: signals.x.as_flattened(),
+                // Not in use until the frame is put out.
+                normalised: signals.output.as_flattened_mut(),
+                predicted: signals.predicted.as_flattened_mut(),
+            };
+            let (passed, log_step) = translate(&model, states, frame, share, signals, report);
             step_s += share * input_step * exp((1.0 - passed) * clamp(log_step, -LOG_STEP, LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
-                let states = slot.states.as_flattened().get(..model.states).unwrap_or(&[]);
-                let sum = projection.add_products(0.0, states);
+                let sum = projection.add_products(0.0, states.get(..model.states).unwrap_or(&[]));
                 *standing += if sum > boundary { share } else { -share };
             }
         }
@@ -142,7 +144,7 @@ impl<const J: usize> Lti<J> {
 }
 
 /// The models of the styles wanted, heaviest first, and the weight of the input's own style.
-#[inline(never)]
+#[inline]
 fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
     let database = frame.database;
     let from = database.linear_from();
@@ -159,13 +161,9 @@ fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
         let Some(model) = database.linear_model_of(style, frame.settings.action) else { continue };
         let at = wanted.partition_point(|w: &(u16, f32)| w.1 >= weight);
         cut |= wanted.is_full();
-        if wanted.is_full() && at < BLENDED {
-            wanted.pop();
-        }
-        if at < BLENDED {
-            // There is room: a full list has just lost its last.
-            let _ = wanted.insert(at, (model as u16, weight));
-        }
+        // In the last one's place where there is no room.
+        let _ = wanted.push((model as u16, weight));
+        put_in(wanted.get_mut(at..).unwrap_or(&mut []), (model as u16, weight));
     }
     report.degraded.set(Degraded::CLASSES, cut);
     (wanted, plain)
@@ -180,71 +178,75 @@ impl<const J: usize> Slot<J> {
         (self.model, self.weight) = (None, 0.0);
         self.states.as_flattened_mut().fill(0.0);
     }
+}
 
-    /// One step of the model: adds its output, weighted, to what is predicted; `signals.output` ends with the
-    /// logarithm of the time warp in its first place. Returns how much of the input was blended in.
-    #[inline(never)]
-    fn translate(
-        &mut self,
-        model: &LinearModel<'_>,
-        frame: Frame<'_, '_>,
-        share: f32,
-        signals: &mut Signals<J>,
-        report: &mut Report,
-    ) -> f32 {
-        let dofs = frame.database.counts().dofs;
-        // `output` holds the normalised input until the frame is put out.
-        let mut furthest = 0.0;
-        let inputs = signals.output.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
-        for ((u, &x), [mean, deviation]) in inputs.zip(model.inputs()) {
-            *u = clamp((x - mean) / deviation, -FURTHEST, FURTHEST);
-            let distance = crate::math::abs(*u);
-            furthest = if distance > furthest { distance } else { furthest };
-        }
-        report.distance2 =
-            if furthest * furthest > report.distance2 { furthest * furthest } else { report.distance2 };
-        let passed = blend(furthest, frame.config.confidence, frame.config.preference);
-        // Content that the data has never seen: the input itself.
-        let mixed = signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
-        mixed.take(dofs).for_each(|(predicted, x)| *predicted += share * passed * x);
+/// The dofs of a frame, whatever the capacity.
+struct Numbered<'a> {
+    x: &'a [f32],
+    /// Room for the normalised input.
+    normalised: &'a mut [f32],
+    predicted: &'a mut [f32],
+}
 
-        let heard = share * (1.0 - passed);
-        let mut log_step = 0.0;
-        let mut states = self.states.as_flattened_mut();
-        for unit in model.units() {
-            let Some((own, rest)) = states.split_at_mut_checked(unit.order) else { break };
-            states = rest;
-            let mut numbers = unit.numbers;
-            let Some(u) = signals.output.as_flattened().get(unit.first_input..) else { break };
-            let Some(u) = u.get(..unit.inputs) else { break };
-            let mut next = [0.0; MAX_ORDER];
-            let following = next.get_mut(..unit.order).unwrap_or(&mut []);
-            add_products(following, own, &mut numbers);
-            add_products(following, u, &mut numbers);
-            let mut outputs = [0.0; 4];
-            let put_out = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
-            add_products(put_out, own, &mut numbers);
-            add_products(put_out, u, &mut numbers);
-            for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
-                let d = unit.first_output + i;
-                let [_, _, mean, deviation] = model.dof(d);
-                let value = mean + deviation * output;
-                if d >= dofs {
-                    log_step = value;
-                } else if let Some(slot) = signals.predicted.as_flattened_mut().get_mut(d) {
-                    *slot += heard * value;
-                }
-            }
-            for (slot, value) in own.iter_mut().zip(next) {
-                // A blob may be anything that is stable: a state that runs far is held.
-                *slot = clamp(value, -1e6, 1e6);
-            }
-        }
-        if let Some(quad) = signals.output.first_mut() {
-            quad[0] = log_step;
-        }
-        passed
+/// One step of a model: adds its output, weighted, to what is predicted. Returns how much of the input was blended in,
+/// and the logarithm of the time warp.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn translate(
+    model: &LinearModel<'_>,
+    mut states: &mut [f32],
+    frame: Frame<'_, '_>,
+    share: f32,
+    signals: Numbered<'_>,
+    report: &mut Report,
+) -> (f32, f32) {
+    let dofs = frame.database.counts().dofs;
+    let mut furthest = 0.0;
+    let inputs = signals.normalised.iter_mut().zip(signals.x);
+    for ((u, &x), [mean, deviation]) in inputs.zip(model.inputs()) {
+        *u = clamp((x - mean) / deviation, -FURTHEST, FURTHEST);
+        let distance = crate::math::abs(*u);
+        furthest = if distance > furthest { distance } else { furthest };
     }
+    report.distance2 =
+        if furthest * furthest > report.distance2 { furthest * furthest } else { report.distance2 };
+    let passed = blend(furthest, frame.config.confidence, frame.config.preference);
+    // Content that the data has never seen: the input itself.
+    let mixed = signals.predicted.iter_mut().zip(signals.x);
+    mixed.take(dofs).for_each(|(predicted, x)| *predicted += share * passed * x);
+
+    let heard = share * (1.0 - passed);
+    let mut log_step = 0.0;
+    for unit in model.units() {
+        let Some((own, rest)) = states.split_at_mut_checked(unit.order) else { break };
+        states = rest;
+        let mut numbers = unit.numbers;
+        let Some(u) = signals.normalised.get(unit.first_input..) else { break };
+        let Some(u) = u.get(..unit.inputs) else { break };
+        let mut next = [0.0; MAX_ORDER];
+        let following = next.get_mut(..unit.order).unwrap_or(&mut []);
+        add_products(following, own, &mut numbers);
+        add_products(following, u, &mut numbers);
+        let mut outputs = [0.0; 4];
+        let put_out = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
+        add_products(put_out, own, &mut numbers);
+        add_products(put_out, u, &mut numbers);
+        for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
+            let d = unit.first_output + i;
+            let [_, _, mean, deviation] = model.dof(d);
+            let value = mean + deviation * output;
+            if d >= dofs {
+                log_step = value;
+            } else if let Some(slot) = signals.predicted.get_mut(d) {
+                *slot += heard * value;
+            }
+        }
+        for (slot, value) in own.iter_mut().zip(next) {
+            // A blob may be anything that is stable: a state that runs far is held.
+            *slot = clamp(value, -1e6, 1e6);
+        }
+    }
+    (passed, log_step)
 }
 
 /// Adds the product of a matrix, row by row the next of the numbers, and a vector.

@@ -57,19 +57,16 @@ pub(crate) struct Frame<'a, 'db> {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
-    /// No frame seen yet.
-    // A function of its own is given the place to write to; inlined, 20 KB would be copied there.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self {
-            window: Window::new(),
-            searcher: Searcher::new(),
-            neighbors: [const { Vec::new() }; C],
-            mean_distance2: [NOT_SEARCHED; C],
-            examples: Examples::new(),
-            steps: Steps::new(),
-        }
-    }
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub const NEW: Self = Self {
+        window: Window::new(),
+        searcher: Searcher::new(),
+        neighbors: [const { Vec::new() }; C],
+        // Written before it is read.
+        mean_distance2: [0.0; C],
+        examples: Examples::new(),
+        steps: Steps::new(),
+    };
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
@@ -175,7 +172,9 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         report: &mut Report,
         observer: &mut impl Observer<J>,
     ) {
-        (signals.x_prev, signals.y_prev) = ([[0.0; 4]; J], [[0.0; 4]; J]);
+        // In their places: zeros of their own would be on the stack first.
+        signals.x_prev.fill([0.0; 4]);
+        signals.y_prev.fill([0.0; 4]);
         let Frame { database, settings, .. } = frame;
         let Some(&nearest) = report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| is_wanted(frame, mix)) {
@@ -233,28 +232,22 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         for &row in self.neighbors.get(class).into_iter().flatten() {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
-            let example = self.examples.place();
+            let example = self.examples.place().as_flattened_mut();
             let read = examples::read(database, class, row, mix, &heard, example);
             observer.stage(Stage::Contacts);
-            let leg_distances = if legs.is_some() {
+            let distances = if legs.is_some() {
                 let [left, right] = &asked;
-                [left.distance2(example.as_flattened()), right.distance2(example.as_flattened())]
+                [left.distance2(example), right.distance2(example)]
             } else {
                 // A blob that names no legs: the whole body.
                 [metric.distance2(database.feature(row)); 2]
             };
+            votes.add(contact::label(database, row, read.stands, strength), distances, share.proportion);
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
             observer.stage(Stage::Regression);
             self.examples.add(dofs);
             bytes += read.bytes;
-            observer.stage(Stage::Contacts);
-            let (input, output) = (contact::of(database, row), read.stands.0);
-            let label = [0, 1].map(|i: usize| {
-                let of = |label: [f32; 2]| label.get(i).copied().unwrap_or(0.0);
-                of(input) + strength * (of(output) - of(input))
-            });
-            votes.add(label, leg_distances, share.proportion);
         }
         observer.stage(Stage::Regression);
         self.examples.finish(dofs);
@@ -308,7 +301,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         };
         let mut votes = Votes::default();
         let mut step_s = 0.0;
-        signals.predicted = [[0.0; 4]; J];
+        signals.predicted.fill([0.0; 4]);
         for share in &report.classes {
             let class = usize::from(share.class);
             // The root's mix first: its answers stay until the time step and the votes are told.

@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use crate::math::exp;
+use crate::{knn::put_in, math::exp};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;
@@ -43,13 +43,9 @@ pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, 
     for (class, &d) in searched() {
         let share = Share { class: class as u16, proportion: weight(d) / total };
         let at = shares.partition_point(|s| s.proportion >= share.proportion);
-        if shares.is_full() && at < MAX_KEPT {
-            shares.pop();
-        }
-        if at < MAX_KEPT {
-            // There is room: a full list has just lost its last.
-            let _ = shares.insert(at, share);
-        }
+        // In the last one's place where there is no room.
+        let _ = shares.push(share);
+        put_in(shares.get_mut(at..).unwrap_or(&mut []), share);
     }
     let most = most.clamp(1, MAX_KEPT);
     let mut kept = 0.0;

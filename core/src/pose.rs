@@ -41,7 +41,7 @@ impl<const J: usize> Pose<J> {
     /// (within 100 km of the origin).
     pub fn is_valid(&self, joints: usize) -> bool {
         self.position.iter().all(|v| (-1e5..=1e5).contains(v))
-            && self.rotations.iter().take(joints).all(|&q| quaternion::is_unit(q))
+            && quaternion::are_units(self.rotations.get(..joints).unwrap_or(&self.rotations))
     }
 }
 
@@ -94,16 +94,28 @@ pub fn to_dofs<const J: usize>(
     before: Anchor,
     dofs: &mut [f32],
 ) -> Anchor {
-    let joints = database.counts().joints;
-    let root = pose.rotations.first().copied().unwrap_or(IDENTITY);
-    let anchor = Anchor::of(database, pose.position, root, before);
+    take_apart(database, pose.position, &pose.rotations, before, dofs)
+}
+
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn take_apart(
+    database: &Database<'_>,
+    position: Vector,
+    rotations: &[Quaternion],
+    before: Anchor,
+    dofs: &mut [f32],
+) -> Anchor {
+    let root = rotations.first().copied().unwrap_or(IDENTITY);
+    let anchor = Anchor::of(database, position, root, before);
     let rate = database.rate_hz();
     let (dx, dz) = (anchor.ground[0] - before.ground[0], anchor.ground[1] - before.ground[1]);
     let (s, c) = sin_cos(before.heading);
     let upright = quaternion::multiply(quaternion::about_y(-anchor.heading), root);
-    let tilt = relative(database, 0, upright);
+    let mut means = database.means();
+    let tilt = quaternion::between(means.next().unwrap_or(IDENTITY), upright);
     let head = [
-        pose.position[1],
+        position[1],
         tilt[0],
         tilt[1],
         tilt[2],
@@ -115,40 +127,32 @@ pub fn to_dofs<const J: usize>(
     for (slot, value) in root_dofs.iter_mut().zip(head) {
         *slot = value;
     }
-    let rotations = pose.rotations.iter().enumerate().take(joints).skip(1);
-    for (slots, (j, &rotation)) in joint_dofs.chunks_exact_mut(3).zip(rotations) {
-        for (slot, value) in slots.iter_mut().zip(relative(database, j, rotation)) {
-            *slot = value;
-        }
+    let maps = joint_dofs.as_chunks_mut::<3>().0;
+    for ((map, mean), &rotation) in maps.iter_mut().zip(means).zip(rotations.iter().skip(1)) {
+        *map = quaternion::between(mean, rotation);
     }
     anchor
 }
 
-fn relative(database: &Database<'_>, joint: usize, rotation: Quaternion) -> Vector {
-    let mean = database.joint(joint).mean;
-    quaternion::log(quaternion::multiply(quaternion::conjugate(mean), rotation))
-}
-
-/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are left alone.
+/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are none.
 pub fn to_pose<const J: usize>(database: &Database<'_>, dofs: &[f32], anchor: Anchor, pose: &mut Pose<J>) {
     let height = dofs.get(dof::HEIGHT).copied().unwrap_or(0.0);
     pose.position = [anchor.ground[0], height, anchor.ground[1]];
-    let joints = database.counts().joints;
+    put_together(database, dofs, anchor.heading, &mut pose.rotations);
+}
+
+#[inline(never)]
+fn put_together(database: &Database<'_>, dofs: &[f32], heading: f32, rotations: &mut [Quaternion]) {
+    let Some((root, others)) = rotations.split_first_mut() else { return };
+    let mut means = database.means();
     // The tilt stands in the place of joint 0's map, behind the height; the other maps begin at dof 7.
-    let maps = dofs
-        .get(dof::TILT..dof::TILT + 3)
-        .into_iter()
-        .chain(dofs.get(dof::JOINTS..).unwrap_or(&[]).chunks_exact(3));
-    for (j, (rotation, map)) in pose.rotations.iter_mut().zip(maps).enumerate().take(joints) {
-        let mut map: Vector = [map[0], map[1], map[2]];
-        // A map of a whole turn or more comes from no joint: hold its angle, so that its exponential is exact.
-        for v in &mut map {
-            *v = crate::math::clamp(*v, -8.0, 8.0);
-        }
-        *rotation = quaternion::multiply(database.joint(j).mean, quaternion::exp(map));
-        if j == 0 {
-            *rotation = quaternion::multiply(quaternion::about_y(anchor.heading), *rotation);
-        }
-        *rotation = quaternion::normalize(*rotation).unwrap_or(IDENTITY);
+    let maps = |from: usize| dofs.get(from..).unwrap_or(&[]).as_chunks::<3>().0;
+    let tilt = maps(dof::TILT).first().copied().unwrap_or([0.0; 3]);
+    let upright = quaternion::turned(means.next().unwrap_or(IDENTITY), tilt);
+    let faced = quaternion::multiply(quaternion::about_y(heading), upright);
+    *root = quaternion::normalize(faced).unwrap_or(IDENTITY);
+    for ((rotation, mean), map) in others.iter_mut().zip(means).zip(maps(dof::JOINTS)) {
+        *rotation = quaternion::turned(mean, *map);
     }
+    others.iter_mut().skip(database.counts().joints.saturating_sub(1)).for_each(|r| *r = IDENTITY);
 }

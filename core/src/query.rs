@@ -11,8 +11,6 @@
 //! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
 //! no feature of the legs, and a mask can leave the arms out (METHODS, "Regression").
 
-use heapless::Vec;
-
 use crate::{
     blob::{
         Database,
@@ -38,20 +36,23 @@ pub struct Window<const J: usize> {
     clouds: [[Vector; J]; MAX_WINDOW],
     /// Place of the newest cloud in the ring.
     newest: u8,
-    /// True until the first pose.
-    empty: bool,
+    /// False until the first pose.
+    filled: bool,
 }
 
 impl<const J: usize> Window<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, filled: false };
+
     /// A window without a pose.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, empty: true }
+        Self::NEW
     }
 
     /// Forgets every pose.
     pub fn clear(&mut self) {
-        self.empty = true;
+        self.filled = false;
     }
 
     /// Takes in a pose. The first one fills the window: nothing moved before it.
@@ -59,9 +60,10 @@ impl<const J: usize> Window<J> {
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
         skeleton::positions(database, pose, &mut self.clouds[place]);
-        if self.empty {
-            self.clouds = [self.clouds[place]; MAX_WINDOW];
-            self.empty = false;
+        if !self.filled {
+            let cloud = self.clouds[place];
+            self.clouds.fill(cloud);
+            self.filled = true;
         }
         self.newest = place as u8;
     }
@@ -73,9 +75,37 @@ impl<const J: usize> Window<J> {
 
     /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
     /// in, [`ALIGNED`] numbers a joint.
-    #[inline(never)]
     pub fn feature(&self, database: &Database<'_>, aligned: &mut [f32], feature: &mut Feature) {
-        let ends = self.align(database, aligned);
+        let clouds = Clouds { points: self.clouds.as_flattened(), room: J, newest: usize::from(self.newest) };
+        clouds.feature(database, &mut [0; J], aligned, feature);
+    }
+}
+
+/// A window, whatever its capacity: what is compiled with the core, for speed, however its caller is.
+#[derive(Clone, Copy)]
+struct Clouds<'a> {
+    points: &'a [Vector],
+    /// Joints that a cloud has room for.
+    room: usize,
+    newest: usize,
+}
+
+impl<'a> Clouds<'a> {
+    /// The cloud at that place of the ring.
+    fn cloud(self, place: usize) -> &'a [Vector] {
+        self.points.get((place % MAX_WINDOW) * self.room..).unwrap_or(&[])
+    }
+
+    /// `members` is room to work in, one number a joint.
+    #[inline(never)]
+    fn feature(
+        self,
+        database: &Database<'_>,
+        members: &mut [u8],
+        aligned: &mut [f32],
+        feature: &mut Feature,
+    ) {
+        let ends = self.align(database, members, aligned);
         let counts = database.counts();
         let at = query::components(counts.window, counts.joints, counts.features);
         let mut components = database.query_section().get(at..).unwrap_or(&[]).as_chunks::<4>().0;
@@ -92,19 +122,19 @@ impl<const J: usize> Window<J> {
     /// Brings the window onto the mean cloud, and takes the mean cloud off it: the first joint group's joints from
     /// the oldest frame to the newest, then the next group's, as components are stored. Returns where each joint
     /// group's numbers end.
-    fn align(&self, database: &Database<'_>, aligned: &mut [f32]) -> [usize; MAX_GROUPS] {
+    fn align(self, database: &Database<'_>, members: &mut [u8], aligned: &mut [f32]) -> [usize; MAX_GROUPS] {
         let counts = database.counts();
-        let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(J));
+        let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(self.room));
         let data = database.query_section();
         let weights = data.get(query::weights(window, joints)..).unwrap_or(&[]).as_chunks::<4>().0;
         let weights = weights.iter().map(|w| f32::from_le_bytes(*w));
         let mean = data.as_chunks::<12>().0;
-        let oldest = usize::from(self.newest) + MAX_WINDOW + 1 - window;
+        let oldest = self.newest + MAX_WINDOW + 1 - window;
         // The clouds of the window, oldest first, each with its part of the mean cloud.
         let clouds = || {
             (0..window).map(move |w| {
                 let mean = mean.get(w * joints..).unwrap_or(&[]).iter().map(point);
-                self.clouds[(oldest + w) % MAX_WINDOW].iter().take(joints).zip(mean)
+                self.cloud(oldest + w).iter().take(joints).zip(mean)
             })
         };
 
@@ -133,15 +163,12 @@ impl<const J: usize> Window<J> {
         let mut ends = [0; MAX_GROUPS];
         let mut end = 0;
         for (group, slot) in ends.iter_mut().enumerate().take(counts.groups) {
-            let mut members = Vec::<u8, J>::new();
-            for j in (0..joints).filter(|&j| database.joint_group(j) == group) {
-                // There is room for all J.
-                let _ = members.push(j as u8);
-            }
+            let own = database.groups().enumerate().filter(|(_, of)| *of == group);
+            let count = members.iter_mut().zip(own).map(|(slot, (j, _))| *slot = j as u8).count();
             for w in 0..window {
-                let cloud = &self.clouds[(oldest + w) % MAX_WINDOW];
+                let cloud = self.cloud(oldest + w);
                 let mean = mean.get(w * joints..).unwrap_or(&[]);
-                for j in members.iter().map(|&j| usize::from(j)) {
+                for j in members.iter().take(count).map(|&j| usize::from(j)) {
                     let (Some(p), Some(m)) = (cloud.get(j), mean.get(j).map(point)) else { continue };
                     let (x, z) = (p[0] - cx, p[2] - cz);
                     if let Some(slot) = slots.next() {

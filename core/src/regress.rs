@@ -136,16 +136,19 @@ pub struct Examples<const J: usize> {
 }
 
 impl<const J: usize> Examples<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = Self {
+        first: [[[0.0; 4]; 4]; J],
+        sums: [[Sums::ZERO; 4]; J],
+        batch: [[[[0.0; 4]; 4]; J]; BATCH],
+        held: 0,
+        count: 0,
+    };
+
     /// No examples.
     #[inline(never)]
     pub const fn new() -> Self {
-        Self {
-            first: [[[0.0; 4]; 4]; J],
-            sums: [[Sums::ZERO; 4]; J],
-            batch: [[[[0.0; 4]; 4]; J]; BATCH],
-            held: 0,
-            count: 0,
-        }
+        Self::NEW
     }
 
     /// Room to work in before the first example is written: [`ROOM`] numbers a joint.
@@ -155,7 +158,7 @@ impl<const J: usize> Examples<J> {
 
     /// Forgets the examples.
     pub fn clear(&mut self) {
-        self.sums = [[Sums::ZERO; 4]; J];
+        self.sums.as_flattened_mut().fill(Sums::ZERO);
         (self.held, self.count) = (0, 0);
     }
 
@@ -180,20 +183,17 @@ impl<const J: usize> Examples<J> {
 
     /// The last example was added: takes in what is left of the batch.
     pub fn finish(&mut self, dofs: usize) {
-        if self.held == 0 {
-            return;
+        if self.held > 0 {
+            self.take_in(dofs);
         }
-        // The first example once more adds nothing to any sum.
-        for example in self.batch.iter_mut().skip(usize::from(self.held)) {
-            *example = self.first;
-        }
-        self.take_in(dofs);
     }
 
     fn take_in(&mut self, dofs: usize) {
-        self.held = 0;
+        let held = usize::from(core::mem::take(&mut self.held));
         let sums = self.sums.as_flattened_mut().get_mut(..dofs).unwrap_or(&mut []);
-        take_in(sums, self.first.as_flattened(), self.batch.each_ref().map(|e| e.as_flattened()));
+        // The first example once more adds nothing to any sum.
+        let one = |i: usize| self.batch.get(i).filter(|_| i < held).unwrap_or(&self.first).as_flattened();
+        take_in(sums, self.first.as_flattened(), [one(0), one(1), one(2)]);
     }
 
     /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in steps; zeros of none.

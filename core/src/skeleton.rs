@@ -3,26 +3,37 @@
 use crate::{
     blob::Database,
     pose::Pose,
-    quaternion::{self, IDENTITY, Vector},
+    quaternion::{self, IDENTITY, Quaternion, Vector},
+    vector::add,
 };
 
 /// World positions of the joints, metres, shape `[joints]` (the first of `positions`; the rest is left alone).
 /// Cost: one quaternion product and one rotated vector a joint.
 pub fn positions<const J: usize>(database: &Database<'_>, pose: &Pose<J>, positions: &mut [Vector; J]) {
-    let mut world = [IDENTITY; J];
-    for j in 0..database.counts().joints.min(J) {
+    place(database, pose.position, &pose.rotations, &mut [IDENTITY; J], positions);
+}
+
+/// The same, whatever the capacity; `world` is room for the joints' orientations.
+#[inline(never)]
+fn place(
+    database: &Database<'_>,
+    root: Vector,
+    rotations: &[Quaternion],
+    world: &mut [Quaternion],
+    positions: &mut [Vector],
+) {
+    for (j, &own) in rotations.iter().enumerate().take(database.counts().joints) {
         let joint = database.joint(j);
         let (rotation, position) = match joint.parent {
-            None => (pose.rotations[j], pose.position),
+            None => (own, root),
             // Parents come before their children: `open` has checked it.
             Some(parent) => {
                 let (Some(&turn), Some(&from)) = (world.get(parent), positions.get(parent)) else { continue };
-                let arm = quaternion::rotate(turn, joint.offset);
-                let position = [from[0] + arm[0], from[1] + arm[1], from[2] + arm[2]];
-                (quaternion::multiply(turn, pose.rotations[j]), position)
+                (quaternion::multiply(turn, own), add(from, quaternion::rotate(turn, joint.offset)))
             }
         };
-        world[j] = rotation;
-        positions[j] = position;
+        if let (Some(turn), Some(place)) = (world.get_mut(j), positions.get_mut(j)) {
+            (*turn, *place) = (rotation, position);
+        }
     }
 }

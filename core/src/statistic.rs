@@ -13,8 +13,11 @@
 //! starts there and follows the stream: `q̄ ← Slerp(α, q̄, q)`, `σ² ← σ² + α (d(q̄, q)² - σ²)`, with
 //! `α = 1 - 2^(-dt / half-life)`.
 //!
+//! Both quaternions' way to their means is the same, `q' q̄_r⁻¹ = q_s q̄_s⁻¹`, so that eq. 7 is one logarithm and one
+//! exponential a joint: `v = log(q_s q̄_s⁻¹)`, `q_t = exp(σ_r / σ_s v) q̄_r`. The distance `d(q̄, q)` is the length of `v`.
+//!
 //! Feet stand where a projection of the input's dofs lies beyond a boundary: where the content's feet stand, the
-//! output's do. Cost: two slerps' worth of trigonometry a joint, whatever the number of frames behind the tables.
+//! output's do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
 
 use crate::{
     Pose, Report,
@@ -24,8 +27,9 @@ use crate::{
     },
     mar::Frame,
     math::{clamp, exp, sqrt},
-    quaternion::{self, IDENTITY, Quaternion},
+    quaternion::{self, IDENTITY, Quaternion, Vector},
     stylizer::{Settings, Signals},
+    vector::norm,
 };
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
@@ -44,11 +48,9 @@ pub(crate) struct Statistic<const J: usize> {
 }
 
 impl<const J: usize> Statistic<J> {
-    /// No frame seen yet.
-    #[inline(never)]
-    pub const fn new() -> Self {
-        Self { root: [[0.0, 1.0]; 3], means: [IDENTITY; J], variances: [1.0; J] }
-    }
+    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation. The first frame
+    /// gives it its statistics.
+    pub const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
 
     /// Predicts every dof and the contacts; time passes as it does in the input.
     #[inline(never)]
@@ -67,104 +69,137 @@ impl<const J: usize> Statistic<J> {
             return;
         };
         report.bytes_read += source.bytes() as u32;
-        let running = frame.config.halflife_s > 0.0;
+        let mut running =
+            Running { root: &mut self.root, means: &mut self.means, variances: &mut self.variances };
         if frame.first {
-            self.start(database, &source);
+            running.start(database, &source);
             for (i, d) in ROOT.into_iter().enumerate().skip(1) {
                 set(signals.x.as_flattened_mut(), d, source.root(i)[0]);
             }
             signals.x_prev = signals.x;
             signals.y_prev = signals.x;
         }
-        signals.predicted = signals.x;
-
-        let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
-        let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
-        // The root's own styles; those of other groups' joints take their place where these begin.
-        let mut mix = settings.mix_of(database.joint_group(0));
-        let mut heard = Heard::new();
-        listen(&mut heard, database, settings, mix);
-        report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
-
-        let mut furthest = 0.0;
-        for (i, (d, own)) in ROOT.into_iter().zip(&mut self.root).enumerate() {
-            let x = signals.x.as_flattened().get(d).copied().unwrap_or(0.0);
-            let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
-            let (mut to_mean, mut to_deviation) = (0.0, 0.0);
-            for &(table, weight) in &heard {
-                let [mean, deviation] = table.root(i);
-                to_mean += weight * mean;
-                to_deviation += weight * deviation;
-            }
-            let offset = x - mean;
-            furthest = further(furthest, crate::math::abs(offset), deviation);
-            set(signals.predicted.as_flattened_mut(), d, to_mean + scale(to_deviation, deviation) * offset);
-            own[0] += alpha * offset;
-            own[1] += alpha * (offset * offset - own[1]);
-        }
-
-        // The root's tilt is its orientation without the heading, which its dofs hold.
-        let tilt =
-            signals.x.as_flattened().get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
-        let upright = quaternion::multiply(database.joint(0).mean, quaternion::exp(tilt));
-        let states = self.means.iter_mut().zip(&mut self.variances);
-        for (j, (&rotation, (own, variance))) in
-            input.rotations.iter().zip(states).enumerate().take(database.counts().joints)
-        {
-            let q = if j == 0 { upright } else { rotation };
-            let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
-            let (mut to_mean, mut to_deviation, mut total) = (IDENTITY, 0.0, 0.0);
-            let own_mix = settings.mix_of(database.joint_group(j));
-            if own_mix != mix {
-                mix = own_mix;
-                listen(&mut heard, database, settings, mix);
-            }
-            for &(table, weight) in &heard {
-                let (mean, deviation) = table.joint(j);
-                total += weight;
-                // A weighted mean, one table after the other (eq. 6).
-                to_mean =
-                    if total > weight { quaternion::slerp(weight / total, to_mean, mean) } else { mean };
-                to_deviation += weight * deviation;
-            }
-            let turn = quaternion::multiply(quaternion::conjugate(mean), to_mean);
-            let aligned = quaternion::multiply(q, turn);
-            let moved = quaternion::slerp(scale(to_deviation, deviation), to_mean, aligned);
-            // The map relative to the database's mean.
-            let map =
-                quaternion::log(quaternion::multiply(quaternion::conjugate(database.joint(j).mean), moved));
-            let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
-            for (i, v) in map.into_iter().enumerate() {
-                set(signals.predicted.as_flattened_mut(), first + i, v);
-            }
-            if running {
-                let distance = quaternion::angle(mean, q);
-                furthest = further(furthest, distance, deviation);
-                *own = quaternion::slerp(alpha, *own, q);
-                *variance += alpha * (distance * distance - *variance);
-            }
-        }
-        report.distance2 = furthest * furthest;
-        for (side, contact) in report.contacts.iter_mut().enumerate() {
-            let (boundary, projection) = source.foot(side);
-            let sum: f32 = signals.x.as_flattened().iter().zip(projection).map(|(a, b)| a * b).sum();
-            *contact = sum > boundary;
-        }
+        let x = signals.x.as_flattened();
+        transfer(frame, &source, running, &input.rotations, x, signals.predicted.as_flattened_mut(), report);
     }
+}
 
+/// The input's running statistics, whatever the capacity.
+struct Running<'a> {
+    root: &'a mut [[f32; 2]; 3],
+    means: &'a mut [Quaternion],
+    variances: &'a mut [f32],
+}
+
+impl Running<'_> {
     /// The running statistics begin with the stored ones.
     fn start(&mut self, database: &Database<'_>, source: &Table<'_>) {
         for (i, own) in self.root.iter_mut().enumerate() {
             let [mean, deviation] = source.root(i);
             *own = [mean, deviation * deviation];
         }
-        let joints = self.means.iter_mut().zip(&mut self.variances).take(database.counts().joints);
+        let joints = self.means.iter_mut().zip(&mut *self.variances).take(database.counts().joints);
         for (j, (own, variance)) in joints.enumerate() {
             let (mean, deviation) = source.joint(j);
             *own = mean;
             *variance = deviation * deviation;
         }
     }
+}
+
+/// What [`Statistic::predict`] does in every frame.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn transfer(
+    frame: Frame<'_, '_>,
+    source: &Table<'_>,
+    Running { root, means, variances }: Running<'_>,
+    rotations: &[Quaternion],
+    x: &[f32],
+    predicted: &mut [f32],
+    report: &mut Report,
+) {
+    let Frame { database, settings, .. } = frame;
+    let running = frame.config.halflife_s > 0.0;
+    let rate = 1.0 / (frame.config.halflife_s * database.rate_hz());
+    let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
+    // The root's own styles; those of other groups' joints take their place where these begin.
+    let mut mix = settings.mix_of(database.joint_group(0));
+    let mut heard = Heard::new();
+    listen(&mut heard, database, settings, mix);
+    report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
+
+    let mut furthest = 0.0;
+    for (i, (d, own)) in ROOT.into_iter().zip(root).enumerate() {
+        let x = x.get(d).copied().unwrap_or(0.0);
+        let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
+        let (mut to_mean, mut to_deviation) = (0.0, 0.0);
+        for &(table, weight) in &heard {
+            let [mean, deviation] = table.root(i);
+            to_mean += weight * mean;
+            to_deviation += weight * deviation;
+        }
+        let offset = x - mean;
+        furthest = further(furthest, crate::math::abs(offset), deviation);
+        set(predicted, d, to_mean + scale(to_deviation, deviation) * offset);
+        own[0] += alpha * offset;
+        own[1] += alpha * (offset * offset - own[1]);
+    }
+
+    let turning = x.get(dof::YAW).copied().unwrap_or(0.0);
+    set(predicted, dof::YAW, turning);
+
+    // The root's tilt is its orientation without the heading, which its dofs hold.
+    let tilt = x.get(dof::TILT..dof::TILT + 3).map_or([0.0; 3], |v| [v[0], v[1], v[2]]);
+    let states = means.iter_mut().zip(variances);
+    let joints = database.means().zip(database.groups()).zip(rotations).zip(states);
+    for (j, (((rest, group), &rotation), (own, variance))) in joints.enumerate() {
+        let q = if j == 0 { quaternion::turned(rest, tilt) } else { rotation };
+        let (mean, deviation) = if running { (*own, sqrt(*variance)) } else { source.joint(j) };
+        let own_mix = settings.mix_of(group);
+        if own_mix != mix {
+            mix = own_mix;
+            listen(&mut heard, database, settings, mix);
+        }
+        let (to_mean, to_deviation) = blended(&heard, j);
+        let way = quaternion::log(quaternion::multiply(q, quaternion::conjugate(mean)));
+        let moved = quaternion::exp(times(scale(to_deviation, deviation), way));
+        // The map relative to the database's mean.
+        let map = quaternion::between(rest, quaternion::multiply(moved, to_mean));
+        let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
+        if let Some(slots) = predicted.get_mut(first..first + 3) {
+            slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
+        }
+        if running {
+            let distance = norm(way);
+            furthest = further(furthest, distance, deviation);
+            let on = quaternion::multiply(quaternion::exp(times(alpha, way)), *own);
+            *own = quaternion::normalize(on).unwrap_or(*own);
+            *variance += alpha * (distance * distance - *variance);
+        }
+    }
+    report.distance2 = furthest * furthest;
+    for (side, contact) in report.contacts.iter_mut().enumerate() {
+        let (boundary, projection) = source.foot(side);
+        let x = x.get(..database.counts().dofs).unwrap_or(&[]);
+        *contact = projection.add_products(0.0, x) > boundary;
+    }
+}
+
+/// Mean rotation and spread of a joint in a mix: a weighted mean, one table after the other (eq. 6).
+fn blended(heard: &Heard<'_>, joint: usize) -> (Quaternion, f32) {
+    let (mut mean, mut deviation, mut total) = (IDENTITY, 0.0, 0.0);
+    for &(table, weight) in heard {
+        let (own, spread) = table.joint(joint);
+        total += weight;
+        mean = if total > weight { quaternion::slerp(weight / total, mean, own) } else { own };
+        deviation += weight * spread;
+    }
+    (mean, deviation)
+}
+
+fn times(factor: f32, v: Vector) -> Vector {
+    v.map(|v| factor * v)
 }
 
 /// The tables that a mix of styles is made of, and their weights.

@@ -10,7 +10,7 @@
 use crate::{
     blob::{Database, layout::MAX_TIMING},
     math::exp,
-    regress::{Example, X, X_PREV, Y, Y_PREV},
+    regress::{X, X_PREV, Y, Y_PREV},
 };
 
 /// Policy for the output's time.
@@ -62,12 +62,16 @@ pub struct Steps<const K: usize> {
 }
 
 impl<const K: usize> Steps<K> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = {
+        let nothing = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
+        let empty = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
+        Self { metric: [nothing; MAX_TIMING], entries: 0, memories: [empty; K], weights: [0.0; K], count: 0 }
+    };
+
     /// No neighbors.
-    #[inline]
     pub const fn new() -> Self {
-        const EMPTY: Memory = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
-        const NOTHING: Entry = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
-        Self { metric: [NOTHING; MAX_TIMING], entries: 0, memories: [EMPTY; K], weights: [0.0; K], count: 0 }
+        Self::NEW
     }
 
     /// What neighbors are compared with: the input's dofs and those of the frame before.
@@ -93,64 +97,83 @@ impl<const K: usize> Steps<K> {
         self.count = 0;
     }
 
-    /// Takes in a neighbor.
-    pub fn add<const J: usize>(&mut self, example: &Example<J>, step_s: f32) {
+    /// Takes in a neighbor; `variables` as in [`crate::regress::Example`].
+    pub fn add(&mut self, variables: &[[f32; 4]], step_s: f32) {
         let Some(memory) = self.memories.get_mut(self.count) else { return };
         self.count += 1;
-        memory.step_s = step_s;
-        memory.input_distance2 = 0.0;
-        let variables = example.as_flattened();
-        for (entry, slot) in self.metric.iter().zip(&mut memory.output).take(self.entries) {
-            let Some(v) = variables.get(usize::from(entry.dof)) else { continue };
-            memory.input_distance2 += entry.distance2(entry.input, [v[X], v[X] - v[X_PREV]]);
-            *slot = [v[Y], v[Y] - v[Y_PREV]];
-        }
+        memory.take_in(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
     }
 
     /// The step of the class in seconds, given its synthesized output and the output before; `width` is the kernel's,
     /// in mean squared distances. 0 of no neighbors.
-    #[inline(never)]
     pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
-        let count = self.count.min(K);
-        let mut asked = [[0.0; 2]; MAX_TIMING];
-        for (slot, entry) in asked.iter_mut().zip(&self.metric).take(self.entries) {
-            let at = |values: &[f32]| {
-                values.get(usize::from(entry.dof)).copied().unwrap_or(0.0) * entry.inverse_step
-            };
-            *slot = [at(y), at(y) - at(y_prev)];
-        }
-        let mut mean = 0.0;
-        for (weight, memory) in self.weights.iter_mut().zip(&self.memories).take(count) {
-            let mut distance2 = memory.input_distance2;
-            let outputs = self.metric.iter().zip(asked.iter().zip(&memory.output));
-            for (entry, (&asked, &output)) in outputs.take(self.entries) {
-                distance2 += entry.distance2(asked, output);
-            }
-            *weight = distance2;
-            mean += distance2;
-        }
-        let least = self.weights.iter().take(count).fold(f32::INFINITY, |l, &d| if d < l { d } else { l });
-        let scale = 2.0 * width * mean / count.max(1) as f32;
-        let scale = if scale > 1e-20 { scale } else { 1e-20 };
-        let (mut total, mut step) = (0.0, 0.0);
-        for (weight, memory) in self.weights.iter_mut().zip(&self.memories).take(count) {
-            // Relative to the nearest: the largest weight is 1 and the sum never vanishes.
-            *weight = exp(-(*weight - least) / scale);
-            total += *weight;
-            step += *weight * memory.step_s;
-        }
-        if count == 0 {
-            return 0.0;
-        }
-        for weight in self.weights.iter_mut().take(count) {
-            *weight /= total;
-        }
-        step / total
+        let metric = self.metric.get(..self.entries).unwrap_or(&[]);
+        let memories = self.memories.get(..self.count).unwrap_or(&[]);
+        interpolate(metric, memories, &mut self.weights, [y, y_prev], width)
     }
 
     /// The neighbors' weights in the last prediction, in the order in which they were added; they sum to 1.
     pub fn weights(&self) -> &[f32] {
         self.weights.get(..self.count).unwrap_or(&[])
+    }
+}
+
+/// The step, and in `weights` the weight of each neighbor. Of no capacity: it is compiled with the core, for speed,
+/// however its caller is.
+#[inline(never)]
+fn interpolate(
+    metric: &[Entry],
+    memories: &[Memory],
+    weights: &mut [f32],
+    [y, y_prev]: [&[f32]; 2],
+    width: f32,
+) -> f32 {
+    let mut asked = [[0.0; 2]; MAX_TIMING];
+    for (slot, entry) in asked.iter_mut().zip(metric) {
+        let at =
+            |values: &[f32]| values.get(usize::from(entry.dof)).copied().unwrap_or(0.0) * entry.inverse_step;
+        *slot = [at(y), at(y) - at(y_prev)];
+    }
+    let weights = weights.get_mut(..memories.len()).unwrap_or(&mut []);
+    let (mut mean, mut least) = (0.0, f32::INFINITY);
+    for (weight, memory) in weights.iter_mut().zip(memories) {
+        let mut distance2 = memory.input_distance2;
+        for (entry, (&asked, &output)) in metric.iter().zip(asked.iter().zip(&memory.output)) {
+            distance2 += entry.distance2(asked, output);
+        }
+        *weight = distance2;
+        mean += distance2;
+        least = if distance2 < least { distance2 } else { least };
+    }
+    if memories.is_empty() {
+        return 0.0;
+    }
+    let scale = 2.0 * width * mean / memories.len() as f32;
+    let scale = if scale > 1e-20 { scale } else { 1e-20 };
+    let (mut total, mut step) = (0.0, 0.0);
+    for (weight, memory) in weights.iter_mut().zip(memories) {
+        // Relative to the nearest: the largest weight is 1 and the sum never vanishes.
+        *weight = exp(-(*weight - least) / scale);
+        total += *weight;
+        step += *weight * memory.step_s;
+    }
+    for weight in weights {
+        *weight /= total;
+    }
+    step / total
+}
+
+impl Memory {
+    /// Takes in a neighbor.
+    #[inline(never)]
+    fn take_in(&mut self, metric: &[Entry], variables: &[[f32; 4]], step_s: f32) {
+        self.step_s = step_s;
+        self.input_distance2 = 0.0;
+        for (entry, slot) in metric.iter().zip(&mut self.output) {
+            let Some(v) = variables.get(usize::from(entry.dof)) else { continue };
+            self.input_distance2 += entry.distance2(entry.input, [v[X], v[X] - v[X_PREV]]);
+            *slot = [v[Y], v[Y] - v[Y_PREV]];
+        }
     }
 }
 

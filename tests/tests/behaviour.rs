@@ -176,6 +176,8 @@ fn capacities_and_parameters_are_checked() {
         ("pool", new().pool(0)),
         ("pool", new().pool(65)),
         ("jump", new().jump(0.5)),
+        ("speed_limit", new().speed_limit(0.5)),
+        ("speed_limit", new().speed_limit(f32::NAN)),
         ("timing_width", new().timing_width(f32::INFINITY)),
     ];
     for (name, config) in wrong {

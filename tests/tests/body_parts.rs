@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use gestus_builder::{
     build::{BuildOptions, build},
+    groups,
     stream::{from_pose, to_pose},
     synth,
 };
@@ -260,4 +261,77 @@ fn group_styles_that_are_refused_change_nothing() {
         assert_eq!(stylizer.set_group_style(group, weights), Err(error), "{weights:?}");
         assert_eq!([0, 1, 2].map(|s| stylizer.style_of(1, s)), [0.0, 1.0, 0.0], "{weights:?}");
     }
+}
+
+#[test]
+fn groups_named_at_build_take_strengths_styles_and_masks() {
+    let named: Vec<String> =
+        ["legs", "head", "torso", "sword-arm=Shoulder_R"].iter().map(|s| (*s).to_owned()).collect();
+    let options = BuildOptions { groups: groups::parse(&named), ..BuildOptions::default() };
+    let blob = build(&motion::corpus(motion::SMALL), &options).unwrap().bytes;
+    let database = Database::open(&blob).unwrap();
+    let names = database.manifest().unwrap().groups;
+    assert_eq!(names.iter().collect::<Vec<_>>(), ["body", "head", "legs", "sword-arm", "torso"]);
+    let of = |name: &str| {
+        let group = names.find(name).unwrap();
+        (0..21).filter(move |&j| database.joint_group(j) == usize::from(group)).collect::<Vec<_>>()
+    };
+    assert_eq!(of("legs"), (13..21).collect::<Vec<_>>());
+    // The other arm hangs on the torso.
+    assert_eq!((of("head"), of("sword-arm")), (vec![3, 4], vec![9, 10, 11, 12]));
+    assert_eq!((of("body"), of("torso")), (vec![0], vec![1, 2, 5, 6, 7, 8]));
+    let input = poses(60);
+    let config = Config::new().contacts(false);
+    let styled = |set: &dyn Fn(&mut Standard<'_>)| {
+        let mut stylizer = Standard::new(database, config).unwrap();
+        stylizer.set_style(&[(2, 1.0)]).unwrap();
+        set(&mut stylizer);
+        run(&mut stylizer, &input, |_, _| {})
+    };
+    let legs = names.find("legs").unwrap();
+    let (whole, other) = (styled(&|_| {}), styled(&|s| s.set_style(&[(1, 1.0)]).unwrap()));
+    let without = styled(&|s| s.set_strength(legs, 0.0).unwrap());
+    let mixed = styled(&|s| s.set_group_style(legs, &[(1, 1.0)]).unwrap());
+    for t in 0..input.len() {
+        for j in 1..21 {
+            let leg = of("legs").contains(&j);
+            let angle = gestus_core::quaternion::angle;
+            if leg {
+                assert!(angle(without[t].rotations[j], input[t].rotations[j]) < 1e-3, "frame {t} joint {j}");
+            }
+            let expected = if leg { &other } else { &whole };
+            assert_eq!(mixed[t].rotations[j], expected[t].rotations[j], "frame {t} joint {j}");
+        }
+    }
+    assert_ne!(whole[40].rotations[13], other[40].rotations[13], "the styles differ");
+    // A search that does not look at a group sees less of what it does; the arms' joints say nothing of where a body
+    // stands either, so that theirs is not seen at all.
+    let distances = |joint: usize, mask: Option<u16>| {
+        let mut moved = input.clone();
+        for pose in &mut moved[20..] {
+            pose.rotations[joint] = gestus_core::quaternion::exp([-0.9, 0.0, 0.0]);
+        }
+        [&input, &moved].map(|input| {
+            let mut stylizer = Standard::new(database, config).unwrap();
+            mask.into_iter().for_each(|group| stylizer.set_mask(group, false).unwrap());
+            let mut output = Pose::IDENTITY;
+            input.iter().map(|p| f64::from(stylizer.step(p, &mut output).distance2)).sum::<f64>()
+        })
+    };
+    let [still, kicking] = distances(17, None);
+    let [still_masked, kicking_masked] = distances(17, Some(legs));
+    assert!(kicking > 3.0 * still, "{still} {kicking}");
+    println!("a kick: {still} -> {kicking}, legs masked {still_masked} -> {kicking_masked}");
+    assert!(kicking_masked - still_masked < 0.5 * (kicking - still), "{still_masked} {kicking_masked}");
+    let [still, waving] = distances(10, Some(names.find("sword-arm").unwrap()));
+    assert_eq!(still, waving);
+}
+
+#[test]
+fn linear_models_refuse_the_style_of_a_group() {
+    let mut stylizer = stylizer(Config::new().method(Method::Lti));
+    assert_eq!(stylizer.set_group_style(1, &[(1, 1.0)]), Err(ConfigError::WholeBody));
+    assert!(ConfigError::WholeBody.to_string().contains("whole body"));
+    // Given back to the body there is nothing to refuse.
+    assert_eq!(stylizer.set_group_style(1, &[]), Ok(()));
 }

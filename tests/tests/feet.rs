@@ -3,9 +3,14 @@
 use std::sync::OnceLock;
 
 use gestus_builder::{
+    body::Body,
     build::{BuildOptions, build},
     cleanup::clean_up,
-    evaluate::skate::{Performance, peak_speeds, skate_cm_s},
+    corpus::Corpus,
+    evaluate::{
+        skate::{Performance, deepest_cm, peak_speeds, skate_cm_s},
+        speed::fastest,
+    },
     motion::{Clip, Frame},
     stream::{Request, Streamed, from_pose, stream, to_pose},
     synth::{Options, corpus},
@@ -136,6 +141,61 @@ fn standing_feet_stay_and_joints_turn_no_faster_for_it() {
         assert!(skate(&held) <= 1.0, "{}", skate(&held));
         assert!(peak(&held) <= 1.2 * peak(&raw), "{} {}", peak(&held), peak(&raw));
     }
+}
+
+#[test]
+fn no_foot_goes_through_the_floor() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    // A body that sinks: every pose is 4 cm lower than it was.
+    let mut sunk = clip.clone();
+    sunk.frames.iter_mut().for_each(|f| f.root.y -= 0.04);
+    let styles = database.manifest().unwrap().styles;
+    for style in ["neutral", "old", "childlike"] {
+        let run = |held: bool| {
+            let config = Config::new().contacts(held);
+            let request = Request { config, ..Request::style(styles.find(style).unwrap()) };
+            let of = Performance::of_stream(&stream(&database, &sunk, &request, &mut ()).unwrap());
+            deepest_cm(&clip.skeleton, &legs, &of)
+        };
+        let (raw, held) = (run(false), run(true));
+        println!("{style}: lowest foot {raw:.2} -> {held:.2} cm");
+        assert!(raw < -2.0, "{raw}: nothing to lift");
+        assert!(held > -1.1, "{held}");
+    }
+}
+
+#[test]
+fn joints_turn_no_faster_than_the_input_has_shown() {
+    let database = Database::open(motion::small()).unwrap();
+    // From the slowest style to the fastest.
+    let clip = motion::unseen(0, 1, 200);
+    let run = |limit: f32| {
+        let request = Request { config: Config::new().speed_limit(limit), ..Request::style(2) };
+        stream(&database, &clip, &request, &mut ()).unwrap()
+    };
+    // The first two seconds take 8 rad/s for granted; what was held back by then is caught up with.
+    let late = |of: Performance| {
+        fastest(&Performance {
+            frames: of.frames[90..].to_vec(),
+            steps_s: of.steps_s[90..].to_vec(),
+            stands: of.stands[90..].to_vec(),
+        })
+    };
+    let shown = fastest(&Performance::of_clip(&clip, &Body::of(&Corpus::of_clip(&clip)).unwrap()));
+    let free = run(0.0);
+    let freely = late(Performance::of_stream(&free));
+    println!("fastest joint: input {shown:.2}, output {freely:.2} rad/s");
+    for limit in [1.0, 1.2] {
+        let allowed = f64::from(limit) * shown;
+        let held = late(Performance::of_stream(&run(limit)));
+        println!("limit {limit}: {held:.2} of {allowed:.2} rad/s");
+        assert!(freely > allowed, "{freely}: nothing to limit");
+        assert!(held < 1.001 * allowed, "{held} rad/s");
+    }
+    // Far above, nothing is changed.
+    assert_eq!(run(50.0).digest, free.digest);
 }
 
 #[test]

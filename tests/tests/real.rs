@@ -189,7 +189,8 @@ fn real_feet_stand_where_they_stand() {
         contact::contacts,
         evaluate::{
             contacts::Score,
-            skate::{Performance, skate_cm_s},
+            skate::{Performance, deepest_cm, skate_cm_s},
+            speed::fastest,
         },
     };
     let Some(corpus) = corpus(&["walk", "run"]) else { return };
@@ -211,9 +212,17 @@ fn real_feet_stand_where_they_stand() {
         }
         for style in [1, 2] {
             let streamed = stream(&database, clip, &Request::style(style), &mut ()).unwrap();
-            let skate = skate_cm_s(&corpus.skeleton, &legs, &Performance::of_stream(&streamed));
-            println!("{name} to {}: skate {skate:.2} cm/s", corpus.styles[usize::from(style)]);
+            let performance = Performance::of_stream(&streamed);
+            let skate = skate_cm_s(&corpus.skeleton, &legs, &performance);
+            let deepest = deepest_cm(&corpus.skeleton, &legs, &performance);
+            let faster = fastest(&performance) / fastest(&Performance::of_clip(clip, &body));
+            println!(
+                "{name} to {}: skate {skate:.2} cm/s, lowest foot {deepest:.2} cm, fastest joint {faster:.2} times the input's",
+                corpus.styles[usize::from(style)]
+            );
             skates.push(skate);
+            assert!(deepest > -1.1, "{deepest} cm below the floor");
+            assert!(faster < 1.2001, "a joint {faster} times as fast as any of the input");
         }
     }
     let mean = skates.iter().sum::<f64>() / skates.len() as f64;
@@ -221,4 +230,49 @@ fn real_feet_stand_where_they_stand() {
     println!("contacts: F1 {:.4}, accuracy {:.4}", score.f1(), score.accuracy());
     // The aim is 0.975, which walks reach and runs do not.
     assert!(score.f1() >= 0.965, "{}", score.f1());
+}
+
+#[test]
+fn transferred_real_clips_stand_without_a_pop() {
+    use gestus_builder::{
+        cleanup::Limbs,
+        evaluate::{
+            skate::{Performance, skate_cm_s},
+            speed::fastest,
+        },
+        models::statistic::transfer::{Options, transfer},
+    };
+    let Some(corpus) = corpus(&["walk", "run", "walk-turn-left"]) else { return };
+    let body = Body::of(&corpus).unwrap();
+    let pairs = [
+        ("walk_normal_001", "walk_elderly_001"),
+        ("walk_normal_002", "walk_feminine_002"),
+        ("run_normal_002", "run_elderly_002"),
+        ("walk-turn-left_normal_001", "walk-turn-left_active_001"),
+        // Its knees go beyond straight: they flipped.
+        ("walk-turn-left_normal_002", "walk-turn-left_feminine_002"),
+    ];
+    for (source, reference) in pairs {
+        let clip = |name: &str| &corpus.examples[find(&corpus, name)].clip;
+        let (source, reference) = (clip(source), clip(reference));
+        let (limbs, stands) = Limbs::of_clip(&body, source).unwrap();
+        let go = |clean_up: bool| {
+            let options = Options { clean_up, ..Options::default() };
+            let frames = transfer(&body, source, reference, &options).unwrap().clip.frames;
+            let steps_s = vec![1.0 / source.rate_hz; frames.len()];
+            Performance { frames, steps_s, stands: stands.clone() }
+        };
+        let (raw, cleaned) = (go(false), go(true));
+        let skate = |p: &Performance| skate_cm_s(&body.skeleton, limbs.legs(), p);
+        let faster = fastest(&cleaned) / fastest(&raw);
+        println!(
+            "{} in the style of {}: skate {:.1} -> {:.2} cm/s, fastest joint {faster:.2} times as fast",
+            source.name,
+            reference.name,
+            skate(&raw),
+            skate(&cleaned)
+        );
+        assert!(skate(&raw) > 3.0 && skate(&cleaned) <= 1.0, "{} {}", skate(&raw), skate(&cleaned));
+        assert!(faster <= 1.2, "{faster}");
+    }
 }

@@ -35,9 +35,6 @@ const LABELLED: [&str; 4] =
     ["instructions_median", "instructions_max", "bytes_read_median", "bytes_read_max"];
 /// Those of a stream that is hard.
 const INSTRUCTIONS: [&str; 2] = ["instructions_median", "instructions_max"];
-/// What a host asks for when it wants another method in a running board: for that moment the method's new state is on
-/// the stack, which is no part of the bound. A board whose host does not do so needs no room for it.
-const SWITCH: [&str; 1] = ["::switch"];
 const HEAD: &str = "\
 # What the core may cost on a board: counted in the emulator by `cargo xtask budget`, which fails where a figure is
 # more than 2% over. `cargo xtask budget --record` writes the figures of today in place of those below `limits`, which
@@ -133,7 +130,7 @@ fn measure(
     board(&labelled, "m4f", &[with, style, labels].concat(), &LABELLED, figures, bounds)?;
     let built = json(sim().args(["board", "m4f", "--build", "--stack-sizes", "--json"]))?;
     let image = built["image"].as_str().context("the path of the image")?;
-    let bound = stack::bound(Path::new(image), "main", &SWITCH)?;
+    let bound = stack::bound(Path::new(image), "main")?;
     println!(
         "the deepest path of calls, {} bytes without the stylizer and the server:",
         bound.bytes as f64 - state

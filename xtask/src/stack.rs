@@ -35,21 +35,14 @@ struct Function {
     indirect: bool,
 }
 
-/// The deepest path from the function `root`, but for those through a function whose name contains one of `apart`.
+/// The deepest path from the function `root`.
 ///
 /// # Errors
 /// A file that is no image of a Cortex-M with `.stack_sizes`, an unknown root, and recursion.
-pub fn bound(image: &Path, root: &str, apart: &[&str]) -> Result<Bound> {
+pub fn bound(image: &Path, root: &str) -> Result<Bound> {
     let bytes = fs::read(image).with_context(|| format!("{} can't be read", image.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
-    let mut functions = functions(&file).with_context(|| image.display().to_string())?;
-    let left_out =
-        |f: &Function| apart.iter().any(|a| rustc_demangle::demangle(&f.name).to_string().contains(a));
-    functions.retain(|_, f| !left_out(f));
-    let kept: BTreeSet<u64> = functions.keys().copied().collect();
-    for function in functions.values_mut() {
-        function.calls.retain(|call| kept.contains(call));
-    }
+    let functions = functions(&file).with_context(|| image.display().to_string())?;
     let start = functions.iter().find(|(_, f)| f.name == root).map(|(address, _)| *address);
     let start = start.with_context(|| format!("{}: no function `{root}`", image.display()))?;
     let mut known = BTreeMap::new();

@@ -11,6 +11,7 @@ use gestus_builder::{
     build::build,
     corpus::Corpus,
     effort::{fragment::Library, labels, model::Model, response},
+    groups,
     load::load,
     pair::Scheme,
     write::with_section,
@@ -64,6 +65,10 @@ pub struct Selection {
     /// Joints to keep, each with all of its parents: for a board with little memory, or a body that lacks the others
     #[arg(long, value_delimiter = ',')]
     joints: Vec<String>,
+    /// Joint groups that take masks, strengths and styles of their own, besides the body: words (left-arm, right-arm, arms,
+    /// left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where left out
+    #[arg(long, value_delimiter = ',')]
+    groups: Vec<String>,
     /// Frames a second of the database
     #[arg(long)]
     rate: Option<f64>,
@@ -79,7 +84,15 @@ impl Selection {
     /// Some actions and styles, and all else as the folder says.
     pub fn of(actions: &[String], styles: &[String]) -> Self {
         let (actions, styles) = (actions.to_vec(), styles.to_vec());
-        Self { actions, styles, rate: None, limit: None, strict: false, joints: Vec::new() }
+        Self {
+            actions,
+            styles,
+            rate: None,
+            limit: None,
+            strict: false,
+            joints: Vec::new(),
+            groups: Vec::new(),
+        }
     }
 
     /// The configuration of a folder with the command line's choices over it.
@@ -100,6 +113,9 @@ impl Selection {
         }
         if !self.joints.is_empty() {
             config.joints.clone_from(&self.joints);
+        }
+        if !self.groups.is_empty() {
+            config.build.groups = groups::parse(&self.groups);
         }
         if let Some(rate) = self.rate {
             if !(1.0..=1000.0).contains(&rate) {

@@ -22,6 +22,7 @@ pub mod models;
 pub mod retarget;
 pub mod servo;
 pub mod skate;
+pub mod speed;
 pub mod timing;
 
 use std::{fs, path::Path};

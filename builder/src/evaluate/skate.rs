@@ -1,13 +1,15 @@
 //! How far feet slide while they stand, and what holding them costs: before and after the lock, beside real motion.
 
-use gestus_core::{Database, blob::Leg};
+use gestus_core::{Config, Database, blob::Leg};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde_json::json;
 
+pub use super::speed::peak_speeds;
 use super::{
     Evaluation,
     fold::{HeldOut, LooOptions, held_out},
+    speed::{self, fastest},
 };
 use crate::{
     body::Body,
@@ -83,20 +85,6 @@ pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64
     speeds.iter().sum::<f64>() / speeds.len().max(1) as f64
 }
 
-/// Fastest angular speed of each joint, rad/s. Shape `[joints]`.
-pub fn peak_speeds(of: &Performance) -> Vec<f64> {
-    let joints = of.frames.first().map_or(0, |f| f.rotations.len());
-    (0..joints)
-        .map(|j| {
-            of.frames
-                .windows(2)
-                .zip(&of.steps_s[1..])
-                .map(|(w, s)| w[0].rotations[j].angle_to(&w[1].rotations[j]) / s)
-                .fold(0.0, f64::max)
-        })
-        .collect()
-}
-
 /// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames.
 fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [f64; 2] {
     let mut heights: Vec<f64> = of
@@ -118,6 +106,19 @@ fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [f64; 2
     heights.sort_by(f64::total_cmp);
     let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
     [at(0.05), at(0.95)]
+}
+
+/// How far the lower of ankle and toes of either foot comes below where it stands, in any frame, cm: 0 or less.
+pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
+    let over = |frame: &Frame| {
+        let p = frame.positions(skeleton);
+        let of_leg = |leg: &Leg| {
+            let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
+            leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
+        };
+        of_leg(&legs[0]).min(of_leg(&legs[1]))
+    };
+    100.0 * of.frames.iter().map(over).fold(0.0, f64::min)
 }
 
 /// Runs the evaluation and draws its plots.
@@ -142,8 +143,8 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     Ok(Evaluation {
         what: "skate",
         about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
-                is the clip, `raw` its translation, `locked` the same with its feet held, `real` a held-out clip of the \
-                output style. Speeds of joints are relative to the fastest of the same joint in the input."
+                is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
+                than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. Speeds of joints are relative to the fastest of the same joint in the input."
             .into(),
         keys: vec!["method", "action", "style"],
         rows: rows.into_iter().flatten().collect(),
@@ -164,15 +165,20 @@ fn one(
         return Ok((Vec::new(), None));
     };
     let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
-    let run = |held: bool| {
-        let request = Request { config: config.1.contacts(held), ..Request::style(fold.style as u16) };
+    let run = |config: Config| {
+        let request = Request { config, ..Request::style(fold.style as u16) };
         stream(&database, clip, &request, &mut ())
     };
-    let (Ok(raw), Ok(locked)) = (run(false), run(true)) else { return Ok((Vec::new(), None)) };
-    let let_go = let_go(&locked);
+    let unlimited = config.1.speed_limit(0.0);
+    let (Ok(raw), Ok(unlimited), Ok(locked)) =
+        (run(unlimited.contacts(false)), run(unlimited), run(config.1))
+    else {
+        return Ok((Vec::new(), None));
+    };
     let performances = [
         ("input", Performance::of_clip(clip, body)),
         ("raw", Performance::of_stream(&raw)),
+        ("unlimited", Performance::of_stream(&unlimited)),
         ("locked", Performance::of_stream(&locked)),
         ("real", Performance::of_clip(truth, body)),
     ];
@@ -180,7 +186,15 @@ fn one(
     let input_peaks = peak_speeds(&performances[0].1);
     let raw_peaks = peak_speeds(&performances[1].1);
     let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
-    let most = |peaks: &[f64]| peaks.iter().copied().fold(0.0, f64::max);
+    let input_fastest = fastest(&performances[0].1);
+    let raw_fastest = fastest(&performances[1].1);
+    // As fast as real motion of the output style gets: all of its clips of the action, not the truth alone.
+    let style_fastest = corpus
+        .examples
+        .iter()
+        .filter(|e| e.style == fold.style && e.action == corpus.examples[fold.test].action)
+        .map(|e| fastest(&Performance::of_clip(&e.clip, body)))
+        .fold(0.0, f64::max);
     let rows = performances
         .iter()
         .map(|(method, performance)| {
@@ -188,20 +202,39 @@ fn one(
             let ratio =
                 |to: &[f64]| leg_joints.iter().map(|&j| peaks[j] / to[j].max(1e-9)).fold(0.0, f64::max);
             let [low, high] = heights_cm(skeleton, &legs, performance);
-            super::row(json!({
+            let (joint, frame) = speed::where_fastest(performance, &skeleton.names);
+            let mut row = super::row(json!({
                 "method": method,
                 "action": corpus.actions[corpus.examples[fold.test].action],
                 "style": corpus.styles[fold.style],
                 "clip": if *method == "real" { &truth.name } else { &clip.name },
                 "skate_cm_s": skate_cm_s(skeleton, &legs, performance),
-                "joint_speed_ratio": most(&peaks) / most(&input_peaks),
+                "joint_speed_ratio": fastest(performance) / input_fastest,
+                "joint_speed_over_raw": fastest(performance) / raw_fastest,
+                "fastest_rad_s": fastest(performance),
+                "fastest_joint": joint,
+                "fastest_frame": frame,
+                "style_fastest_rad_s": style_fastest,
                 "leg_speed_ratio": ratio(&input_peaks),
                 "leg_speed_over_raw": ratio(&raw_peaks),
                 "lowest_cm": low,
                 "highest_cm": high,
-                "held_cm_max": (*method == "locked").then(|| 100.0 * held_most(&locked)),
-                "let_go": (*method == "locked").then_some(let_go),
-            }))
+                "deepest_cm": deepest_cm(skeleton, &legs, performance),
+            }));
+            if let Some(streamed) = match *method {
+                "unlimited" => Some(&unlimited),
+                "locked" => Some(&locked),
+                _ => None,
+            } {
+                let raw = &performances[1].1;
+                row.extend(speed::over(&legs, input_fastest, raw, performance, streamed));
+                row.insert("held_cm_max".into(), (100.0 * held_most(streamed)).into());
+                row.insert("let_go".into(), let_go(streamed).into());
+            }
+            if *method == "locked" {
+                row.extend(speed::held_back(skeleton, &performances[2].1, performance));
+            }
+            row
         })
         .collect();
     let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &performances));

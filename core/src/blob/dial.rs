@@ -9,6 +9,7 @@ use super::{
 };
 use crate::BlobError;
 
+#[inline]
 pub(super) fn effort(db: &Database<'_>) -> Checked {
     let Some(bytes) = db.optional(section::EFFORT) else { return Ok(()) };
     let styles = db.counts.styles;

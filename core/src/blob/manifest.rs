@@ -27,7 +27,7 @@ impl<'a> Names<'a> {
     }
 
     /// How many names.
-    #[inline(never)]
+    #[inline]
     pub fn count(self) -> usize {
         self.iter().count()
     }
@@ -61,7 +61,7 @@ pub struct Manifest<'a> {
 impl<'a> Manifest<'a> {
     /// Reads a manifest in postcard, where a structure is its fields one after the other: all are strings, so that one
     /// loop reads it in a quarter of the code that serde lays out for nine fields.
-    #[inline(never)]
+    #[inline]
     pub fn read(mut bytes: &'a [u8]) -> Option<Self> {
         let mut fields = [""; 9];
         for field in &mut fields {

@@ -175,6 +175,7 @@ impl<'db> Database<'db> {
     ///
     /// # Errors
     /// [`BlobError`] says which section and record is wrong.
+    #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
         let database = validate::sections(bytes)?;
         validate::contents(&database)?;
@@ -219,6 +220,23 @@ impl<'db> Database<'db> {
             offset: record.floats(layout::joint::OFFSET),
             mean: record.floats(layout::joint::MEAN),
         }
+    }
+
+    /// Mean local rotations of the joints, in order.
+    #[inline]
+    pub fn means(&self) -> impl Iterator<Item = Quaternion> + use<'db> {
+        self.joints().iter().map(|record| Record(record).floats(layout::joint::MEAN))
+    }
+
+    /// Joint groups of the joints, in order.
+    #[inline]
+    pub fn groups(&self) -> impl Iterator<Item = usize> + use<'db> {
+        self.joints().iter().map(|record| usize::from(Record(record).u8(layout::joint::GROUP)))
+    }
+
+    #[inline]
+    fn joints(&self) -> &'db [[u8; layout::joint::LENGTH]] {
+        self.skeleton.as_chunks().0.get(..self.counts.joints).unwrap_or(&[])
     }
 
     /// Joint group of joint `index`.

@@ -178,10 +178,13 @@ impl<'db> Table<'db> {
     }
 
     /// Mean rotation of a joint and standard deviation around it, radians; of joint 0 without the heading.
-    #[inline(never)]
+    #[inline]
     pub fn joint(&self, joint: usize) -> (Quaternion, f32) {
-        let joints = self.bytes.get(statistic::joints(self.dofs)..).unwrap_or(&[]);
-        let [x, y, z, w, deviation] = Record::of(joints, joint, statistic::JOINT).floats(0..statistic::JOINT);
+        let bytes = self.bytes.get(statistic::joints(self.dofs)..).unwrap_or(&[]);
+        let Some(record) = bytes.as_chunks::<{ statistic::JOINT }>().0.get(joint) else {
+            return ([0.0; 4], 0.0);
+        };
+        let [x, y, z, w, deviation] = Record(record).floats(0..statistic::JOINT);
         ([x, y, z, w], deviation)
     }
 
@@ -275,14 +278,17 @@ impl<'db> Database<'db> {
     }
 }
 
+#[inline]
 fn in_range(mut numbers: impl Iterator<Item = f32>, most: f32) -> bool {
     numbers.all(|v| (-most..=most).contains(&v))
 }
 
+#[inline]
 fn is_deviation(value: f32) -> bool {
     (1e-6..=1e3).contains(&value)
 }
 
+#[inline]
 fn length(id: u16, need: usize, have: usize) -> Checked {
     if need == have {
         Ok(())
@@ -292,6 +298,7 @@ fn length(id: u16, need: usize, have: usize) -> Checked {
 }
 
 /// Checks the linear models: directory, ranges, dofs, poles.
+#[inline]
 pub(super) fn linear(db: &Database<'_>) -> Checked {
     let Some(bytes) = db.optional(section::LTI) else { return Ok(()) };
     let c = db.counts();
@@ -323,6 +330,7 @@ pub(super) fn linear(db: &Database<'_>) -> Checked {
     check(id, models, every)
 }
 
+#[inline]
 fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
     let units = lti::units(dofs, model.states);
     if model.bytes() < units {
@@ -369,6 +377,7 @@ fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
 }
 
 /// True where every pole lies inside the unit circle: `A` to the power of 1,024 is small. Ten squarings.
+#[inline]
 fn is_stable(unit: &Unit<'_>) -> bool {
     let mut power = [[0.0_f32; MAX_ORDER]; MAX_ORDER];
     let mut numbers = unit.numbers;
@@ -391,6 +400,7 @@ fn is_stable(unit: &Unit<'_>) -> bool {
 }
 
 /// Checks the tables of statistics.
+#[inline]
 pub(super) fn statistics(db: &Database<'_>) -> Checked {
     let Some(bytes) = db.optional(section::STATISTIC) else { return Ok(()) };
     let c = db.counts();

@@ -33,6 +33,7 @@ const ENVELOPE: Envelope = Envelope {
 };
 
 /// Finds the sections and checks header, table, checksums and lengths.
+#[inline]
 pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     let total = bytes.len();
@@ -124,6 +125,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     })
 }
 
+#[inline]
 fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
     let small = |range| usize::from(head.u16(range));
     let large = |range| head.u32(range) as usize;
@@ -175,6 +177,7 @@ fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
 }
 
 /// Checks every number of every section.
+#[inline]
 pub(super) fn contents(db: &Database<'_>) -> Checked {
     lengths(db)?;
     manifest(db)?;
@@ -196,6 +199,7 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
 }
 
+#[inline]
 fn lengths(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let coordinates: usize =
@@ -233,14 +237,17 @@ fn lengths(db: &Database<'_>) -> Checked {
 }
 
 /// Number of blocks that the rows fill; a block holds a power of two of them.
+#[inline]
 fn blocks_of(db: &Database<'_>) -> usize {
     (db.counts.rows + db.counts.block_rows - 1) >> db.block_shift
 }
 
+#[inline]
 fn joints_of_group(db: &Database<'_>, group: usize) -> usize {
     (0..db.counts.joints).filter(|&j| db.joint(j).group == group).count()
 }
 
+#[inline]
 fn manifest(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let manifest: Manifest<'_> = db.manifest()?;
@@ -252,6 +259,7 @@ fn manifest(db: &Database<'_>) -> Checked {
     if agree { Ok(()) } else { Err(BlobError::Manifest) }
 }
 
+#[inline]
 fn skeleton(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     for j in 0..c.joints {
@@ -275,6 +283,7 @@ fn skeleton(db: &Database<'_>) -> Checked {
 }
 
 /// Legs: four joints, each a child of the one before, at heights that a body has.
+#[inline]
 fn feet(db: &Database<'_>) -> Checked {
     let (Some(content), Some(legs)) = (db.optional(section::FEET), db.legs()) else { return Ok(()) };
     if content.len() != 2 * foot::LENGTH {
@@ -314,6 +323,7 @@ impl Joint {
     }
 }
 
+#[inline]
 fn dofs(db: &Database<'_>) -> Checked {
     for d in 0..db.counts.dofs {
         // A row's value is at most 2^16 steps, and its square has to stay finite in f32.
@@ -323,6 +333,7 @@ fn dofs(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
+#[inline]
 fn query_section(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     if c.frames == 0 {
@@ -351,6 +362,7 @@ fn query_section(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
+#[inline]
 fn clips(db: &Database<'_>) -> Checked {
     let mut next = 0;
     for i in 0..db.counts.clips {
@@ -362,6 +374,7 @@ fn clips(db: &Database<'_>) -> Checked {
     check(section::CLIPS, db.counts.clips, next == db.counts.rows)
 }
 
+#[inline]
 fn cycles(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     for i in 0..c.cycles {
@@ -395,6 +408,7 @@ fn cycles(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
+#[inline]
 fn classes(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let (mut next_row, mut next_cycle) = (0, 0);
@@ -482,6 +496,7 @@ fn blocks(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
+#[inline]
 fn timing_section(db: &Database<'_>) -> Checked {
     for i in 0..db.counts.timing {
         let record = Record::of(db.timing, i, timing::LENGTH);

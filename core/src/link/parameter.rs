@@ -61,6 +61,8 @@ parameters! {
     EASE = 21, "ease_s";
     /// [`Config::feedback`].
     FEEDBACK = 22, "feedback";
+    /// [`Config::speed_limit`].
+    SPEED_LIMIT = 23, "speed_limit";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -90,6 +92,7 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         RELEASE => config.release_m,
         EASE => config.ease_s,
         FEEDBACK => config.feedback,
+        SPEED_LIMIT => config.speed_limit,
         _ => return None,
     })
 }
@@ -129,6 +132,7 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         RELEASE => config.release_m(value),
         EASE => config.ease_s(value),
         FEEDBACK => config.feedback(value),
+        SPEED_LIMIT => config.speed_limit(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -172,7 +176,8 @@ mod tests {
             .safety(Safety::Hold)
             .release_m(0.5)
             .ease_s(1.0)
-            .feedback(3.0);
+            .feedback(3.0)
+            .speed_limit(1.5);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -200,8 +205,8 @@ mod tests {
         ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 23, have: 23 };
-        assert_eq!(set(config, 23, 0.0), Err(unknown));
-        assert_eq!(value(&config, 23), None);
+        let unknown = ConfigError::Unknown { id: 24, have: 24 };
+        assert_eq!(set(config, 24, 0.0), Err(unknown));
+        assert_eq!(value(&config, 24), None);
     }
 }

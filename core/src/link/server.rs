@@ -2,7 +2,7 @@
 
 use super::{
     Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
-    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, counter, decode, message::taken,
+    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, counter, decode,
     parameter,
 };
 use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
@@ -143,7 +143,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             self.fault(header, Fault::Version { need: VERSION, have: header.version });
             return true;
         }
-        let request = decode(message);
+        let request = request(message);
         let new_session = match request {
             Some(Request::Hello { session }) if *self.session != Some(session) => Some(session),
             _ => None,
@@ -167,7 +167,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         *self.last = header;
         self.counts.lost = self.counts.lost.saturating_add(u32::from(header.attempt));
         LinkCounts::one(&mut self.counts.requests);
-        if let Err(fault) = self.carry_out(header, request, new_session) {
+        if let Err(fault) = self.carry_out(header, request.as_ref(), new_session) {
             self.fault(header, fault);
         }
         true
@@ -177,14 +177,14 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn carry_out(
         &mut self,
         header: Header,
-        request: Option<Request<'_>>,
+        request: Option<&Request<'_>>,
         new_session: Option<u32>,
     ) -> Result<(), Fault> {
         #[cfg(feature = "defmt")]
-        if let Some(request) = request.as_ref().filter(|r| !matches!(r, Request::Pose(_))) {
+        if let Some(request) = request.filter(|r| !matches!(r, Request::Pose(_))) {
             defmt::info!("asked: {}", request);
         }
-        let setting = match request.ok_or(Fault::Malformed)? {
+        match *request.ok_or(Fault::Malformed)? {
             Request::Hello { .. } => {
                 if new_session.is_some() {
                     *self.session = new_session;
@@ -193,23 +193,31 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
                 }
                 return self.hello(header);
             }
-            Request::Pose(pose) => return self.step(header, &pose),
+            Request::Pose(ref pose) => return self.step(header, pose),
             Request::Statistics { skip } => return self.statistics(header, skip),
             Request::Robot { angles } => return self.place(header, angles),
             Request::Drive => return self.drive(header),
-            Request::Style(weights) => self.stylizer.set_style(&weights),
+            ref setting => self.set(setting)?,
+        }
+        self.reply(header, &Reply::Done)
+    }
+
+    /// Requests that change a setting; of any other nothing.
+    #[inline(never)]
+    fn set(&mut self, request: &Request<'_>) -> Result<(), ConfigError> {
+        match *request {
+            Request::Style(ref weights) => self.stylizer.set_style(weights),
             Request::Labels { action, input_style } => self.labels(action, input_style),
             Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
-            Request::Strength(strengths) => self.strengths(&strengths),
-            Request::GroupStyle { group, weights } => self.stylizer.set_group_style(group, &weights),
-            Request::Configure(parameters) => self.configure(&parameters),
+            Request::Strength(ref strengths) => self.strengths(strengths),
+            Request::GroupStyle { group, ref weights } => self.stylizer.set_group_style(group, weights),
+            Request::Configure(ref parameters) => self.configure(parameters),
             Request::Reset => {
                 self.stylizer.reset();
                 Ok(())
             }
-        };
-        setting?;
-        self.reply(header, &Reply::Done)
+            _ => Ok(()),
+        }
     }
 
     #[inline(never)]
@@ -327,16 +335,32 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
 
     #[inline(never)]
     fn statistics(&mut self, header: Header, skip: u16) -> Result<(), Fault> {
+        let (mut page, mut more) = (heapless::Vec::<_, PAGE>::new(), false);
+        for index in skip..u16::MAX {
+            let Some(statistic) = self.statistic(index) else { break };
+            more = page.push(statistic).is_err();
+            if more {
+                break;
+            }
+        }
+        self.reply(header, &Reply::Statistics { more, page })
+    }
+
+    /// The link's own counts, the sizes, and then what the board counts.
+    fn statistic(&mut self, index: u16) -> Option<Statistic> {
+        let counts = self.counts.statistics();
         let sizes = [
             (counter::STYLIZER_BYTES, size_of::<Stylizer<'_, J, K, C>>() as u64),
             (counter::SERVER_BYTES, size_of::<Server<'_, '_, B, J, K, C, N>>() as u64),
         ];
-        let board = (0..u16::MAX).map_while(|index| self.board.statistic(index));
-        let mut all = self.counts.statistics().into_iter().chain(sizes).chain(board).skip(usize::from(skip));
-        let page = taken::<_, PAGE>(all.by_ref());
-        let more = all.next().is_some();
-        drop(all);
-        self.reply(header, &Reply::Statistics { more, page })
+        let own = (counts.len() + sizes.len()) as u16;
+        match index.checked_sub(own) {
+            Some(index) => self.board.statistic(index),
+            None => {
+                let index = usize::from(index);
+                counts.get(index).or_else(|| sizes.get(index.checked_sub(counts.len())?)).copied()
+            }
+        }
     }
 
     fn reply(&mut self, header: Header, reply: &Reply<'_>) -> Result<(), Fault> {
@@ -351,6 +375,12 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         // A fault is a few bytes, and N is at least 64.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }
+}
+
+// On its own: what it takes apart is off the stack in a step.
+#[inline(never)]
+fn request(message: &[u8]) -> Option<Request<'_>> {
+    decode(message)
 }
 
 fn overlong(_: Full) -> Fault {

@@ -4,7 +4,7 @@
 use crate::{
     ik,
     quaternion::{self, IDENTITY, Quaternion, Vector},
-    vector::{norm, subtract},
+    vector::{cross, dot, norm, subtract},
 };
 
 /// A limb's reach in units of its length may not come nearer to straight than this: there the plane of its bend is
@@ -26,6 +26,8 @@ pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
     // Any axis across will do for a straight limb: it needs none while the goal keeps it straight.
     let [x, y, z] = upper;
     let side = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
+    // It stays bent to the side that it is bent to.
+    let side = if dot(cross(upper, lower), side) < 0.0 { side.map(|v| -v) } else { side };
     let whole = norm(upper) + norm(lower);
     match ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
         Some([swing, fold]) => [swing, quaternion::multiply(swing, fold)],
@@ -37,7 +39,7 @@ pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
 mod tests {
     use super::*;
 
-    use crate::vector::{add, dot};
+    use crate::vector::add;
 
     fn scaled(a: Vector, s: f32) -> Vector {
         a.map(|v| v * s)

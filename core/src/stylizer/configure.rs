@@ -1,12 +1,12 @@
 //! Parameters that change while a stylizer runs: a board that misses its deadline lowers the cap on visits, a host
 //! at the other end of a link sets them all.
 
-use super::{Engine, Settings, Stylizer};
-use crate::{Config, ConfigError, Method};
+use super::{Settings, Stylizer};
+use crate::{Config, ConfigError};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins
-    /// anew, and for a moment the state is on the stack once more.
+    /// anew.
     ///
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs;
@@ -17,17 +17,11 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             if !config.method.is_held_by(&self.database) {
                 return Err(ConfigError::Method);
             }
-            self.switch(config.method);
+            // The next frame is a first one, which takes up the method.
+            self.reset();
         }
         self.config = config;
         Ok(())
-    }
-
-    // On its own, so that no other path has the room for it on its stack.
-    #[inline(never)]
-    fn switch(&mut self, method: Method) {
-        self.engine = Engine::new(method);
-        self.reset();
     }
 
     /// Most distances computed in a class a frame, 64 to 448: what a frame costs in the worst case, and the first

@@ -76,7 +76,7 @@ impl Guard {
     }
 
     /// Frames from the last input taken to this one: by their numbers, or by the glitches between them.
-    fn frames(&self) -> f32 {
+    pub fn frames(&self) -> f32 {
         let glitches = u16::from(self.leaps) + 1;
         f32::from(if glitches > self.gap { glitches } else { self.gap })
     }

@@ -12,12 +12,10 @@ use guard::Guard;
 
 use crate::{
     Config, ConfigError, Degraded, Method, Observer, Pose, Report,
-    blob::{
-        Database,
-        layout::{ROOT_DOFS, dof},
-    },
+    blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
+    limit::Limit,
     lock::{self, Lock},
     lti::Lti,
     mar::{Frame, Mar},
@@ -43,6 +41,14 @@ pub(crate) struct Signals<const J: usize> {
     pub predicted: Dofs<J>,
     /// The dofs put out, after strength; until then room for what one class predicts.
     pub output: Dofs<J>,
+}
+
+impl<const J: usize> Signals<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    const NEW: Self = {
+        let zero = [[0.0; 4]; J];
+        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero }
+    };
 }
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
@@ -79,20 +85,20 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
         Ok(Self { database, config })
     }
 
-    /// The stylizer, written straight to where the caller puts it.
+    /// The stylizer, written straight to where the caller puts it. The first frame takes up its method.
     #[inline(never)]
     pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
-        let zero = [[0.0; 4]; J];
         Stylizer {
             database: self.database,
             config: self.config,
             settings: Settings::new(),
-            engine: Engine::new(self.config.method),
-            signals: Signals { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero },
+            engine: Engine::NEW,
+            signals: Signals::NEW,
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             contacts: Filter::new(),
             lock: Lock::new(),
+            limit: Limit::new(),
             guard: Guard::new(),
             last: None,
         }
@@ -109,13 +115,19 @@ enum Engine<const J: usize, const K: usize, const C: usize> {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    // A function of its own is given the place to write to; inlined, the state would be copied there.
+    /// The mixture, no frame seen yet: all zeros, like what it is made of.
+    const NEW: Self = Self::Mar(Mar::NEW);
+
+    /// Before a first frame: takes up the method where another one was. Written in its place: the mixture's state would
+    /// not fit a stack.
     #[inline(never)]
-    fn new(method: Method) -> Self {
-        match method {
-            Method::Mar => Self::Mar(Mar::new()),
-            Method::Lti => Self::Lti(Lti::new()),
-            Method::Statistic => Self::Statistic(Statistic::new()),
+    fn begin(&mut self, method: Method) {
+        match (method, &self) {
+            (Method::Mar, Self::Mar(_)) | (Method::Lti, Self::Lti(_)) => {}
+            (Method::Statistic, Self::Statistic(_)) => {}
+            (Method::Mar, _) => *self = Self::NEW,
+            (Method::Lti, _) => *self = Self::Lti(Lti::NEW),
+            (Method::Statistic, _) => *self = Self::Statistic(Statistic::NEW),
         }
     }
 
@@ -145,6 +157,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     output_anchor: Anchor,
     contacts: Filter,
     lock: Lock,
+    limit: Limit,
     guard: Guard,
     last: Option<Pose<J>>,
 }
@@ -187,6 +200,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.engine.reset();
         self.contacts = Filter::new();
         self.lock.reset();
+        self.limit = Limit::new();
         self.guard = Guard::new();
         self.last = None;
     }
@@ -221,6 +235,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 return self.make_do(Degraded::LEAP, output);
             }
         }
+        let frames = self.guard.frames();
+        if !first {
+            let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
+            self.limit.see(x, x_prev, frames * input_step);
+        }
         self.accept(report.degraded.contains(Degraded::LEAP));
         self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
@@ -237,6 +256,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         self.put_out(first, &mut report, output, observer);
         self.mend(report.step_s, output);
+        if let Some(last) = self.last.as_ref().filter(|_| self.config.speed_limit > 0.0) {
+            self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
+        }
 
         let signals = &mut self.signals;
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
@@ -250,6 +272,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     #[inline(never)]
     fn take_in(&mut self, input: &Pose<J>, first: bool) {
         if first {
+            self.engine.begin(self.config.method);
             let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
             self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
         }
@@ -266,29 +289,17 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         pose: &mut Pose<J>,
         observer: &mut impl Observer<J>,
     ) {
-        let dofs = self.database.counts().dofs;
         let root_strength = self.settings.strength_of(self.database.joint_group(0));
-        let variables =
-            self.signals.predicted.as_flattened_mut().iter_mut().zip(self.signals.x.as_flattened());
-        for (d, ((predicted, &x), last)) in
-            variables.zip(self.signals.output.as_flattened_mut()).enumerate().take(dofs)
+        let signals = &mut self.signals;
+        let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
+        if let (Some(rate), Some(&own), Yaw::Input) =
+            (predicted.get_mut(dof::YAW), x.get(dof::YAW), self.config.yaw)
         {
-            // NaN is in no range.
-            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
-                *predicted = x;
-                report.degraded.set(Degraded::PREDICTION, true);
-            }
-            if d == dof::YAW && self.config.yaw == Yaw::Input {
-                *predicted = x;
-            }
-            let strength = if d < dof::JOINTS {
-                root_strength
-            } else {
-                let group = self.database.joint_group((d - ROOT_DOFS) / 3);
-                self.settings.strength_of(group)
-            };
-            *last = x + strength * (*predicted - x);
+            *rate = own;
         }
+        let output = signals.output.as_flattened_mut();
+        let held_back = take_on(&self.database, &self.settings, x, predicted, output);
+        report.degraded.set(Degraded::PREDICTION, held_back);
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
         report.step_s = match self.config.timing {
@@ -306,7 +317,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
             };
         }
-        *pose = Pose::IDENTITY;
         pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
         // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
         let on = self.config.contacts && root_strength > 0.0;
@@ -318,4 +328,32 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
     }
+}
+
+/// As much of what is predicted as each joint group's strength says. What no body comes to is held back, which is said.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn take_on(
+    database: &Database<'_>,
+    settings: &Settings,
+    x: &[f32],
+    predicted: &mut [f32],
+    output: &mut [f32],
+) -> bool {
+    let mut held_back = false;
+    let mut dofs = predicted.iter_mut().zip(x).zip(output);
+    // The root's dofs are more than a joint's.
+    let mut sizes = core::iter::once(dof::JOINTS).chain(core::iter::repeat(3));
+    for group in database.groups() {
+        let strength = settings.strength_of(group);
+        for ((predicted, &x), output) in dofs.by_ref().take(sizes.next().unwrap_or(0)) {
+            // NaN is in no range.
+            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
+                *predicted = x;
+                held_back = true;
+            }
+            *output = x + strength * (*predicted - x);
+        }
+    }
+    held_back
 }

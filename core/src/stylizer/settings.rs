@@ -59,6 +59,7 @@ pub(crate) struct Mix<'a> {
 
 impl Mix<'_> {
     /// Weight of a style; a mix's weights sum to 1.
+    #[inline(never)]
     pub fn weight(self, style: usize) -> f32 {
         let own = self.id.checked_sub(1).and_then(|group| self.settings.own.get(group));
         let Some(own) = own else { return self.settings.styles.get(style).copied().unwrap_or(0.0) };
@@ -81,6 +82,8 @@ pub(crate) struct Settings {
     /// One bit a joint group: does the search look at it?
     pub mask: u8,
     own: [Own; MAX_GROUPS],
+    /// Number of each group's mix: 0 the body's, else one more than the first group that has it.
+    mixes: [u8; MAX_GROUPS],
     strength: [f32; MAX_GROUPS],
     /// Where the strengths are on their way, and how fast they go, 1/s.
     glide: [[f32; 2]; MAX_GROUPS],
@@ -97,6 +100,7 @@ impl Settings {
             input_style: None,
             mask: u8::MAX,
             own: [Own::NONE; MAX_GROUPS],
+            mixes: [0; MAX_GROUPS],
             strength: [1.0; MAX_GROUPS],
             glide: [[1.0, 0.0]; MAX_GROUPS],
         }
@@ -125,8 +129,18 @@ impl Settings {
 
     /// The mix of styles of a joint group, by number: 0 the body's; groups of equal mixes have one number.
     pub fn mix_of(&self, group: usize) -> usize {
-        let Some(own) = self.own.get(group).filter(|own| own.count > 0) else { return 0 };
-        self.own.iter().position(|o| o == own).map_or(0, |first| first + 1)
+        self.mixes.get(group).copied().map_or(0, usize::from)
+    }
+
+    /// Gives a group its own styles, or none.
+    fn set_own(&mut self, group: usize, own: Own) {
+        if let Some(slot) = self.own.get_mut(group) {
+            *slot = own;
+        }
+        for (mix, own) in self.mixes.iter_mut().zip(&self.own) {
+            let first = self.own.iter().position(|o| o == own).filter(|_| own.count > 0);
+            *mix = first.map_or(0, |first| first as u8 + 1);
+        }
     }
 
     /// A mix by its number.
@@ -169,7 +183,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// The output style of a joint group alone, at most [`MAX_OWN`] styles, in place of the body's
     /// ([`set_style`](Self::set_style)); an empty list gives it back to the body's. May change while running. The
     /// group of the root says which feet stand and how long a step takes. Each mix that differs costs the unpacking
-    /// and the regression of a frame once more. The linear models know the whole body's style alone.
+    /// and the regression of a frame once more.
+    /// The linear models refuse it ([`ConfigError::WholeBody`]).
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group, more styles than that, and as [`set_style`](Self::set_style); the style
@@ -177,7 +192,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         known(Some(group), self.database.counts().groups)?;
         if self.config.method == Method::Lti && !weights.is_empty() {
-            return Err(ConfigError::Method);
+            return Err(ConfigError::WholeBody);
         }
         let mut own = Own { count: u8::try_from(weights.len()).unwrap_or(u8::MAX), ..Own::NONE };
         if weights.len() > MAX_OWN {
@@ -197,9 +212,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return Err(ConfigError::Weights);
         }
         own.weights = own.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
-        if let Some(slot) = self.settings.own.get_mut(usize::from(group)) {
-            *slot = own;
-        }
+        self.settings.set_own(usize::from(group), own);
         Ok(())
     }
 

@@ -11,10 +11,13 @@ pub trait Counter {
     const RANGE: u32;
     /// Instructions are ticks times the first over the second.
     const RATIO: (u32, u32);
+    /// The same in lowest terms: every board's second is a power of 2 then, and a division is a shift.
+    const LOWEST: (u32, u32) = lowest(Self::RATIO);
 
     /// Instructions of so many ticks.
     fn instructions(ticks: u64) -> u64 {
-        let (more, less) = Self::RATIO;
+        const { assert!(Self::LOWEST.1.is_power_of_two(), "its division would take a library's") };
+        let (more, less) = Self::LOWEST;
         ticks * u64::from(more) / u64::from(less)
     }
 
@@ -22,6 +25,15 @@ pub trait Counter {
     fn since(&self, start: u32, end: u32) -> u32 {
         end.wrapping_sub(start) & Self::RANGE
     }
+}
+
+/// A ratio in lowest terms, by Euclid's algorithm.
+const fn lowest((a, b): (u32, u32)) -> (u32, u32) {
+    let (mut divisor, mut rest) = (a, b);
+    while rest != 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    (a / divisor, b / divisor)
 }
 
 /// Cortex-M: SysTick, which counts down. With `-icount shift=6` an instruction takes 64 ns; `TICK_PS` is the timer's

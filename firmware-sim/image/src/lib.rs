@@ -13,6 +13,8 @@ pub mod log;
 pub mod memory;
 #[cfg(target_arch = "arm")]
 mod registers;
+#[cfg(target_arch = "arm")]
+mod vectors;
 pub mod stack;
 pub mod stages;
 pub mod uart;

@@ -128,6 +128,7 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .confidence(floats[7])
         .preference(floats[10])
         .halflife_s(floats[11])
+        .speed_limit(floats[12])
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {

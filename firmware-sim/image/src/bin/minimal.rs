@@ -14,8 +14,11 @@ use gestus_firmware::flash;
 
 const JOINTS: usize = 22;
 
-static mut INPUT: Pose<JOINTS> = Pose::IDENTITY;
-static mut OUTPUT: Pose<JOINTS> = Pose::IDENTITY;
+/// No pose yet; all zeros, so that the memory is all that it takes.
+const NOTHING: Pose<JOINTS> = Pose { position: [0.0; 3], rotations: [[0.0; 4]; JOINTS] };
+
+static mut INPUT: Pose<JOINTS> = NOTHING;
+static mut OUTPUT: Pose<JOINTS> = NOTHING;
 static mut STYLE: u16 = 0;
 static mut STYLIZER: MaybeUninit<Stylizer<'static, JOINTS, 40, 28>> = MaybeUninit::uninit();
 
