@@ -13,14 +13,11 @@ use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     contact::Stands,
     regress::{X, X_PREV, Y, Y_PREV},
-    stylizer::Mix,
+    settings::Mix,
 };
 
 /// Longest run of rows that is unpacked at once.
 const MAX_RUN: usize = 4;
-
-/// Weight of each output style; they sum to 1.
-pub type StyleWeights = [f32; MAX_STYLES];
 
 /// The styles that have weight, by number.
 pub(crate) type Heard = heapless::Vec<u8, MAX_STYLES>;

@@ -24,10 +24,9 @@ use crate::{
         LinearModel, Numbers,
         layout::{MAX_ORDER, dof},
     },
+    frame::{Frame, Signals},
     knn::put_in,
-    mar::Frame,
     math::{clamp, erf, exp, pow},
-    stylizer::Signals,
 };
 
 /// Most models that are blended.

@@ -12,17 +12,17 @@
 use heapless::Vec;
 
 use crate::{
-    Config, Degraded, Observer, Pose, Report,
-    blob::{Database, layout::dof},
+    Degraded, Observer, Pose, Report,
+    blob::layout::dof,
     contact::{self, Votes},
     examples,
+    frame::{Frame, Signals},
     knn::{Limits, MAX_VISITS, Metric, Searcher},
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
     query::{ALIGNED, Window},
     regress::{Examples, Parameters, ROOM},
-    stylizer::{Settings, Signals},
     timing::Steps,
 };
 
@@ -44,16 +44,6 @@ pub(crate) struct Mar<const J: usize, const K: usize, const C: usize> {
     mean_distance2: [f32; C],
     examples: Examples<J>,
     steps: Steps<K>,
-}
-
-/// What stays the same through a frame.
-#[derive(Clone, Copy)]
-pub(crate) struct Frame<'a, 'db> {
-    pub database: &'a Database<'db>,
-    pub config: &'a Config,
-    pub settings: &'a Settings,
-    /// No frame before this one.
-    pub first: bool,
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {

@@ -32,7 +32,7 @@ pub fn erf(x: f32) -> f32 {
     // Abramowitz and Stegun 1964, eq. 7.1.26: small beside libm's, which is exact to the last bit.
     let size = abs(x);
     let t = 1.0 / (1.0 + 0.327_591_1 * size);
-    let sum = 0.254_829_59 + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4)));
+    let sum = 0.254_829_6 + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4)));
     let value = 1.0 - t * sum * exp(-size * size);
     if x < 0.0 { -value } else { value }
 }

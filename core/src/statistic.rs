@@ -25,10 +25,10 @@ use crate::{
         Database, Table,
         layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
-    mar::Frame,
+    frame::{Frame, Signals},
     math::{clamp, exp, sqrt},
     quaternion::{self, IDENTITY, Quaternion, Vector},
-    stylizer::{Settings, Signals},
+    settings::Settings,
     vector::norm,
 };
 

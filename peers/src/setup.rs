@@ -7,7 +7,7 @@ use gestus_builder::{annotate::Config, build, load, motion::Clip, stream::to_pos
 use gestus_core::{
     Database,
     blob::layout::{MAX_FEATURES, flag},
-    query::{Feature, Window},
+    query::{ALIGNED, Feature, Window},
 };
 use npyz::WriterBuilder;
 
@@ -108,7 +108,7 @@ pub fn queries<'a>(
         .map(|frame| {
             window.push(database, &to_pose::<JOINTS>(frame));
             let mut feature = [0.0; MAX_FEATURES];
-            window.feature(database, &mut feature);
+            window.feature(database, &mut [0.0; ALIGNED * JOINTS], &mut feature);
             feature
         })
         .collect()

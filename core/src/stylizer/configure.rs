@@ -1,8 +1,8 @@
 //! Parameters that change while a stylizer runs: a board that misses its deadline lowers the cap on visits, a host
 //! at the other end of a link sets them all.
 
-use super::{Settings, Stylizer};
-use crate::{Config, ConfigError};
+use super::Stylizer;
+use crate::{Config, ConfigError, settings::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins

@@ -5,8 +5,6 @@ mod guard;
 mod settings;
 
 pub use guard::{MEND_S, Safety};
-pub use settings::{MAX_OWN, STRENGTH_S};
-pub(crate) use settings::{Mix, Settings};
 
 use guard::Guard;
 
@@ -15,41 +13,20 @@ use crate::{
     blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
+    frame::{Frame, Signals},
     limit::Limit,
     lock::{self, Lock},
     lti::Lti,
-    mar::{Frame, Mar},
+    mar::Mar,
     observe::Stage,
-    pose::{self, Anchor, Dofs},
+    pose::{self, Anchor},
+    settings::Settings,
     statistic::Statistic,
     timing::Timing,
 };
 
 /// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
 const BEYOND_ANY_BODY: f32 = 1e3;
-
-/// What a method of translation sees of the stream, and where it puts its answer.
-#[derive(Debug, Clone)]
-pub(crate) struct Signals<const J: usize> {
-    /// `x[t]`, the input.
-    pub x: Dofs<J>,
-    /// `x[t-1]`.
-    pub x_prev: Dofs<J>,
-    /// `y[t-1]`: the last prediction, before strength; what a regression is fed back.
-    pub y_prev: Dofs<J>,
-    /// `y[t]`.
-    pub predicted: Dofs<J>,
-    /// The dofs put out, after strength; until then room for what one class predicts.
-    pub output: Dofs<J>,
-}
-
-impl<const J: usize> Signals<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    const NEW: Self = {
-        let zero = [[0.0; 4]; J];
-        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero }
-    };
-}
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
