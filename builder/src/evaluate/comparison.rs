@@ -178,15 +178,16 @@ fn one_stream(
     let told: Vec<(usize, u16)> = parts.iter().map(|p| (p.frames.start, p.action as u16)).collect();
     let from = Some(options.from as u16);
     let (lti, statistic) = (Config::new().method(Method::Lti), Config::new().method(Method::Statistic));
-    let methods: [(&str, Config, &[(usize, u16)], Option<u16>); 8] = [
-        ("mixture", Config::new(), &[], None),
-        ("mixture-paper", Config::paper(), &[], None),
-        ("mixture-action-known", Config::new(), &told, None),
-        ("local-ar", Config::new(), &told, from),
-        ("lti", lti, &[], None),
-        ("lti-labelled", lti, &told, None),
-        ("statistic", statistic, &[], None),
-        ("statistic-labelled", statistic, &told, None),
+    let untold: &[(usize, u16)] = &[];
+    let methods = [
+        ("mixture", Config::new(), untold, None),
+        ("mixture-paper", Config::paper(), untold, None),
+        ("mixture-action-known", Config::new(), &told[..], None),
+        ("local-ar", Config::new(), &told[..], from),
+        ("lti", lti, untold, None),
+        ("lti-labelled", lti, &told[..], None),
+        ("statistic", statistic, untold, None),
+        ("statistic-labelled", statistic, &told[..], None),
     ];
     for (name, config, told, input_style) in methods {
         let request = Request { config, input_style, ..Request::style(style as u16) };
