@@ -41,7 +41,12 @@ fn faults_are_counted_measured_and_recovered_from() {
     assert_eq!(number("frames_delivered"), 120.0 - number("frames_dropped"));
     assert_eq!(dropped["frames"], faults["frames_delivered"]);
     assert!(number("error_worst_cm") > 0.01 && number("error_mean_cm") < number("error_worst_cm"));
-    assert!(number("error_mean_cm") < 2.0, "{faults}");
+    // A foot that stands when a frame is lost stands elsewhere until it is lifted; how many do is the seed's luck.
+    let errors: Vec<f64> = (7..12)
+        .map(|seed| figures(&["--faults", &format!("drop=0.05,seed={seed}")]))
+        .map(|dropped| dropped["faults"]["error_mean_cm"].as_f64().expect("it is a number"))
+        .collect();
+    assert!(errors.iter().sum::<f64>() / 5.0 < 2.0, "{errors:?}");
     // A bit that makes a rotation none is held back; one in the lower digits changes next to nothing.
     let corrupted = figures(&["--faults", "corrupt=0.2,seed=7"]);
     let faults = &corrupted["faults"];

@@ -115,7 +115,7 @@ pub struct HeldOut {
     pub style: usize,
 }
 
-/// The folds that [`run`] goes through, with their clips.
+/// The folds that [`run`](super::loo::run) goes through, with their clips.
 pub fn held_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<HeldOut> {
     let mut folds = Vec::new();
     for test in test_clips(corpus, options.from, options.folds) {
@@ -128,7 +128,7 @@ pub fn held_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<HeldO
     folds
 }
 
-/// How many folds [`run`] goes through.
+/// How many folds [`run`](super::loo::run) goes through.
 pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
     test_clips(corpus, options.from, options.folds).len() * options.to.len()
 }
