@@ -9,7 +9,7 @@ use gestus_core::{Config, Database, Effort, blob::layout::section};
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     Evaluation,
@@ -167,19 +167,29 @@ fn regression(corpus: &str, model: &Model, splits: usize, tick: &(dyn Fn() + Syn
     // 85 of 105, and as large a share of fewer.
     let train = TRAIN.min(model.examples.len() * TRAIN / BLENDS);
     let errors = errors(&model.known, &model.examples, train, splits, SEED, tick);
+    let of = json!({ "part": "regression", "corpus": corpus, "labels": model.source.name() });
+    let sizes = json!({
+        "splits": splits, "train": train, "test": model.examples.len() - train,
+        "fragments": model.library.fragments.len(),
+    });
+    compared(&errors, &of, &sizes)
+}
+
+/// Every method held against interpolation, factor by factor, over the same splits or annotators.
+fn compared(errors: &[Vec<Factors>], of: &Value, sizes: &Value) -> Vec<table::Row> {
     let mut rows = Vec::new();
     for (m, method) in Method::ALL.iter().enumerate() {
         for (k, factor) in NAMES.iter().enumerate() {
-            let of = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
-            let held = held_against(&of(m), &of(0));
-            rows.push(super::row(json!({
-                "part": "regression", "corpus": corpus, "labels": model.source.name(),
+            let of_method = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
+            let held = held_against(&of_method(m), &of_method(0));
+            let mut row = super::row(of.clone());
+            row.extend(super::row(json!({
                 "method": method.name(), "factor": factor, "mse": held.mean,
                 "standard_error": held.standard_error,
                 "gain": held.gain, "gain_error": held.gain_error, "better": held.better,
-                "splits": splits, "train": train, "test": model.examples.len() - train,
-                "fragments": model.library.fragments.len(),
             })));
+            row.extend(super::row(sizes.clone()));
+            rows.push(row);
         }
     }
     rows
@@ -189,21 +199,8 @@ fn regression(corpus: &str, model: &Model, splits: usize, tick: &(dyn Fn() + Syn
 /// share nothing, so that over them a paired test says whether a method is better for annotators like this one.
 fn annotators(splits: usize, tick: &(dyn Fn() + Sync)) -> Result<Vec<table::Row>, BuildError> {
     let errors = annotated(ANNOTATORS, splits, tick)?;
-    let mut rows = Vec::new();
-    for (m, method) in Method::ALL.iter().enumerate() {
-        for (k, factor) in NAMES.iter().enumerate() {
-            let of = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
-            let held = held_against(&of(m), &of(0));
-            rows.push(super::row(json!({
-                "part": "annotators", "corpus": "generated", "labels": Source::Generated.name(),
-                "method": method.name(), "factor": factor, "mse": held.mean,
-                "standard_error": held.standard_error,
-                "gain": held.gain, "gain_error": held.gain_error, "better": held.better,
-                "annotators": ANNOTATORS, "splits": splits,
-            })));
-        }
-    }
-    Ok(rows)
+    let of = json!({ "part": "annotators", "corpus": "generated", "labels": Source::Generated.name() });
+    Ok(compared(&errors, &of, &json!({ "annotators": ANNOTATORS, "splits": splits })))
 }
 
 /// Streams made of fragments: as they are, at another pace with noise, and of clips that the fragments are not from.
