@@ -23,8 +23,6 @@ use crate::{
 
 /// Knots of a whole-clip action: its canonical time is linear between them.
 const WHOLE_SEGMENTS: usize = 12;
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 
 /// A clip and what it is.
 #[derive(Debug, Clone)]
@@ -127,7 +125,7 @@ fn whole(clip: &Clip, reference: &Clip) -> Cycle {
     let end = (count - 1) as f64;
     let even: Vec<Frame> = (0..count).map(|i| clip.at(last * i as f64 / end)).collect();
     let means = middles(&reference.frames);
-    let (u, y) = warp::standardised(&angles(&reference.frames, &means), &angles(&even, &means), STILL);
+    let (u, y) = warp::standardised(&angles(&reference.frames, &means), &angles(&even, &means), warp::STILL);
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return straight };
     let mut knots = straight.knots.clone();
     for (i, knot) in knots.iter_mut().enumerate().take(WHOLE_SEGMENTS).skip(1) {

@@ -27,8 +27,6 @@ use crate::{
     },
 };
 
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 /// Generated actions whose clips are warped as a whole, and those whose cycles are known by their strikes.
 const ACTS: [&str; 3] = ["jump", "punch", "kick"];
 const GAITS: [&str; 2] = ["walk", "run"];
@@ -94,7 +92,7 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearErro
                 if style == from && speed == "medium" {
                     continue;
                 }
-                let (u, y) = warp::standardised(&shape(&cut.rows), &shape(&base.rows), STILL);
+                let (u, y) = warp::standardised(&shape(&cut.rows), &shape(&base.rows), warp::STILL);
                 for (method, warp) in warps(&u, &y) {
                     let Ok(warp) = warp else { continue };
                     let error = (warp.at(cut.middle) - base.middle).abs() / corpus.rate_hz;

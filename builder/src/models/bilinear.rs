@@ -28,8 +28,6 @@ use nalgebra::Vector3;
 
 /// Speeds of a style: its slow, medium and fast cycles.
 pub const SPEEDS: [(&str, f64); 3] = [("slow", 0.1), ("medium", 0.5), ("fast", 0.9)];
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 
 /// A corpus that no bilinear model can be made of.
 #[derive(Debug, Error)]
@@ -281,7 +279,7 @@ fn axes(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
 
 /// A cycle at the frames of another: dofs and logarithm of the time warp, row after row.
 fn vector(base: &Cut, cut: &Cut, rate_hz: f64) -> Result<Vec<f64>, WarpError> {
-    let (u, y) = warp::standardised(&shape(&base.rows), &shape(&cut.rows), STILL);
+    let (u, y) = warp::standardised(&shape(&base.rows), &shape(&cut.rows), warp::STILL);
     let positions = imw(&u, &y, &Config::default())?.warp.positions;
     // Ends meet ends; the steps of the warp, multiples of a half, are smoothed away.
     let last = (base.rows.len() - 1) as f64;

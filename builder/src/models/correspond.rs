@@ -19,8 +19,6 @@ use crate::{
 };
 use gestus_core::blob::layout::dof;
 
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 /// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
 const SMOOTH_S: f64 = 0.06;
 /// Knots of a gait cycle: left, right and left strike.
@@ -133,7 +131,7 @@ fn positions(
     };
     let u: Vec<Vec<f64>> = frames.iter().map(|&t| shape(&input.dofs[t])).collect();
     let y: Vec<Vec<f64>> = canonical.iter().map(|&p| shape(&row_at(rows, p))).collect();
-    let (u, y) = warp::standardised(&u, &y, STILL);
+    let (u, y) = warp::standardised(&u, &y, warp::STILL);
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return canonical };
     let last = (frames.len() - 1) as f64;
     let shift: Vec<f64> =

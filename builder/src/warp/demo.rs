@@ -8,7 +8,7 @@
 use thiserror::Error;
 
 use super::{
-    Warp, WarpError,
+    STILL, Warp, WarpError,
     dtw::{Constraint, dtw},
     imw::{Config, imw},
     standardised,
@@ -23,8 +23,6 @@ use crate::{
 
 /// Frames a second of generated pairs.
 const RATE_HZ: f64 = 30.0;
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 
 /// Two motions and the warp between them.
 #[derive(Debug, Clone)]

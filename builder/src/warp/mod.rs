@@ -140,6 +140,9 @@ fn square_distance(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
+/// Standard deviation below which a dof counts as still, radians and metres: the floor of [`standardised`].
+pub const STILL: f64 = 0.05;
+
 /// Both motions with every dof divided by its standard deviation within the two; dofs
 /// that move less than `floor` are divided by `floor`, so that noise does not count as motion.
 pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>], floor: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
