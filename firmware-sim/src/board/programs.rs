@@ -73,7 +73,10 @@ pub fn functions(board: &Board) -> Result<Value> {
     let path = if board.blob_address.is_some() { REFERENCE.database()? } else { SMALL.database()? };
     let options = Options { program: Some("functions"), blob: Some(&path), ..Options::default() };
     let lines = run(board, options, &path)?;
-    let figures = |n: Vec<u64>| json!({ "instructions": n[0], "error": n[1] as f64 / 1e9, "relative_error": n[2] as f64 / 1e9 });
+    let figures = |n: Vec<u64>| {
+        let [instructions, error, relative] = [n[0], n[1], n[2]].map(|n| n as f64);
+        json!({ "instructions": instructions / 100.0, "error": error / 1e9, "relative_error": relative / 1e9 })
+    };
     Ok(lines.into_iter().map(|(name, numbers)| (name, figures(numbers))).collect())
 }
 
