@@ -20,6 +20,7 @@ use crate::{
         layout::{MAX_FEATURES, NONE, flag},
     },
     query::Feature,
+    sorted::insert,
 };
 
 /// Most frames in the pool.
@@ -103,22 +104,18 @@ impl Metric {
     /// negative, and rounding keeps the order of sums, so the answer is that of the whole sum.
     #[inline]
     fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
-        let (chunks, rest) = stored.as_chunks::<LANES>();
+        let (chunks, rest) = stored.as_chunks::<CHUNK>();
         if !rest.is_empty() {
             // The lanes are not all full.
             return Some(self.distance2(stored)).filter(|sum| *sum < bound);
         }
         let mut sums = [0.0f32; LANES];
-        let queries = self.query.as_chunks::<LANES>().0.iter().zip(self.scale.as_chunks::<LANES>().0);
-        let mut parts = chunks.iter().zip(queries);
-        for (codes, (query, scale)) in parts.by_ref().take(2) {
+        let queries = self.query.as_chunks::<CHUNK>().0.iter().zip(self.scale.as_chunks::<CHUNK>().0);
+        for (codes, (query, scale)) in chunks.iter().zip(queries) {
             add(&mut sums, codes, query, scale);
-        }
-        if total(&sums) >= bound {
-            return None;
-        }
-        for (codes, (query, scale)) in parts {
-            add(&mut sums, codes, query, scale);
+            if total(&sums) >= bound {
+                return None;
+            }
         }
         let sum = total(&sums);
         if sum < bound { Some(sum) } else { None }
@@ -132,23 +129,28 @@ impl Metric {
 
 /// Sums that a distance adds up side by side.
 const LANES: usize = 8;
+/// Components after which a distance may be seen to be too large.
+const CHUNK: usize = 2 * LANES;
 
-#[inline]
-fn add(sums: &mut [f32; LANES], codes: &[u8; LANES], query: &[f32; LANES], scale: &[f32; LANES]) {
+/// Adds the squares of a chunk's components to the sums.
+// Vector units get it as a call: sums in memory are what tells the compiler to take as many at once as fit.
+#[cfg_attr(not(any(target_arch = "arm", target_arch = "riscv32")), inline(never))]
+#[cfg_attr(any(target_arch = "arm", target_arch = "riscv32"), inline)]
+fn add(sums: &mut [f32; LANES], codes: &[u8; CHUNK], query: &[f32; CHUNK], scale: &[f32; CHUNK]) {
     let term = |i: usize| {
         let difference = query[i] - scale[i] * f32::from(codes[i] as i8);
         difference * difference
     };
     // Written out, so that it is straight code whatever the compiler is told of loops.
     *sums = [
-        sums[0] + term(0),
-        sums[1] + term(1),
-        sums[2] + term(2),
-        sums[3] + term(3),
-        sums[4] + term(4),
-        sums[5] + term(5),
-        sums[6] + term(6),
-        sums[7] + term(7),
+        sums[0] + term(0) + term(8),
+        sums[1] + term(1) + term(9),
+        sums[2] + term(2) + term(10),
+        sums[3] + term(3) + term(11),
+        sums[4] + term(4) + term(12),
+        sums[5] + term(5) + term(13),
+        sums[6] + term(6) + term(14),
+        sums[7] + term(7) + term(15),
     ];
 }
 
@@ -414,23 +416,9 @@ impl Walk<'_, '_> {
         };
         let stored = self.database.feature(self.class.first_row + usize::from(row));
         let Some(distance2) = self.metric.distance2_below(stored, bound) else { return };
-        let at = self.pool.partition_point(|n| n.distance2 <= distance2);
-        self.next = self.next.min(at);
         let found = Neighbor { distance2, row, expanded: false, followed: self.following };
-        if !full {
-            // There is room: the pool is shorter than its limit, which is at most its capacity.
-            let _ = self.pool.push(found);
-        }
-        put_in(self.pool.get_mut(at..).unwrap_or(&mut []), found);
-    }
-}
-
-/// Puts an item first; the others move on, and the last falls out.
-// In place of `Vec::insert`, whose move is a library's of 1.6 KB.
-pub(crate) fn put_in<T: Copy>(items: &mut [T], item: T) {
-    let mut carried = item;
-    for slot in items {
-        (*slot, carried) = (carried, *slot);
+        let at = insert(self.pool, self.limits.pool, found, |other| other.distance2 <= distance2);
+        self.next = self.next.min(at);
     }
 }
 

@@ -74,6 +74,7 @@ pub mod ridge;
 pub mod robot;
 mod settings;
 pub mod skeleton;
+mod sorted;
 mod statistic;
 mod stylizer;
 pub mod timing;

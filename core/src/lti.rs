@@ -21,12 +21,12 @@
 use crate::{
     Degraded, Report,
     blob::{
-        LinearModel, Numbers,
+        LinearModel,
         layout::{MAX_ORDER, dof},
     },
     frame::{Frame, Signals},
-    knn::put_in,
     math::{clamp, erf, exp, pow},
+    sorted::insert,
 };
 
 /// Most models that are blended.
@@ -108,7 +108,7 @@ impl<const J: usize> Lti<J> {
             step_s += share * input_step * exp((1.0 - passed) * clamp(log_step, -LOG_STEP, LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
-                let sum = projection.add_products(0.0, states.get(..model.states).unwrap_or(&[]));
+                let sum = projection.product(states.get(..model.states).unwrap_or(&[]));
                 *standing += if sum > boundary { share } else { -share };
             }
         }
@@ -158,11 +158,8 @@ fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
             continue;
         }
         let Some(model) = database.linear_model_of(style, frame.settings.action) else { continue };
-        let at = wanted.partition_point(|w: &(u16, f32)| w.1 >= weight);
         cut |= wanted.is_full();
-        // In the last one's place where there is no room.
-        let _ = wanted.push((model as u16, weight));
-        put_in(wanted.get_mut(at..).unwrap_or(&mut []), (model as u16, weight));
+        insert(&mut wanted, BLENDED, (model as u16, weight), |other| other.1 >= weight);
     }
     report.degraded.set(Degraded::CLASSES, cut);
     (wanted, plain)
@@ -224,12 +221,12 @@ fn translate(
         let Some(u) = u.get(..unit.inputs) else { break };
         let mut next = [0.0; MAX_ORDER];
         let following = next.get_mut(..unit.order).unwrap_or(&mut []);
-        add_products(following, own, &mut numbers);
-        add_products(following, u, &mut numbers);
+        numbers.add_products(following, own);
+        numbers.add_products(following, u);
         let mut outputs = [0.0; 4];
         let put_out = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
-        add_products(put_out, own, &mut numbers);
-        add_products(put_out, u, &mut numbers);
+        numbers.add_products(put_out, own);
+        numbers.add_products(put_out, u);
         for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
             let d = unit.first_output + i;
             let [_, _, mean, deviation] = model.dof(d);
@@ -246,15 +243,6 @@ fn translate(
         }
     }
     (passed, log_step)
-}
-
-/// Adds the product of a matrix, row by row the next of the numbers, and a vector.
-#[inline(never)]
-fn add_products(sums: &mut [f32], vector: &[f32], numbers: &mut Numbers<'_>) {
-    let matrix = numbers.take_first(sums.len() * vector.len());
-    for (sum, row) in sums.iter_mut().zip(matrix.rows(vector.len())) {
-        *sum = row.add_products(*sum, vector);
-    }
 }
 
 /// How much of the input is blended in: `erf(distance / (kc √2))^kp`.

@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use crate::{knn::put_in, math::exp};
+use crate::{math::exp, sorted::insert};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;
@@ -42,10 +42,7 @@ pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, 
     let total: f32 = searched().map(|(_, &d)| weight(d)).sum();
     for (class, &d) in searched() {
         let share = Share { class: class as u16, proportion: weight(d) / total };
-        let at = shares.partition_point(|s| s.proportion >= share.proportion);
-        // In the last one's place where there is no room.
-        let _ = shares.push(share);
-        put_in(shares.get_mut(at..).unwrap_or(&mut []), share);
+        insert(shares, MAX_KEPT, share, |other| other.proportion >= share.proportion);
     }
     let most = most.clamp(1, MAX_KEPT);
     let mut kept = 0.0;

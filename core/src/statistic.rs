@@ -182,7 +182,7 @@ fn transfer(
     for (side, contact) in report.contacts.iter_mut().enumerate() {
         let (boundary, projection) = source.foot(side);
         let x = x.get(..database.counts().dofs).unwrap_or(&[]);
-        *contact = projection.add_products(0.0, x) > boundary;
+        *contact = projection.product(x) > boundary;
     }
 }
 

@@ -32,15 +32,35 @@ impl<'a> Numbers<'a> {
         Self(first)
     }
 
-    /// Rows of so many each.
-    #[inline]
-    pub fn rows(self, columns: usize) -> impl Iterator<Item = Self> + use<'a> {
-        self.0.chunks_exact(if columns > 0 { columns } else { 1 }).map(Self)
+    /// Adds the product of a matrix, row by row the next of them, and a vector: each sum column after column.
+    #[inline(never)]
+    pub fn add_products(&mut self, sums: &mut [f32], vector: &[f32]) {
+        // What joints have: three inputs, and six states unless the builder was told otherwise.
+        match vector.as_chunks::<3>() {
+            ([x], []) => self.add_rows(sums, x),
+            ([x, y], []) => self.add_rows(sums, &[x[0], x[1], x[2], y[0], y[1], y[2]]),
+            _ => sums.iter_mut().for_each(|sum| *sum = self.take_first(vector.len()).added_to(*sum, vector)),
+        }
     }
 
-    /// The sum of a number and their products with those of a vector, one after the other.
+    /// The same where the number of columns is known when it is compiled.
     #[inline]
-    pub fn add_products(self, sum: f32, vector: &[f32]) -> f32 {
+    fn add_rows<const COLUMNS: usize>(&mut self, sums: &mut [f32], vector: &[f32; COLUMNS]) {
+        let matrix = self.take_first(sums.len() * COLUMNS).0;
+        for (sum, row) in sums.iter_mut().zip(matrix.as_chunks::<COLUMNS>().0) {
+            let products = row.iter().zip(vector).map(|(number, x)| f32::from_le_bytes(*number) * x);
+            *sum = products.fold(*sum, |sum, product| sum + product);
+        }
+    }
+
+    /// The sum of their products with the numbers of a vector, one after the other.
+    #[inline]
+    pub fn product(self, vector: &[f32]) -> f32 {
+        self.added_to(0.0, vector)
+    }
+
+    #[inline]
+    fn added_to(self, sum: f32, vector: &[f32]) -> f32 {
         self.0.iter().zip(vector).fold(sum, |sum, (number, x)| sum + f32::from_le_bytes(*number) * x)
     }
 
