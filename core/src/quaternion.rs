@@ -107,9 +107,9 @@ pub fn about_y(angle: f32) -> Quaternion {
 }
 
 /// Exponential map: rotation vector, radians, to quaternion.
-#[inline(never)]
+#[inline]
 pub fn exp(v: Vector) -> Quaternion {
-    exponential(v)
+    turned_about(IDENTITY, v)
 }
 
 /// The rotation `q` turned on by the rotation vector `v` in its own frame, radians: `q exp(v)`, of unit length.
@@ -117,6 +117,12 @@ pub fn exp(v: Vector) -> Quaternion {
 pub fn turned(q: Quaternion, v: Vector) -> Quaternion {
     let turned = product(q, exponential(v));
     scaled(turned, inverse_root(squared(turned)))
+}
+
+/// The rotation `q` turned on by the rotation vector `v` in the frame that it is in, radians: `exp(v) q`.
+#[inline(never)]
+pub fn turned_about(q: Quaternion, v: Vector) -> Quaternion {
+    product(exponential(v), q)
 }
 
 #[inline(always)]
@@ -167,6 +173,12 @@ pub fn log(q: Quaternion) -> Vector {
 #[inline(never)]
 pub fn between(a: Quaternion, b: Quaternion) -> Vector {
     logarithm(product(conjugate(a), b))
+}
+
+/// The rotation vector from `a` to `b` in the frame that both are in, radians, along the short way: `log(b a⁻¹)`.
+#[inline(never)]
+pub fn apart(a: Quaternion, b: Quaternion) -> Vector {
+    logarithm(product(b, conjugate(a)))
 }
 
 #[inline(always)]

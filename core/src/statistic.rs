@@ -162,10 +162,10 @@ fn transfer(
             listen(&mut heard, database, settings, mix);
         }
         let (to_mean, to_deviation) = blended(&heard, j);
-        let way = quaternion::log(quaternion::multiply(q, quaternion::conjugate(mean)));
-        let moved = quaternion::exp(times(scale(to_deviation, deviation), way));
+        let way = quaternion::apart(mean, q);
+        let moved = quaternion::turned_about(to_mean, times(scale(to_deviation, deviation), way));
         // The map relative to the database's mean.
-        let map = quaternion::between(rest, quaternion::multiply(moved, to_mean));
+        let map = quaternion::between(rest, moved);
         let first = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
         if let Some(slots) = predicted.get_mut(first..first + 3) {
             slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
@@ -173,7 +173,7 @@ fn transfer(
         if running {
             let distance = norm(way);
             furthest = further(furthest, distance, deviation);
-            let on = quaternion::multiply(quaternion::exp(times(alpha, way)), *own);
+            let on = quaternion::turned_about(*own, times(alpha, way));
             *own = quaternion::normalize(on).unwrap_or(*own);
             *variance += alpha * (distance * distance - *variance);
         }

@@ -318,18 +318,29 @@ fn take_on(
     output: &mut [f32],
 ) -> bool {
     let mut held_back = false;
-    let mut dofs = predicted.iter_mut().zip(x).zip(output);
-    // The root's dofs are more than a joint's.
-    let mut sizes = core::iter::once(dof::JOINTS).chain(core::iter::repeat(3));
-    for group in database.groups() {
-        let strength = settings.strength_of(group);
-        for ((predicted, &x), output) in dofs.by_ref().take(sizes.next().unwrap_or(0)) {
-            // NaN is in no range.
-            if !(-BEYOND_ANY_BODY..BEYOND_ANY_BODY).contains(predicted) {
-                *predicted = x;
-                held_back = true;
-            }
-            *output = x + strength * (*predicted - x);
+    let mut dof = |strength: f32, predicted: &mut f32, x: f32, output: &mut f32| {
+        let is_held = crate::math::abs(*predicted) < BEYOND_ANY_BODY;
+        // NaN is not.
+        if !is_held {
+            *predicted = x;
+            held_back = true;
+        }
+        *output = x + strength * (*predicted - x);
+    };
+    let mut strengths = database.groups().map(|group| settings.strength_of(group));
+    let at = |dofs: usize| dof::JOINTS.min(dofs);
+    let (root, joints) = predicted.split_at_mut(at(predicted.len()));
+    let (root_x, joints_x) = x.split_at(at(x.len()));
+    let (root_output, joints_output) = output.split_at_mut(at(output.len()));
+    let strength = strengths.next().unwrap_or(0.0);
+    for ((predicted, &x), output) in root.iter_mut().zip(root_x).zip(root_output) {
+        dof(strength, predicted, x, output);
+    }
+    let maps = joints.as_chunks_mut::<3>().0.iter_mut().zip(joints_x.as_chunks::<3>().0);
+    for (((predicted, x), output), strength) in maps.zip(joints_output.as_chunks_mut::<3>().0).zip(strengths)
+    {
+        for ((predicted, &x), output) in predicted.iter_mut().zip(x).zip(output) {
+            dof(strength, predicted, x, output);
         }
     }
     held_back
