@@ -19,8 +19,17 @@
 //! **Bias** (section 5.3, eqs. 6 and 7). Where `x[t]` lies outside `μ ± κ σ` of the neighbors, by `Δx`, the model
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
+//!
+//! **Standing still** (ours). Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept.
+//! Where the root's ground velocity `x[t]` is outside and below half of what the interval allows, `e = x - Δx`, what is
+//! kept becomes what takes the neighbors' mean to the input's own velocity: `p ρ Δx + (1 - p) (x - mean y[t])` with
+//! `p = |2 x / e|` up to 1. A body that stops, stops.
 
-use crate::{math::sqrt, ridge::System};
+use crate::{
+    blob::layout::dof,
+    math::{abs, clamp, sqrt},
+    ridge::System,
+};
 
 /// Whether the ridge sees radians and metres, or dofs divided by their standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -251,7 +260,12 @@ impl<const J: usize> Examples<J> {
         let inverse = 1.0 / if n > 0.0 { n } else { 1.0 };
         let x = input[2] * inverse_step - rx;
         let outside = beyond(x, s.x * inverse, s.xx * inverse, parameters.kappa);
-        let kept = parameters.rho * outside;
+        let mut kept = parameters.rho * outside;
+        if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
+            let x = input[2] * inverse_step;
+            let part = clamp(abs(2.0 * x / (x - outside)), 0.0, 1.0);
+            kept = part * kept + (1.0 - part) * (x - (s.y * inverse + ry));
+        }
         let p = input[0] * inverse_step - outside - rp;
         let q = input[1] * inverse_step - kept - rq;
         step * (a * p + b * q + c * (x - outside) + e + ry + kept)

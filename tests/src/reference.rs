@@ -7,7 +7,7 @@ use gestus_core::{
     Database,
     blob::{
         Leg,
-        layout::{NONE, ROOT_DOFS, cycle, flag, query, section},
+        layout::{NONE, ROOT_DOFS, cycle, dof, flag, query, section},
         read::{Record, f32_at, u16_at},
     },
 };
@@ -223,8 +223,13 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let sigma = (examples.iter().map(|e| (e.x[d] - mean).powi(2)).sum::<f64>() / n).sqrt();
     let [x_prev, y_prev, x] = input;
     let outside = (x - (mean + p.kappa * sigma)).max(0.0) + (x - (mean - p.kappa * sigma)).min(0.0);
-    let asked = Vector4::new((x_prev - outside) / s, (y_prev - p.rho * outside) / s, (x - outside) / s, 1.0);
-    beta.dot(&asked) * s + p.rho * outside
+    let mut kept = p.rho * outside;
+    if [dof::FORWARD, dof::LEFT].contains(&d) && outside != 0.0 {
+        let part = (2.0 * x / (x - outside)).abs().min(1.0);
+        kept = part * kept + (1.0 - part) * (x - examples.iter().map(|e| e.y[d]).sum::<f64>() / n);
+    }
+    let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
+    beta.dot(&asked) * s + kept
 }
 
 /// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.

@@ -233,6 +233,23 @@ fn a_whole_clip_is_cleaned_up_without_a_pop() {
 }
 
 #[test]
+fn a_body_that_stands_before_it_walks_stands() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    // All that the database has seen walks, at 1 m/s and more.
+    let mut clip = clip.clone();
+    clip.frames.splice(0..0, vec![clip.frames[0].clone(); 20]);
+    for (style, name) in ["neutral", "old", "childlike"].iter().enumerate() {
+        let streamed = stream(&database, &clip, &Request::style(style as u16), &mut ()).unwrap();
+        let root = |t: usize| streamed.steps[t].frame.root;
+        let way = |a: usize, b: usize| (root(b).x - root(a).x).hypot(root(b).z - root(a).z);
+        println!("{name}: {:.3} m in 19 frames of stillness, {:.2} in 30 of walk", way(0, 19), way(30, 60));
+        assert!(way(0, 19) < 0.04, "{name} walks");
+        assert!(way(30, 60) > 0.5, "{name} stands");
+    }
+}
+
+#[test]
 fn the_prediction_is_the_same_with_and_without_the_lock() {
     let database = Database::open(motion::small()).unwrap();
     let (raw, held) = (streamed(&database, 0, 0, 1, false), streamed(&database, 0, 0, 1, true));
