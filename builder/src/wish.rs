@@ -100,15 +100,13 @@ pub struct WishArgs {
 }
 
 impl WishArgs {
-    /// Parameters, checked for their names.
-    fn config(&self) -> Result<Config> {
+    /// Parameters, checked for their names, and the method for whether the database holds it.
+    fn config(&self, database: &Database<'_>) -> Result<Config> {
         let method = match self.method.as_str() {
-            "mar" => Method::Mar,
-            "lti" => Method::Lti,
-            "statistic" => Method::Statistic,
+            name if METHODS.iter().any(|(known, _)| *known == name) => method(name, database)?,
             // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
             // translate`, which has the whole clip, does not come here.
-            "effort" if self.effort.is_some() => Method::Mar,
+            "effort" if self.effort.is_some() => method("mar", database)?,
             "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
             other => bail!("--method {other}: mar, lti, statistic or effort"),
         };
@@ -204,7 +202,7 @@ impl WishArgs {
             |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
         Ok(Request {
             bounds: (self.timing == "bounded").then_some(Bounds { lead_s: self.lead, lag_s: self.lag }),
-            config: self.config()?,
+            config: self.config(database)?,
             style,
             action: label(&self.action, manifest.actions, "action")?,
             input_style: label(&self.input_style, manifest.styles, "style")?,
@@ -225,6 +223,23 @@ impl WishArgs {
                 .collect::<Result<_>>()?,
         })
     }
+}
+
+/// The methods that a pose at a time comes from, by name.
+const METHODS: [(&str, Method); 3] =
+    [("mar", Method::Mar), ("lti", Method::Lti), ("statistic", Method::Statistic)];
+
+/// Names of the methods that a database holds what is needed for.
+pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
+    METHODS.iter().filter(|(_, method)| method.is_held_by(database)).map(|(name, _)| *name).collect()
+}
+
+/// The method of a name of [`METHODS`], where the database holds it.
+fn method(name: &str, database: &Database<'_>) -> Result<Method> {
+    let known = METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method);
+    known.filter(|method| method.is_held_by(database)).with_context(|| {
+        format!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "))
+    })
 }
 
 fn listed(names: Names<'_>) -> String {

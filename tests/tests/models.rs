@@ -5,6 +5,7 @@ use gestus_builder::{
     cut::models_only,
     models::lti::{Model, clip},
     stream::{Request, Streamed, from_pose, stream, stream_told, to_pose},
+    wish::methods,
 };
 use gestus_core::{
     BlobError, Config, ConfigError, Database, Degraded, Method, Pose, Stylizer,
@@ -262,6 +263,10 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     let whole = motion::small();
     let cut = models_only(&Database::open(whole).unwrap()).unwrap();
     let database = Database::open(&cut).unwrap();
+    assert_eq!(
+        (methods(&database), methods(&Database::open(whole).unwrap()).len()),
+        (vec!["lti", "statistic"], 3)
+    );
     assert_eq!(database.counts().frames, 0);
     assert_eq!(database.manifest().unwrap().styles.iter().collect::<Vec<_>>(), motion::STYLES);
     assert_eq!(database.manifest().unwrap().licences.count(), 1);

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::Result;
-use gestus_builder::export;
+use gestus_builder::{export, wish::methods};
 use gestus_core::{
     Database, Effort,
     blob::layout::{ALIGNMENT, entry, section},
@@ -57,14 +57,6 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         .sum();
     let plain = bytes.saturating_sub(apart);
     let from = |style: Option<u16>| style.and_then(|s| manifest.styles.get(usize::from(s)));
-    let methods: Vec<&str> = [
-        ("mar", counts.frames > 0),
-        ("lti", database.linear_from().is_some()),
-        ("statistic", database.statistic_from().is_some()),
-    ]
-    .into_iter()
-    .filter_map(|(name, held)| held.then_some(name))
-    .collect();
     let classes: Vec<Value> = database
         .classes()
         .map(|c| {
@@ -89,7 +81,7 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "bytes_per_frame": (counts.frames > 0).then(|| plain as f64 / counts.frames as f64),
         "sections": sections,
         "models": models,
-        "methods": methods,
+        "methods": methods(database),
         "models_from": from(database.linear_from().or(database.statistic_from())),
         "actions": manifest.actions.iter().collect::<Vec<_>>(),
         "styles": manifest.styles.iter().collect::<Vec<_>>(),
