@@ -166,6 +166,62 @@ typedef enum GestusMethod {
   GESTUS_METHOD_STATISTIC = 2,
 } GestusMethod;
 
+// Parameters of the method by number, the same as on the link (docs/LINK.md). Every value is a `float`.
+typedef enum GestusParameter {
+  // Neighbors a class, 1 to what the profile takes. Default 40 (paper 000).
+  GESTUS_PARAMETER_K = 0,
+  // Weight λ of the ridge. Default 0.1 on raw variables.
+  GESTUS_PARAMETER_LAMBDA = 1,
+  // Raw or normalised variables. 0 raw, 1 normalised.
+  GESTUS_PARAMETER_RIDGE = 2,
+  // Kernel width δ of the mixing proportions (eq. 4).
+  GESTUS_PARAMETER_DELTA = 3,
+  // Weight of classes that may be dropped, 0 to 1. Default 0.01.
+  GESTUS_PARAMETER_PRUNE = 4,
+  // Most classes of a frame, 1 to 8. Default 8.
+  GESTUS_PARAMETER_CLASSES = 5,
+  // Half width κ of the interval of trust, in standard deviations (eq. 6).
+  GESTUS_PARAMETER_KAPPA = 6,
+  // How much ρ of what lies outside the interval is kept in the output, 0 to 1 (eq. 7).
+  GESTUS_PARAMETER_RHO = 7,
+  // Most distances computed in a class a frame, 64 to 448.
+  GESTUS_PARAMETER_VISITS = 8,
+  // Frames that the search keeps in sight, up to 64; at least k.
+  GESTUS_PARAMETER_POOL = 9,
+  // A mean squared distance this many times the last frame's makes a class be searched anew. At least 1.
+  GESTUS_PARAMETER_JUMP = 10,
+  // Policy for the output's time. A number of `GestusTiming`.
+  GESTUS_PARAMETER_TIMING = 11,
+  // Width of the timing kernel, in mean squared distances of the neighbors.
+  GESTUS_PARAMETER_TIMING_WIDTH = 12,
+  // Where the output's heading comes from. 0 the input's, 1 predicted.
+  GESTUS_PARAMETER_YAW = 13,
+  // How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
+  // some sixty dofs one is always two or three deviations out, and a blend that comes and goes is seen.
+  GESTUS_PARAMETER_CONFIDENCE = 14,
+  // How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
+  GESTUS_PARAMETER_PREFERENCE = 15,
+  // Half-life of the input's running statistics in statistical transfer, seconds; 0 (the default): those stored
+  // in the blob.
+  GESTUS_PARAMETER_HALFLIFE = 16,
+  // The method of translation. A number of `GestusMethod`.
+  GESTUS_PARAMETER_METHOD = 17,
+  // Whether feet that stand are held where they stand. Default true. 0 no, 1 yes.
+  GESTUS_PARAMETER_CONTACTS = 18,
+  // What is put out where the input fails. 0 follow, 1 hold, 2 rest.
+  GESTUS_PARAMETER_SAFETY = 19,
+  // A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+  GESTUS_PARAMETER_RELEASE = 20,
+  // How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+  GESTUS_PARAMETER_EASE = 21,
+  // How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More
+  // lets the regression forget its last answer sooner at a small λ.
+  GESTUS_PARAMETER_FEEDBACK = 22,
+  // How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
+  // fast as it does. Default 1.2.
+  GESTUS_PARAMETER_SPEED_LIMIT = 23,
+} GestusParameter;
+
 // A checked blob. It lies in memory that the caller gave, and refers to the blob, which has to stay as long.
 typedef struct GestusDatabase GestusDatabase;
 
@@ -500,6 +556,30 @@ enum GestusStatus gestus_stylizer_set_strength(struct GestusStylizer *stylizer,
 // `stylizer` came from `gestus_stylizer_init`.
 enum GestusStatus gestus_stylizer_set_visits(struct GestusStylizer *stylizer,
                                              uint32_t visits);
+
+// Sets a parameter of the method, a number of `GestusParameter`, from the next step on. The stream goes on; with another
+// method it begins anew.
+//
+// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or no whole number where one is
+// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs),
+// `_NULL`, `_MISALIGNED`, `_HANDLE`.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_parameter(struct GestusStylizer *stylizer,
+                                                uint32_t parameter,
+                                                float value);
+
+// Puts the value that a parameter has, a number of `GestusParameter`, into `*value`.
+//
+// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` with the
+// stylizer).
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`; `value` points at memory for a number.
+enum GestusStatus gestus_stylizer_parameter(struct GestusStylizer *stylizer,
+                                            uint32_t parameter,
+                                            float *value);
 
 // Forgets the stream; the next pose is a first pose. Settings stay.
 //

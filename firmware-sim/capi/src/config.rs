@@ -50,6 +50,64 @@ pub enum GestusTiming {
     Sync = 1,
 }
 
+/// Parameters of the method by number, the same as on the link (docs/LINK.md). Every value is a `float`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GestusParameter {
+    /// Neighbors a class, 1 to what the profile takes. Default 40 (paper 000).
+    K = 0,
+    /// Weight λ of the ridge. Default 0.1 on raw variables.
+    Lambda = 1,
+    /// Raw or normalised variables. 0 raw, 1 normalised.
+    Ridge = 2,
+    /// Kernel width δ of the mixing proportions (eq. 4).
+    Delta = 3,
+    /// Weight of classes that may be dropped, 0 to 1. Default 0.01.
+    Prune = 4,
+    /// Most classes of a frame, 1 to 8. Default 8.
+    Classes = 5,
+    /// Half width κ of the interval of trust, in standard deviations (eq. 6).
+    Kappa = 6,
+    /// How much ρ of what lies outside the interval is kept in the output, 0 to 1 (eq. 7).
+    Rho = 7,
+    /// Most distances computed in a class a frame, 64 to 448.
+    Visits = 8,
+    /// Frames that the search keeps in sight, up to 64; at least k.
+    Pool = 9,
+    /// A mean squared distance this many times the last frame's makes a class be searched anew. At least 1.
+    Jump = 10,
+    /// Policy for the output's time. A number of `GestusTiming`.
+    Timing = 11,
+    /// Width of the timing kernel, in mean squared distances of the neighbors.
+    TimingWidth = 12,
+    /// Where the output's heading comes from. 0 the input's, 1 predicted.
+    Yaw = 13,
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
+    /// some sixty dofs one is always two or three deviations out, and a blend that comes and goes is seen.
+    Confidence = 14,
+    /// How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
+    Preference = 15,
+    /// Half-life of the input's running statistics in statistical transfer, seconds; 0 (the default): those stored
+    /// in the blob.
+    Halflife = 16,
+    /// The method of translation. A number of `GestusMethod`.
+    Method = 17,
+    /// Whether feet that stand are held where they stand. Default true. 0 no, 1 yes.
+    Contacts = 18,
+    /// What is put out where the input fails. 0 follow, 1 hold, 2 rest.
+    Safety = 19,
+    /// A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+    Release = 20,
+    /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+    Ease = 21,
+    /// How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More
+    /// lets the regression forget its last answer sooner at a small λ.
+    Feedback = 22,
+    /// How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
+    /// fast as it does. Default 1.2.
+    SpeedLimit = 23,
+}
+
 impl GestusConfig {
     pub(crate) fn of(profile: GestusProfile) -> Self {
         let (k, _, visits, _) = Config::new().search_limits();
@@ -99,4 +157,30 @@ pub unsafe extern "C" fn gestus_config_default(profile: u32, config: *mut Gestus
         // SAFETY: the caller's word.
         unsafe { memory::put(config, &[GestusConfig::of(profile)]) }
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use gestus_core::link::parameter::NAMES;
+
+    use super::*;
+
+    #[test]
+    fn parameters_have_the_numbers_that_they_have_on_a_link() {
+        // Every number of the link has a name here, and nothing beyond has.
+        assert_eq!(GestusParameter::SpeedLimit as usize, NAMES.len() - 1);
+        for (number, (parameter, name)) in [
+            (GestusParameter::K, "k"),
+            (GestusParameter::Kappa, "kappa"),
+            (GestusParameter::TimingWidth, "timing_width"),
+            (GestusParameter::Halflife, "halflife_s"),
+            (GestusParameter::Safety, "safety"),
+            (GestusParameter::Feedback, "feedback"),
+            (GestusParameter::SpeedLimit, "speed_limit"),
+        ]
+        .map(|(parameter, name)| (parameter as u16, (parameter, name)))
+        {
+            assert!(NAMES.contains(&(number, name)), "{parameter:?}");
+        }
+    }
 }

@@ -1,7 +1,9 @@
 //! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
 //! compiled.
 
-use gestus_core::{ConfigError, Database, Effort, Pose, Report, Stylizer, quaternion::Quaternion};
+use gestus_core::{
+    ConfigError, Database, Effort, Pose, Report, Stylizer, link::parameter, quaternion::Quaternion,
+};
 
 use crate::{
     handle::Cell,
@@ -88,6 +90,9 @@ pub(crate) trait Running {
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
     fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError>;
     fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError>;
+    /// A parameter by the number that it has on a link; `None` where no parameter has it.
+    fn parameter(&self, number: u16) -> Option<f32>;
+    fn set_parameter(&mut self, number: u16, value: f32) -> Result<(), ConfigError>;
     fn reset(&mut self);
     /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
     fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report;
@@ -128,6 +133,14 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
 
     fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {
         self.set_visits(visits)
+    }
+
+    fn parameter(&self, number: u16) -> Option<f32> {
+        parameter::value(self.config(), number)
+    }
+
+    fn set_parameter(&mut self, number: u16, value: f32) -> Result<(), ConfigError> {
+        self.set_config(parameter::set(*self.config(), number, value)?)
     }
 
     fn reset(&mut self) {

@@ -252,6 +252,48 @@ pub unsafe extern "C" fn gestus_stylizer_set_visits(
     unsafe { with(stylizer, |s| s.set_visits(visits)) }
 }
 
+/// Sets a parameter of the method, a number of `GestusParameter`, from the next step on. The stream goes on; with another
+/// method it begins anew.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or no whole number where one is
+/// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs),
+/// `_NULL`, `_MISALIGNED`, `_HANDLE`.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_parameter(
+    stylizer: *mut GestusStylizer,
+    parameter: u32,
+    value: f32,
+) -> GestusStatus {
+    let Ok(parameter) = u16::try_from(parameter) else { return GestusStatus::Unknown };
+    // SAFETY: the caller's word.
+    unsafe { with(stylizer, |s| s.set_parameter(parameter, value)) }
+}
+
+/// Puts the value that a parameter has, a number of `GestusParameter`, into `*value`.
+///
+/// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` with the
+/// stylizer).
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`; `value` points at memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_parameter(
+    stylizer: *mut GestusStylizer,
+    parameter: u32,
+    value: *mut f32,
+) -> GestusStatus {
+    // SAFETY: the caller's word. The place is checked to lie elsewhere before it is written.
+    status(unsafe { running(stylizer) }.and_then(|(stylizer, [own, _])| {
+        disjoint([own, Region::of(value, 1)?])?;
+        let known = u16::try_from(parameter).ok().and_then(|number| stylizer.parameter(number));
+        // SAFETY: the caller's word.
+        unsafe { memory::put(value, &[known.ok_or(GestusStatus::Unknown)?]) }
+    }))
+}
+
 /// Forgets the stream; the next pose is a first pose. Settings stay.
 ///
 /// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.

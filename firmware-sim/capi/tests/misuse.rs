@@ -9,7 +9,7 @@ use std::{
 };
 
 use gestus::{
-    config::{GestusConfig, gestus_config_default},
+    config::{GestusConfig, GestusParameter, gestus_config_default},
     database::*,
     pose::gestus_digest,
     settings::*,
@@ -446,6 +446,33 @@ fn settings() {
         "a database for a stylizer": (database, 100) => S::Handle;
         "as it should be": (s, 100) => S::Ok;
     }
+    let (rho, limit) = (GestusParameter::Rho as u32, GestusParameter::SpeedLimit as u32);
+    try_all! { table, gestus_stylizer_set_parameter,
+        "no stylizer": (null, rho, 0.5) => S::Null;
+        "stylizer misaligned": (bad, rho, 0.5) => S::Misaligned;
+        "no such parameter": (s, 99, 0.5) => S::Unknown;
+        "a parameter beyond any number": (s, 65_536 + rho, 0.5) => S::Unknown;
+        "not a number": (s, rho, f32::NAN) => S::Parameter;
+        "too much": (s, rho, 1.1) => S::Parameter;
+        "no whole number": (s, GestusParameter::K as u32, 7.5) => S::Parameter;
+        "more than the profile takes": (s, GestusParameter::K as u32, 41.0) => S::Neighbors;
+        "a database for a stylizer": (database, rho, 0.5) => S::Handle;
+        "as it should be": (s, limit, 0.0) => S::Ok;
+    }
+    let mut value = 0.0f32;
+    let v: *mut f32 = &mut value;
+    try_all! { table, gestus_stylizer_parameter,
+        "no stylizer": (null, rho, v) => S::Null;
+        "stylizer misaligned": (bad, rho, v) => S::Misaligned;
+        "nowhere to put it": (s, rho, ptr::null_mut()) => S::Null;
+        "a place misaligned": (s, rho, v.cast::<u8>().wrapping_add(1).cast()) => S::Misaligned;
+        "a place in the stylizer": (s, rho, s.cast()) => S::Overlap;
+        "no such parameter": (s, 99, v) => S::Unknown;
+        "a parameter beyond any number": (s, 65_536 + rho, v) => S::Unknown;
+        "a database for a stylizer": (database, rho, v) => S::Handle;
+        "as it should be": (s, rho, v) => S::Ok;
+    }
+    assert_eq!(value, 0.5, "the shipped rho, after all that was refused");
     try_all! { table, gestus_stylizer_reset,
         "no stylizer": (null) => S::Null;
         "stylizer misaligned": (bad) => S::Misaligned;

@@ -37,6 +37,8 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
             gestus_stylizer_set_strength(memory.cast(), n[15], floats[0]),
             gestus_stylizer_set_effort(memory.cast(), floats[2], floats[3], floats[4]),
             gestus_stylizer_set_visits(memory.cast(), n[16]),
+            gestus_stylizer_set_parameter(memory.cast(), n[17], floats[5]),
+            gestus_stylizer_parameter(memory.cast(), n[18], place.cast()),
             gestus_stylizer_reset(memory.cast()),
             gestus_stylizer_step(
                 memory.cast(),
