@@ -25,8 +25,8 @@ use crate::{
 
 /// What the input has shown is remembered for this long at least, seconds, and for twice as long at most.
 pub const WINDOW_S: f32 = 2.0;
-/// What an input is taken to have shown before it has shown anything, rad/s: a walk's fastest joint turns at 8 to 10.
-const FIRST: f32 = 8.0;
+/// What an input is taken to have shown before it has shown anything, rad/s: a walk's fastest joint turns at 7.8 to 10.
+const FIRST: f32 = 7.5;
 /// The least that any input is taken to have shown, rad/s: a body that stands may move.
 const LEAST: f32 = 1.0;
 

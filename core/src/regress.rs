@@ -21,9 +21,9 @@
 //! seen is carried past the model.
 //!
 //! **Standing still** (ours). Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept.
-//! Where the root's ground velocity `x[t]` is outside and below half of what the interval allows, `e = x - Δx`, what is
-//! kept becomes what takes the neighbors' mean to the input's own velocity: `p ρ Δx + (1 - p) (x - mean y[t])` with
-//! `p = |2 x / e|` up to 1. A body that stops, stops.
+//! Where the root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, what is
+//! kept goes over to what takes the neighbors' mean to the input's own velocity: `p ρ Δx + (1 - p) (x - mean y[t])` with
+//! `p = |x / e|`, up to 1. A body that stops, stops.
 
 use crate::{
     blob::layout::dof,
@@ -263,7 +263,7 @@ impl<const J: usize> Examples<J> {
         let mut kept = parameters.rho * outside;
         if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
             let x = input[2] * inverse_step;
-            let part = clamp(abs(2.0 * x / (x - outside)), 0.0, 1.0);
+            let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
             kept = part * kept + (1.0 - part) * (x - (s.y * inverse + ry));
         }
         let p = input[0] * inverse_step - outside - rp;

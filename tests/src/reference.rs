@@ -225,7 +225,7 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let outside = (x - (mean + p.kappa * sigma)).max(0.0) + (x - (mean - p.kappa * sigma)).min(0.0);
     let mut kept = p.rho * outside;
     if [dof::FORWARD, dof::LEFT].contains(&d) && outside != 0.0 {
-        let part = (2.0 * x / (x - outside)).abs().min(1.0);
+        let part = (x / (x - outside)).abs().min(1.0);
         kept = part * kept + (1.0 - part) * (x - examples.iter().map(|e| e.y[d]).sum::<f64>() / n);
     }
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
