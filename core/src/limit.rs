@@ -9,8 +9,9 @@
 //! ```
 //!
 //! with Δt the output's own time step. Of each frame ω takes the joint whose exponential map went furthest, as far as it
-//! turned; it is the most of the last [`WINDOW_S`] to twice as many seconds, so that a stream of hours forgets. What was held back is caught up with in the next frames. Nothing is looked ahead to; what is below
-//! the limit stays as it is to the bit.
+//! turned; it is the most of the last [`WINDOW_S`] to twice as many seconds, so that a stream of hours forgets. What was
+//! held back is caught up with in the next frames. Nothing is looked ahead to; what is below the limit stays as it is to
+//! the bit.
 //!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
 //! in all of its window; none where there is no limit.
