@@ -1,6 +1,6 @@
 //! What a stylizer can be told when it is made.
 
-use gestus_core::{Config, Method, timing::Timing};
+use gestus_core::{Config, link::parameter};
 
 use crate::{
     memory,
@@ -123,25 +123,16 @@ impl GestusConfig {
 
     /// The core's configuration; what does not fit its types is out of its range.
     pub(crate) fn read(self) -> Answer<Config> {
-        let short = |value: u32| u16::try_from(value).map_err(|_| GestusStatus::Parameter);
-        let timing = match self.timing {
-            0 => Timing::Free,
-            1 => Timing::Sync,
-            _ => return Err(GestusStatus::Parameter),
-        };
-        let method = match self.method {
-            0 => Method::Mar,
-            1 => Method::Lti,
-            2 => Method::Statistic,
-            _ => return Err(GestusStatus::Parameter),
-        };
-        let classes = u8::try_from(self.classes).map_err(|_| GestusStatus::Parameter)?;
-        Ok(Config::new()
-            .k(short(self.neighbors)?)
-            .visits(short(self.visits)?)
-            .classes(classes)
-            .timing(timing)
-            .method(method))
+        let fields = [
+            (parameter::K, self.neighbors),
+            (parameter::VISITS, self.visits),
+            (parameter::CLASSES, self.classes),
+            (parameter::TIMING, self.timing),
+            (parameter::METHOD, self.method),
+        ];
+        // A number that an f32 does not hold is out of every range.
+        let set = |config, (number, value): (u16, u32)| parameter::set(config, number, value as f32);
+        Ok(fields.into_iter().try_fold(Config::new(), set)?)
     }
 }
 
@@ -167,20 +158,33 @@ mod tests {
 
     #[test]
     fn parameters_have_the_numbers_that_they_have_on_a_link() {
-        // Every number of the link has a name here, and nothing beyond has.
-        assert_eq!(GestusParameter::SpeedLimit as usize, NAMES.len() - 1);
-        for (number, (parameter, name)) in [
-            (GestusParameter::K, "k"),
-            (GestusParameter::Kappa, "kappa"),
-            (GestusParameter::TimingWidth, "timing_width"),
-            (GestusParameter::Halflife, "halflife_s"),
-            (GestusParameter::Safety, "safety"),
-            (GestusParameter::Feedback, "feedback"),
-            (GestusParameter::SpeedLimit, "speed_limit"),
-        ]
-        .map(|(parameter, name)| (parameter as u16, (parameter, name)))
-        {
-            assert!(NAMES.contains(&(number, name)), "{parameter:?}");
-        }
+        use GestusParameter as P;
+        let here = [
+            (P::K, "k"),
+            (P::Lambda, "lambda"),
+            (P::Ridge, "ridge"),
+            (P::Delta, "delta"),
+            (P::Prune, "prune"),
+            (P::Classes, "classes"),
+            (P::Kappa, "kappa"),
+            (P::Rho, "rho"),
+            (P::Visits, "visits"),
+            (P::Pool, "pool"),
+            (P::Jump, "jump"),
+            (P::Timing, "timing"),
+            (P::TimingWidth, "timing_width"),
+            (P::Yaw, "yaw"),
+            (P::Confidence, "confidence"),
+            (P::Preference, "preference"),
+            (P::Halflife, "halflife_s"),
+            (P::Method, "method"),
+            (P::Contacts, "contacts"),
+            (P::Safety, "safety"),
+            (P::Release, "release_m"),
+            (P::Ease, "ease_s"),
+            (P::Feedback, "feedback"),
+            (P::SpeedLimit, "speed_limit"),
+        ];
+        assert_eq!(here.map(|(parameter, name)| (parameter as u16, name)), *NAMES);
     }
 }
