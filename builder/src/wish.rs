@@ -102,13 +102,12 @@ pub struct WishArgs {
 impl WishArgs {
     /// Parameters, checked for their names, and the method for whether the database holds it.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
-        let method = match self.method.as_str() {
-            name if METHODS.iter().any(|(known, _)| *known == name) => method(name, database)?,
+        let name = match self.method.as_str() {
             // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
             // translate`, which has the whole clip, does not come here.
-            "effort" if self.effort.is_some() => method("mar", database)?,
+            "effort" if self.effort.is_some() => "mar",
             "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
-            other => bail!("--method {other}: mar, lti, statistic or effort"),
+            name => name,
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,
@@ -123,7 +122,7 @@ impl WishArgs {
             other => bail!("--preset {other}: default, paper, near or normalised"),
         }
         .timing(policy)
-        .method(method)
+        .method(method(name, database)?)
         .contacts(!self.no_contact)
         .safety(match self.safety.as_str() {
             "follow" => Safety::Follow,
@@ -234,12 +233,15 @@ pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
     METHODS.iter().filter(|(_, method)| method.is_held_by(database)).map(|(name, _)| *name).collect()
 }
 
-/// The method of a name of [`METHODS`], where the database holds it.
+/// The method of a name, where the database holds it.
 fn method(name: &str, database: &Database<'_>) -> Result<Method> {
-    let known = METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method);
-    known.filter(|method| method.is_held_by(database)).with_context(|| {
-        format!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "))
-    })
+    let Some(&(_, method)) = METHODS.iter().find(|(known, _)| *known == name) else {
+        bail!("--method {name}: mar, lti, statistic or effort");
+    };
+    if !method.is_held_by(database) {
+        bail!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "));
+    }
+    Ok(method)
 }
 
 fn listed(names: Names<'_>) -> String {
