@@ -125,7 +125,7 @@ fn whole(clip: &Clip, reference: &Clip) -> Cycle {
     let end = (count - 1) as f64;
     let even: Vec<Frame> = (0..count).map(|i| clip.at(last * i as f64 / end)).collect();
     let means = middles(&reference.frames);
-    let (u, y) = warp::standardised(&angles(&reference.frames, &means), &angles(&even, &means), warp::STILL);
+    let (u, y) = warp::standardised(&angles(&reference.frames, &means), &angles(&even, &means));
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return straight };
     let mut knots = straight.knots.clone();
     for (i, knot) in knots.iter_mut().enumerate().take(WHOLE_SEGMENTS).skip(1) {

@@ -92,7 +92,7 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, BilinearErro
                 if style == from && speed == "medium" {
                     continue;
                 }
-                let (u, y) = warp::standardised(&shape(&cut.rows), &shape(&base.rows), warp::STILL);
+                let (u, y) = warp::standardised(&shape(&cut.rows), &shape(&base.rows));
                 for (method, warp) in warps(&u, &y) {
                     let Ok(warp) = warp else { continue };
                     let error = (warp.at(cut.middle) - base.middle).abs() / corpus.rate_hz;

@@ -279,7 +279,7 @@ fn axes(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
 
 /// A cycle at the frames of another: dofs and logarithm of the time warp, row after row.
 fn vector(base: &Cut, cut: &Cut, rate_hz: f64) -> Result<Vec<f64>, WarpError> {
-    let (u, y) = warp::standardised(&shape(&base.rows), &shape(&cut.rows), warp::STILL);
+    let (u, y) = warp::standardised(&shape(&base.rows), &shape(&cut.rows));
     let positions = imw(&u, &y, &Config::default())?.warp.positions;
     // Ends meet ends; the steps of the warp, multiples of a half, are smoothed away.
     let last = (base.rows.len() - 1) as f64;

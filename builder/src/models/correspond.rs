@@ -131,7 +131,7 @@ fn positions(
     };
     let u: Vec<Vec<f64>> = frames.iter().map(|&t| shape(&input.dofs[t])).collect();
     let y: Vec<Vec<f64>> = canonical.iter().map(|&p| shape(&row_at(rows, p))).collect();
-    let (u, y) = warp::standardised(&u, &y, warp::STILL);
+    let (u, y) = warp::standardised(&u, &y);
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return canonical };
     let last = (frames.len() - 1) as f64;
     let shift: Vec<f64> =

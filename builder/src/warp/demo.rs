@@ -8,7 +8,7 @@
 use thiserror::Error;
 
 use super::{
-    STILL, Warp, WarpError,
+    Warp, WarpError,
     dtw::{Constraint, dtw},
     imw::{Config, imw},
     standardised,
@@ -64,7 +64,7 @@ pub fn generated_pair(content: u64, action: &str, style: &str) -> Result<KnownPa
         u.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>()
     };
     let most = (0..u[0].len()).max_by(|&a, &b| variance(a).total_cmp(&variance(b))).unwrap_or(0);
-    let (u, y) = standardised(&u, &y, STILL);
+    let (u, y) = standardised(&u, &y);
     Ok(KnownPair { u, y, truth, most })
 }
 

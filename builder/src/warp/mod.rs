@@ -140,20 +140,20 @@ fn square_distance(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// Standard deviation below which a dof counts as still, radians and metres: the floor of [`standardised`].
+/// Standard deviation below which a dof counts as still, radians and metres.
 pub const STILL: f64 = 0.05;
 
-/// Both motions with every dof divided by its standard deviation within the two; dofs
-/// that move less than `floor` are divided by `floor`, so that noise does not count as motion.
-pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>], floor: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Both motions with every dof divided by its standard deviation within the two; dofs that move less than [`STILL`] are
+/// divided by that, so that noise does not count as motion.
+pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let dofs = u.first().map_or(0, Vec::len);
-    let mut scales = vec![floor; dofs];
+    let mut scales = vec![STILL; dofs];
     for (d, scale) in scales.iter_mut().enumerate() {
         let variance = |m: &[Vec<f64>]| {
             let mean = m.iter().map(|r| r[d]).sum::<f64>() / m.len() as f64;
             m.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>() / m.len() as f64
         };
-        *scale = (0.5 * (variance(u) + variance(y))).sqrt().max(floor);
+        *scale = (0.5 * (variance(u) + variance(y))).sqrt().max(STILL);
     }
     let scaled = |m: &[Vec<f64>]| -> Vec<Vec<f64>> {
         m.iter().map(|r| r.iter().zip(&scales).map(|(v, s)| v / s).collect()).collect()

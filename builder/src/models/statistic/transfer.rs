@@ -41,8 +41,6 @@ use crate::{
     },
 };
 
-/// Standard deviation below which a dof counts as still, radians and metres.
-const STILL: f64 = 0.05;
 /// Most that a spread is scaled, as in the core.
 const MOST_SCALE: f32 = 4.0;
 /// Lengths further apart than this are brought together before warping: the slope limit is two.
@@ -301,14 +299,15 @@ fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), Wa
 fn moving(u: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let deviation = |m: &[Vec<f64>], d: usize| moments(m.iter().map(move |r| r[d]), 0.0).1;
     let dofs = u.first().map_or(0, Vec::len);
-    let mut kept: Vec<usize> = (0..dofs).filter(|&d| deviation(u, d).max(deviation(v, d)) >= STILL).collect();
+    let mut kept: Vec<usize> =
+        (0..dofs).filter(|&d| deviation(u, d).max(deviation(v, d)) >= warp::STILL).collect();
     if kept.is_empty() {
         kept = (0..dofs).collect();
     }
     let pick = |m: &[Vec<f64>]| -> Vec<Vec<f64>> {
         m.iter().map(|r| kept.iter().map(|&d| r[d]).collect()).collect()
     };
-    warp::standardised(&pick(u), &pick(v), STILL)
+    warp::standardised(&pick(u), &pick(v))
 }
 
 /// Where each frame of the second motion is in the first.
