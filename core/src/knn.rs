@@ -106,7 +106,7 @@ impl Metric {
     fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
         let (chunks, rest) = stored.as_chunks::<CHUNK>();
         if !rest.is_empty() {
-            // The lanes are not all full.
+            // The last chunk is not full.
             return Some(self.distance2(stored)).filter(|sum| *sum < bound);
         }
         let mut sums = [0.0f32; LANES];

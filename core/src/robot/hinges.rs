@@ -155,7 +155,7 @@ mod tests {
     }
 
     fn apart(a: Quaternion, b: Quaternion) -> f32 {
-        let d = quaternion::log(quaternion::multiply(quaternion::conjugate(a), b));
+        let d = quaternion::between(a, b);
         sqrt(dot(d, d))
     }
 

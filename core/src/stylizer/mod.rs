@@ -318,10 +318,10 @@ fn take_on(
     output: &mut [f32],
 ) -> bool {
     let mut held_back = false;
-    let mut dof = |strength: f32, predicted: &mut f32, x: f32, output: &mut f32| {
-        let is_held = crate::math::abs(*predicted) < BEYOND_ANY_BODY;
-        // NaN is not.
-        if !is_held {
+    let mut take = |strength: f32, predicted: &mut f32, x: f32, output: &mut f32| {
+        // Not of NaN either.
+        let is_of_a_body = crate::math::abs(*predicted) < BEYOND_ANY_BODY;
+        if !is_of_a_body {
             *predicted = x;
             held_back = true;
         }
@@ -334,13 +334,13 @@ fn take_on(
     let (root_output, joints_output) = output.split_at_mut(at(output.len()));
     let strength = strengths.next().unwrap_or(0.0);
     for ((predicted, &x), output) in root.iter_mut().zip(root_x).zip(root_output) {
-        dof(strength, predicted, x, output);
+        take(strength, predicted, x, output);
     }
     let maps = joints.as_chunks_mut::<3>().0.iter_mut().zip(joints_x.as_chunks::<3>().0);
     for (((predicted, x), output), strength) in maps.zip(joints_output.as_chunks_mut::<3>().0).zip(strengths)
     {
         for ((predicted, &x), output) in predicted.iter_mut().zip(x).zip(output) {
-            dof(strength, predicted, x, output);
+            take(strength, predicted, x, output);
         }
     }
     held_back

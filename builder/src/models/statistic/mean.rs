@@ -41,7 +41,7 @@ pub fn geodesic(
     for _ in 0..rounds {
         let (mut sum, mut count) = ([0.0_f64; 3], 0.0_f64);
         for q in rotations.clone() {
-            let way = quaternion::log(quaternion::multiply(quaternion::conjugate(mean), q));
+            let way = quaternion::between(mean, q);
             sum.iter_mut().zip(way).for_each(|(s, w)| *s += f64::from(w));
             count += 1.0;
         }
@@ -83,7 +83,7 @@ pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Ve
         let mut ways = vec![[0.0_f32; 3]; joints];
         for (frame, &weight) in frames.iter().zip(weights) {
             for ((way, &mean), &q) in ways.iter_mut().zip(&means).zip(frame) {
-                let step = quaternion::log(quaternion::multiply(quaternion::conjugate(mean), q));
+                let step = quaternion::between(mean, q);
                 way.iter_mut().zip(step).for_each(|(w, s)| *w += weight / total * s);
             }
         }
