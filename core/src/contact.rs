@@ -16,7 +16,7 @@
 //! [`DELAY_FRAMES`]; files can take the paper's Gaussian (the builder's `contact::smoothed`) instead. A foot stands
 //! where the smoothed likelihood is above one half.
 //!
-//! Cost: 18 differences a neighbor and foot; `docs/PERFORMANCE.md` has the instructions of the stage.
+//! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the instructions of the stage.
 
 use crate::{
     blob::{
@@ -31,6 +31,9 @@ use crate::{
 const RATE_WEIGHT_S: f32 = 0.2;
 /// Squared distance under which neighbors count alike, rad²: a hundredth of a degree in one dof.
 const LEAST: f32 = 3e-8;
+/// Most neighbors of a frame that vote, over all of its classes: where more than four classes of 40 are kept, the nearest
+/// of each do.
+pub const MOST_VOTERS: usize = 160;
 /// How much of a frame's likelihood the filter takes up.
 const TAKEN: f32 = 0.9;
 /// Mean delay of the filter: what an exponential filter of that gain delays a slope by.

@@ -303,7 +303,9 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
         timing_weights.push(weights);
-        for (&r, example) in rows.iter().zip(&examples) {
+        // The nearest vote: all, up to four classes.
+        let voters = 160 / frame.report.classes.len();
+        for (&r, example) in rows.iter().zip(&examples).take(voters) {
             let (own, output) = (label(db, r), output_label(db, class, r, &p.styles));
             for (side, leg) in db.legs().expect("the generated body has legs").iter().enumerate() {
                 let weight = proportion / (leg_distance2(db, leg, [&x, &x_prev], example) + 3e-8).powi(2);

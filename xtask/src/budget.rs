@@ -90,6 +90,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         board(&prefix, "m4f", &arguments, &keys, &mut figures, &mut bounds)?;
     }
     around(&mut figures)?;
+    together("generated", &mut figures)?;
     let least = json(sim().args(["board", "m4f", "--build", "--least", "--json"]))?;
     figures.insert("least.flash_bytes".into(), least["flash_bytes"].as_f64().context("the bytes of flash")?);
     board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
@@ -102,6 +103,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         let wish = ["--db", &database, "--input", &clip];
         let labels = ["--action", "walk", "--input-style", "normal"];
         measure("reference", &wish, &labels, &mut figures, &mut bounds)?;
+        together("reference", &mut figures)?;
     } else {
         println!("no captured motion here: its budgets are not looked at");
     }
@@ -145,7 +147,7 @@ fn measure(
     Ok(())
 }
 
-/// What stands around a step: each by itself, and together with the stages of feet.
+/// What stands around a step, each by itself.
 fn around(figures: &mut Figures) -> Result<()> {
     let found = json(sim().args(["board", "m4f", "--around", "--json"]))?;
     for (name, counts) in found.as_object().context("figures by name")? {
@@ -154,13 +156,18 @@ fn around(figures: &mut Figures) -> Result<()> {
             figures.insert(format!("around.{name}_{which}"), value);
         }
     }
+    Ok(())
+}
+
+/// The sum of what stands around a step and of that stream's stages of feet.
+fn together(stream: &str, figures: &mut Figures) -> Result<()> {
     for which in ["median", "max"] {
         let (stages, programs) = TOGETHER;
-        let stages = stages.map(|s| format!("generated.{s}_{which}"));
+        let stages = stages.map(|s| format!("{stream}.{s}_{which}"));
         let programs = programs.map(|p| format!("around.{p}_{which}"));
         let parts = stages.iter().chain(&programs);
         let sum = parts.map(|p| figures.get(p).with_context(|| format!("no {p}"))).sum::<Result<f64>>()?;
-        figures.insert(format!("around.together_{which}"), sum);
+        figures.insert(format!("{stream}.together_{which}"), sum);
     }
     Ok(())
 }

@@ -11,13 +11,13 @@
 //! regression  r₁ · n D + r₂ · c D              c classes used
 //! timing      t₁ · n + t₂ · c
 //! rest        e₁ · J + e₂ · n + e₃ · classes searched
-//! contacts    v · n
+//! contacts    v · voters       the nearest of them, 160 at most
 //! lock        f
 //! ```
 //!
 //! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
-use gestus_core::{Database, Report, Stage};
+use gestus_core::{Database, Report, Stage, contact::MOST_VOTERS};
 
 /// Terms of the sums above.
 pub const TERMS: usize = 13;
@@ -61,6 +61,8 @@ pub struct Work {
     pub used: f64,
     /// Examples unpacked, over all of them.
     pub examples: f64,
+    /// Examples that vote for contacts.
+    pub voters: f64,
     /// Rows of an example, in those of an example with one output style.
     pub rows: f64,
 }
@@ -80,7 +82,7 @@ impl Work {
             self.joints,
             self.examples,
             self.searched,
-            self.examples,
+            self.voters,
             1.0,
         ]
     }
@@ -93,8 +95,10 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
     let allowed = |class: &gestus_core::blob::Class| {
         labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
     };
-    let examples: usize =
-        report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k))).sum();
+    let each =
+        || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
+    let voters = MOST_VOTERS / report.classes.len().max(1);
+    let examples: usize = each().sum();
     let work = Work {
         joints: number(counts.joints),
         dofs: number(counts.dofs),
@@ -104,6 +108,7 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
         visits: f64::from(report.visits),
         used: number(report.classes.len()),
         examples: number(examples),
+        voters: number(each().map(|n| n.min(voters)).sum()),
         rows: 1.0,
     };
     work.units()

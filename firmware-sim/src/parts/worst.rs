@@ -16,7 +16,7 @@
 //! worst frame"). So the counts are proven and the prices are measured, with a margin; `cargo xtask budget` holds the
 //! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
 
-use gestus_core::{Config, Database, knn::MAX_VISITS};
+use gestus_core::{Config, Database, contact::MOST_VOTERS, knn::MAX_VISITS};
 
 use super::{cost::Work, prices::Isa};
 
@@ -112,6 +112,7 @@ impl Shape {
             visits: visits as f64,
             used: used as f64,
             examples: (used * self.k) as f64,
+            voters: (used * self.k).min(MOST_VOTERS) as f64,
             rows: (ROWS_INPUT + ROWS_OUTPUT * self.styles as f64) / (ROWS_INPUT + ROWS_OUTPUT),
         };
         let first = kept.min(KEPT_ANEW) + usize::from(searched > 0);
@@ -171,7 +172,7 @@ mod tests {
             format!("regression {r} · n D + {r_class} · classes unpacked · D"),
             format!("timing {t} · n + {t_class} · classes unpacked"),
             format!("rest {joint} · J + {e} · n + {class} · C"),
-            format!("contacts {c} · n"),
+            format!("contacts {c} · the smaller of n and {MOST_VOTERS}"),
             format!("lock {l}"),
         ];
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PORTING.md");
