@@ -1,10 +1,13 @@
 //! Golden digests: the same blob and the same input give the same bits, in debug and in release, looked into or not, in
 //! every capacity, and in every later version that does not mean to change them.
 //!
-//! `golden/blob-v1.gestus` is a small generated database of format version 1. It is kept, not rebuilt: the builder may
-//! change, and old blobs have to open. The input comes from the core's own sine, which has the same bits everywhere.
+//! `golden/blob-v1.gestus` is a small generated database of format version 1, as the first builder made it, and
+//! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held. They are kept, not
+//! rebuilt: the builder may change, and old blobs have to open. The input comes from the core's own sine, which has the
+//! same bits everywhere.
 //!
-//! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the blob too.
+//! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the
+//! second blob too.
 
 use std::{fs, path::PathBuf};
 
@@ -31,8 +34,14 @@ fn record() -> Option<String> {
     std::env::var("GESTUS_RECORD").ok()
 }
 
-fn blob() -> Vec<u8> {
-    let path = golden("blob-v1.gestus");
+/// The first blob.
+fn first() -> Vec<u8> {
+    fs::read(golden("blob-v1.gestus")).unwrap()
+}
+
+/// The blob with legs.
+fn with_legs() -> Vec<u8> {
+    let path = golden("blob-v1-legs.gestus");
     if record().as_deref() == Some("blob") {
         fs::write(&path, motion::blob(KEPT)).unwrap();
     }
@@ -90,6 +99,7 @@ fn digest<const J: usize, const K: usize, const C: usize>(blob: &[u8], config: C
     let mut stylizer = Box::new(Stylizer::<J, K, C>::new(database, config).unwrap());
     let mut looks = Looks::default();
     let (mut digest, mut output) = (Digest::new(), Pose::IDENTITY);
+    let mut held = false;
     for t in 0..FRAMES {
         match t {
             0 => stylizer.set_style(&[(1, 1.0)]).unwrap(),
@@ -120,17 +130,19 @@ fn digest<const J: usize, const K: usize, const C: usize>(blob: &[u8], config: C
             stylizer.step(&pose, &mut output)
         };
         digest.add(&output, database.counts().joints, report.step_s);
+        held |= report.held != [false; 2];
         for share in &report.classes {
             assert!(share.proportion > 0.0);
         }
     }
     assert_eq!(look, looks.0 != 0);
+    assert_eq!(held, database.legs().is_some(), "feet are held where there are legs");
     digest.value()
 }
 
 #[test]
 fn digests_are_as_recorded() {
-    let blob = blob();
+    let (first, with_legs) = (first(), with_legs());
     let cases = [
         ("default", Config::new()),
         ("paper", Config::paper()),
@@ -141,12 +153,19 @@ fn digests_are_as_recorded() {
         ("statistic", Config::new().method(Method::Statistic)),
         ("statistic-running", Config::new().method(Method::Statistic).halflife_s(1.5)),
     ];
+    let legs = [
+        ("legs", Config::new()),
+        ("legs-stepping", Config::new().release_m(0.02).speed_limit(0.0)),
+        ("legs-lti", Config::new().method(Method::Lti)),
+        ("legs-statistic", Config::new().method(Method::Statistic)),
+    ];
     let mut found = String::new();
-    for (name, config) in cases {
-        let small = digest::<22, 40, 28>(&blob, config, false);
-        assert_eq!(small, digest::<22, 40, 28>(&blob, config, true), "{name}: looked into");
-        assert_eq!(small, digest::<64, 64, 256>(&blob, config, false), "{name}: larger capacities");
-        assert_eq!(small, digest::<21, 40, 6>(&blob, config, true), "{name}: least capacities");
+    let of_first = cases.map(|(name, config)| (name, config, &first));
+    for (name, config, blob) in of_first.into_iter().chain(legs.map(|(n, c)| (n, c, &with_legs))) {
+        let small = digest::<22, 40, 28>(blob, config, false);
+        assert_eq!(small, digest::<22, 40, 28>(blob, config, true), "{name}: looked into");
+        assert_eq!(small, digest::<64, 64, 256>(blob, config, false), "{name}: larger capacities");
+        assert_eq!(small, digest::<21, 40, 6>(blob, config, true), "{name}: least capacities");
         found += &format!("{name} {small:08x}\n");
     }
     let path = golden("stream.txt");
@@ -160,10 +179,12 @@ fn digests_are_as_recorded() {
 /// Every blob that was ever kept opens, and says what is in it.
 #[test]
 fn kept_blobs_open() {
-    let blob = blob();
-    let database = Database::open(&blob).unwrap();
-    let manifest = database.manifest().unwrap();
-    assert_eq!(manifest.styles.iter().collect::<Vec<_>>(), motion::STYLES);
-    assert_eq!(manifest.actions.iter().collect::<Vec<_>>(), motion::ACTIONS);
-    assert_eq!(database.counts().frames, 600);
+    for (blob, legs) in [(first(), false), (with_legs(), true)] {
+        let database = Database::open(&blob).unwrap();
+        let manifest = database.manifest().unwrap();
+        assert_eq!(manifest.styles.iter().collect::<Vec<_>>(), motion::STYLES);
+        assert_eq!(manifest.actions.iter().collect::<Vec<_>>(), motion::ACTIONS);
+        assert_eq!(database.counts().frames, 600);
+        assert_eq!(database.legs().is_some(), legs);
+    }
 }

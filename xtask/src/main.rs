@@ -93,7 +93,7 @@ enum Chore {
     RealData,
     /// Record the golden digests anew, and show what changed
     Golden {
-        /// The golden blob too: where the format or the builder was meant to change
+        /// The golden blob with legs too: where the format or the builder was meant to change
         #[arg(long)]
         blob: bool,
     },

@@ -30,7 +30,7 @@ pub const LONG: (usize, usize) = (10_000, 250);
 /// Length of a generated clip.
 const SECONDS: f64 = 12.0;
 /// The database of the long stream: small, and kept for as long as the format is.
-pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1.gestus");
+pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1-legs.gestus");
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
