@@ -143,7 +143,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             self.fault(header, Fault::Version { need: VERSION, have: header.version });
             return true;
         }
-        let request = request(message);
+        let request = Self::request(message);
         let new_session = match request {
             Some(Request::Hello { session }) if *self.session != Some(session) => Some(session),
             _ => None,
@@ -171,6 +171,13 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             self.fault(header, fault);
         }
         true
+    }
+
+    // On its own: what it takes apart is off the stack in a step. With the desk's capacities: it is compiled with the
+    // firmware, for size.
+    #[inline(never)]
+    fn request(message: &[u8]) -> Option<Request<'_>> {
+        decode(message)
     }
 
     // What it calls is never inlined into it: the frames of a step and of a page of statistics would add up.
@@ -375,12 +382,6 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         // A fault is a few bytes, and N is at least 64.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }
-}
-
-// On its own: what it takes apart is off the stack in a step.
-#[inline(never)]
-fn request(message: &[u8]) -> Option<Request<'_>> {
-    decode(message)
 }
 
 fn overlong(_: Full) -> Fault {
