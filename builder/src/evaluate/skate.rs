@@ -196,7 +196,7 @@ fn one(
                 let raw = &performances[1].1;
                 row.extend(speed::over(&legs, input_fastest, raw, performance, streamed));
                 row.insert("held_cm_max".into(), (100.0 * held_most(streamed)).into());
-                row.insert("let_go".into(), let_go(streamed).into());
+                row.insert("let_go".into(), let_go(streamed, raw).into());
             }
             if *method == "locked" {
                 row.extend(speed::held_back(skeleton, &performances[2].1, performance));
@@ -208,14 +208,12 @@ fn one(
     Ok((rows, figure))
 }
 
-/// How often a foot that stands was let go for the distance.
-fn let_go(streamed: &Streamed) -> usize {
-    let steps = &streamed.steps;
-    (1..steps.len())
+/// How often a foot was let go that stands by its neighbors' votes: for the distance, after which it steps.
+fn let_go(streamed: &Streamed, raw: &Performance) -> usize {
+    let held = |t: usize, side: usize| streamed.steps[t].report.held[side];
+    (1..streamed.steps.len())
         .flat_map(|t| [0, 1].map(|side| (t, side)))
-        .filter(|&(t, side)| {
-            steps[t - 1].report.held[side] && !steps[t].report.held[side] && steps[t].report.contacts[side]
-        })
+        .filter(|&(t, side)| held(t - 1, side) && !held(t, side) && raw.stands[t][side])
         .count()
 }
 
