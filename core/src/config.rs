@@ -135,9 +135,9 @@ settings! {
     safety: Safety;
     /// Whether feet that stand are held where they stand. Default true.
     contacts: bool;
-    /// A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+    /// A foot that is held further than this from where the prediction has it steps there, metres, 0.01 to 1.
     release_m: f32;
-    /// How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+    /// How long a foot that goes up or steps takes back to where the prediction has it at least, seconds, 0.01 to 2.
     ease_s: f32;
     /// How many times the input's fastest joint of the last seconds a joint of the output may turn ([`crate::limit`]), 1
     /// to 100; 0: as fast as it does. Default 1.2.

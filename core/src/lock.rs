@@ -86,7 +86,7 @@ struct Foot {
     phase: Phase,
     /// What is added to the ankle's place, metres, the root's lift apart.
     offset: Vector,
-    /// Held: the place on the ground (y unused). Free: the offset when it was let go.
+    /// Held: the place on the ground (y unused). Free or stepping: the offset when it was let go.
     held: Vector,
     /// Where the joint that does not carry the foot was on the ground in the last frame.
     other: [f32; 2],
@@ -109,9 +109,9 @@ impl Foot {
 pub struct Tuning {
     /// Whether feet are held at all; where not, what has been done is eased out, but for the way that the root has gone.
     pub on: bool,
-    /// A foot that is held further than this from where the prediction has it is let go, metres.
+    /// A foot that is held further than this from where the prediction has it steps there, metres.
     pub release_m: f32,
-    /// How long an offset is eased out, seconds.
+    /// How long an offset is eased out at least, seconds.
     pub ease_s: f32,
 }
 

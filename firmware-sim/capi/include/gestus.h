@@ -210,9 +210,9 @@ typedef enum GestusParameter {
   GESTUS_PARAMETER_CONTACTS = 18,
   // What is put out where the input fails. 0 follow, 1 hold, 2 rest.
   GESTUS_PARAMETER_SAFETY = 19,
-  // A foot that is held further than this from where the prediction has it is let go, metres, 0.01 to 1.
+  // A foot that is held further than this from where the prediction has it steps there, metres, 0.01 to 1.
   GESTUS_PARAMETER_RELEASE = 20,
-  // How long a foot that was let go takes back to where the prediction has it, seconds, 0.01 to 2.
+  // How long a foot that goes up or steps takes back to where the prediction has it at least, seconds, 0.01 to 2.
   GESTUS_PARAMETER_EASE = 21,
   // How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More
   // lets the regression forget its last answer sooner at a small λ.
