@@ -16,7 +16,8 @@
 //! [`DELAY_FRAMES`]; files can take the paper's Gaussian (the builder's `contact::smoothed`) instead. A foot stands
 //! where the smoothed likelihood is above one half.
 //!
-//! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the instructions of the stage.
+//! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
+//! instructions of the stage.
 
 use crate::{
     blob::{
@@ -73,15 +74,29 @@ pub(crate) fn label(database: &Database<'_>, row: usize, output: Stands, strengt
     label
 }
 
+/// How many neighbors of each class vote, the nearest, where so many classes are kept.
+#[inline]
+pub fn voters(classes: usize) -> usize {
+    MOST_VOTERS / classes.max(1)
+}
+
 /// Votes for the left and the right foot.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Votes {
     stands: [f32; 2],
     total: [f32; 2],
+    /// How many neighbors of a class are asked; none by default.
+    pub asked: usize,
 }
 
 impl Votes {
+    /// No votes yet, in a frame that keeps so many classes.
+    #[inline]
+    pub fn of(classes: usize) -> Self {
+        Self { asked: voters(classes), ..Self::default() }
+    }
+
     /// Counts a neighbor: its label, left and right from 0 to 1, its squared distance seen from each foot, and its
     /// class's proportion.
     // Not inlined: it is compiled with the core, for speed, however its caller is.

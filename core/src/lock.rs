@@ -95,12 +95,12 @@ struct Foot {
 }
 
 impl Foot {
+    const FREE: Self =
+        Self { phase: Phase::Free, offset: [0.0; 3], held: [0.0; 3], other: [0.0; 2], age_s: 0.0 };
+
     fn is_held(&self) -> bool {
         matches!(self.phase, Phase::Heel | Phase::Toe)
     }
-
-    const FREE: Self =
-        Self { phase: Phase::Free, offset: [0.0; 3], held: [0.0; 3], other: [0.0; 2], age_s: 0.0 };
 }
 
 /// How feet are locked.
@@ -276,7 +276,6 @@ impl Lock {
     }
 
     /// Moves the root on the ground, x and z; held feet stay.
-    #[inline(never)]
     fn move_root(&mut self, [x, z]: [f32; 2], root: &mut Vector) {
         self.drift = [self.drift[0] + x, self.drift[1] + z];
         *root = add(*root, [x, 0.0, z]);

@@ -169,7 +169,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let Some(&nearest) = report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| is_wanted(frame, mix)) {
             let mut none = Votes::default();
-            report.bytes_read += self.gather(frame, metric, nearest, mix, signals, (&mut none, 0), observer);
+            report.bytes_read += self.gather(frame, metric, nearest, mix, signals, &mut none, observer);
             let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
             let slots = inputs.zip(signals.y_prev.as_flattened_mut());
             for (d, ((x_prev, x), y_prev)) in slots.enumerate().take(database.counts().dofs) {
@@ -187,7 +187,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     }
 
     /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets the
-    /// nearest of them vote, `voters` at most. Returns the bytes read.
+    /// nearest of them vote. Returns the bytes read.
     #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn gather(
@@ -197,7 +197,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         share: Share,
         mix: usize,
         signals: &Signals<J>,
-        (votes, voters): (&mut Votes, usize),
+        votes: &mut Votes,
         observer: &mut impl Observer<J>,
     ) -> u32 {
         let Frame { database, settings, .. } = frame;
@@ -207,7 +207,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         observer.stage(Stage::Contacts);
         let legs = database.legs();
         let mut asked = [contact::Asked::NOTHING; 2];
-        for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()).filter(|_| voters > 0) {
+        for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()).filter(|_| votes.asked > 0) {
             asked.ask(database, leg, x, x_prev);
         }
         observer.stage(Stage::Rest);
@@ -224,7 +224,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             observer.stage(Stage::Decode);
             let example = self.examples.place().as_flattened_mut();
             let read = examples::read(database, class, row, mix, &heard, example);
-            if i < voters {
+            if i < votes.asked {
                 observer.stage(Stage::Contacts);
                 let distances = if legs.is_some() {
                     let [left, right] = &asked;
@@ -292,15 +292,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             kappa: config.kappa,
             rho: config.rho,
         };
-        let mut votes = Votes::default();
+        let mut votes = Votes::of(report.classes.len());
         let mut step_s = 0.0;
         signals.predicted.fill([0.0; 4]);
-        let voters = contact::MOST_VOTERS / report.classes.len().max(1);
         for share in &report.classes {
             let class = usize::from(share.class);
             // The root's mix first: its answers stay until the time step and the votes are told.
-            let voters = (&mut votes, voters);
-            report.bytes_read += self.gather(frame, metric, *share, lead, signals, voters, observer);
+            report.bytes_read += self.gather(frame, metric, *share, lead, signals, &mut votes, observer);
             self.answer(frame, *share, lead, signals, &parameters);
             observer.stage(Stage::Timing);
             let (y, y_prev) = (signals.output.as_flattened(), signals.y_prev.as_flattened());
@@ -314,8 +312,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                 }
                 // Feet and time have been voted for.
                 let mut none = Votes::default();
-                report.bytes_read +=
-                    self.gather(frame, metric, *share, mix, signals, (&mut none, 0), observer);
+                report.bytes_read += self.gather(frame, metric, *share, mix, signals, &mut none, observer);
                 self.answer(frame, *share, mix, signals, &parameters);
             }
         }

@@ -17,7 +17,7 @@
 //!
 //! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
-use gestus_core::{Database, Report, Stage, contact::MOST_VOTERS};
+use gestus_core::{Database, Report, Stage, contact};
 
 /// Terms of the sums above.
 pub const TERMS: usize = 13;
@@ -97,7 +97,7 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
     };
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
-    let voters = MOST_VOTERS / report.classes.len().max(1);
+    let voters = contact::voters(report.classes.len());
     let examples: usize = each().sum();
     let work = Work {
         joints: number(counts.joints),
