@@ -76,6 +76,9 @@ pub struct WishArgs {
     /// How many times lambda the coefficient of the last output is penalised with
     #[arg(long)]
     feedback: Option<f32>,
+    /// Half width of the interval that the last output is taken from, in standard deviations of the neighbors'
+    #[arg(long)]
+    feedback_kappa: Option<f32>,
     /// Width of the mixing kernel
     #[arg(long)]
     delta: Option<f32>,
@@ -142,6 +145,7 @@ impl WishArgs {
         config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
         config = self.feedback.map_or(config, |v| config.feedback(v));
+        config = self.feedback_kappa.map_or(config, |v| config.feedback_kappa(v));
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));

@@ -289,6 +289,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             lambda: config.lambda,
             ridge: config.ridge,
             feedback: config.feedback,
+            feedback_kappa: config.feedback_kappa,
             kappa: config.kappa,
             rho: config.rho,
         };

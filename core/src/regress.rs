@@ -20,6 +20,10 @@
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
 //!
+//! **The last answer** (ours). Where `y[t-1] - ρ Δx` lies outside `μ ± κy σ` of the neighbors', nothing was learnt of what
+//! follows it: another class has been taken on, or a body does what none has done, and answers that are far off would
+//! feed each other. The model is asked at the interval's end; what is beyond is dropped.
+//!
 //! **Standing still** (ours). Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept.
 //! Where the root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, what is
 //! kept goes over to what takes the neighbors' mean to the input's own velocity: `p ρ Δx + (1 - p) (x - mean y[t])` with
@@ -54,6 +58,8 @@ pub struct Parameters {
     pub feedback: f32,
     /// κ: half width of the interval of trust, in standard deviations.
     pub kappa: f32,
+    /// κy: the same for `y[t-1]`.
+    pub feedback_kappa: f32,
     /// ρ: how much of what lies outside is kept in the output, 0 to 1.
     pub rho: f32,
 }
@@ -268,6 +274,7 @@ impl<const J: usize> Examples<J> {
         }
         let p = input[0] * inverse_step - outside - rp;
         let q = input[1] * inverse_step - kept - rq;
+        let q = q - beyond(q, s.q * inverse, s.qq * inverse, parameters.feedback_kappa);
         step * (a * p + b * q + c * (x - outside) + e + ry + kept)
     }
 }
@@ -297,13 +304,13 @@ impl<const J: usize> Default for Examples<J> {
 }
 
 /// By how much `x` lies outside `μ ± κ σ`, with the mean and the mean square of the examples (eq. 6).
+#[inline(never)]
 fn beyond(x: f32, mean: f32, mean_square: f32, kappa: f32) -> f32 {
-    let half = kappa * sqrt(mean_square - mean * mean);
-    if x > mean + half {
-        x - (mean + half)
-    } else if x < mean - half {
-        x - (mean - half)
-    } else {
-        0.0
+    let (apart, variance) = (x - mean, mean_square - mean * mean);
+    // Most are inside: no root is needed for those.
+    if apart * apart <= kappa * kappa * variance {
+        return 0.0;
     }
+    let half = kappa * sqrt(variance);
+    apart - clamp(apart, -half, half)
 }

@@ -26,6 +26,8 @@ pub struct Parameters {
     pub normalised: bool,
     /// How many times λ the coefficient of `y[t-1]` is penalised with.
     pub feedback: f64,
+    /// κy: half width of the interval that `y[t-1]` is taken from.
+    pub feedback_kappa: f64,
     /// δ of eq. 4.
     pub delta: f64,
     /// Weight that may be dropped.
@@ -219,16 +221,22 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     }
     let beta = matrix.lu().solve(&right).expect("a penalised system is regular");
     let n = examples.len() as f64;
-    let mean = examples.iter().map(|e| e.x[d]).sum::<f64>() / n;
-    let sigma = (examples.iter().map(|e| (e.x[d] - mean).powi(2)).sum::<f64>() / n).sqrt();
+    // By how much a value lies outside `mean ± width sigma` of the examples' variable.
+    let beyond = |value: f64, width: f64, variable: &dyn Fn(&Example) -> f64| {
+        let mean = examples.iter().map(variable).sum::<f64>() / n;
+        let sigma = (examples.iter().map(|e| (variable(e) - mean).powi(2)).sum::<f64>() / n).sqrt();
+        (value - (mean + width * sigma)).max(0.0) + (value - (mean - width * sigma)).min(0.0)
+    };
     let [x_prev, y_prev, x] = input;
-    let outside = (x - (mean + p.kappa * sigma)).max(0.0) + (x - (mean - p.kappa * sigma)).min(0.0);
+    let outside = beyond(x, p.kappa, &|e| e.x[d]);
     let mut kept = p.rho * outside;
     if [dof::FORWARD, dof::LEFT].contains(&d) && outside != 0.0 {
         let part = (x / (x - outside)).abs().min(1.0);
         kept = part * kept + (1.0 - part) * (x - examples.iter().map(|e| e.y[d]).sum::<f64>() / n);
     }
-    let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
+    let y_prev = y_prev - kept;
+    let y_prev = y_prev - beyond(y_prev, p.feedback_kappa, &|e| e.y_prev[d]);
+    let asked = Vector4::new((x_prev - outside) / s, y_prev / s, (x - outside) / s, 1.0);
     beta.dot(&asked) * s + kept
 }
 

@@ -111,6 +111,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         lambda: number("lambda"),
         normalised: config["ridge_mode"] == "norm",
         feedback: number("feedback"),
+        feedback_kappa: number("feedback_kappa"),
         delta: number("delta"),
         kappa: number("kappa"),
         rho: number("rho"),

@@ -33,6 +33,7 @@ struct Case {
     strength: Vec<(u16, f32)>,
     ridge: (Ridge, f32),
     feedback: f32,
+    feedback_kappa: f32,
     bias: (f32, f32),
     delta: f32,
     classes: u8,
@@ -51,6 +52,7 @@ impl Case {
             strength: vec![],
             ridge: (Ridge::Raw, 0.1),
             feedback: 1.0,
+            feedback_kappa: 1.5,
             bias: (0.25, 0.5),
             delta: 0.2,
             classes: 8,
@@ -67,6 +69,7 @@ impl Case {
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)
             .feedback(self.feedback)
+            .feedback_kappa(self.feedback_kappa)
             .kappa(self.bias.0)
             .rho(self.bias.1)
             .delta(self.delta)
@@ -97,6 +100,7 @@ impl Case {
             lambda: f64::from(self.ridge.1),
             normalised: self.ridge.0 == Ridge::Normalised,
             feedback: f64::from(self.feedback),
+            feedback_kappa: f64::from(self.feedback_kappa),
             delta: f64::from(self.delta),
             prune: 0.01,
             classes: usize::from(self.classes),
@@ -291,6 +295,8 @@ fn small_classes_agree_under_every_setting() {
         Case { ridge: (Ridge::Normalised, 0.1), style: vec![(1, 1.0), (2, 1.0)], ..case("normalised, two") },
         Case { ridge: (Ridge::Normalised, 0.1), feedback: 30.0, ..case("normalised, feedback") },
         Case { feedback: 7.0, ..case("raw, feedback") },
+        Case { feedback_kappa: 0.3, ..case("narrow interval of the last answer") },
+        Case { feedback_kappa: 1e6, ..case("no interval of the last answer") },
         Case { ridge: (Ridge::Raw, 1.0), ..case("raw, strong") },
         Case { bias: (2.0, 0.7), ..case("the paper's bias") },
         Case { bias: (0.0, 1.0), ..case("all is outside") },

@@ -63,6 +63,8 @@ parameters! {
     FEEDBACK = 22, "feedback";
     /// [`Config::speed_limit`].
     SPEED_LIMIT = 23, "speed_limit";
+    /// [`Config::feedback_kappa`].
+    FEEDBACK_KAPPA = 24, "feedback_kappa";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -93,6 +95,7 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         EASE => config.ease_s,
         FEEDBACK => config.feedback,
         SPEED_LIMIT => config.speed_limit,
+        FEEDBACK_KAPPA => config.feedback_kappa,
         _ => return None,
     })
 }
@@ -133,6 +136,7 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         EASE => config.ease_s(value),
         FEEDBACK => config.feedback(value),
         SPEED_LIMIT => config.speed_limit(value),
+        FEEDBACK_KAPPA => config.feedback_kappa(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -177,7 +181,8 @@ mod tests {
             .release_m(0.5)
             .ease_s(1.0)
             .feedback(3.0)
-            .speed_limit(1.5);
+            .speed_limit(1.5)
+            .feedback_kappa(2.5);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);
@@ -205,8 +210,8 @@ mod tests {
         ] {
             assert_eq!(set(config, number, value), Err(ConfigError::Parameter), "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 24, have: 24 };
-        assert_eq!(set(config, 24, 0.0), Err(unknown));
-        assert_eq!(value(&config, 24), None);
+        let unknown = ConfigError::Unknown { id: 25, have: 25 };
+        assert_eq!(set(config, 25, 0.0), Err(unknown));
+        assert_eq!(value(&config, 25), None);
     }
 }
