@@ -349,7 +349,7 @@ impl Foot {
     /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
     /// floor that they would stand on. Returns how far a foot that was held before slides in the prediction, x and z,
     /// and 1 in between; zeros of others.
-    #[inline(never)]
+    #[inline]
     fn advance(
         &mut self,
         chain: &Chain,
