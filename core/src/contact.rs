@@ -147,7 +147,7 @@ impl Asked {
 
     /// Takes in a leg of the dofs `x`, which were `x_prev` in the frame before. In its place: to return it would take
     /// its room on the stack once more.
-    #[inline(never)]
+    #[inline]
     pub fn ask(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
         self.rate_weight = RATE_WEIGHT_S * database.rate_hz();
         for (joint, of) in self.joints.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {

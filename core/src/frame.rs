@@ -3,6 +3,9 @@
 
 use crate::{Config, blob::Database, pose::Dofs, settings::Settings};
 
+/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
+pub(crate) const BEYOND_ANY_BODY: f32 = 1e3;
+
 /// What stays the same through a frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a, 'db> {
@@ -20,10 +23,12 @@ pub(crate) struct Signals<const J: usize> {
     pub x: Dofs<J>,
     /// `x[t-1]`.
     pub x_prev: Dofs<J>,
-    /// `y[t-1]`: the last prediction, before strength; what a regression is fed back.
+    /// `y[t-1]`: the last prediction, before strength. The mixture puts what it feeds back in its place.
     pub y_prev: Dofs<J>,
     /// `y[t]`.
     pub predicted: Dofs<J>,
+    /// By how much faster than predicted the body is to be moved over the ground, ahead and to the left, m/s. Taken once.
+    pub standing: [f32; 2],
     /// The dofs put out, after strength; until then room for what one class predicts.
     pub output: Dofs<J>,
 }
@@ -32,6 +37,6 @@ impl<const J: usize> Signals<J> {
     /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
     pub const NEW: Self = {
         let zero = [[0.0; 4]; J];
-        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, output: zero }
+        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, standing: [0.0; 2], output: zero }
     };
 }

@@ -16,11 +16,12 @@ use crate::{
     blob::layout::dof,
     contact::{self, Votes},
     examples,
-    frame::{Frame, Signals},
+    frame::{BEYOND_ANY_BODY, Frame, Signals},
     knn::{Limits, MAX_VISITS, Metric, Searcher},
-    math::clamp,
+    math::{abs, clamp},
     mixture::{self, Share},
     observe::Stage,
+    pose::Dofs,
     query::{ALIGNED, Window},
     regress::{Examples, Parameters, ROOM},
     timing::Steps,
@@ -44,6 +45,8 @@ pub(crate) struct Mar<const J: usize, const K: usize, const C: usize> {
     mean_distance2: [f32; C],
     examples: Examples<J>,
     steps: Steps<K>,
+    /// The last prediction as it is fed back.
+    fed: Dofs<J>,
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
@@ -56,6 +59,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         mean_distance2: [0.0; C],
         examples: Examples::new(),
         steps: Steps::new(),
+        // Written before it is read.
+        fed: [[0.0; 4]; J],
     };
 
     /// Forgets the stream.
@@ -89,6 +94,8 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         self.search(frame, &metric, report, observer);
         if frame.first {
             self.settle(frame, &metric, signals, report, observer);
+        } else {
+            self.feed(frame, signals);
         }
         self.regress(frame, &metric, signals, report, observer);
     }
@@ -186,6 +193,18 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
     }
 
+    /// Puts what is fed back in the place of the last prediction, but of the yaw, which is the input's as a rule, and where
+    /// no body comes to it.
+    fn feed(&self, frame: Frame<'_, '_>, signals: &mut Signals<J>) {
+        let slots = signals.y_prev.as_flattened_mut().iter_mut().zip(self.fed.as_flattened());
+        for (d, (y_prev, &fed)) in slots.enumerate().take(frame.database.counts().dofs) {
+            // Not of NaN either.
+            if d != dof::YAW && abs(fed) < BEYOND_ANY_BODY {
+                *y_prev = fed;
+            }
+        }
+    }
+
     /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets the
     /// nearest of them vote. Returns the bytes read.
     #[allow(clippy::too_many_arguments)]
@@ -250,7 +269,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
     /// What a class predicts of every dof, in one mix of styles, left in `output`; those of the groups that have it are
     /// added to the mixture's.
     fn answer(
-        &self,
+        &mut self,
         frame: Frame<'_, '_>,
         share: Share,
         mix: usize,
@@ -261,14 +280,20 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let (x, x_prev, y_prev) =
             (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
         let inputs = x_prev.iter().zip(y_prev).zip(x);
-        let outputs = signals.output.as_flattened_mut().iter_mut().zip(signals.predicted.as_flattened_mut());
-        for (d, ((one, all), ((&x_prev, &y_prev), &x))) in
+        let sums = signals.predicted.as_flattened_mut().iter_mut().zip(self.fed.as_flattened_mut());
+        let outputs = signals.output.as_flattened_mut().iter_mut().zip(sums);
+        for (d, ((one, (all, fed)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
-            *one = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
+            let answer = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
+            *one = answer.y;
             if settings.mix_of(database.group_of_dof(d)) == mix {
-                *all += share.proportion * *one;
+                *all += share.proportion * answer.y;
+                *fed += share.proportion * answer.fed_back;
+                if let Some(standing) = signals.standing.get_mut(d.wrapping_sub(dof::FORWARD)) {
+                    *standing += share.proportion * answer.standing;
+                }
             }
         }
     }
@@ -296,6 +321,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let mut votes = Votes::of(report.classes.len());
         let mut step_s = 0.0;
         signals.predicted.fill([0.0; 4]);
+        self.fed.fill([0.0; 4]);
         for share in &report.classes {
             let class = usize::from(share.class);
             // The root's mix first: its answers stay until the time step and the votes are told.

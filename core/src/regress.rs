@@ -20,14 +20,14 @@
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
 //!
-//! **The last answer** (ours). Where `y[t-1] - ρ Δx` lies outside `μ ± κy σ` of the neighbors', nothing was learnt of what
-//! follows it: another class has been taken on, or a body does what none has done, and answers that are far off would
-//! feed each other. The model is asked at the interval's end; what is beyond is dropped.
+//! **What is fed back** (ours). Answers that are far off would feed each other: where another class has been taken on, or
+//! a body does what none has done, nothing was learnt of what follows them. An answer, less `ρ Δx`, is fed back from
+//! no further than `μ ± κy σ` of the neighbors' `y[t]`, with the spread of their `y[t-1]`, which was summed anyway.
 //!
 //! **Standing still** (ours). Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept.
-//! Where the root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, what is
-//! kept goes over to what takes the neighbors' mean to the input's own velocity: `p ρ Δx + (1 - p) (x - mean y[t])` with
-//! `p = |x / e|`, up to 1. A body that stops, stops.
+//! Where the root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, the body is
+//! moved by what takes the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)` more than
+//! the model says, with `p = |x / e|`, up to 1. A body that stops, stops. What is fed back is the model's answer.
 
 use crate::{
     blob::layout::dof,
@@ -58,10 +58,22 @@ pub struct Parameters {
     pub feedback: f32,
     /// κ: half width of the interval of trust, in standard deviations.
     pub kappa: f32,
-    /// κy: the same for `y[t-1]`.
+    /// κy: the same for what is fed back of an answer.
     pub feedback_kappa: f32,
     /// ρ: how much of what lies outside is kept in the output, 0 to 1.
     pub rho: f32,
+}
+
+/// What a class says of one dof, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Answer {
+    /// `y[t]`.
+    pub y: f32,
+    /// What is to be fed back of it.
+    pub fed_back: f32,
+    /// Of the root's ground velocity: by how much faster than `y[t]` the body is moved.
+    pub standing: f32,
 }
 
 /// The variables of an example in quantisation steps, dof by dof: `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` at the places [`X_PREV`],
@@ -230,9 +242,11 @@ impl<const J: usize> Examples<J> {
         step: f32,
         scale: f32,
         parameters: &Parameters,
-    ) -> f32 {
+    ) -> Answer {
         let (sums, first) = (self.sums.as_flattened().get(dof), self.first.as_flattened().get(dof));
-        let (Some(s), Some(&[rp, rq, rx, ry])) = (sums, first) else { return input[2] };
+        let (Some(s), Some(&[rp, rq, rx, ry])) = (sums, first) else {
+            return Answer { y: input[2], fed_back: input[2], standing: 0.0 };
+        };
         let n = f32::from(self.count);
         let inverse_step = 1.0 / step;
 
@@ -266,16 +280,20 @@ impl<const J: usize> Examples<J> {
         let inverse = 1.0 / if n > 0.0 { n } else { 1.0 };
         let x = input[2] * inverse_step - rx;
         let outside = beyond(x, s.x * inverse, s.xx * inverse, parameters.kappa);
-        let mut kept = parameters.rho * outside;
-        if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
-            let x = input[2] * inverse_step;
-            let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            kept = part * kept + (1.0 - part) * (x - (s.y * inverse + ry));
-        }
+        let kept = parameters.rho * outside;
         let p = input[0] * inverse_step - outside - rp;
         let q = input[1] * inverse_step - kept - rq;
-        let q = q - beyond(q, s.q * inverse, s.qq * inverse, parameters.feedback_kappa);
-        step * (a * p + b * q + c * (x - outside) + e + ry + kept)
+        let own = a * p + b * q + c * (x - outside) + e;
+        let (mean, mean_prev) = (s.y * inverse, s.q * inverse);
+        let off = beyond(own - mean + mean_prev, mean_prev, s.qq * inverse, parameters.feedback_kappa);
+        let y = step * (own + ry + kept);
+        let mut standing = 0.0;
+        if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
+            let x = x + rx;
+            let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
+            standing = step * (1.0 - part) * (x - (mean + ry) - kept);
+        }
+        Answer { y, fed_back: y - step * off, standing }
     }
 }
 
@@ -313,4 +331,74 @@ fn beyond(x: f32, mean: f32, mean_square: f32, kappa: f32) -> f32 {
     }
     let half = kappa * sqrt(variance);
     apart - clamp(apart, -half, half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Answers fed back `frames` times to neighbors whose outputs double from one frame to the next.
+    fn fed_back(feedback_kappa: f32, frames: usize) -> f32 {
+        let mut examples = Examples::<1>::new();
+        for i in 0..20 {
+            // Between -9.5 and 9.5 steps, and x of no help.
+            let y_prev = i as f32 - 9.5;
+            let variables = &mut examples.place()[0][3];
+            *variables = [0.0, y_prev, 0.0, 2.0 * y_prev];
+            examples.add(4);
+        }
+        examples.finish(4);
+        let parameters = Parameters {
+            lambda: 1e-3,
+            ridge: Ridge::Raw,
+            feedback: 1.0,
+            kappa: 0.25,
+            feedback_kappa,
+            rho: 0.5,
+        };
+        (0..frames)
+            .fold(1.0, |y_prev, _| examples.predict(3, [0.0, y_prev, 0.0], 1.0, 1.0, &parameters).fed_back)
+    }
+
+    #[test]
+    fn answers_that_feed_each_other_stay_where_the_neighbors_are() {
+        assert!(fed_back(1e6, 20) > 1e6, "{}", fed_back(1e6, 20));
+        // 1.5 deviations of 5.77 steps.
+        let held = fed_back(1.5, 20);
+        assert!((held - 8.65).abs() < 0.01, "{held}");
+        // What lies inside is answered as before.
+        assert_eq!(fed_back(1.5, 3).to_bits(), fed_back(1e6, 3).to_bits());
+    }
+
+    #[test]
+    fn a_body_that_stands_is_moved_as_it_moves() {
+        let mut examples = Examples::<2>::new();
+        for i in 0..20 {
+            // Neighbors walk at 1.0 m/s, deviation 0.058, and their outputs at 0.6, in steps of a millimetre.
+            let x = 1000.0 + 10.0 * (i as f32 - 9.5);
+            examples.place()[1][0] = [x, 600.0, x, 600.0];
+            examples.add(8);
+        }
+        examples.finish(8);
+        let parameters = Parameters {
+            lambda: 0.1,
+            ridge: Ridge::Raw,
+            feedback: 1.0,
+            kappa: 1.0,
+            feedback_kappa: 1.5,
+            rho: 0.5,
+        };
+        let end = 1.0 - 0.0577;
+        let standing = |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &parameters).standing;
+        for x in [0.0, 0.01, 0.3, 0.9] {
+            let (part, outside) = (x / end, x - end);
+            let wanted = (1.0 - part) * (x - 0.6 - 0.5 * outside);
+            assert!((standing(x) - wanted).abs() < 1e-3, "{x}: {} not {wanted}", standing(x));
+        }
+        // At rest all of the outputs' mean goes, beside what the bias takes.
+        assert!((standing(0.0) - (-0.6 + 0.5 * end)).abs() < 1e-3);
+        for x in [0.95, 1.0, 1.05, 2.0] {
+            assert_eq!(standing(x), 0.0, "{x}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ use gestus_core::{
     Database,
     blob::{
         Leg,
-        layout::{NONE, ROOT_DOFS, cycle, dof, flag, query, section},
+        layout::{NONE, ROOT_DOFS, cycle, flag, query, section},
         read::{Record, f32_at, u16_at},
     },
 };
@@ -26,7 +26,7 @@ pub struct Parameters {
     pub normalised: bool,
     /// How many times λ the coefficient of `y[t-1]` is penalised with.
     pub feedback: f64,
-    /// κy: half width of the interval that `y[t-1]` is taken from.
+    /// κy: half width of the interval that is fed back from.
     pub feedback_kappa: f64,
     /// δ of eq. 4.
     pub delta: f64,
@@ -208,8 +208,9 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
     result
 }
 
-/// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, asked at the biased input.
-pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> f64 {
+/// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, asked at the biased input. The
+/// answer, and what is fed back of it.
+pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> [f64; 2] {
     let s = if p.normalised { scale } else { 1.0 };
     let mut matrix = Matrix4::identity() * p.lambda;
     matrix[(1, 1)] *= p.feedback;
@@ -221,23 +222,19 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     }
     let beta = matrix.lu().solve(&right).expect("a penalised system is regular");
     let n = examples.len() as f64;
-    // By how much a value lies outside `mean ± width sigma` of the examples' variable.
-    let beyond = |value: f64, width: f64, variable: &dyn Fn(&Example) -> f64| {
-        let mean = examples.iter().map(variable).sum::<f64>() / n;
-        let sigma = (examples.iter().map(|e| (variable(e) - mean).powi(2)).sum::<f64>() / n).sqrt();
-        (value - (mean + width * sigma)).max(0.0) + (value - (mean - width * sigma)).min(0.0)
+    let mean = |variable: &dyn Fn(&Example) -> f64| examples.iter().map(variable).sum::<f64>() / n;
+    let sigma = |variable: &dyn Fn(&Example) -> f64| {
+        let mean = mean(variable);
+        (examples.iter().map(|e| (variable(e) - mean).powi(2)).sum::<f64>() / n).sqrt()
     };
+    let into = |value: f64, mean: f64, half: f64| value.max(mean - half).min(mean + half);
     let [x_prev, y_prev, x] = input;
-    let outside = beyond(x, p.kappa, &|e| e.x[d]);
-    let mut kept = p.rho * outside;
-    if [dof::FORWARD, dof::LEFT].contains(&d) && outside != 0.0 {
-        let part = (x / (x - outside)).abs().min(1.0);
-        kept = part * kept + (1.0 - part) * (x - examples.iter().map(|e| e.y[d]).sum::<f64>() / n);
-    }
-    let y_prev = y_prev - kept;
-    let y_prev = y_prev - beyond(y_prev, p.feedback_kappa, &|e| e.y_prev[d]);
-    let asked = Vector4::new((x_prev - outside) / s, y_prev / s, (x - outside) / s, 1.0);
-    beta.dot(&asked) * s + kept
+    let outside = x - into(x, mean(&|e| e.x[d]), p.kappa * sigma(&|e| e.x[d]));
+    let kept = p.rho * outside;
+    let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
+    let answer = beta.dot(&asked) * s;
+    let fed_back = into(answer, mean(&|e| e.y[d]), p.feedback_kappa * sigma(&|e| e.y_prev[d]));
+    [answer + kept, fed_back + kept]
 }
 
 /// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.
@@ -286,7 +283,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
-    let mut fed_back = vec![0.0; counts.dofs];
+    let (mut answers, mut fed_back) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
     let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
     for share in &frame.report.classes {
@@ -302,11 +299,12 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
             .map(|n| db.class(class).first_row + usize::from(n.0))
             .collect();
         let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
-        let y: Vec<f64> = (0..counts.dofs)
-            .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p))
-            .collect();
-        for (sum, value) in fed_back.iter_mut().zip(&y) {
-            *sum += proportion * value;
+        let (y, fed): (Vec<f64>, Vec<f64>) = (0..counts.dofs)
+            .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p).into())
+            .unzip();
+        for (d, (y, fed)) in y.iter().zip(fed).enumerate() {
+            answers[d] += proportion * y;
+            fed_back[d] += proportion * fed;
         }
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
@@ -323,10 +321,9 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         }
     }
     // The heading is the input's.
-    fed_back[6] = x[6];
+    (answers[6], fed_back[6]) = (x[6], x[6]);
     let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
-    let predicted =
-        fed_back.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
+    let predicted = answers.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
     Step { predicted, fed_back, step_s, timing_weights, votes: [stands[0] / total[0], stands[1] / total[1]] }
 }
 

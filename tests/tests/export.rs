@@ -212,8 +212,8 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                 .collect();
             let now = ["input_prev", "output_prev", "input"].map(|name| traced.row(name, t));
             for (j, sum) in y.iter_mut().enumerate() {
-                *sum +=
-                    proportion * reference::regress(&examples, j, now.map(|v| v[j]), scales[j], &parameters);
+                let [answer, _] = reference::regress(&examples, j, now.map(|v| v[j]), scales[j], &parameters);
+                *sum += proportion * answer;
             }
             let weights = &traced.row("timing_weights", t)[c * k..][..rows.len()];
             near("sum of timing weights", t, weights.iter().sum(), 1.0, 1e-5);

@@ -13,7 +13,7 @@ use crate::{
     blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
-    frame::{Frame, Signals},
+    frame::{BEYOND_ANY_BODY, Frame, Signals},
     limit::Limit,
     lock::{self, Lock},
     lti::Lti,
@@ -24,9 +24,6 @@ use crate::{
     statistic::Statistic,
     timing::Timing,
 };
-
-/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
-const BEYOND_ANY_BODY: f32 = 1e3;
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
@@ -284,11 +281,15 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             Timing::Sync => input_step,
         };
 
+        let mut velocity = core::mem::take(&mut self.signals.standing);
         let at = |d: usize| self.signals.output.as_flattened().get(d).copied().unwrap_or(0.0);
         if first {
             self.output_anchor = self.input_anchor;
         } else {
-            self.output_anchor.ground = self.output_anchor.moved(at(dof::FORWARD), at(dof::LEFT), step_s);
+            for (velocity, d) in velocity.iter_mut().zip([dof::FORWARD, dof::LEFT]) {
+                *velocity = at(d) + root_strength * *velocity;
+            }
+            self.output_anchor.ground = self.output_anchor.moved(velocity[0], velocity[1], step_s);
             self.output_anchor.heading = match self.config.yaw {
                 Yaw::Input => self.input_anchor.heading,
                 Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
