@@ -1,7 +1,7 @@
 //! Everything in a blob as arrays and JSON, for checking by others.
 //!
-//! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians, and those a second; `DESIGN.md` of the
-//! project lists the names.
+//! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians, and those a second; `docs/CHECKING.md` lists the
+//! names.
 
 use std::{fs, path::Path};
 

@@ -1,4 +1,5 @@
-//! Every step of a stream written down, so that a stranger can compute it again: `gestus translate --trace`.
+//! Every step of a stream written down, so that a stranger can compute it again: `gestus translate --trace`,
+//! `docs/CHECKING.md`.
 
 use std::{io, path::Path};
 
