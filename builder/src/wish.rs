@@ -76,7 +76,7 @@ pub struct WishArgs {
     /// How many times lambda the coefficient of the last output is penalised with
     #[arg(long)]
     feedback: Option<f32>,
-    /// Half width of the interval that an output is fed back from, in standard deviations of the neighbors'
+    /// Half width of the interval about its neighbors' mean that an output is fed back from, in deviations of the dof
     #[arg(long)]
     feedback_kappa: Option<f32>,
     /// Width of the mixing kernel

@@ -110,8 +110,8 @@ settings! {
     /// How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More lets
     /// the regression forget its last answer sooner at a small λ.
     feedback: f32;
-    /// Half width κy of the interval that an answer is fed back from, in standard deviations of the neighbors'
-    /// ([`crate::regress`]), 0 to 1e6. Default 1.5; the paper has no such interval.
+    /// Half width κy of the interval about its neighbors' mean that an answer is fed back from, in standard deviations of the
+    /// dof over the database ([`crate::regress`]), 0 to 1e6. Default 2; the paper has no such interval.
     feedback_kappa: f32;
     /// Kernel width δ of the mixing proportions (eq. 4).
     delta: f32;
@@ -166,7 +166,7 @@ impl Config {
             lambda: 0.1,
             ridge: Ridge::Raw,
             feedback: 1.0,
-            feedback_kappa: 1.5,
+            feedback_kappa: 2.0,
             delta: 0.2,
             prune: 0.01,
             classes: MAX_KEPT as u8,

@@ -3,9 +3,6 @@
 
 use crate::{Config, blob::Database, pose::Dofs, settings::Settings};
 
-/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
-pub(crate) const BEYOND_ANY_BODY: f32 = 1e3;
-
 /// What stays the same through a frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a, 'db> {

@@ -16,9 +16,9 @@ use crate::{
     blob::layout::dof,
     contact::{self, Votes},
     examples,
-    frame::{BEYOND_ANY_BODY, Frame, Signals},
+    frame::{Frame, Signals},
     knn::{Limits, MAX_VISITS, Metric, Searcher},
-    math::{abs, clamp},
+    math::clamp,
     mixture::{self, Share},
     observe::Stage,
     pose::Dofs,
@@ -193,13 +193,12 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
     }
 
-    /// Puts what is fed back in the place of the last prediction, but of the yaw, which is the input's as a rule, and where
-    /// no body comes to it.
+    /// Puts what is fed back in the place of the last prediction, but of the yaw, which is the input's as a rule, and of what
+    /// is no number.
     fn feed(&self, frame: Frame<'_, '_>, signals: &mut Signals<J>) {
         let slots = signals.y_prev.as_flattened_mut().iter_mut().zip(self.fed.as_flattened());
         for (d, (y_prev, &fed)) in slots.enumerate().take(frame.database.counts().dofs) {
-            // Not of NaN either.
-            if d != dof::YAW && abs(fed) < BEYOND_ANY_BODY {
+            if d != dof::YAW && !fed.is_nan() {
                 *y_prev = fed;
             }
         }

@@ -26,7 +26,7 @@ pub struct Parameters {
     pub normalised: bool,
     /// How many times λ the coefficient of `y[t-1]` is penalised with.
     pub feedback: f64,
-    /// κy: half width of the interval that is fed back from.
+    /// κy: half width of the interval that is fed back from, in the dof's scales.
     pub feedback_kappa: f64,
     /// δ of eq. 4.
     pub delta: f64,
@@ -233,7 +233,7 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let kept = p.rho * outside;
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
     let answer = beta.dot(&asked) * s;
-    let fed_back = into(answer, mean(&|e| e.y[d]), p.feedback_kappa * sigma(&|e| e.y_prev[d]));
+    let fed_back = into(answer, mean(&|e| e.y[d]), p.feedback_kappa * scale);
     [answer + kept, fed_back + kept]
 }
 

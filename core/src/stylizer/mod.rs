@@ -13,7 +13,7 @@ use crate::{
     blob::{Database, layout::dof},
     config::Yaw,
     contact::Filter,
-    frame::{BEYOND_ANY_BODY, Frame, Signals},
+    frame::{Frame, Signals},
     limit::Limit,
     lock::{self, Lock},
     lti::Lti,
@@ -24,6 +24,9 @@ use crate::{
     statistic::Statistic,
     timing::Timing,
 };
+
+/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
+const BEYOND_ANY_BODY: f32 = 1e3;
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
