@@ -290,6 +290,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             if settings.mix_of(database.group_of_dof(d)) == mix {
                 *all += share.proportion * answer.y;
                 *fed += share.proportion * answer.fed_back;
+                // The root's velocities over the ground have one.
                 if let Some(standing) = signals.standing.get_mut(d.wrapping_sub(dof::FORWARD)) {
                     *standing += share.proportion * answer.standing;
                 }

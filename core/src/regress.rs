@@ -343,6 +343,15 @@ fn over(apart: f32, half: f32) -> f32 {
 mod tests {
     use super::*;
 
+    const PARAMETERS: Parameters = Parameters {
+        lambda: 0.1,
+        ridge: Ridge::Raw,
+        feedback: 1.0,
+        kappa: 1.0,
+        feedback_kappa: 1.5,
+        rho: 0.5,
+    };
+
     /// Answers fed back `frames` times to neighbors whose outputs double from one frame to the next.
     fn fed_back(feedback_kappa: f32, frames: usize) -> f32 {
         let mut examples = Examples::<1>::new();
@@ -354,14 +363,7 @@ mod tests {
             examples.add(4);
         }
         examples.finish(4);
-        let parameters = Parameters {
-            lambda: 1e-3,
-            ridge: Ridge::Raw,
-            feedback: 1.0,
-            kappa: 0.25,
-            feedback_kappa,
-            rho: 0.5,
-        };
+        let parameters = Parameters { lambda: 1e-3, feedback_kappa, ..PARAMETERS };
         (0..frames)
             .fold(1.0, |y_prev, _| examples.predict(3, [0.0, y_prev, 0.0], 1.0, 1.0, &parameters).fed_back)
     }
@@ -386,16 +388,8 @@ mod tests {
             examples.add(8);
         }
         examples.finish(8);
-        let parameters = Parameters {
-            lambda: 0.1,
-            ridge: Ridge::Raw,
-            feedback: 1.0,
-            kappa: 1.0,
-            feedback_kappa: 1.5,
-            rho: 0.5,
-        };
         let end = 1.0 - 0.0577;
-        let standing = |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &parameters).standing;
+        let standing = |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &PARAMETERS).standing;
         for x in [0.0, 0.01, 0.3, 0.9] {
             let (part, outside) = (x / end, x - end);
             let wanted = (1.0 - part) * (x - 0.6 - 0.5 * outside);

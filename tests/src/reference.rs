@@ -222,18 +222,16 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     }
     let beta = matrix.lu().solve(&right).expect("a penalised system is regular");
     let n = examples.len() as f64;
-    let mean = |variable: &dyn Fn(&Example) -> f64| examples.iter().map(variable).sum::<f64>() / n;
-    let sigma = |variable: &dyn Fn(&Example) -> f64| {
-        let mean = mean(variable);
-        (examples.iter().map(|e| (variable(e) - mean).powi(2)).sum::<f64>() / n).sqrt()
-    };
+    let mean = examples.iter().map(|e| e.x[d]).sum::<f64>() / n;
+    let sigma = (examples.iter().map(|e| (e.x[d] - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let mean_y = examples.iter().map(|e| e.y[d]).sum::<f64>() / n;
     let into = |value: f64, mean: f64, half: f64| value.max(mean - half).min(mean + half);
     let [x_prev, y_prev, x] = input;
-    let outside = x - into(x, mean(&|e| e.x[d]), p.kappa * sigma(&|e| e.x[d]));
+    let outside = x - into(x, mean, p.kappa * sigma);
     let kept = p.rho * outside;
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
     let answer = beta.dot(&asked) * s;
-    let fed_back = into(answer, mean(&|e| e.y[d]), p.feedback_kappa * scale);
+    let fed_back = into(answer, mean_y, p.feedback_kappa * scale);
     [answer + kept, fed_back + kept]
 }
 

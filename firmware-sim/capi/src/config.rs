@@ -106,8 +106,8 @@ pub enum GestusParameter {
     /// How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
     /// fast as it does. Default 1.2.
     SpeedLimit = 23,
-    /// Half width κy of the interval that `y[t-1]` is taken from, in standard deviations of the neighbors'; what is
-    /// beyond is dropped, 0 to 1e6. Default 1.5; the paper has no such interval.
+    /// Half width κy of the interval about its neighbors' mean that an answer is fed back from, in standard deviations of
+    /// the dof over the database, 0 to 1e6. Default 2; the paper has no such interval.
     FeedbackKappa = 24,
 }
 

@@ -3,7 +3,7 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes of any stylizer.
-pub const FIXED_BYTES: usize = 2288;
+pub const FIXED_BYTES: usize = 2680;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 672;
 /// Bytes that a neighbor adds.
@@ -33,7 +33,7 @@ mod tests {
 
     /// Bytes that pointers and lengths of twice the width take on this machine: the database's slices, and a list's
     /// length a class.
-    const WIDER: core::ops::RangeInclusive<usize> = if size_of::<usize>() == 4 { 0..=0 } else { 64..=640 };
+    const WIDER: core::ops::RangeInclusive<usize> = if size_of::<usize>() == 4 { 0..=0 } else { 200..=264 };
     const WIDER_CLASS: usize = size_of::<usize>() - 4;
 
     macro_rules! sizes {
