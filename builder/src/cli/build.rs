@@ -10,7 +10,12 @@ use gestus_builder::{
     annotate::Config,
     build::build,
     corpus::Corpus,
-    effort::{fragment::Library, labels, model::Model, response},
+    effort::{
+        fragment::{self, Library},
+        labels,
+        model::Model,
+        response,
+    },
     groups,
     load::load,
     pair::Scheme,
@@ -190,6 +195,10 @@ fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Resul
         }
         None => Model::of_database(&database)?,
     };
+    if model.library.fragments.is_empty() {
+        eprintln!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST);
+        return Ok(());
+    }
     let Some(dial) = response::solve(&database, corpus, &model, corpus.plain_style())? else {
         eprintln!("no effort dial: it takes two styles of one action");
         return Ok(());

@@ -79,6 +79,12 @@ pub fn run(args: &Args) -> Result<()> {
     if !(0.0..=20.0).contains(&speed) {
         bail!("--speed {speed}: metres a second, from 0 to 20");
     }
+    let (slow, fast) = (model.speeds_m_s[0], model.speeds_m_s[model.speeds_m_s.len() - 1]);
+    if !(slow..=fast).contains(&speed) {
+        eprintln!(
+            "--speed {speed}: the data walks at {slow:.2} to {fast:.2} m/s; what lies beyond is extrapolated"
+        );
+    }
     let clip = model.walk(&body, &weights, speed, args.seconds);
     let text = Bvh::from_clip(&clip, Unit::Centimetres)?.to_text();
     std::fs::write(&args.output, text)

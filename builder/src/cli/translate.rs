@@ -5,7 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     cleanup,
-    effort::{self, fragment::Library, labels, model::Model, sheet, synthesize},
+    effort::{
+        self,
+        fragment::{self, Library},
+        labels,
+        model::Model,
+        sheet, synthesize,
+    },
     report::page,
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap, play},
@@ -198,6 +204,13 @@ fn whole(args: &Args, database: &Database<'_>, input: &Input) -> Result<()> {
         }
         None => Model::of_database(database)?,
     };
+    if model.library.fragments.is_empty() {
+        bail!(
+            "{}: no cycle is as long as {} frames: --method effort has nothing to blend",
+            args.db.display(),
+            fragment::FEWEST
+        );
+    }
     let output = synthesize::translate(&model, &input.mapped, &factors);
     let clip = input.carried(&output.frames, &output.sources);
     std::fs::write(&args.output, input.document(&clip)?.to_text())

@@ -28,15 +28,18 @@ pub fn stretched(content: &[Vec<f64>]) -> Vec<f64> {
 }
 
 impl Components {
-    /// The components of some fragments. Works on the matrix of their inner products, which is smaller than that of
+    /// The components of some fragments; none of none. Works on the matrix of their inner products, which is smaller than that of
     /// their coordinates.
     pub fn of(fragments: &[Fragment]) -> Self {
         let every = fragments.len().div_ceil(SAMPLE).max(1);
         let rows: Vec<Vec<f64>> = fragments.iter().step_by(every).map(|f| stretched(&f.content)).collect();
         let count = rows.len();
+        if count == 0 {
+            return Self { mean: Vec::new(), directions: Vec::new() };
+        }
         let width = rows.first().map_or(0, Vec::len);
         let mean: Vec<f64> =
-            (0..width).map(|c| rows.iter().map(|r| r[c]).sum::<f64>() / count.max(1) as f64).collect();
+            (0..width).map(|c| rows.iter().map(|r| r[c]).sum::<f64>() / count as f64).collect();
         let centred: Vec<Vec<f64>> =
             rows.iter().map(|r| r.iter().zip(&mean).map(|(v, m)| v - m).collect()).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

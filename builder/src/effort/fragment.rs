@@ -27,6 +27,8 @@ const REST_SPEED: f64 = 0.08;
 const REST_S: f64 = 0.3;
 /// A fragment lasts as long at least, seconds.
 const SHORTEST_S: f64 = 0.4;
+/// A cycle of fewer frames has no timing to speak of.
+pub const FEWEST: usize = 8;
 
 /// A stretch of a clip.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,8 +103,7 @@ impl Library {
                 many => many.iter().map(whole).collect(),
             };
             for (from, to) in spans {
-                // A cycle of a few frames has no timing to speak of.
-                if to >= from + 8 {
+                if to >= from + FEWEST {
                     let span = Span { clip: example.clip.name.clone(), from, to };
                     let rows = rows[from..to].to_vec();
                     library.fragments.push(Fragment::new(span, example.action, example.style, rows));
@@ -163,7 +164,7 @@ impl Library {
                 while same(row) {
                     row += 1;
                 }
-                if row >= first + 8 {
+                if row >= first + FEWEST {
                     let clip = (0..database.counts().clips).find(|&c| {
                         let (start, rows) = database.clip(c);
                         (start..start + rows).contains(&first)
