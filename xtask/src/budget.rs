@@ -19,14 +19,13 @@ use anyhow::{Context, Result};
 const FILE: &str = "budgets.toml";
 const OVER: f64 = 1.02;
 /// Numbers of a board's JSON that have a budget.
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 8] = [
     "flash_bytes",
     "ram_bytes",
     "stack_bytes",
     "instructions_median",
     "instructions_max",
     "instructions_open",
-    "row_decode_instructions",
     "bytes_read_median",
     "bytes_read_max",
 ];

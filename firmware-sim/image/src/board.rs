@@ -1,9 +1,7 @@
 //! A board as the link's server sees it: its name, and what it counts.
 
-use core::hint::black_box;
-
 use gestus_core::{
-    Database, Observer, Report, Stage,
+    Observer, Report, Stage,
     link::{Board, Statistic, counter},
 };
 
@@ -24,42 +22,20 @@ pub struct Firmware<C> {
     open: u64,
     /// Bytes of stylizer and server, which are no calls' but lie on the stack.
     state: usize,
-    /// Instructions of unpacking one row, a mean over rows.
-    row: u32,
 }
-
-/// This image's own statistic: instructions of unpacking one row.
-const ROW_DECODE: u16 = counter::OWN;
-const ROWS: u16 = 32;
 
 impl<C: Counter> Firmware<C> {
     /// A board that has opened its database in `open` ticks of its counter, and keeps `state` bytes in
     /// the frame of its main loop.
-    pub fn new(counter: C, open: u32, state: usize, database: &Database<'_>) -> Self {
+    pub fn new(counter: C, open: u32, state: usize) -> Self {
         let open = C::instructions(u64::from(open));
-        let row = row_decode(&counter, database);
-        Self { stages: Stages::new(counter), last: [0; STAGES], sums: [0; STAGES], most: 0, open, state, row }
+        Self { stages: Stages::new(counter), last: [0; STAGES], sums: [0; STAGES], most: 0, open, state }
     }
 
     /// Instructions of the last step.
     pub fn total(&self) -> u32 {
         self.last.iter().sum()
     }
-}
-
-/// Unpacks some rows of the database for the count alone.
-#[inline(never)]
-fn row_decode<C: Counter>(counter: &C, database: &Database<'_>) -> u32 {
-    let mut dofs = [0.0; 96];
-    let apart = (database.counts().rows / usize::from(ROWS)).max(1);
-    let mut ticks = 0;
-    for row in (0..database.counts().rows).step_by(apart).take(usize::from(ROWS)) {
-        let start = counter.now();
-        database.decode(black_box(row), &mut dofs);
-        black_box(&dofs);
-        ticks += counter.since(start, counter.now());
-    }
-    C::instructions(u64::from(ticks / u32::from(ROWS))) as u32
 }
 
 impl<const J: usize, C: Counter> Observer<J> for Firmware<C> {
@@ -111,7 +87,6 @@ impl<const J: usize, C: Counter> Board<J> for Firmware<C> {
             10 => (counter::INSTRUCTIONS_OPEN, self.open),
             11 => (counter::INSTRUCTIONS_CONTACTS, contacts),
             12 => (counter::INSTRUCTIONS_LOCK, lock),
-            13 => (ROW_DECODE, u64::from(self.row)),
             _ => return None,
         })
     }

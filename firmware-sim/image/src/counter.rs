@@ -3,6 +3,9 @@
 //! The emulator can be told to take a fixed virtual time for every instruction (`-icount`), so that a timer counts
 //! them. On a real board the same timers count cycles, and the numbers are those.
 
+#[cfg(target_arch = "arm")]
+use core::sync::atomic::{AtomicU32, Ordering};
+
 /// A counter of instructions, or of a multiple of them.
 pub trait Counter {
     /// Ticks so far; wraps at [`RANGE`](Self::RANGE).
@@ -24,6 +27,14 @@ pub trait Counter {
     /// Ticks from one reading to another, less than one wrap later.
     fn since(&self, start: u32, end: u32) -> u32 {
         end.wrapping_sub(start) & Self::RANGE
+    }
+
+    /// Does what may take longer than a wrap. Returns its ticks beside what it returns.
+    #[inline(always)]
+    fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
+        let start = self.now();
+        let done = what();
+        (done, self.since(start, self.now()))
     }
 }
 
@@ -62,6 +73,33 @@ impl<const TICK_PS: u32> Counter for SysTick<TICK_PS> {
     fn now(&self) -> u32 {
         !cortex_m::peripheral::SYST::get_current() & Self::RANGE
     }
+
+    /// 24 bits are 10 million instructions on some boards: the wraps are counted by the timer's interrupt, which is on for
+    /// this alone, up to 256 of them.
+    #[inline(always)]
+    fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
+        WRAPS.store(0, Ordering::Relaxed);
+        // SAFETY: this image has no critical section that an interrupt may not come into; the only one is the timer's.
+        let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST;
+        timer.enable_interrupt();
+        let start = self.now();
+        let done = what();
+        let end = self.now();
+        timer.disable_interrupt();
+        (done, (WRAPS.load(Ordering::Relaxed) << 24).wrapping_add(end).wrapping_sub(start))
+    }
+}
+
+/// Wraps of the timer while its interrupt is on.
+#[cfg(target_arch = "arm")]
+static WRAPS: AtomicU32 = AtomicU32::new(0);
+
+/// The timer has wrapped.
+#[cfg(target_arch = "arm")]
+#[cortex_m_rt::exception]
+fn SysTick() {
+    // A load and a store: a Cortex-M0 has no more, and nothing else writes here meanwhile.
+    WRAPS.store(WRAPS.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
 /// The nRF51 has no SysTick: its first timer, 32 bits at 16 MHz. With `-icount shift=6` a tick is 62.5 ns.

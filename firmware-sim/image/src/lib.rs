@@ -13,11 +13,11 @@ pub mod log;
 pub mod memory;
 #[cfg(target_arch = "arm")]
 mod registers;
-#[cfg(target_arch = "arm")]
-mod vectors;
 pub mod stack;
 pub mod stages;
 pub mod uart;
+#[cfg(target_arch = "arm")]
+mod vectors;
 
 use board::Firmware;
 use counter::Counter;
@@ -50,7 +50,7 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     let (fit, open) = prepare::<T, J, K, C>(&counter, blob, config);
     let mut stylizer = fit.stylizer();
     let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
-    let board = Firmware::new(counter, open, state, stylizer.database());
+    let board = Firmware::new(counter, open, state);
     #[cfg(all(feature = "robot", not(target_abi = "eabi")))]
     let board = with_robot(board, stylizer.database());
     let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, board);
@@ -71,15 +71,14 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     blob: &'static [u8],
     config: Config,
 ) -> (Fit<'static, J, K, C>, u32) {
-    let start = counter.now();
-    let database = match open(blob) {
+    let (opened, open) = counter.during(|| open(blob));
+    let database = match opened {
         Ok(database) => database,
         Err(error) => {
             log::refused(error);
             semihosting::process::exit(exit::DATABASE)
         }
     };
-    let open = counter.since(start, counter.now());
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
     // A blob that was cut to its models is served by the first that it holds; the host may choose another.
     match Fit::<J, K, C>::new(database, config.method(Method::of(&database))) {

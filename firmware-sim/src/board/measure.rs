@@ -22,9 +22,6 @@ use crate::{
 const PATIENCE: Patience =
     Patience { first: Duration::from_secs(5), most: Duration::from_secs(60), repeats: 8 };
 
-/// The images' own statistic: instructions of unpacking one row, a mean over rows.
-const ROW_DECODE: u16 = counter::OWN;
-
 /// What a board did with a clip.
 #[derive(Debug, Clone)]
 pub struct Measured {
@@ -101,7 +98,6 @@ impl Measured {
             "ram_bytes": self.ram_bytes,
             "static_bytes": self.statistic(counter::STATIC_BYTES),
             "state_bytes": self.state_bytes(),
-            "row_decode_instructions": self.statistic(ROW_DECODE),
             "stack_bytes": self.statistic(counter::STACK_BYTES),
             "flash_bytes": self.flash_bytes,
             "bytes_read_median": median(&self.bytes_read),

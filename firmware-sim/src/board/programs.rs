@@ -33,7 +33,7 @@ const LARGER: f64 = 1.1;
 
 /// Median and most instructions of what stands around a step, by name: `retarget_in` (a body of 31 joints),
 /// `retarget_back`, `retiming` (one frame of 30 a second, its ticks at 50), `servo` (the toy of 16 servos, limits and
-/// pulses), `effort` (the dial). The database, its map and its robot are generated.
+/// pulses), `row_decode` (one row of the database), `effort` (the dial). The database, its map and its robot are generated.
 ///
 /// # Errors
 /// A board that it is not made for, an image that can't be built, and an emulator that fails.

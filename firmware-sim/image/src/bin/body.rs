@@ -1,5 +1,6 @@
 //! What stands around a step costs: instructions of a frame in from another skeleton and back, of a frame's retiming,
-//! of a tick of a robot's hinges with its pulses, and of a turn of the effort dial.
+//! of a tick of a robot's hinges with its pulses, and of a turn of the effort dial; and of unpacking one row of the
+//! database, of which a step does many.
 //!
 //! Holds a map and a robot that are named when it is built (`GESTUS_MAP`, `GESTUS_ROBOT`), and takes the dial from the
 //! database in the flash window. Poses sway, and jump now and then, so that every hinge is under way. Prints a line a
@@ -77,18 +78,33 @@ fn main() -> ! {
     count(&counter, "retarget_back", pose::<22>, |output| map.take_back(output, &like, &mut back));
     // A style that is faster and slower than its input by turns: every tick lies between two poses.
     let step_s = |frame: usize| if frame % 40 < 20 { 0.026 } else { 0.042 };
-    count(&counter, "retiming", |frame| (pose::<22>(frame), step_s(frame)), |(output, step_s)| {
-        retimer.push(output, *step_s);
-        while retimer.is_due() {
-            let _ = black_box(retimer.tick(&mut body));
-        }
-    });
+    count(
+        &counter,
+        "retiming",
+        |frame| (pose::<22>(frame), step_s(frame)),
+        |(output, step_s)| {
+            retimer.push(output, *step_s);
+            while retimer.is_due() {
+                let _ = black_box(retimer.tick(&mut body));
+            }
+        },
+    );
     count(&counter, "servo", pose::<22>, |output| {
         let _ = black_box(drive.step(output));
         for hinge in 0..robot.hinges() {
             black_box(drive.pulse(hinge));
         }
     });
+    let (rows, mut dofs) = (database.counts().rows, [0.0; 96]);
+    count(
+        &counter,
+        "row_decode",
+        |frame| frame * rows / FRAMES,
+        |row| {
+            database.decode(*row, &mut dofs);
+            black_box(&dofs);
+        },
+    );
     if let Some(dial) = database.dial() {
         let target = |frame: usize| {
             let (flow, weight) = sin_cos(0.1 * frame as f32);
