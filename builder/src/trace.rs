@@ -126,7 +126,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "lambda": lambda,
         "ridge_mode": match ridge { gestus_core::regress::Ridge::Raw => "raw", gestus_core::regress::Ridge::Normalised => "norm" },
         "feedback": config.feedback_penalty(),
-        "feedback_kappa": config.feedback_interval(),
+        "output_kappa": config.output_interval(),
         "delta": delta,
         "kappa": kappa,
         "rho": rho,

@@ -76,9 +76,9 @@ pub struct WishArgs {
     /// How many times lambda the coefficient of the last output is penalised with
     #[arg(long)]
     feedback: Option<f32>,
-    /// Half width of the interval about its neighbors' mean that an output is fed back from, in deviations of the dof
+    /// Half width of the interval about its neighbors' mean that an output lies in, in deviations of the dof
     #[arg(long)]
-    feedback_kappa: Option<f32>,
+    output_kappa: Option<f32>,
     /// Width of the mixing kernel
     #[arg(long)]
     delta: Option<f32>,
@@ -145,7 +145,7 @@ impl WishArgs {
         config = self.visits.map_or(config, |v| config.visits(v));
         config = self.lambda.map_or(config, |v| config.lambda(v));
         config = self.feedback.map_or(config, |v| config.feedback(v));
-        config = self.feedback_kappa.map_or(config, |v| config.feedback_kappa(v));
+        config = self.output_kappa.map_or(config, |v| config.output_kappa(v));
         config = self.delta.map_or(config, |v| config.delta(v));
         config = self.prune.map_or(config, |v| config.prune(v));
         config = self.kappa.map_or(config, |v| config.kappa(v));

@@ -62,7 +62,7 @@ pub struct Config {
     pub(crate) lambda: f32,
     pub(crate) ridge: Ridge,
     pub(crate) feedback: f32,
-    pub(crate) feedback_kappa: f32,
+    pub(crate) output_kappa: f32,
     pub(crate) delta: f32,
     pub(crate) prune: f32,
     pub(crate) classes: u8,
@@ -110,9 +110,9 @@ settings! {
     /// How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More lets
     /// the regression forget its last answer sooner at a small λ.
     feedback: f32;
-    /// Half width κy of the interval about its neighbors' mean that an answer is fed back from, in standard deviations of the
+    /// Half width κy of the interval about its neighbors' mean that an answer is put out from, in standard deviations of the
     /// dof over the database ([`crate::regress`]), 0 to 1e6. Default 2; the paper has no such interval.
-    feedback_kappa: f32;
+    output_kappa: f32;
     /// Kernel width δ of the mixing proportions (eq. 4).
     delta: f32;
     /// Weight of classes that may be dropped, 0 to 1. Default 0.01.
@@ -166,7 +166,7 @@ impl Config {
             lambda: 0.1,
             ridge: Ridge::Raw,
             feedback: 1.0,
-            feedback_kappa: 2.0,
+            output_kappa: 2.0,
             delta: 0.2,
             prune: 0.01,
             classes: MAX_KEPT as u8,
@@ -192,7 +192,7 @@ impl Config {
 
     /// The constants of paper 000, where it states them (δ 0.7, ρ 0.7), and κ 2; every class that has any weight.
     pub const fn paper() -> Self {
-        Self::new().k(40).delta(0.7).prune(0.001).kappa(2.0).rho(0.7).feedback_kappa(1e6)
+        Self::new().k(40).delta(0.7).prune(0.001).kappa(2.0).rho(0.7).output_kappa(1e6)
     }
 
     /// The defaults with half as many neighbors: nearer to the truth, unlabelled above all, livelier, rougher, and
@@ -219,8 +219,8 @@ impl Config {
     }
 
     /// κy.
-    pub const fn feedback_interval(&self) -> f32 {
-        self.feedback_kappa
+    pub const fn output_interval(&self) -> f32 {
+        self.output_kappa
     }
 
     /// κ and ρ.
@@ -261,7 +261,7 @@ impl Config {
         }
         let fits = (1e-9..=1e6).contains(&self.lambda)
             && (1e-3..=1e6).contains(&self.feedback)
-            && (0.0..=1e6).contains(&self.feedback_kappa)
+            && (0.0..=1e6).contains(&self.output_kappa)
             && (1e-3..=1e3).contains(&self.delta)
             && (0.0..1.0).contains(&self.prune)
             && (1..=MAX_KEPT).contains(&usize::from(self.classes))

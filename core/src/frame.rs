@@ -20,12 +20,14 @@ pub(crate) struct Signals<const J: usize> {
     pub x: Dofs<J>,
     /// `x[t-1]`.
     pub x_prev: Dofs<J>,
-    /// `y[t-1]`: the last prediction, before strength. The mixture puts what it feeds back in its place.
+    /// `y[t-1]`: the last prediction, before strength.
     pub y_prev: Dofs<J>,
     /// `y[t]`.
     pub predicted: Dofs<J>,
-    /// By how much faster than predicted the body is to be moved over the ground, ahead and to the left, m/s. Taken once.
-    pub standing: [f32; 2],
+    /// What is added to the prediction on the way out, after strength, and not fed back. Taken once.
+    pub correction: Dofs<J>,
+    /// Something is to be added.
+    pub is_corrected: bool,
     /// The dofs put out, after strength; until then room for what one class predicts.
     pub output: Dofs<J>,
 }
@@ -34,6 +36,14 @@ impl<const J: usize> Signals<J> {
     /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
     pub const NEW: Self = {
         let zero = [[0.0; 4]; J];
-        Self { x: zero, x_prev: zero, y_prev: zero, predicted: zero, standing: [0.0; 2], output: zero }
+        Self {
+            x: zero,
+            x_prev: zero,
+            y_prev: zero,
+            predicted: zero,
+            correction: zero,
+            is_corrected: false,
+            output: zero,
+        }
     };
 }

@@ -155,8 +155,10 @@ pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {
 
 /// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.
 pub(crate) fn arc(a: Vector, b: Vector) -> Quaternion {
-    let c = cross(a, b);
-    quaternion::normalize([c[0], c[1], c[2], dot(a, b) + sqrt(dot(a, a) * dot(b, b))]).unwrap_or(IDENTITY)
+    // Of any length: what is too short for a direction is only told where both are of length 1.
+    let inverse = 1.0 / sqrt(dot(a, a) * dot(b, b));
+    let [x, y, z] = cross(a, b).map(|c| c * inverse);
+    quaternion::normalize([x, y, z, dot(a, b) * inverse + 1.0]).unwrap_or(IDENTITY)
 }
 
 #[cfg(test)]
@@ -169,6 +171,9 @@ mod tests {
             ([0.0, -1.0, 0.0], [0.3, -0.8, 0.2]),
             ([0.1, -0.7, 0.4], [0.1, -0.7, 0.4]),
             ([1.0, 0.0, 0.0], [0.0, 0.0, 2.0]),
+            // A toy's finger, a crane's arm.
+            ([0.004, 0.0, 0.0], [0.0, 0.003, 0.002]),
+            ([0.0, 60.0, 0.0], [0.0, 45.0, 40.0]),
         ] {
             let turned = unit(rotate(arc(a, b), a)).unwrap();
             let wanted = unit(b).unwrap();

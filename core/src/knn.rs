@@ -300,17 +300,17 @@ impl Walk<'_, '_> {
     }
 
     /// Leave for as many visits again, or as many as there are to spare. What was seen stays, as long as the visited set
-    /// has room.
+    /// has room, and where too few visits are left to find anything else.
     fn start_again(&mut self) {
         let seen = u16::try_from(self.effort.visits).unwrap_or(u16::MAX);
         let room = MAX_VISITS.saturating_sub(seen);
-        if seen == 0 || room < MAX_VISITS / 2 {
+        let left = self.limits.visits.saturating_add(self.limits.spare).saturating_sub(seen);
+        if seen == 0 || (room < MAX_VISITS / 2 && usize::from(left) >= SPREAD) {
             self.start();
         } else {
             self.left = self.limits.visits.min(room);
         }
-        let allowed = self.limits.visits.saturating_add(self.limits.spare);
-        self.left = self.left.min(allowed.saturating_sub(seen));
+        self.left = self.left.min(left);
     }
 
     fn pool_whole(&mut self) {

@@ -20,7 +20,7 @@ use crate::{
     blob::layout::dof,
     math::{abs, acos, clamp, sin_cos},
     pose::Pose,
-    quaternion::{Quaternion, Vector, apart, exp, slerp},
+    quaternion::{Quaternion, Vector, between, exp, slerp},
     vector::norm,
 };
 
@@ -47,29 +47,31 @@ impl Limit {
         Self { shown: [LEAST, FIRST], age_s: 0.0 }
     }
 
-    /// Takes in a frame of the input: its dofs, those `seconds` ago.
+    /// Takes in a frame of the input: its dofs, those `seconds` ago. What turns the body turns its first joint.
     #[inline(never)]
     pub fn see(&mut self, x: &[f32], x_prev: &[f32], seconds: f32) {
         self.age_s += seconds;
         if self.age_s > WINDOW_S {
             (self.shown, self.age_s) = ([LEAST, self.shown[0]], 0.0);
         }
+        let turning = abs(x.get(dof::YAW).copied().unwrap_or(0.0));
+        if turning > self.shown[0] {
+            self.shown[0] = turning;
+        }
         let mut furthest = (0.0, [0.0; 3], [0.0; 3]);
-        // Exponential maps among the dofs: the root's tilt and the joints'.
-        for (from, count) in [(dof::TILT, 1), (dof::JOINTS, usize::MAX)] {
-            for (now, before) in maps(x, from).iter().zip(maps(x_prev, from)).take(count) {
-                let apart = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
-                let apart2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2];
-                if apart2 > furthest.0 {
-                    furthest = (apart2, *now, *before);
-                }
+        // Exponential maps among the dofs: the root's tilt and, behind its rates, the joints'.
+        for (d, (now, before)) in maps(x).iter().zip(maps(x_prev)).enumerate() {
+            let apart = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
+            let apart2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2];
+            if apart2 > furthest.0 && d != RATES {
+                furthest = (apart2, *now, *before);
             }
         }
         // Rotations are no further apart than their maps are: most frames show nothing new.
         let most = self.shown[0] * seconds;
         let (apart2, now, before) = furthest;
         if apart2 > most * most {
-            let turned = norm(apart(exp(before), exp(now)));
+            let turned = turned(&before, &now);
             self.shown[0] = if turned > most { turned } else { most } / seconds;
         }
     }
@@ -96,8 +98,19 @@ impl Limit {
     }
 }
 
-fn maps(dofs: &[f32], from: usize) -> &[Vector] {
-    dofs.get(from..).unwrap_or(&[]).as_chunks().0
+/// Place of the root's rates among the maps.
+const RATES: usize = (dof::FORWARD - dof::TILT) / 3;
+const _: () = assert!(dof::JOINTS - dof::TILT == 3 * (RATES + 1));
+
+/// The exponential maps among dofs, with the root's rates behind the first.
+pub(crate) fn maps(dofs: &[f32]) -> &[Vector] {
+    dofs.get(dof::TILT..).unwrap_or(&[]).as_chunks().0
+}
+
+/// The angle between the rotations of two exponential maps: the short way, where the maps may be a whole turn apart.
+#[inline(never)]
+pub(crate) fn turned(before: &Vector, now: &Vector) -> f32 {
+    norm(between(exp(*before), exp(*now)))
 }
 
 #[cfg(test)]

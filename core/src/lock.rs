@@ -63,6 +63,8 @@ const STEP_SPEED: f32 = 1.0;
 /// How high it steps, as a part of its way, and at most, metres.
 const STEP_LIFT: f32 = 0.15;
 const STEP_LIFT_M: f32 = 0.03;
+/// A body that is further from its foot than this has not gone there: the foot is there at once, metres.
+const TELEPORT_M: f32 = 1.0;
 /// The height over the floor of toes that are not there.
 const NEVER_M: f32 = 1e3;
 
@@ -395,10 +397,12 @@ impl Foot {
             let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
             self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
             self.offset[1] += too_deep(over, self.offset[1]);
-            if self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2]
-                > tuning.release_m * tuning.release_m
-            {
+            let off2 = self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2];
+            if off2 > tuning.release_m * tuning.release_m {
                 self.release(Phase::Step, stoop);
+            }
+            if off2 > TELEPORT_M * TELEPORT_M {
+                *self = Self::FREE;
             }
         }
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };

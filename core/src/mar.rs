@@ -21,7 +21,6 @@ use crate::{
     math::clamp,
     mixture::{self, Share},
     observe::Stage,
-    pose::Dofs,
     query::{ALIGNED, Window},
     regress::{Examples, Parameters, ROOM},
     timing::Steps,
@@ -45,8 +44,6 @@ pub(crate) struct Mar<const J: usize, const K: usize, const C: usize> {
     mean_distance2: [f32; C],
     examples: Examples<J>,
     steps: Steps<K>,
-    /// The last prediction as it is fed back.
-    fed: Dofs<J>,
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
@@ -59,8 +56,6 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         mean_distance2: [0.0; C],
         examples: Examples::new(),
         steps: Steps::new(),
-        // Written before it is read.
-        fed: [[0.0; 4]; J],
     };
 
     /// Forgets the stream.
@@ -94,8 +89,6 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         self.search(frame, &metric, report, observer);
         if frame.first {
             self.settle(frame, &metric, signals, report, observer);
-        } else {
-            self.feed(frame, signals);
         }
         self.regress(frame, &metric, signals, report, observer);
     }
@@ -193,17 +186,6 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         }
     }
 
-    /// Puts what is fed back in the place of the last prediction, but of the yaw, which is the input's as a rule, and of what
-    /// is no number.
-    fn feed(&self, frame: Frame<'_, '_>, signals: &mut Signals<J>) {
-        let slots = signals.y_prev.as_flattened_mut().iter_mut().zip(self.fed.as_flattened());
-        for (d, (y_prev, &fed)) in slots.enumerate().take(frame.database.counts().dofs) {
-            if d != dof::YAW && !fed.is_nan() {
-                *y_prev = fed;
-            }
-        }
-    }
-
     /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets the
     /// nearest of them vote. Returns the bytes read.
     #[allow(clippy::too_many_arguments)]
@@ -279,20 +261,21 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let (x, x_prev, y_prev) =
             (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
         let inputs = x_prev.iter().zip(y_prev).zip(x);
-        let sums = signals.predicted.as_flattened_mut().iter_mut().zip(self.fed.as_flattened_mut());
+        let corrections = signals.correction.as_flattened_mut();
+        let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
         let outputs = signals.output.as_flattened_mut().iter_mut().zip(sums);
-        for (d, ((one, (all, fed)), ((&x_prev, &y_prev), &x))) in
+        for (d, ((one, (all, correction)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
             let answer = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
             *one = answer.y;
-            if settings.mix_of(database.group_of_dof(d)) == mix {
+            let group = database.group_of_dof(d);
+            if settings.mix_of(group) == mix {
                 *all += share.proportion * answer.y;
-                *fed += share.proportion * answer.fed_back;
-                // The root's velocities over the ground have one.
-                if let Some(standing) = signals.standing.get_mut(d.wrapping_sub(dof::FORWARD)) {
-                    *standing += share.proportion * answer.standing;
+                if answer.correction != 0.0 {
+                    *correction += share.proportion * settings.strength_of(group) * answer.correction;
+                    signals.is_corrected = true;
                 }
             }
         }
@@ -314,14 +297,13 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
             lambda: config.lambda,
             ridge: config.ridge,
             feedback: config.feedback,
-            feedback_kappa: config.feedback_kappa,
+            output_kappa: config.output_kappa,
             kappa: config.kappa,
             rho: config.rho,
         };
         let mut votes = Votes::of(report.classes.len());
         let mut step_s = 0.0;
         signals.predicted.fill([0.0; 4]);
-        self.fed.fill([0.0; 4]);
         for share in &report.classes {
             let class = usize::from(share.class);
             // The root's mix first: its answers stay until the time step and the votes are told.

@@ -20,15 +20,18 @@
 //! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
 //! seen is carried past the model.
 //!
-//! **What is fed back** (ours). Answers that are far off would feed each other: where another class has been taken on, or
-//! a body does what none has done, nothing was learnt of what follows them. An answer, less `ρ Δx`, is fed back from
-//! no further than `μ ± κy s` of the neighbors' `y[t]`, with the dof's standard deviation `s` over the database: they lie
-//! a tenth of that apart, so that it takes an answer that is far off.
+//! **Corrections** (ours) are what an output differs from the answer by. They are not fed back: the stream of answers
+//! follows the paper's equations alone.
 //!
-//! **Standing still** (ours). Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept.
-//! Where the root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, the body is
-//! moved by what takes the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)` more than
-//! the model says, with `p = |x / e|`, up to 1. A body that stops, stops. What is fed back is the model's answer.
+//! *Far-off answers.* Where another class has been taken on, or a body does what none has done, the last answer may lie
+//! where none of the neighbors has been, and nothing was learnt of what follows it. An answer, less `ρ Δx`, is put out as
+//! no further than `μ ± κy s` from the neighbors' mean `y[t]`, with the dof's standard deviation `s` over the database:
+//! neighbors lie a tenth of that apart, so that it takes an answer that is far off.
+//!
+//! *Standing still.* Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept. Where the
+//! root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, the body is moved by
+//! what takes the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)` more than the model says,
+//! with `p = |x / e|`, up to 1. A body that stops, stops.
 
 use crate::{
     blob::layout::dof,
@@ -59,8 +62,8 @@ pub struct Parameters {
     pub feedback: f32,
     /// κ: half width of the interval of trust, in standard deviations.
     pub kappa: f32,
-    /// κy: how far from the neighbors' mean an answer is fed back from, in the dof's standard deviations.
-    pub feedback_kappa: f32,
+    /// κy: how far from the neighbors' mean an output may lie, in the dof's standard deviations.
+    pub output_kappa: f32,
     /// ρ: how much of what lies outside is kept in the output, 0 to 1.
     pub rho: f32,
 }
@@ -71,10 +74,8 @@ pub struct Parameters {
 pub struct Answer {
     /// `y[t]`.
     pub y: f32,
-    /// What is to be fed back of it.
-    pub fed_back: f32,
-    /// Of the root's ground velocity: by how much faster than `y[t]` the body is moved.
-    pub standing: f32,
+    /// What is to be added to it on the way out.
+    pub correction: f32,
 }
 
 /// The variables of an example in quantisation steps, dof by dof: `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` at the places [`X_PREV`],
@@ -246,7 +247,7 @@ impl<const J: usize> Examples<J> {
     ) -> Answer {
         let (sums, first) = (self.sums.as_flattened().get(dof), self.first.as_flattened().get(dof));
         let (Some(s), Some(&[rp, rq, rx, ry])) = (sums, first) else {
-            return Answer { y: input[2], fed_back: input[2], standing: 0.0 };
+            return Answer { y: input[2], correction: 0.0 };
         };
         let n = f32::from(self.count);
         let inverse_step = 1.0 / step;
@@ -286,15 +287,13 @@ impl<const J: usize> Examples<J> {
         let q = input[1] * inverse_step - kept - rq;
         let own = a * p + b * q + c * (x - outside) + e;
         let mean = s.y * inverse;
-        let off = over(own - mean, parameters.feedback_kappa * (scale * inverse_step));
-        let y = step * (own + ry + kept);
-        let mut standing = 0.0;
+        let mut correction = -over(own - mean, parameters.output_kappa * (scale * inverse_step));
         if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
             let x = x + rx;
             let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            standing = step * (1.0 - part) * (x - (mean + ry) - kept);
+            correction = (1.0 - part) * (x - (mean + ry) - kept);
         }
-        Answer { y, fed_back: y - step * off, standing }
+        Answer { y: step * (own + ry + kept), correction: step * correction }
     }
 }
 
@@ -343,17 +342,11 @@ fn over(apart: f32, half: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const PARAMETERS: Parameters = Parameters {
-        lambda: 0.1,
-        ridge: Ridge::Raw,
-        feedback: 1.0,
-        kappa: 1.0,
-        feedback_kappa: 1.5,
-        rho: 0.5,
-    };
+    const PARAMETERS: Parameters =
+        Parameters { lambda: 0.1, ridge: Ridge::Raw, feedback: 1.0, kappa: 1.0, output_kappa: 1.5, rho: 0.5 };
 
-    /// Answers fed back `frames` times to neighbors whose outputs double from one frame to the next.
-    fn fed_back(feedback_kappa: f32, frames: usize) -> f32 {
+    /// Answer and output of neighbors whose outputs are twice their last ones, in steps.
+    fn doubled(output_kappa: f32, y_prev: f32) -> (f32, f32) {
         let mut examples = Examples::<1>::new();
         for i in 0..20 {
             // Between -9.5 and 9.5 steps, and x of no help.
@@ -363,19 +356,23 @@ mod tests {
             examples.add(4);
         }
         examples.finish(4);
-        let parameters = Parameters { lambda: 1e-3, feedback_kappa, ..PARAMETERS };
-        (0..frames)
-            .fold(1.0, |y_prev, _| examples.predict(3, [0.0, y_prev, 0.0], 1.0, 1.0, &parameters).fed_back)
+        let parameters = Parameters { lambda: 1e-3, output_kappa, ..PARAMETERS };
+        let answer = examples.predict(3, [0.0, y_prev, 0.0], 1.0, 1.0, &parameters);
+        (answer.y, answer.y + answer.correction)
     }
 
     #[test]
-    fn answers_that_feed_each_other_stay_where_the_neighbors_are() {
-        assert!(fed_back(1e6, 18) > 1e5, "{}", fed_back(1e6, 18));
-        // 10 deviations of one step.
-        let held = fed_back(10.0, 20);
-        assert!((held - 10.0).abs() < 0.01, "{held}");
-        // What lies inside is answered as before.
-        assert_eq!(fed_back(10.0, 3).to_bits(), fed_back(1e6, 3).to_bits());
+    fn far_off_answers_are_put_out_where_the_neighbors_are() {
+        for y_prev in [-400.0, -30.0, 0.0, 4.0, 30.0, 5e5] {
+            let (answer, output) = doubled(10.0, y_prev);
+            assert!((answer - 2.0 * y_prev).abs() <= 1e-3 * y_prev.abs() + 1e-3, "{y_prev}: {answer}");
+            // 10 deviations of one step about a mean of 0.
+            let held = answer.clamp(-10.0, 10.0);
+            assert!((output - held).abs() <= 1e-6 * answer.abs() + 1e-4, "{y_prev}: {output} not {held}");
+            let free = doubled(1e6, y_prev);
+            assert_eq!(free.0.to_bits(), answer.to_bits());
+            assert_eq!(free.1.to_bits(), answer.to_bits(), "{y_prev}");
+        }
     }
 
     #[test]
@@ -389,7 +386,8 @@ mod tests {
         }
         examples.finish(8);
         let end = 1.0 - 0.0577;
-        let standing = |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &PARAMETERS).standing;
+        let standing =
+            |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &PARAMETERS).correction;
         for x in [0.0, 0.01, 0.3, 0.9] {
             let (part, outside) = (x / end, x - end);
             let wanted = (1.0 - part) * (x - 0.6 - 0.5 * outside);

@@ -8,7 +8,8 @@ use crate::mixture::Shares;
 pub struct Degraded(u8);
 
 impl Degraded {
-    /// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held.
+    /// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what the
+    /// policy of safety says.
     pub const INPUT: Self = Self(1);
     /// A search used up its visits before it was done.
     pub const VISITS: Self = Self(2);
@@ -16,7 +17,8 @@ impl Degraded {
     pub const CLASSES: Self = Self(4);
     /// A prediction was not finite or far out of range: the input was passed through in its place.
     pub const PREDICTION: Self = Self(8);
-    /// A class that has weight was searched anew, because the input has jumped.
+    /// A class that has weight was searched anew: the input has jumped, or is so far from the data that what is nearest
+    /// changes from frame to frame.
     pub const JUMP: Self = Self(16);
 
     /// No input had come; by the policy of safety.

@@ -26,8 +26,8 @@ pub struct Parameters {
     pub normalised: bool,
     /// How many times λ the coefficient of `y[t-1]` is penalised with.
     pub feedback: f64,
-    /// κy: half width of the interval that is fed back from, in the dof's scales.
-    pub feedback_kappa: f64,
+    /// κy: half width of the interval that is put out from, in the dof's scales.
+    pub output_kappa: f64,
     /// δ of eq. 4.
     pub delta: f64,
     /// Weight that may be dropped.
@@ -70,6 +70,8 @@ pub struct Step {
     pub predicted: Vec<f64>,
     /// The prediction before strength: what is fed back.
     pub fed_back: Vec<f64>,
+    /// What is put out, with strength; of the ground velocities without what moves a body that stands.
+    pub put_out: Vec<f64>,
     /// The predicted time step, seconds.
     pub step_s: f64,
     /// Weights of the neighbors in the timing, for each kept class in the order of its rows.
@@ -209,7 +211,7 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
 }
 
 /// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, asked at the biased input. The
-/// answer, and what is fed back of it.
+/// answer, and what is put out of it.
 pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> [f64; 2] {
     let s = if p.normalised { scale } else { 1.0 };
     let mut matrix = Matrix4::identity() * p.lambda;
@@ -231,8 +233,8 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let kept = p.rho * outside;
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
     let answer = beta.dot(&asked) * s;
-    let fed_back = into(answer, mean_y, p.feedback_kappa * scale);
-    [answer + kept, fed_back + kept]
+    let put_out = into(answer, mean_y, p.output_kappa * scale);
+    [answer + kept, put_out + kept]
 }
 
 /// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.
@@ -276,12 +278,12 @@ fn leg_distance2(db: &Database<'_>, leg: &Leg, [x, x_prev]: [&[f64]; 2], example
         .sum()
 }
 
-/// The step of a frame, given the neighbors that the core found, the classes that it kept, and what it fed back.
+/// The step of a frame, given the neighbors that the core found and the classes that it kept.
 pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
-    let (mut answers, mut fed_back) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
+    let (mut answers, mut held) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
     let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
     for share in &frame.report.classes {
@@ -297,12 +299,12 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
             .map(|n| db.class(class).first_row + usize::from(n.0))
             .collect();
         let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
-        let (y, fed): (Vec<f64>, Vec<f64>) = (0..counts.dofs)
+        let (y, inside): (Vec<f64>, Vec<f64>) = (0..counts.dofs)
             .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p).into())
             .unzip();
-        for (d, (y, fed)) in y.iter().zip(fed).enumerate() {
+        for (d, (y, inside)) in y.iter().zip(inside).enumerate() {
             answers[d] += proportion * y;
-            fed_back[d] += proportion * fed;
+            held[d] += proportion * inside;
         }
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
@@ -319,10 +321,19 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
         }
     }
     // The heading is the input's.
-    (answers[6], fed_back[6]) = (x[6], x[6]);
+    (answers[6], held[6]) = (x[6], x[6]);
     let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
-    let predicted = answers.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
-    Step { predicted, fed_back, step_s, timing_weights, votes: [stands[0] / total[0], stands[1] / total[1]] }
+    let taken_on =
+        |y: &[f64]| y.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
+    let (predicted, put_out) = (taken_on(&answers), taken_on(&held));
+    Step {
+        predicted,
+        fed_back: answers,
+        put_out,
+        step_s,
+        timing_weights,
+        votes: [stands[0] / total[0], stands[1] / total[1]],
+    }
 }
 
 /// Weights of the timing kernel: Gaussian in a distance of pose and change, of input and output.

@@ -111,7 +111,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         lambda: number("lambda"),
         normalised: config["ridge_mode"] == "norm",
         feedback: number("feedback"),
-        feedback_kappa: number("feedback_kappa"),
+        output_kappa: number("output_kappa"),
         delta: number("delta"),
         kappa: number("kappa"),
         rho: number("rho"),
@@ -246,6 +246,10 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
             near(&format!("dof {j}"), t, traced.row("predicted", t)[j], own, 1e-4);
             if t > 0 {
                 near("input before", t, traced.row("input_prev", t)[j], traced.row("input", t - 1)[j], 0.0);
+                if strength[j] == 1.0 {
+                    let last = traced.row("predicted", t - 1)[j];
+                    near("output before", t, traced.row("output_prev", t)[j], last, 1e-6);
+                }
             }
         }
         near("step", t, traced.at("step_seconds", t), step_s, 1e-6);

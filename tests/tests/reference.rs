@@ -7,7 +7,7 @@ use gestus_builder::{
 use gestus_core::{Config, Database, Degraded, regress::Ridge, timing::Timing};
 use gestus_tests::{
     motion,
-    reference::{self, Parameters},
+    reference::{self, Parameters, Step},
     trace::{Frame, Searched, Timed, Trace},
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -33,7 +33,7 @@ struct Case {
     strength: Vec<(u16, f32)>,
     ridge: (Ridge, f32),
     feedback: f32,
-    feedback_kappa: f32,
+    output_kappa: f32,
     bias: (f32, f32),
     delta: f32,
     classes: u8,
@@ -52,7 +52,7 @@ impl Case {
             strength: vec![],
             ridge: (Ridge::Raw, 0.1),
             feedback: 1.0,
-            feedback_kappa: 2.0,
+            output_kappa: 2.0,
             bias: (0.25, 0.5),
             delta: 0.2,
             classes: 8,
@@ -69,7 +69,7 @@ impl Case {
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)
             .feedback(self.feedback)
-            .feedback_kappa(self.feedback_kappa)
+            .output_kappa(self.output_kappa)
             .kappa(self.bias.0)
             .rho(self.bias.1)
             .delta(self.delta)
@@ -100,7 +100,7 @@ impl Case {
             lambda: f64::from(self.ridge.1),
             normalised: self.ridge.0 == Ridge::Normalised,
             feedback: f64::from(self.feedback),
-            feedback_kappa: f64::from(self.feedback_kappa),
+            output_kappa: f64::from(self.output_kappa),
             delta: f64::from(self.delta),
             prune: 0.01,
             classes: usize::from(self.classes),
@@ -193,7 +193,7 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
 }
 
 /// Prediction, timing and contacts.
-fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Parameters) -> Vec<f64> {
+fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Parameters) -> Step {
     let step = reference::step(db, frame, p);
     for (d, (&core, &own)) in frame.predicted.iter().zip(&step.predicted).enumerate() {
         near(&format!("dof {d}"), case.name, t, f64::from(core), own, DOF);
@@ -216,7 +216,7 @@ fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Param
         near("likelihood", case.name, t, f64::from(frame.report.contact_likelihood[side]), vote, SHARE);
     }
     assert!(!frame.report.degraded.contains(Degraded::PREDICTION), "{}, frame {t}", case.name);
-    step.fed_back
+    step
 }
 
 /// Streams a clip and checks every frame; returns how well the search did.
@@ -236,23 +236,18 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
             }
             assert_eq!(frame.x_prev, trace.frames[t - 1].x, "{}, frame {t}", case.name);
         }
-        fed_back = Some(check_step(db, case, t, frame, &p));
-        check_pose(db, case, t, frame, &streamed.steps[t].frame);
+        let step = check_step(db, case, t, frame, &p);
+        check_pose(db, case, t, &step, &streamed.steps[t].frame);
+        fed_back = Some(step.fed_back);
     }
     recall
 }
 
 /// Joint rotations of the output: the mean, then the exponential of the dofs.
-fn check_pose(
-    db: &Database<'_>,
-    case: &Case,
-    t: usize,
-    frame: &Frame,
-    output: &gestus_builder::motion::Frame,
-) {
-    near("height", case.name, t, output.root.y, f64::from(frame.predicted[0]), 1e-6);
+fn check_pose(db: &Database<'_>, case: &Case, t: usize, step: &Step, output: &gestus_builder::motion::Frame) {
+    near("height", case.name, t, output.root.y, step.put_out[0], DOF);
     for j in 1..db.counts().joints {
-        let map = Vector3::from_fn(|i, _| f64::from(frame.predicted[4 + 3 * j + i]));
+        let map = Vector3::from_fn(|i, _| step.put_out[4 + 3 * j + i]);
         let own = mean(db, j) * UnitQuaternion::from_scaled_axis(map);
         near("joint angle", case.name, t, own.angle_to(&output.rotations[j]), 0.0, DOF);
     }
@@ -295,8 +290,8 @@ fn small_classes_agree_under_every_setting() {
         Case { ridge: (Ridge::Normalised, 0.1), style: vec![(1, 1.0), (2, 1.0)], ..case("normalised, two") },
         Case { ridge: (Ridge::Normalised, 0.1), feedback: 30.0, ..case("normalised, feedback") },
         Case { feedback: 7.0, ..case("raw, feedback") },
-        Case { feedback_kappa: 0.1, ..case("narrow interval of what is fed back") },
-        Case { feedback_kappa: 1e6, ..case("no interval of what is fed back") },
+        Case { output_kappa: 0.1, ..case("narrow interval of what is put out") },
+        Case { output_kappa: 1e6, ..case("no interval of what is put out") },
         Case { ridge: (Ridge::Raw, 1.0), ..case("raw, strong") },
         Case { bias: (2.0, 0.7), ..case("the paper's bias") },
         Case { bias: (0.0, 1.0), ..case("all is outside") },

@@ -396,7 +396,7 @@ fn cycles(db: &Database<'_>) -> Checked {
             check(
                 section::KNOTS,
                 k,
-                knot >= before + 0.01 && (-1000.0..=rows as f32 + 1000.0).contains(&knot),
+                knot - before >= 0.01 && (-1000.0..=rows as f32 + 1000.0).contains(&knot),
             )?;
             before = knot;
         }

@@ -63,8 +63,8 @@ parameters! {
     FEEDBACK = 22, "feedback";
     /// [`Config::speed_limit`].
     SPEED_LIMIT = 23, "speed_limit";
-    /// [`Config::feedback_kappa`].
-    FEEDBACK_KAPPA = 24, "feedback_kappa";
+    /// [`Config::output_kappa`].
+    OUTPUT_KAPPA = 24, "output_kappa";
 }
 
 /// Value of a parameter; `None` of an unknown number.
@@ -95,7 +95,7 @@ pub fn value(config: &Config, number: u16) -> Option<f32> {
         EASE => config.ease_s,
         FEEDBACK => config.feedback,
         SPEED_LIMIT => config.speed_limit,
-        FEEDBACK_KAPPA => config.feedback_kappa,
+        OUTPUT_KAPPA => config.output_kappa,
         _ => return None,
     })
 }
@@ -136,7 +136,7 @@ pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigErro
         EASE => config.ease_s(value),
         FEEDBACK => config.feedback(value),
         SPEED_LIMIT => config.speed_limit(value),
-        FEEDBACK_KAPPA => config.feedback_kappa(value),
+        OUTPUT_KAPPA => config.output_kappa(value),
         id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
     })
 }
@@ -182,7 +182,7 @@ mod tests {
             .ease_s(1.0)
             .feedback(3.0)
             .speed_limit(1.5)
-            .feedback_kappa(2.5);
+            .output_kappa(2.5);
         let mut config = Config::new();
         for (i, &(number, name)) in NAMES.iter().enumerate() {
             assert_eq!(usize::from(number), i);

@@ -16,6 +16,9 @@ use crate::{
     vector::{add, subtract},
 };
 
+/// No servo is further from its middle, radians.
+const MOST_ANGLE: f32 = 100.0;
+
 /// What a tick says about itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -45,7 +48,7 @@ type Place = (Quaternion, Vector);
 
 impl<'r, const H: usize> Drive<'r, H> {
     /// A robot that stands still at the given angles (those that its servos report; zero, or the nearest to it in
-    /// range, for hinges beyond the slice and for NaN).
+    /// range, for hinges beyond the slice, and for angles that no servo has: NaN, and beyond 100 rad).
     ///
     /// # Errors
     /// [`ConfigError::Hinges`] where it has more than `H`.
@@ -58,7 +61,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         let mut this = Self { robot, motions: [Motion::default(); H], targets: [0.0; H] };
         for (h, (motion, target)) in this.motions.iter_mut().zip(&mut this.targets).enumerate().take(count) {
             let limits = robot.limits(h);
-            let given = angles.get(h).copied().filter(|a| a.is_finite());
+            let given = angles.get(h).copied().filter(|a| abs(*a) <= MOST_ANGLE);
             motion.position = given.unwrap_or(clamp(0.0, limits.low, limits.high));
             *target = motion.position;
         }

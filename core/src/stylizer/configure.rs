@@ -6,7 +6,7 @@ use crate::{Config, ConfigError, settings::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins
-    /// anew.
+    /// anew, without labels: what one method knows by a label another may not hold.
     ///
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs;
@@ -19,6 +19,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             }
             // The next frame is a first one, which takes up the method.
             self.reset();
+            (self.settings.action, self.settings.input_style) = (None, None);
         }
         self.config = config;
         Ok(())
@@ -35,13 +36,14 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Goes back to how a stylizer is made: the database's first style, no labels, no masks, all of the strength,
-    /// the parameters given; and forgets the stream.
+    /// a floor at 0, the parameters given; and forgets the stream.
     ///
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
         self.set_config(config)?;
         self.settings = Settings::new();
+        self.lock.set_floor([0.0; 2]);
         self.reset();
         Ok(())
     }

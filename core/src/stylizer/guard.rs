@@ -20,6 +20,7 @@ use crate::{
     Degraded, Pose, Report,
     blob::layout::dof,
     ik::Chain,
+    limit::{maps, turned},
     lock::lowest,
     math::{abs, clamp, exp},
     pose::Anchor,
@@ -57,11 +58,19 @@ impl Safety {
     pub const ALL: [Self; 3] = [Self::Follow, Self::Hold, Self::Rest];
 }
 
+/// How far the joint of a dof has turned, radians: maps flip at half a turn, where rotations do not.
+#[cold]
+#[inline(never)]
+fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
+    let map = d.wrapping_sub(dof::TILT) / 3;
+    maps(x_prev).get(map).zip(maps(x).get(map)).map_or(0.0, |(before, now)| turned(before, now))
+}
+
 /// What is kept of faults.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Guard {
-    /// Number of the last input taken.
+    /// Number of the last input that was a pose, taken or a glitch.
     number: Option<u32>,
     /// Frames from the last input taken to this one, by their numbers.
     gap: u16,
@@ -81,7 +90,7 @@ impl Guard {
         f32::from(if glitches > self.gap { glitches } else { self.gap })
     }
 
-    /// Frames from the last input taken to number `number`; `None` where it is not after that.
+    /// Frames from the last pose to number `number`; `None` where it is not after that.
     fn gap(&self, number: u32) -> Option<u16> {
         let Some(last) = self.number else { return Some(1) };
         // Numbers wrap; the nearer way round says which is later.
@@ -99,11 +108,17 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
         let Some((pose, number)) = input else { return self.make_do(Degraded::STALE, output) };
         let Some(gap) = self.guard.gap(number) else { return self.make_do(Degraded::ORDER, output) };
-        self.guard.gap = gap;
+        // Behind a glitch it is a longer way from the last input taken.
+        let before = self.guard.gap;
+        self.guard.gap = if self.guard.leaps > 0 { before.saturating_add(gap) } else { gap };
         let report = self.step_observed(pose, output, &mut ());
-        self.guard.gap = 1;
-        if !report.degraded.contains(Degraded::INPUT) && self.guard.leaps == 0 {
+        if report.degraded.contains(Degraded::INPUT) {
+            self.guard.gap = before;
+        } else {
             self.guard.number = Some(number);
+        }
+        if self.guard.leaps == 0 {
+            self.guard.gap = 1;
         }
         report
     }
@@ -119,7 +134,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             dof::FORWARD | dof::LEFT => abs(now) > ROOT_SPEED * frames,
             dof::YAW => abs(now) > HEADING_SPEED * frames,
             dof::HEIGHT => abs(now - before) > ROOT_SPEED * seconds,
-            _ => abs(now - before) > JOINT_SPEED * seconds,
+            _ => {
+                abs(now - before) > JOINT_SPEED * seconds
+                    && joint_turned(x, x_prev, d) > JOINT_SPEED * seconds
+            }
         })
     }
 

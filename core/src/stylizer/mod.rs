@@ -18,6 +18,7 @@ use crate::{
     lock::{self, Lock},
     lti::Lti,
     mar::Mar,
+    math::clamp,
     observe::Stage,
     pose::{self, Anchor},
     settings::Settings,
@@ -213,11 +214,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             }
         }
         let frames = self.guard.frames();
+        self.accept(report.degraded.contains(Degraded::LEAP));
         if !first && self.config.speed_limit > 0.0 {
             let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
             self.limit.see(x, x_prev, frames * input_step);
         }
-        self.accept(report.degraded.contains(Degraded::LEAP));
         self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
@@ -238,7 +239,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
 
         let signals = &mut self.signals;
-        observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
         signals.y_prev = signals.predicted;
         signals.x_prev = signals.x;
         self.last = Some(*output);
@@ -277,22 +277,25 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let output = signals.output.as_flattened_mut();
         let held_back = take_on(&self.database, &self.settings, x, predicted, output);
         report.degraded.set(Degraded::PREDICTION, held_back);
+        observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
+        let signals = &mut self.signals;
+        if core::mem::take(&mut signals.is_corrected) {
+            correct(signals.output.as_flattened_mut(), signals.correction.as_flattened_mut(), !held_back);
+        }
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
+        // Strength beyond 1 or a blob's odd clips may ask for no time, or for hours.
+        let step_s = clamp(step_s, 0.25 * input_step, 4.0 * input_step);
         report.step_s = match self.config.timing {
             Timing::Free => step_s,
             Timing::Sync => input_step,
         };
 
-        let mut velocity = core::mem::take(&mut self.signals.standing);
         let at = |d: usize| self.signals.output.as_flattened().get(d).copied().unwrap_or(0.0);
         if first {
             self.output_anchor = self.input_anchor;
         } else {
-            for (velocity, d) in velocity.iter_mut().zip([dof::FORWARD, dof::LEFT]) {
-                *velocity = at(d) + root_strength * *velocity;
-            }
-            self.output_anchor.ground = self.output_anchor.moved(velocity[0], velocity[1], step_s);
+            self.output_anchor.ground = self.output_anchor.moved(at(dof::FORWARD), at(dof::LEFT), step_s);
             self.output_anchor.heading = match self.config.yaw {
                 Yaw::Input => self.input_anchor.heading,
                 Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
@@ -348,4 +351,16 @@ fn take_on(
         }
     }
     held_back
+}
+
+/// Adds the corrections, which are taken. Where something was held back they may be of what was, and are left.
+#[cold]
+#[inline(never)]
+fn correct(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
+    for (output, correction) in output.iter_mut().zip(corrections) {
+        let correction = core::mem::take(correction);
+        if are_good {
+            *output += correction;
+        }
+    }
 }

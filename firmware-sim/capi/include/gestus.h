@@ -48,7 +48,8 @@
 // Most classes in a report.
 #define GESTUS_MOST_CLASSES 8
 
-// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held.
+// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what
+// `GESTUS_PARAMETER_SAFETY` says.
 #define GESTUS_DEGRADED_INPUT 1
 
 // A search used up its visits before it was done.
@@ -60,8 +61,11 @@
 // A prediction was not finite or far out of range: the input was passed through in its place.
 #define GESTUS_DEGRADED_PREDICTION 8
 
-// A class that has weight was searched anew, because the input has jumped.
+// A class that has weight was searched anew: the input has jumped, or is far from the data.
 #define GESTUS_DEGRADED_JUMP 16
+
+// The input moved faster than any body; told where `GESTUS_PARAMETER_SAFETY` is not 0.
+#define GESTUS_DEGRADED_LEAP 128
 
 // What a function answers. With any answer but `GESTUS_STATUS_OK` nothing was changed, except as the function says.
 typedef enum GestusStatus {
@@ -117,7 +121,8 @@ typedef enum GestusStatus {
   GESTUS_STATUS_WEIGHTS = 37,
   // A parameter is not finite or out of its range.
   GESTUS_STATUS_PARAMETER = 38,
-  // The database does not hold what the method needs: frames, linear models or statistics.
+  // The database does not hold what the method needs (frames, linear models or statistics), or the method can't do that:
+  // linear models give a style to the whole body alone.
   GESTUS_STATUS_METHOD = 39,
   // The database has no effort dial.
   GESTUS_STATUS_NO_DIAL = 40,
@@ -220,9 +225,9 @@ typedef enum GestusParameter {
   // How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
   // fast as it does. Default 1.2.
   GESTUS_PARAMETER_SPEED_LIMIT = 23,
-  // Half width κy of the interval about its neighbors' mean that an answer is fed back from, in standard deviations of
+  // Half width κy of the interval about its neighbors' mean that an answer is put out from, in standard deviations of
   // the dof over the database, 0 to 1e6. Default 2; the paper has no such interval.
-  GESTUS_PARAMETER_FEEDBACK_KAPPA = 24,
+  GESTUS_PARAMETER_OUTPUT_KAPPA = 24,
 } GestusParameter;
 
 // A checked blob. It lies in memory that the caller gave, and refers to the blob, which has to stay as long.
@@ -611,8 +616,8 @@ size_t gestus_stylizer_alignment(uint32_t profile);
 // `config` may be null: then it is what `gestus_config_default` gives.
 //
 // Answers `GESTUS_STATUS_PROFILE`, `_JOINTS` or `_CLASSES` (the database has more than the profile takes),
-// `_NEIGHBORS`, `_PARAMETER`, `_NULL`, `_MISALIGNED`, `_SHORT` (`bytes` is less than `gestus_stylizer_size`),
-// `_OVERLAP`, `_HANDLE` (of the database).
+// `_NEIGHBORS`, `_PARAMETER`, `_METHOD` (the database does not hold what the method needs), `_NULL`, `_MISALIGNED`, `_SHORT`
+// (`bytes` is less than `gestus_stylizer_size`), `_OVERLAP`, `_HANDLE` (of the database).
 //
 // # Safety
 // `memory` points at `bytes` bytes; `database` came from `gestus_database_open`; `config` is null or points at a

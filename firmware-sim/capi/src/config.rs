@@ -106,9 +106,9 @@ pub enum GestusParameter {
     /// How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
     /// fast as it does. Default 1.2.
     SpeedLimit = 23,
-    /// Half width κy of the interval about its neighbors' mean that an answer is fed back from, in standard deviations of
+    /// Half width κy of the interval about its neighbors' mean that an answer is put out from, in standard deviations of
     /// the dof over the database, 0 to 1e6. Default 2; the paper has no such interval.
-    FeedbackKappa = 24,
+    OutputKappa = 24,
 }
 
 impl GestusConfig {
@@ -187,7 +187,7 @@ mod tests {
             (P::Ease, "ease_s"),
             (P::Feedback, "feedback"),
             (P::SpeedLimit, "speed_limit"),
-            (P::FeedbackKappa, "feedback_kappa"),
+            (P::OutputKappa, "output_kappa"),
         ];
         assert_eq!(here.map(|(parameter, name)| (parameter as u16, name)), *NAMES);
     }

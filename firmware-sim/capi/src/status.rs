@@ -60,7 +60,8 @@ pub enum GestusStatus {
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
-    /// The database does not hold what the method needs: frames, linear models or statistics.
+    /// The database does not hold what the method needs (frames, linear models or statistics), or the method can't do that:
+    /// linear models give a style to the whole body alone.
     Method = 39,
     /// The database has no effort dial.
     NoDial = 40,
@@ -142,7 +143,7 @@ impl GestusStatus {
             }
             Self::Weights => c"weights must be finite, not negative, and not all zero",
             Self::Parameter => c"a parameter is not finite or out of its range",
-            Self::Method => c"the database does not hold what the method needs: choose another, or build it with the models in it",
+            Self::Method => c"the database does not hold what the method needs, or the method can't do that (linear models style the whole body): choose another, or build it with the models in it",
             Self::NoDial => c"the database has no effort dial: build it again with two styles or more",
             Self::SettingOther => c"the setting is refused",
         }
@@ -211,7 +212,7 @@ impl From<ConfigError> for GestusStatus {
             ConfigError::NoClass => Self::NoClass,
             ConfigError::Weights => Self::Weights,
             ConfigError::Parameter => Self::Parameter,
-            ConfigError::Method => Self::Method,
+            ConfigError::Method | ConfigError::WholeBody => Self::Method,
             ConfigError::NoDial => Self::NoDial,
             _ => Self::SettingOther,
         }

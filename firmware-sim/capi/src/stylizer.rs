@@ -42,8 +42,8 @@ pub extern "C" fn gestus_stylizer_alignment(profile: u32) -> usize {
 /// `config` may be null: then it is what `gestus_config_default` gives.
 ///
 /// Answers `GESTUS_STATUS_PROFILE`, `_JOINTS` or `_CLASSES` (the database has more than the profile takes),
-/// `_NEIGHBORS`, `_PARAMETER`, `_NULL`, `_MISALIGNED`, `_SHORT` (`bytes` is less than `gestus_stylizer_size`),
-/// `_OVERLAP`, `_HANDLE` (of the database).
+/// `_NEIGHBORS`, `_PARAMETER`, `_METHOD` (the database does not hold what the method needs), `_NULL`, `_MISALIGNED`, `_SHORT`
+/// (`bytes` is less than `gestus_stylizer_size`), `_OVERLAP`, `_HANDLE` (of the database).
 ///
 /// # Safety
 /// `memory` points at `bytes` bytes; `database` came from `gestus_database_open`; `config` is null or points at a
@@ -225,7 +225,8 @@ pub struct GestusReport {
     pub classes: [GestusShare; GESTUS_MOST_CLASSES],
 }
 
-/// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held.
+/// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what
+/// `GESTUS_PARAMETER_SAFETY` says.
 pub const GESTUS_DEGRADED_INPUT: u32 = 1;
 /// A search used up its visits before it was done.
 pub const GESTUS_DEGRADED_VISITS: u32 = 2;
@@ -233,8 +234,10 @@ pub const GESTUS_DEGRADED_VISITS: u32 = 2;
 pub const GESTUS_DEGRADED_CLASSES: u32 = 4;
 /// A prediction was not finite or far out of range: the input was passed through in its place.
 pub const GESTUS_DEGRADED_PREDICTION: u32 = 8;
-/// A class that has weight was searched anew, because the input has jumped.
+/// A class that has weight was searched anew: the input has jumped, or is far from the data.
 pub const GESTUS_DEGRADED_JUMP: u32 = 16;
+/// The input moved faster than any body; told where `GESTUS_PARAMETER_SAFETY` is not 0.
+pub const GESTUS_DEGRADED_LEAP: u32 = 128;
 
 const _: () = {
     use gestus_core::Degraded as D;
@@ -243,6 +246,7 @@ const _: () = {
     assert!(GESTUS_DEGRADED_CLASSES == D::CLASSES.bits() as u32);
     assert!(GESTUS_DEGRADED_PREDICTION == D::PREDICTION.bits() as u32);
     assert!(GESTUS_DEGRADED_JUMP == D::JUMP.bits() as u32);
+    assert!(GESTUS_DEGRADED_LEAP == D::LEAP.bits() as u32);
 };
 
 impl From<&gestus_core::Report> for GestusReport {

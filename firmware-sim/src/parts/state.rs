@@ -3,7 +3,7 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes of any stylizer.
-pub const FIXED_BYTES: usize = 2680;
+pub const FIXED_BYTES: usize = 2676;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 672;
 /// Bytes that a neighbor adds.

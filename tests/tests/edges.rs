@@ -1,0 +1,261 @@
+//! Streams and blobs at the edges of what is allowed: teleports, turns on the spot, odd timelines, glitches that come again.
+
+use gestus_builder::{
+    build::{BuildOptions, build},
+    stream::to_pose,
+};
+use gestus_core::{
+    Config, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section, ik::Chain,
+    knn::Neighbor, quaternion,
+};
+use gestus_tests::{
+    motion::{self, Size},
+    patch::with_section,
+};
+
+type Standard<'db> = Stylizer<'db, 22, 40, 28>;
+
+fn walk(action: usize, style: usize, frames: usize) -> Vec<Pose<22>> {
+    motion::unseen(action, style, frames).frames.iter().map(to_pose).collect()
+}
+
+fn styled<'db>(db: Database<'db>, config: Config) -> Standard<'db> {
+    let mut stylizer = Standard::new(db, config).unwrap();
+    stylizer.set_style(&[(1, 1.0)]).unwrap();
+    stylizer
+}
+
+fn with_strength<'db>(mut stylizer: Standard<'db>, strength: f32) -> Standard<'db> {
+    for group in 0..stylizer.database().counts().groups {
+        stylizer.set_strength(group as u16, strength).unwrap();
+    }
+    stylizer
+}
+
+fn is_finite(pose: &Pose<22>) -> bool {
+    pose.position.iter().chain(pose.rotations.as_flattened()).all(|v| v.is_finite())
+}
+
+/// Classes that a frame found nothing in.
+#[derive(Default)]
+struct Empty(usize);
+
+impl Observer<22> for Empty {
+    fn searched(&mut self, _: usize, neighbors: &[Neighbor], _: f32) {
+        self.0 += usize::from(neighbors.is_empty());
+    }
+}
+
+#[test]
+fn a_search_begun_anew_finds_something_however_few_visits_are_left() {
+    let blob = motion::blob(Size { actions: 2, styles: 3, takes: 8, frames: 300 });
+    let db = Database::open(&blob).unwrap();
+    let clips: Vec<_> = (0..6).map(|i| walk(i % 2, i / 2, 200)).collect();
+    for (visits, pool, every) in [(240, 48, 5), (320, 64, 5), (225, 40, 5), (256, 40, 2)] {
+        let mut stylizer = styled(db, Config::new().visits(visits).pool(pool));
+        let (mut empty, mut output) = (Empty::default(), Pose::IDENTITY);
+        for t in 0..400 {
+            let input = clips[(t / every) % 6][t % 200];
+            let _ = stylizer.step_observed(&input, &mut output, &mut empty);
+        }
+        assert_eq!(empty.0, 0, "{visits} visits, pool {pool}, a leap every {every} frames");
+    }
+}
+
+#[test]
+fn a_body_that_is_elsewhere_has_its_legs_under_it() {
+    let db = Database::open(motion::small()).unwrap();
+    let sprawl = |pose: &Pose<22>| {
+        db.legs().unwrap().map(|leg| {
+            let chain = Chain::of(&db, &leg, pose);
+            (chain.ankle[0] - chain.hip[0]).hypot(chain.ankle[2] - chain.hip[2]) / chain.length()
+        })
+    };
+    for way in [0.0, 5.0, 20.0, 200.0] {
+        let mut stylizer = styled(db, Config::new());
+        let (mut output, mut most) = (Pose::IDENTITY, 0.0f32);
+        for (t, mut input) in walk(0, 0, 300).into_iter().enumerate() {
+            input.position[0] += if t < 100 { 0.0 } else { way };
+            let _ = stylizer.step(&input, &mut output);
+            most = sprawl(&output).into_iter().fold(most, f32::max);
+        }
+        assert!(most < 0.8, "{way} m: a leg's ankle is {most} of its length beside the hip");
+    }
+}
+
+#[test]
+fn a_statue_that_turns_is_not_held_back() {
+    let db = Database::open(motion::small()).unwrap();
+    let still = walk(0, 0, 10)[5];
+    for strength in [0.0, 1.0] {
+        let mut stylizer = with_strength(styled(db, Config::new()), strength);
+        let (mut output, mut off) = (Pose::IDENTITY, 0.0f32);
+        // Stands until all that was taken for granted of it is forgotten, then turns at 2.5 rad/s.
+        for t in 0..400 {
+            let turn = (t - 150).max(0) as f32 * 2.5 / 30.0;
+            let mut input = still;
+            input.rotations[0] = quaternion::multiply(quaternion::about_y(turn), still.rotations[0]);
+            let _ = stylizer.step(&input, &mut output);
+            let beside =
+                if t < 30 { 0.0 } else { quaternion::angle(input.rotations[0], output.rotations[0]) };
+            off = off.max(beside);
+        }
+        let most = if strength == 0.0 { 0.01 } else { 0.25 };
+        assert!(off < most, "strength {strength}: {off} rad behind");
+    }
+}
+
+/// The blob with other knots: `change` is given whether the cycle is of the first style, the knot's place in the cycle, how
+/// many there are, the first knot, the rows of the clip and the knot.
+fn with_knots(blob: &[u8], change: impl Fn(bool, usize, usize, f32, f32, f32) -> f32) -> Vec<u8> {
+    let db = Database::open(blob).unwrap();
+    let plain: Vec<_> =
+        db.classes().filter(|c| c.style == 0).map(|c| c.first_cycle..c.first_cycle + c.cycles).collect();
+    let cycles = db.sections().iter().find(|s| s.0 == section::CYCLES).unwrap().1.to_vec();
+    with_section(blob, section::KNOTS, |bytes| {
+        for (i, record) in cycles.chunks(16).enumerate() {
+            let number = |at: usize| u32::from_le_bytes(record[at..at + 4].try_into().unwrap()) as usize;
+            let rows = db.clip(number(0)).1 as f32;
+            let count = usize::from(u16::from_le_bytes([record[8], record[9]]));
+            let knots = &mut bytes[4 * number(4)..4 * (number(4) + count)];
+            let own = plain.iter().any(|r| r.contains(&i));
+            let start = f32::from_le_bytes(knots[..4].try_into().unwrap());
+            for (k, knot) in knots.chunks_mut(4).enumerate() {
+                let value = f32::from_le_bytes(knot.try_into().unwrap());
+                knot.copy_from_slice(&change(own, k, count, start, rows, value).to_le_bytes());
+            }
+        }
+    })
+}
+
+#[test]
+fn time_goes_on_and_not_by_hours() {
+    // Outputs in a third of the time, at twice the strength: no time at all.
+    let fast = with_knots(
+        motion::small(),
+        |own, _, _, start, _, knot| {
+            if own { knot } else { start + 0.35 * (knot - start) }
+        },
+    );
+    // Cycles of a fiftieth of a frame, whose outputs take half a minute.
+    let slow = with_knots(motion::small(), |own, k, count, start, rows, knot| match own {
+        true => start + 0.012 * k as f32,
+        false if k + 1 == count => rows + 900.0,
+        false => knot,
+    });
+    for (blob, strength) in [(&fast, 2.0), (&slow, 1.0)] {
+        let db = Database::open(blob).unwrap();
+        let mut stylizer = with_strength(styled(db, Config::new()), strength);
+        stylizer.set_input_style(Some(0)).unwrap();
+        let (mut output, step_s) = (Pose::IDENTITY, 1.0 / db.rate_hz());
+        for (t, input) in walk(0, 0, 200).iter().enumerate() {
+            let report = stylizer.step(input, &mut output);
+            let in_range = (0.25 * step_s..=4.0 * step_s).contains(&report.step_s);
+            assert!(in_range, "strength {strength}, frame {t}: {} s", report.step_s);
+            assert!(is_finite(&output), "strength {strength}, frame {t}: {:?}", output.position);
+        }
+    }
+}
+
+#[test]
+fn labels_do_not_outlive_the_method_that_knew_them() {
+    let corpus = motion::corpus(motion::SMALL);
+    let gone: Vec<usize> = corpus
+        .examples
+        .iter()
+        .enumerate()
+        .filter(|(_, e)| e.action == 1 && e.style == 2)
+        .map(|(i, _)| i)
+        .collect();
+    let built = build(&corpus.without(&gone), &BuildOptions::default()).unwrap();
+    let db = Database::open(&built.bytes).unwrap();
+    let mut stylizer = styled(db, Config::new().method(Method::Statistic));
+    stylizer.set_action(Some(1)).unwrap();
+    stylizer.set_input_style(Some(2)).unwrap();
+    stylizer.set_config(Config::new()).unwrap();
+    assert_eq!(stylizer.labels(), (None, None));
+    let mut output = Pose::IDENTITY;
+    for input in walk(1, 0, 30) {
+        assert!(!stylizer.step(&input, &mut output).classes.is_empty());
+    }
+}
+
+#[test]
+fn a_stylizer_restored_is_a_new_one() {
+    let db = Database::open(motion::small()).unwrap();
+    let (mut used, mut new) =
+        (Standard::new(db, Config::new()).unwrap(), Standard::new(db, Config::new()).unwrap());
+    used.set_floor([0.5; 2]).unwrap();
+    used.restore(Config::new()).unwrap();
+    let (mut a, mut b) = (Pose::IDENTITY, Pose::IDENTITY);
+    for input in walk(0, 0, 60) {
+        let _ = (used.step(&input, &mut a), new.step(&input, &mut b));
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
+fn a_glitch_that_comes_again_is_no_news() {
+    let db = Database::open(motion::small()).unwrap();
+    let poses = walk(0, 0, 80);
+    let mut stylizer = styled(db, Config::new().safety(Safety::Hold));
+    let mut output = Pose::IDENTITY;
+    for (t, input) in poses.iter().take(60).enumerate() {
+        let _ = stylizer.tick(Some((input, t as u32)), &mut output);
+    }
+    let mut glitch = poses[60];
+    glitch.position[0] += 5.0;
+    let mut heard = |number| stylizer.tick(Some((&glitch, number)), &mut output).degraded;
+    assert_eq!(heard(60), Degraded::LEAP);
+    for _ in 0..9 {
+        assert_eq!(heard(60), Degraded::ORDER);
+    }
+    // Four more frames of it are glitches, and then it is where the body is.
+    for number in 61..65 {
+        assert_eq!(heard(number), Degraded::LEAP, "{number}");
+    }
+    let taken = heard(65);
+    assert!(taken.contains(Degraded::LEAP));
+    assert!(heard(66).is_empty());
+}
+
+#[test]
+fn frames_lost_between_glitches_count() {
+    let db = Database::open(motion::small()).unwrap();
+    let still = walk(0, 0, 10)[5];
+    let mut stylizer = styled(db, Config::new().safety(Safety::Hold));
+    let mut output = Pose::IDENTITY;
+    let mut at = |x: f32, number| {
+        let mut input = still;
+        input.position[0] += x;
+        stylizer.tick(Some((&input, number)), &mut output).degraded
+    };
+    for number in 0..30 {
+        at(0.0, number);
+    }
+    assert_eq!(at(50.0, 30), Degraded::LEAP);
+    // 4 m are a leap over two frames, and none over the twelve that have gone by since the last input was taken.
+    assert!(at(4.0, 41).is_empty());
+}
+
+#[test]
+fn what_turns_all_the_way_round_does_not_leap() {
+    let db = Database::open(motion::small()).unwrap();
+    let still = walk(0, 0, 10)[5];
+    for joint in [0, 6] {
+        let mut stylizer = styled(db, Config::new().safety(Safety::Hold).contacts(false));
+        let mut output = Pose::IDENTITY;
+        for t in 0..120 {
+            // 6 rad/s.
+            let half = 0.5 * t as f32 * 6.0 / 30.0;
+            let turn = [half.sin(), 0.0, 0.0, half.cos()];
+            let mut input = still;
+            input.rotations[joint] = match joint {
+                0 => quaternion::multiply(turn, still.rotations[0]),
+                _ => quaternion::multiply(still.rotations[joint], turn),
+            };
+            let degraded = stylizer.step(&input, &mut output).degraded;
+            assert!(!degraded.contains(Degraded::LEAP), "joint {joint}, frame {t}");
+        }
+    }
+}
