@@ -82,6 +82,8 @@ pub enum UrdfError {
     Doctype { file: String, line: usize },
     #[error("{file}, line {line}: more than {MAX_DEPTH} elements inside each other")]
     Depth { file: String, line: usize },
+    #[error("{file}, line {line}: a tag, comment or instruction has no end")]
+    Open { file: String, line: usize },
     #[error("{file}: {joints} joints, a robot has at most {MAX_JOINTS}")]
     Joints { file: String, joints: usize },
     #[error("{file}: {error}")]
@@ -113,8 +115,8 @@ impl Robot {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, file: &str) -> Result<Self, UrdfError> {
-        guard(text, file)?;
-        let robot = urdf_rs::read_from_string(text)
+        let text = guard(text, file)?;
+        let robot = urdf_rs::read_from_string(&text)
             .map_err(|error| UrdfError::Xml { file: file.to_owned(), error: Box::new(error) })?;
         if robot.joints.len() > MAX_JOINTS {
             return Err(UrdfError::Joints { file: file.to_owned(), joints: robot.joints.len() });
@@ -138,41 +140,90 @@ impl Robot {
     }
 }
 
-/// Looks at the text before any parser does.
-fn guard(text: &str, file: &str) -> Result<(), UrdfError> {
-    let file = file.to_owned();
+/// Looks at the text before any parser does. Gives it back with a velocity of 0, which is none, in each `limit` that
+/// says none: the parser takes the word for required.
+fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
+    let file = || file.to_owned();
     if text.len() > MAX_BYTES {
-        return Err(UrdfError::Size { file, bytes: text.len() });
+        return Err(UrdfError::Size { file: file(), bytes: text.len() });
+    }
+    let start = text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+    if !start.starts_with('<') {
+        let word: String = start.split_whitespace().next().unwrap_or("").chars().take(40).collect();
+        let is =
+            if word == "HIERARCHY" { "; this is a BVH file, a motion".to_owned() } else { String::new() };
+        let what = format!("it is no URDF, which begins with `<`: it begins with `{word}`{is}");
+        return Err(UrdfError::Tree { file: file(), what });
     }
     let line = |at: usize| text[..at].matches('\n').count() + 1;
+    let mut whole = String::with_capacity(text.len());
     let (mut depth, mut at) = (0usize, 0);
     while let Some(open) = text[at..].find('<').map(|i| at + i) {
         let rest = &text[open..];
-        // What is inside comments and character data is no markup.
-        let end = if rest.starts_with("<!--") {
-            "-->"
-        } else if rest.starts_with("<![CDATA[") {
-            "]]>"
-        } else if rest.starts_with("<!") {
-            return Err(UrdfError::Doctype { file, line: line(open) });
-        } else {
-            ">"
+        let behind = |start: &str, end: &str| {
+            let inside = &rest[start.len()..];
+            inside.find(end).map(|i| start.len() + i + end.len())
         };
-        let Some(close) = rest.find(end) else { break };
-        let tag = &rest[..close];
-        if end == ">" && !tag.starts_with("<?") {
+        // What is inside comments, instructions and character data is no markup.
+        let length = if rest.starts_with("<!--") {
+            behind("<!--", "-->")
+        } else if rest.starts_with("<![CDATA[") {
+            behind("<![CDATA[", "]]>")
+        } else if rest.starts_with("<?") {
+            behind("<?", "?>")
+        } else if rest.starts_with("<!") {
+            return Err(UrdfError::Doctype { file: file(), line: line(open) });
+        } else {
+            tag_length(rest)
+        };
+        // A parser may see another end than this one does, and depth behind it.
+        let Some(length) = length else { return Err(UrdfError::Open { file: file(), line: line(open) }) };
+        let tag = &rest[..length];
+        whole.push_str(&text[at..open]);
+        if tag.starts_with("<!") || tag.starts_with("<?") {
+            whole.push_str(tag);
+        } else {
             if tag.starts_with("</") {
                 depth = depth.saturating_sub(1);
-            } else if !tag.ends_with('/') {
+            } else if !tag.ends_with("/>") {
                 depth += 1;
+            }
+            match tag.strip_prefix("<limit").filter(|attributes| lacks_velocity(attributes)) {
+                Some(attributes) => whole.extend(["<limit velocity=\"0\"", attributes]),
+                None => whole.push_str(tag),
             }
         }
         if depth > MAX_DEPTH {
-            return Err(UrdfError::Depth { file, line: line(open) });
+            return Err(UrdfError::Depth { file: file(), line: line(open) });
         }
-        at = open + close + end.len();
+        at = open + length;
     }
-    Ok(())
+    whole.push_str(&text[at..]);
+    Ok(whole)
+}
+
+/// Bytes of a tag, up to the first `>` outside of quotes.
+fn tag_length(tag: &str) -> Option<usize> {
+    let mut quote = None;
+    for (i, c) in tag.char_indices() {
+        match quote {
+            Some(open) if c == open => quote = None,
+            Some(_) => {}
+            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c == '>' => return Some(i + 1),
+            None => {}
+        }
+    }
+    None
+}
+
+/// Whether what follows `<limit` are its attributes, without a velocity.
+fn lacks_velocity(attributes: &str) -> bool {
+    let words = attributes.split(['"', '\'']).step_by(2);
+    let mut words =
+        words.flat_map(|text| text.split(|c: char| c.is_whitespace() || matches!(c, '=' | '/' | '>')));
+    attributes.starts_with(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))
+        && !words.any(|word| word == "velocity")
 }
 
 fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
@@ -339,6 +390,47 @@ mod tests {
         let at = read.hinges[0].origin.translation.vector;
         assert!((at - Vector3::new(0.0, 1.0, 1.0)).norm() < 1e-9, "{at}");
         assert_eq!(read.hinges[0].parent, None);
+    }
+
+    #[test]
+    fn nothing_hides_depth_from_the_guard() {
+        let deep = |open: &str, close: &str| format!("{}{}", open.repeat(100_000), close.repeat(100_000));
+        for text in [
+            deep("<a x=\"/>\">", "</a>"),
+            deep("<a x='/>'>", "</a>"),
+            format!("<?x > <!-- ?>{}<!-- -->", deep("<a>", "</a>")),
+            format!("<!-->{} -->{}", "<a/>", deep("<a>", "</a>")),
+        ] {
+            let error = Robot::parse(&text, "r.urdf").unwrap_err();
+            assert!(matches!(error, UrdfError::Depth { .. }), "{error}");
+        }
+        for text in ["<robot name=\"r>", "<a><!-- ", "<?xml", "<a <![CDATA["] {
+            let error = Robot::parse(text, "r.urdf").unwrap_err();
+            assert!(matches!(error, UrdfError::Open { line: 1, .. }), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_limit_without_velocity_has_none() {
+        let two = joint("j", "a", "b", "") + &joint("k", "b", "c", "").replace("velocity=\"2\" ", "");
+        let read = Robot::parse(&robot(&two), "r.urdf").unwrap();
+        assert_eq!((read.hinges[0].velocity, read.hinges[1].velocity), (Some(2.0), None));
+        assert_eq!(read.hinges[1].range, (-1.0, 1.0));
+        for (attributes, lacks) in [
+            (" lower='velocity'/>", true),
+            ("/>", true),
+            (" velocity = '1'/>", false),
+            ("\n\tvelocity=\"1\">", false),
+            ("er/>", false),
+        ] {
+            assert_eq!(lacks_velocity(attributes), lacks, "{attributes}");
+        }
+    }
+
+    #[test]
+    fn a_motion_is_no_robot() {
+        let message = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err().to_string();
+        assert!(message.contains("walk.bvh: it is no URDF") && message.contains("a BVH file"), "{message}");
     }
 
     #[test]
