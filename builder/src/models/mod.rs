@@ -45,7 +45,7 @@ pub fn sections(
     match linear(pairs, wanted) {
         Ok(models) => sections.push((section::LTI, lti::section::section(wanted.from, &models))),
         Err(style) => notes.push(format!(
-            "no linear models: the pairs of style {style} are too few, or too short, to estimate one from"
+            "no linear models: the pairs of style {style} are too few, or too short, to estimate one from that comes to rest"
         )),
     }
     let mut actions: Vec<Option<usize>> = vec![None];

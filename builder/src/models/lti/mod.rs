@@ -58,7 +58,7 @@ impl Model {
         self.units.iter().map(|u| u.system.order()).sum()
     }
 
-    /// Whether every number is one that the format holds.
+    /// Whether every number is one that the format holds, and every unit comes to rest.
     pub fn is_usable(&self) -> bool {
         let fits = |v: &f64| v.abs() < 9e3;
         let feet = self.feet.iter().all(|f| f.projection.iter().chain([&f.boundary]).all(|v| v.abs() < 9e5));
@@ -66,9 +66,19 @@ impl Model {
         feet && moments
             && self.units.iter().all(|u| {
                 let System { a, b, c, d } = &u.system;
-                [a, b, c, d].iter().all(|m| m.iter().all(fits))
+                [a, b, c, d].iter().all(|m| m.iter().all(fits)) && is_stable(a)
             })
     }
+}
+
+/// Whether every pole lies inside the unit circle, by the core's own test in its own precision: a blob that fails it
+/// does not open.
+fn is_stable(a: &DMatrix<f64>) -> bool {
+    let mut power = a.map(|v| v as f32);
+    for _ in 0..10 {
+        power = &power * &power;
+    }
+    (0.0..=1.0).contains(&power.iter().map(|v| v * v).sum::<f32>())
 }
 
 /// Input and output dofs of the units of a body with D dofs: first and number of the inputs, of the outputs.
@@ -85,7 +95,7 @@ fn units(dofs: usize) -> Vec<[usize; 4]> {
 
 /// Estimates a model from stretches of input and output.
 ///
-/// `None` where there are too few frames for any. Cost: for each unit one product of a Hankel matrix with itself.
+/// `None` where there are too few frames for any, or no stretch is long enough for its states to settle. Cost: for each unit one product of a Hankel matrix with itself.
 pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -> Option<Model> {
     let dofs = stretches.first()?.inputs.first()?.len();
     let column = |d: usize| stretches.iter().flat_map(move |s| s.inputs.iter().map(move |r| r[d]));
@@ -121,6 +131,9 @@ pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -
             contacts.push(stretch.contacts[t]);
         }
     }
+    if features.is_empty() {
+        return None;
+    }
     let feet = [0, 1].map(|side| {
         let stands: Vec<bool> = contacts.iter().map(|c| c[side]).collect();
         footplant::fit(&features, &stands)
@@ -134,4 +147,44 @@ fn normalised(rows: &[Vec<f64>], first: usize, count: usize, moments: &[(f64, f6
         let (mean, deviation) = moments[first + d];
         (rows[t][first + d] - mean) / deviation
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use gestus_core::Database;
+
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        corpus::Cycle,
+        synth,
+    };
+
+    #[test]
+    fn what_does_not_come_to_rest_is_not_usable() {
+        let system = |pole: f64| DMatrix::from_row_slice(2, 2, &[pole, 0.3, 0.0, 0.5]);
+        assert!(is_stable(&system(0.99)) && is_stable(&DMatrix::zeros(0, 0)));
+        assert!(!is_stable(&system(1.01)) && !is_stable(&system(-1.2)) && !is_stable(&system(9e3)));
+    }
+
+    #[test]
+    fn clips_of_any_length_give_a_database_that_opens() {
+        let whole = synth::corpus(&synth::Options {
+            actions: vec!["punch".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 2,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        for frames in [3, 5, 8, 12, 16, 20] {
+            let mut corpus = whole.clone();
+            for example in &mut corpus.examples {
+                example.clip.frames.truncate(frames);
+                example.contacts.truncate(frames);
+                example.cycles = vec![Cycle { knots: vec![0.0, (frames - 1) as f64] }];
+            }
+            let built = build(&corpus, &BuildOptions::default()).unwrap_or_else(|e| panic!("{frames}: {e}"));
+            Database::open(&built.bytes).unwrap_or_else(|e| panic!("{frames}: {e}"));
+        }
+    }
 }
