@@ -21,7 +21,7 @@
 //! # Ok::<(), gestus_builder::annotate::AnnotateError>(())
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -158,6 +158,8 @@ pub enum AnnotateError {
          `patterns` in {FILE_NAME}, or the file to the table `files`"
     )]
     Unknown { file: String },
+    #[error("`{key}`: no {what} is called `{name}`: there are {have}")]
+    Absent { key: &'static str, what: &'static str, name: String, have: String },
 }
 
 impl Config {
@@ -238,27 +240,80 @@ impl Config {
 
     /// What a file is, by its path below the data folder.
     pub fn annotate(&self, path: &Path) -> Result<Annotation, AnnotateError> {
-        let whole = path.to_string_lossy().replace('\\', "/");
-        let name = whole.rsplit('/').next().unwrap_or_default();
-        if let Some(entry) = self.files.get(&whole).or_else(|| self.files.get(name)) {
+        let [action, style, take] = self.labels(path)?;
+        Ok(self.annotation(action, style, take))
+    }
+
+    /// Refuses what is said of actions, styles and files that are not there: a misspelt name would pass for a wish that
+    /// is met. `paths` are all files, below the data folder.
+    ///
+    /// # Errors
+    /// [`AnnotateError::Absent`], with what there is.
+    pub fn check_names(&self, paths: &[&Path]) -> Result<(), AnnotateError> {
+        let labels: Vec<[String; 3]> = paths.iter().filter_map(|p| self.labels(p).ok()).collect();
+        // Where nothing is known of any file, the reasons why not say more.
+        if labels.is_empty() {
+            return Ok(());
+        }
+        let found: Vec<Annotation> =
+            labels.iter().map(|[a, s, t]| self.annotation(a.clone(), s.clone(), t.clone())).collect();
+        let raw: BTreeSet<&str> = labels.iter().map(|[action, ..]| action.as_str()).collect();
+        let actions: BTreeSet<&str> = found.iter().map(|a| a.action.as_str()).collect();
+        let styles: BTreeSet<&str> = found.iter().map(|a| a.style.as_str()).collect();
+        let files: Vec<[String; 2]> = paths.iter().map(|p| file_names(p)).collect();
+        let files: BTreeSet<&str> = files.iter().flatten().map(String::as_str).collect();
+        absent("actions", "action", self.actions.iter(), &actions)?;
+        absent("styles", "style", self.styles.iter(), &styles)?;
+        absent("kind", "action", self.kind.keys(), &actions)?;
+        absent("names", "action, as the files have it,", self.names.keys(), &raw)?;
+        absent("files", "BVH file", self.files.keys(), &files)
+    }
+
+    /// Action, style and take as the file has them.
+    fn labels(&self, path: &Path) -> Result<[String; 3], AnnotateError> {
+        let [whole, name] = file_names(path);
+        if let Some(entry) = self.files.get(&whole).or_else(|| self.files.get(&name)) {
             let FileEntry { action, style, take } = entry.clone();
-            return Ok(self.annotation(action, style, take));
+            return Ok([action, style, take]);
         }
         for text in &self.patterns {
             let Ok(pattern) = Pattern::new(text) else { continue };
-            if let Some([action, style, take]) = pattern.find(if text.contains('/') { &whole } else { name })
-            {
-                return Ok(self.annotation(action, style, take));
+            if let Some(found) = pattern.find(if text.contains('/') { &whole } else { &name }) {
+                return Ok(found);
             }
         }
-        let [action, style, take] = built_in(name).ok_or(AnnotateError::Unknown { file: whole })?;
-        Ok(self.annotation(action, style, take))
+        built_in(&name).ok_or(AnnotateError::Unknown { file: whole })
     }
 
     fn annotation(&self, action: String, style: String, take: String) -> Annotation {
         let action = self.names.get(&action).cloned().unwrap_or(action);
         let kind = self.kind.get(&action).copied().unwrap_or_else(|| Kind::of_action(&action));
         Annotation { action, style, take, kind }
+    }
+}
+
+/// The path below the data folder and the file's name, as tables and patterns have them.
+fn file_names(path: &Path) -> [String; 2] {
+    let whole = path.to_string_lossy().replace('\\', "/");
+    let name = whole.rsplit('/').next().unwrap_or_default().to_owned();
+    [whole, name]
+}
+
+fn absent<'a>(
+    key: &'static str,
+    what: &'static str,
+    mut names: impl Iterator<Item = &'a String>,
+    have: &BTreeSet<&str>,
+) -> Result<(), AnnotateError> {
+    /// Most names that a message lists.
+    const LISTED: usize = 40;
+    match names.find(|name| !have.contains(name.as_str())) {
+        Some(name) => {
+            let mut list: Vec<&str> = have.iter().take(LISTED).copied().collect();
+            list.extend((have.len() > LISTED).then_some("..."));
+            Err(AnnotateError::Absent { key, what, name: name.clone(), have: list.join(", ") })
+        }
+        None => Ok(()),
     }
 }
 
@@ -451,6 +506,40 @@ mod tests {
             let message = Config::parse(text, "my.toml").expect_err(text).to_string();
             assert!(message.starts_with("my.toml: ") && message.contains(words), "{text}: {message}");
         }
+    }
+
+    #[test]
+    fn names_that_no_file_has_are_refused() {
+        let files = ["walk_old_1.bvh", "sub/walk_proud_1.bvh", "x_proud_1.bvh"].map(Path::new);
+        let check =
+            |text: &str| Config::parse(text, "c").unwrap().check_names(&files).map_err(|e| e.to_string());
+        for fine in [
+            "",
+            "actions = ['walk', 'run']\nnames.x = 'run'\nkind.run = 'whole'",
+            "styles = ['old']",
+            "files.'sub/walk_proud_1.bvh' = { action = 'hop', style = 'sad' }\nactions = ['hop']",
+            "files.'x_proud_1.bvh' = { action = 'hop', style = 'sad' }\nkind.hop = 'whole'",
+        ] {
+            assert_eq!(check(fine), Ok(()), "{fine}");
+        }
+        for (text, words) in [
+            ("actions = ['walk', 'pnuch']", "`actions`: no action is called `pnuch`: there are walk, x"),
+            ("styles = ['odl']", "`styles`: no style is called `odl`: there are old, proud"),
+            ("kind.wlak = 'gait'", "`kind`: no action is called `wlak`"),
+            ("names.y = 'run'", "`names`: no action, as the files have it, is called `y`"),
+            (
+                "files.'walk_old_2.bvh' = { action = 'walk', style = 'old' }",
+                "`files`: no BVH file is called `walk_old_2.bvh`",
+            ),
+        ] {
+            let message = check(text).unwrap_err();
+            assert!(message.starts_with(words), "{message}");
+        }
+        // Files that say nothing have reasons of their own.
+        assert_eq!(
+            Config::parse("styles = ['odl']", "c").unwrap().check_names(&[Path::new("1.bvh")]),
+            Ok(())
+        );
     }
 
     #[test]

@@ -10,13 +10,14 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    annotate::{AnnotateError, Annotation, Config, FILE_NAME},
+    annotate::{AnnotateError, Annotation, Config, FILE_NAME, Kind},
     bvh::{Binding, Bvh, BvhError, Options, read_folder},
     corpus::Corpus,
     joints::JointsError,
-    landmarks::LandmarkError,
+    landmarks::{LandmarkError, Landmarks},
     motion::{Clip, Skeleton},
-    register::{Performance, register},
+    register::{Performance, no_cycle, register},
+    segment::gait_cycles,
 };
 
 /// What was read, and what was not.
@@ -39,6 +40,12 @@ pub enum LoadError {
     /// `gestus.toml`, or a file that it does not know, under `strict`.
     #[error(transparent)]
     Annotate(#[from] AnnotateError),
+    /// A file in place of a folder.
+    #[error("{0}: this is a file: give the folder that it is in, whose clips make a database together")]
+    File(String),
+    /// Actions, styles or files that are not there.
+    #[error("{0}: {1}")]
+    Names(String, AnnotateError),
     /// The skeleton.
     #[error("{0}: {1}")]
     Landmark(String, LandmarkError),
@@ -65,37 +72,53 @@ pub enum LoadError {
 pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     let folder = config.data.clone().unwrap_or_else(|| PathBuf::from("."));
     let place = folder.display().to_string();
+    if folder.is_file() {
+        return Err(LoadError::File(place));
+    }
     let files = read_folder(&folder, config.strict)?;
     let mut left_out: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();
-    let bound: Vec<Result<Option<Bound>, String>> =
-        files.documents.par_iter().map(|(path, document)| bind(config, &folder, path, document)).collect();
-    let mut performances: Vec<Performance> = Vec::new();
-    let mut units: Vec<String> = Vec::new();
+    let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
+    // Files that can't be read have names too.
+    let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
+        .chain(files.skipped.iter().map(|e| below(Path::new(&e.file))))
+        .collect();
+    let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
+    config.check_names(&paths).map_err(|e| LoadError::Names(place.clone(), e))?;
+    let bound: Vec<Result<Option<Bound>, String>> = files
+        .documents
+        .par_iter()
+        .map(|(path, document)| bind(config, &below(path), path, document))
+        .collect();
+    let mut clips: Vec<Bound> = Vec::new();
     for clip in bound {
-        let clip = match clip {
-            Ok(Some(clip)) => clip,
-            Ok(None) => continue,
-            Err(note) => {
-                left_out.push(note);
-                continue;
-            }
-        };
-        if let Some(first) = performances.first()
-            && let Some(difference) = difference(&first.clip.skeleton, &clip.clip.skeleton)
-        {
-            let other = &first.clip.name;
-            left_out.push(format!("{}: its skeleton differs from that of {other}: {difference}", clip.name));
-            continue;
+        match clip {
+            Ok(clip) => clips.extend(clip),
+            Err(note) => left_out.push(note),
         }
+    }
+    let clips = of_one_body(clips, &mut left_out);
+    let mut units: Vec<String> = Vec::new();
+    let mut performances: Vec<Performance> = Vec::new();
+    for clip in clips {
         let Annotation { action, style, take, kind } = clip.annotation;
         let same = |p: &&Performance| p.action == action && p.style == style;
-        if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
-            continue;
+        if config.limit > 0 {
+            if performances.iter().filter(same).count() >= config.limit {
+                continue;
+            }
+            // Registration would leave it out, and it would have taken another's place.
+            let landmarks = Landmarks::find(&clip.clip.skeleton);
+            if kind == Kind::Gait
+                && landmarks.is_ok_and(|landmarks| gait_cycles(&clip.clip, &landmarks).is_empty())
+            {
+                left_out.push(no_cycle(&clip.clip));
+                continue;
+            }
         }
         if !units.contains(&clip.unit) {
             units.push(clip.unit);
         }
-        let (clip, licence) = (clip.clip.resampled(config.rate_hz), config.licence.clone());
+        let (clip, licence) = (clip.clip, config.licence.clone());
         performances.push(Performance { clip, kind, action, style, take, licence });
     }
     if config.strict
@@ -135,17 +158,43 @@ struct Bound {
     clip: Clip,
 }
 
-/// Takes a file to a clip; `None` where it is not asked for.
-fn bind(config: &Config, folder: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
+/// The clips on the skeleton that most of them have; ties go to the first. What one stray file is on decides nothing.
+fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+    let mut kinds: Vec<(usize, usize)> = Vec::new();
+    for (i, clip) in clips.iter().enumerate() {
+        let skeleton = &clip.clip.skeleton;
+        match kinds.iter_mut().find(|(first, _)| difference(&clips[*first].clip.skeleton, skeleton).is_none())
+        {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((i, 1)),
+        }
+    }
+    let most = kinds.iter().map(|k| k.1).max();
+    let Some((first, count)) = kinds.iter().find(|k| Some(k.1) == most).copied() else { return clips };
+    let (skeleton, name) = (clips[first].clip.skeleton.clone(), clips[first].clip.name.clone());
+    let fits = |clip: &Bound| match difference(&skeleton, &clip.clip.skeleton) {
+        None => true,
+        Some(difference) => {
+            let most = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
+            left_out
+                .push(format!("{}: its skeleton differs from that of {name}{most}: {difference}", clip.name));
+            false
+        }
+    };
+    clips.into_iter().filter(fits).collect()
+}
+
+/// Takes a file to a clip at the database's rate; `None` where it is not asked for.
+fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
     let name = path.display().to_string();
-    let below = path.strip_prefix(folder).unwrap_or(path);
     let annotation = config.annotate(below).map_err(|e| e.to_string())?;
     if !config.wants(&annotation) {
         return Ok(None);
     }
     let options = Options { unit: config.unit(), ..Options::default() };
     let binding = Binding::new(document, &options).map_err(|e| format!("{name}: {e}"))?;
-    let mut clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
+    let clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
+    let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
     clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
     Ok(Some(Bound { name, annotation, unit: binding.unit().name(), clip }))
 }
@@ -186,5 +235,110 @@ fn unify(performances: &mut [Performance]) {
     for performance in performances {
         let clip = &mut performance.clip;
         *clip = Clip { skeleton: skeleton.clone(), ..clip.clone() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::{bvh::Unit, synth::performance};
+
+    /// A folder of generated clips, which goes when it is dropped.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("gestus-load-{name}-{}", std::process::id()));
+            fs::create_dir_all(&folder).unwrap();
+            Self(folder)
+        }
+
+        /// Writes a clip of so many frames of a walk.
+        fn walk(&self, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+            let mut clip = performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip;
+            clip.frames.truncate(frames);
+            change(&mut clip);
+            fs::write(self.0.join(file), Bvh::from_clip(&clip, Unit::Centimetres).unwrap().to_text())
+                .unwrap();
+        }
+
+        fn load(&self, more: &str) -> Result<Loaded, LoadError> {
+            let mut config = Config::parse(more, "gestus.toml").unwrap();
+            config.data = Some(self.0.clone());
+            load(&config)
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_clip_of_one_frame_at_another_rate_decides_nothing() {
+        let folder = Folder::new("rate");
+        folder.walk("walk_a_1.bvh", 1, |clip| clip.rate_hz = 120.0);
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let loaded = folder.load("").unwrap();
+        assert_eq!((loaded.corpus.rate_hz, loaded.skipped), (30.0, 1), "{:?}", loaded.notes);
+        let slower = folder.load("rate_hz = 20").unwrap();
+        assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
+    }
+
+    #[test]
+    fn the_skeleton_is_the_one_that_most_files_have() {
+        let folder = Folder::new("skeleton");
+        folder.walk("walk_a_1.bvh", 120, |clip| Arc::make_mut(&mut clip.skeleton).names[3] = "Other".into());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        folder.walk("walk_c_1.bvh", 120, |_| ());
+        let loaded = folder.load("").unwrap();
+        assert_eq!(loaded.corpus.styles, ["b", "c"]);
+        let said = loaded.notes.join("\n");
+        assert!(
+            said.contains("walk_a_1.bvh: its skeleton differs from that of walk_b_1 and 1 more"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_limit_counts_what_is_used() {
+        let folder = Folder::new("limit");
+        folder.walk("walk_a_1.bvh", 5, |_| ());
+        folder.walk("walk_a_2.bvh", 120, |_| ());
+        folder.walk("walk_a_3.bvh", 120, |_| ());
+        let loaded = folder.load("limit = 1").unwrap();
+        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (1, 1), "{:?}", loaded.notes);
+        assert_eq!(loaded.corpus.examples[0].clip.name, "walk_a_2");
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let folder = Folder::new("names");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        let message = |more: &str| folder.load(more).unwrap_err().to_string();
+        assert!(message("styles = ['proud']").contains("no style is called `proud`: there are a"));
+        assert!(
+            message("actions = ['walk', 'pnuch']").contains("no action is called `pnuch`: there are walk")
+        );
+        let config = Config { data: Some(folder.0.join("walk_a_1.bvh")), ..Config::default() };
+        let message = load(&config).unwrap_err().to_string();
+        assert!(message.contains("walk_a_1.bvh: this is a file: give the folder"), "{message}");
+    }
+
+    #[test]
+    fn a_clip_that_would_fill_the_memory_is_left_out() {
+        let folder = Folder::new("memory");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |clip| {
+            clip.rate_hz = 1.0;
+            clip.frames = clip.frames.iter().cycle().take(400).cloned().collect();
+        });
+        let loaded = folder.load("rate_hz = 1000").unwrap();
+        let said = loaded.notes.join("\n");
+        assert!(said.contains("walk_b_1.bvh: 399.0 s are 399001 frames at 1000 a second"), "{said}");
+        assert_eq!(loaded.corpus.styles, ["a"]);
     }
 }

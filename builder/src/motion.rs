@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use thiserror::Error;
 
 /// A tree of joints. Parents come before their children.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,6 +64,24 @@ impl Frame {
     }
 }
 
+/// Most frames that a clip from a file is resampled to, where it has fewer: over two hours at 30 a second.
+pub const MAX_FRAMES: usize = 1 << 18;
+
+/// A clip that would fill the memory at that rate.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error(
+    "{seconds:.1} s are {frames} frames at {rate_hz} a second, more than {MAX_FRAMES}: cut the clip, take a lower rate, \
+     or correct its frame time"
+)]
+pub struct TooManyFrames {
+    /// Length of the clip.
+    pub seconds: f64,
+    /// Frames that it would take.
+    pub frames: usize,
+    /// At that rate.
+    pub rate_hz: f64,
+}
+
 /// A clip of motion at a fixed rate.
 #[derive(Debug, Clone)]
 pub struct Clip {
@@ -82,12 +101,28 @@ impl Clip {
         self.frames.len().saturating_sub(1) as f64 / self.rate_hz
     }
 
+    /// The same motion at another rate, where that takes a bearable number of frames: for clips that come from a file.
+    ///
+    /// # Errors
+    /// [`TooManyFrames`] where it takes more than [`MAX_FRAMES`], and more than there are.
+    pub fn fitted(&self, rate_hz: f64) -> Result<Clip, TooManyFrames> {
+        let frames = self.frames_at(rate_hz);
+        if frames > MAX_FRAMES.max(self.frames.len()) {
+            return Err(TooManyFrames { seconds: self.duration_s(), frames, rate_hz });
+        }
+        Ok(self.resampled(rate_hz))
+    }
+
+    fn frames_at(&self, rate_hz: f64) -> usize {
+        (self.duration_s() * rate_hz + 1e-6).floor() as usize + 1
+    }
+
     /// The same motion at another rate: positions linearly, rotations spherically interpolated.
     pub fn resampled(&self, rate_hz: f64) -> Clip {
         if (rate_hz - self.rate_hz).abs() < 1e-3 * rate_hz || self.frames.len() < 2 {
-            return self.clone();
+            return Clip { rate_hz, ..self.clone() };
         }
-        let count = (self.duration_s() * rate_hz + 1e-6).floor() as usize + 1;
+        let count = self.frames_at(rate_hz);
         let frames = (0..count).map(|i| self.at(i as f64 / rate_hz * self.rate_hz)).collect();
         Clip { name: self.name.clone(), skeleton: self.skeleton.clone(), rate_hz, frames }
     }

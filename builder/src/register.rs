@@ -72,12 +72,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
     let mut warnings = Vec::new();
     for (performance, cycles) in performances.into_iter().zip(timelines) {
         if cycles.is_empty() {
-            let name = &performance.clip.name;
-            warnings.push(format!(
-                "{name}: no gait cycle found in {:.1} s; if the action is no gait, set its `kind` in {}",
-                performance.clip.duration_s(),
-                crate::annotate::FILE_NAME
-            ));
+            warnings.push(no_cycle(&performance.clip));
             continue;
         }
         let contacts = contact::contacts(&performance.clip, &landmarks);
@@ -93,6 +88,16 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
     }
     contact::carry(&mut corpus.examples);
     Ok((corpus, warnings))
+}
+
+/// Why a gait is left out.
+pub fn no_cycle(clip: &Clip) -> String {
+    format!(
+        "{}: no gait cycle found in {:.1} s; if the action is no gait, set its `kind` in {}",
+        clip.name,
+        clip.duration_s(),
+        crate::annotate::FILE_NAME
+    )
 }
 
 /// For each whole-clip action the clip of middle length.

@@ -128,6 +128,7 @@ fn every_error_names_its_place_and_what_to_do() {
             "has no frames",
         ),
         ("zero time", SMALL.replace("0.0333333", "0"), (18, 13), "frame time above zero"),
+        ("milliseconds", SMALL.replace("0.0333333", "33.3333"), (18, 13), "is it in milliseconds"),
         ("negative time", SMALL.replace("0.0333333", "-0.03"), (18, 13), "found `-0.03`"),
         ("comma time", SMALL.replace("0.0333333", "0,0333333"), (18, 13), "decimal comma"),
         ("fewer", frames("1 2 3\n1 2 3 4 5 6 7 8 9\n"), (19, 6), "frame 1 has 3 values, expected 9"),

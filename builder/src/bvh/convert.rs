@@ -48,7 +48,7 @@ pub enum ConvertError {
     OtherSkeleton { clip: String, file: String, difference: String },
     #[error("clip {clip} has no frames; a BVH file needs at least one")]
     NoFrames { clip: String },
-    #[error("clip {clip} has a rate of {rate_hz} frames a second; expected one above zero")]
+    #[error("clip {clip} has a rate of {rate_hz} frames a second; expected 1 to 1000000")]
     Rate { clip: String, rate_hz: f64 },
     #[error("clip {clip} has a number that is not finite or too large in frame {frame}, joint `{joint}`")]
     NotFinite { clip: String, frame: usize, joint: String },
@@ -319,7 +319,7 @@ fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
     if clip.frames.is_empty() {
         return Err(ConvertError::NoFrames { clip: name() });
     }
-    if !(clip.rate_hz.is_finite() && clip.rate_hz >= 1.0 / 3600.0 && clip.rate_hz <= 1e6) {
+    if !(clip.rate_hz.is_finite() && clip.rate_hz >= 1.0 && clip.rate_hz <= 1e6) {
         return Err(ConvertError::Rate { clip: name(), rate_hz: clip.rate_hz });
     }
     for (f, frame) in clip.frames.iter().enumerate() {

@@ -88,7 +88,8 @@ pub enum BvhErrorKind {
     )]
     FrameCount { found: String },
     #[error(
-        "expected a frame time above zero and at most 3600 seconds, found `{found}`; 30 frames a second are 0.0333333"
+        "expected a frame time above zero and at most 1 second, found `{found}`; is it in milliseconds? 30 frames a second are \
+         0.0333333"
     )]
     FrameTime { found: String },
     #[error(

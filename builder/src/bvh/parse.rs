@@ -275,7 +275,7 @@ impl<'t> Parser<'t> {
             return Err(self.unexpected(None, "a frame time in seconds", HEAD));
         };
         let frame_time_s = self.number(time)?;
-        if !(1e-6..=3600.0).contains(&frame_time_s) {
+        if !(1e-6..=1.0).contains(&frame_time_s) {
             return Err(self.error(time, Kind::FrameTime { found: shown_name(time.text) }));
         }
         let values = self.rows(time.line)?;
