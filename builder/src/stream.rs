@@ -84,6 +84,8 @@ pub struct Retimed {
     pub ticks: Vec<Tick>,
     /// By how much a live stream is delayed for its lead, seconds. A file is not: its poses stand at their inputs' times.
     pub latency_s: f32,
+    /// Seconds from a tick to the next.
+    pub tick_s: f64,
 }
 
 impl Retimed {
@@ -273,7 +275,7 @@ fn run<const J: usize, const K: usize, const C: usize>(
 }
 
 /// Poses that a retimer on the host remembers: bounds of seconds at any usual rate.
-const REMEMBERED: usize = 512;
+pub(crate) const REMEMBERED: usize = 512;
 
 /// A retimer and what came out of it.
 struct Playback<const J: usize> {
@@ -311,7 +313,7 @@ impl<const J: usize> Playback<J> {
         self.frames.retain(|_| keep(index.next().unwrap_or(0)));
         let mut index = 0..;
         self.ticks.retain(|_| keep(index.next().unwrap_or(0)));
-        Retimed { frames: self.frames, ticks: self.ticks, latency_s }
+        Retimed { frames: self.frames, ticks: self.ticks, latency_s, tick_s: f64::from(self.step_s) }
     }
 }
 

@@ -2,11 +2,68 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{
-    Config, Database, Effort, MAX_OWN, Method, Safety, blob::Names, effort::Labels, regress::Ridge,
-    retime::Bounds, timing::Timing,
+    Config, ConfigError, Database, Effort, MAX_OWN, Method, Safety,
+    blob::Names,
+    effort::Labels,
+    regress::Ridge,
+    retime::{Bounds, Retimer},
+    timing::Timing,
 };
 
-use crate::{effort, stream::Request};
+use crate::{
+    effort,
+    stream::{REMEMBERED, Request},
+};
+
+/// Lead and lag where they are not given, seconds.
+const BOUND_S: f32 = 0.2;
+/// Most lead and lag, seconds.
+const MOST_BOUND_S: f32 = 10.0;
+/// Greatest strength of a joint group.
+const MOST_STRENGTH: f32 = 2.0;
+/// Greatest weight of a style.
+const MOST_WEIGHT: f32 = 1e6;
+
+/// A parameter that is a number: its option, what the core takes, and where it goes.
+struct Parameter {
+    option: &'static str,
+    least: f32,
+    greatest: f32,
+    /// Said where a value is refused, if the bounds don't say all.
+    words: &'static str,
+    asked: fn(&WishArgs) -> Option<f32>,
+    put: fn(Config, f32) -> Config,
+}
+
+impl Parameter {
+    /// A value, where the core takes it.
+    fn checked(&self, value: f32) -> Result<f32> {
+        let Self { option, least, greatest, words, .. } = self;
+        let off = *option == "--speed-limit" && value == 0.0;
+        if !(off || (*least..=*greatest).contains(&value)) {
+            bail!("{option} {value}: from {least} to {greatest}{words}");
+        }
+        Ok(value)
+    }
+}
+
+/// Every one of them; the ranges are those of `gestus_core`, which names none of them in its errors.
+#[rustfmt::skip]
+const PARAMETERS: [Parameter; 13] = [
+    Parameter { option: "--speed-limit", least: 1.0, greatest: 100.0, words: ", or 0 for no limit", asked: |w| w.speed_limit, put: Config::speed_limit },
+    Parameter { option: "--k", least: 1.0, greatest: 64.0, words: "", asked: |w| w.k.map(f32::from), put: |c, v| c.k(v as u16) },
+    Parameter { option: "--visits", least: 64.0, greatest: 448.0, words: "", asked: |w| w.visits.map(f32::from), put: |c, v| c.visits(v as u16) },
+    Parameter { option: "--lambda", least: 1e-9, greatest: 1e6, words: "", asked: |w| w.lambda, put: Config::lambda },
+    Parameter { option: "--feedback", least: 1e-3, greatest: 1e6, words: "", asked: |w| w.feedback, put: Config::feedback },
+    Parameter { option: "--output-kappa", least: 0.0, greatest: 1e6, words: "", asked: |w| w.output_kappa, put: Config::output_kappa },
+    Parameter { option: "--delta", least: 1e-3, greatest: 1e3, words: "", asked: |w| w.delta, put: Config::delta },
+    Parameter { option: "--prune", least: 0.0, greatest: 1.0 - f32::EPSILON / 2.0, words: ", less than 1", asked: |w| w.prune, put: Config::prune },
+    Parameter { option: "--kappa", least: 0.0, greatest: 1e6, words: "", asked: |w| w.kappa, put: Config::kappa },
+    Parameter { option: "--rho", least: 0.0, greatest: 1.0, words: "", asked: |w| w.rho, put: Config::rho },
+    Parameter { option: "--confidence", least: 1e-3, greatest: 1e6, words: "", asked: |w| w.confidence, put: Config::confidence },
+    Parameter { option: "--preference", least: 1e-3, greatest: 1e3, words: "", asked: |w| w.preference, put: Config::preference },
+    Parameter { option: "--halflife", least: 0.0, greatest: 1e6, words: " seconds", asked: |w| w.halflife, put: Config::halflife_s },
+];
 
 /// Style, labels and parameters, in words.
 #[derive(clap::Args, Clone, Debug)]
@@ -33,12 +90,13 @@ pub struct WishArgs {
     /// (predicted times, within --lead and --lag of the input)
     #[arg(long, default_value = "free")]
     timing: String,
-    /// With --timing bounded: most seconds by which a pose may come early. A live stream is delayed by it
-    #[arg(long, default_value_t = 0.2)]
-    lead: f32,
-    /// With --timing bounded: most seconds by which a pose may come late
-    #[arg(long, default_value_t = 0.2)]
-    lag: f32,
+    /// With --timing bounded: most seconds by which a pose may come early, 0.2 where left out. A live stream is
+    /// delayed by it
+    #[arg(long)]
+    lead: Option<f32>,
+    /// With --timing bounded: most seconds by which a pose may come late, 0.2 where left out
+    #[arg(long)]
+    lag: Option<f32>,
     /// What is put out where the input is no pose or leaps: follow, hold (the last output) or rest (ease to it)
     #[arg(long, default_value = "follow")]
     safety: String,
@@ -140,19 +198,57 @@ impl WishArgs {
                 other => bail!("--ridge {other}: raw or norm"),
             };
         }
-        config = self.speed_limit.map_or(config, |v| config.speed_limit(v));
-        config = self.k.map_or(config, |v| config.k(v));
-        config = self.visits.map_or(config, |v| config.visits(v));
-        config = self.lambda.map_or(config, |v| config.lambda(v));
-        config = self.feedback.map_or(config, |v| config.feedback(v));
-        config = self.output_kappa.map_or(config, |v| config.output_kappa(v));
-        config = self.delta.map_or(config, |v| config.delta(v));
-        config = self.prune.map_or(config, |v| config.prune(v));
-        config = self.kappa.map_or(config, |v| config.kappa(v));
-        config = self.rho.map_or(config, |v| config.rho(v));
-        config = self.confidence.map_or(config, |v| config.confidence(v));
-        config = self.preference.map_or(config, |v| config.preference(v));
-        Ok(self.halflife.map_or(config, |v| config.halflife_s(v)))
+        self.check_use(config.method_chosen())?;
+        for parameter in PARAMETERS {
+            if let Some(value) = (parameter.asked)(self) {
+                config = (parameter.put)(config, parameter.checked(value)?);
+            }
+        }
+        Ok(config)
+    }
+
+    /// Refuses options that would do nothing with this method and timing.
+    fn check_use(&self, method: Method) -> Result<()> {
+        let bounded = self.timing == "bounded";
+        for (option, given, works, with) in [
+            ("--lead", self.lead.is_some(), bounded, "--timing bounded"),
+            ("--lag", self.lag.is_some(), bounded, "--timing bounded"),
+            ("--confidence", self.confidence.is_some(), method == Method::Lti, "--method lti"),
+            ("--preference", self.preference.is_some(), method == Method::Lti, "--method lti"),
+            ("--halflife", self.halflife.is_some(), method == Method::Statistic, "--method statistic"),
+        ] {
+            if given && !works {
+                bail!("{option} does nothing without {with}: give both, or neither");
+            }
+        }
+        Ok(())
+    }
+
+    /// Bounds of the output's time, where they are asked for.
+    fn bounds(&self, database: &Database<'_>) -> Result<Option<Bounds>> {
+        if self.timing != "bounded" {
+            return Ok(None);
+        }
+        let within = |option, value: Option<f32>| {
+            let value = value.unwrap_or(BOUND_S);
+            (0.0..=MOST_BOUND_S)
+                .contains(&value)
+                .then_some(value)
+                .with_context(|| format!("{option} {value}: seconds from 0 to {MOST_BOUND_S}"))
+        };
+        let bounds = Bounds { lead_s: within("--lead", self.lead)?, lag_s: within("--lag", self.lag)? };
+        let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
+        if let Err(ConfigError::Poses { need, have }) =
+            Retimer::<1, REMEMBERED>::new(millihz, millihz, bounds)
+        {
+            bail!(
+                "--lead {} --lag {}: together they take {need} poses at {} frames a second, and {have} are kept: narrow them",
+                bounds.lead_s,
+                bounds.lag_s,
+                database.rate_hz()
+            );
+        }
+        Ok(Some(bounds))
     }
 
     /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.
@@ -172,8 +268,8 @@ impl WishArgs {
             if reached.clamped[k] && factors[k].is_some() {
                 let (low, high) = dial.range()[k];
                 eprintln!(
-                    "--effort: {name} {} is beyond these styles' reach, {:.2} is taken (Efforts {labels}; {name} runs \
-                     from {low:.2} to {high:.2}, less where other factors are asked for too)",
+                    "--effort: {name} {} is not reached, the mix that comes nearest is at {:.2} (Efforts {labels}; with the \
+                     other factors at rest the dial is laid out from {low:.2} to {high:.2})",
                     target[k],
                     reached.effort.factors()[k]
                 );
@@ -201,24 +297,28 @@ impl WishArgs {
         if style.is_empty() {
             bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
         }
+        check_weights("--style", &self.style, &style)?;
+        let masked: Vec<u16> =
+            self.mask.iter().map(|g| find(g, manifest.groups, "joint group")).collect::<Result<_>>()?;
+        if !(0..database.counts().features)
+            .any(|f| masked.iter().all(|&g| usize::from(g) != database.feature_group(f)))
+            && !masked.is_empty()
+        {
+            bail!(
+                "--mask {}: the search has nothing left to look at: leave a group out",
+                self.mask.join(",")
+            );
+        }
         let label =
             |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
         Ok(Request {
-            bounds: (self.timing == "bounded").then_some(Bounds { lead_s: self.lead, lag_s: self.lag }),
+            bounds: self.bounds(database)?,
             config: self.config(database)?,
             style,
             action: label(&self.action, manifest.actions, "action")?,
             input_style: label(&self.input_style, manifest.styles, "style")?,
-            masked: self
-                .mask
-                .iter()
-                .map(|g| find(g, manifest.groups, "joint group"))
-                .collect::<Result<_>>()?,
-            strength: self
-                .strength
-                .iter()
-                .map(|s| weighted(s, manifest.groups, "joint group"))
-                .collect::<Result<_>>()?,
+            masked,
+            strength: self.strength.iter().map(|s| strength(s, manifest.groups)).collect::<Result<_>>()?,
             group_styles: self
                 .group_style
                 .iter()
@@ -267,7 +367,28 @@ fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16,
     if weights.len() > MAX_OWN {
         bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
     }
+    check_weights("--group-style", part, &weights)?;
     Ok((find(group, groups, "joint group")?, weights))
+}
+
+/// `left-arm=0.5`, in the database's numbers.
+fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
+    let (group, strength) = weighted(part, groups, "joint group")?;
+    if !(0.0..=MOST_STRENGTH).contains(&strength) {
+        bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MOST_STRENGTH} (beyond it)");
+    }
+    Ok((group, strength))
+}
+
+/// Refuses weights that the core would refuse.
+fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()> {
+    if let Some((_, bad)) = weights.iter().find(|(_, w)| !(0.0..=MOST_WEIGHT).contains(w)) {
+        bail!("{option} {words}: a weight of {bad}; weights are from 0 to {MOST_WEIGHT}");
+    }
+    if weights.iter().map(|w| w.1).sum::<f32>() <= 1e-6 {
+        bail!("{option} {words}: all weights are 0; at least one has to be more");
+    }
+    Ok(())
 }
 
 fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
@@ -277,4 +398,104 @@ fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
         .parse()
         .with_context(|| format!("`{part}`: `{weight}` is no number; write {what}=0.5"))?;
     Ok((find(name, names, what)?, number))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use gestus_core::Stylizer;
+
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        synth,
+    };
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        wish: WishArgs,
+    }
+
+    fn blob() -> Vec<u8> {
+        let corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap().bytes
+    }
+
+    #[test]
+    fn ranges_are_the_cores() {
+        let blob = blob();
+        let database = Database::open(&blob).unwrap();
+        let takes = |config| Stylizer::<32, 64, 16>::new(database, config).is_ok();
+        for parameter in PARAMETERS {
+            let Parameter { option, least, greatest, put, .. } = parameter;
+            let whole = matches!(option, "--k" | "--visits");
+            let outside = if whole {
+                [least - 1.0, greatest + 1.0]
+            } else {
+                // What is 0 for one is "no limit" for another, and just below it is not.
+                [least.next_down(), greatest.next_up()]
+            };
+            for end in [least, greatest] {
+                assert!(takes(put(Config::new(), end)) && parameter.checked(end).is_ok(), "{option} {end}");
+            }
+            for value in outside.into_iter().chain([f32::NAN].into_iter().filter(|_| !whole)) {
+                assert!(!takes(put(Config::new(), value)), "{option} {value}");
+                let message = parameter.checked(value).unwrap_err().to_string();
+                assert!(message.starts_with(option) && message.contains("from"), "{message}");
+            }
+        }
+        assert!(takes(Config::new().speed_limit(0.0)));
+    }
+
+    #[test]
+    fn what_is_refused_is_named_with_its_value_and_its_range() {
+        let blob = blob();
+        let database = Database::open(&blob).unwrap();
+        let ask = |words: &str| {
+            let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
+            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+        };
+        for fine in [
+            "",
+            "--k 64 --visits 64 --rho 0 --speed-limit 0 --prune 0.5",
+            "--timing bounded",
+            "--timing bounded --lead 10 --lag 0",
+            "--strength left-arm=2 --mask left-arm",
+            "--group-style left-arm=proud:2+neutral:1",
+        ] {
+            assert!(ask(fine).is_ok(), "{fine}: {:?}", ask(fine).err());
+        }
+        let groups = database.manifest().unwrap().groups;
+        let all = format!("--mask {}", groups.iter().collect::<Vec<_>>().join(","));
+        for (words, said) in [
+            ("--strength left-arm=3", "--strength left-arm=3: from 0"),
+            ("--strength left-arm=nan", "--strength left-arm=nan: from 0"),
+            ("--visits 1", "--visits 1: from 64 to 448"),
+            ("--k 0", "--k 0: from 1 to 64"),
+            ("--k 100", "--k 100: from 1 to 64"),
+            ("--rho nan", "--rho NaN: from 0 to 1"),
+            ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for no limit"),
+            ("--timing bounded --lead 30", "--lead 30: seconds from 0 to 10"),
+            ("--timing bounded --lead 10 --lag 10", "together they take"),
+            ("--group-style left-arm=proud:0", "all weights are 0"),
+            ("--group-style left-arm=proud:nan", "a weight of NaN"),
+            (&all, "nothing left to look at"),
+            ("--lead 0.1", "--lead does nothing without --timing bounded"),
+            ("--timing sync --lag 0.1", "--lag does nothing without --timing bounded"),
+            ("--halflife 3", "--halflife does nothing without --method statistic"),
+            ("--confidence 3", "--confidence does nothing without --method lti"),
+            ("--preference 3", "--preference does nothing without --method lti"),
+        ] {
+            let message = ask(words).unwrap_err();
+            assert!(message.contains(said), "{words}: {message}");
+        }
+    }
 }
