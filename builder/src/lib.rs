@@ -25,6 +25,7 @@ pub mod landmarks;
 pub mod load;
 pub mod models;
 pub mod motion;
+pub mod outputs;
 pub mod pack;
 pub mod pair;
 pub mod register;

@@ -7,7 +7,7 @@ use gestus_core::Database;
 
 use crate::{
     body::Body,
-    bvh::{Binding, Bvh, Options},
+    bvh::{Binding, Bvh, Options, Unit},
     cleanup::{Limbs, above_floor},
     corpus::Corpus,
     motion::{Clip, Frame, Skeleton},
@@ -41,17 +41,39 @@ enum Way {
     Map(Box<Retarget>, Option<Box<Limbs>>),
 }
 
-/// Reads a BVH file: the document, how its joints are the clip's, and the clip at its own rate.
+/// Reads a BVH file for a database: the document, how its joints are the clip's, and the clip at its own rate.
+///
+/// Where no unit is given, it is the one in which the body is the database's, whatever its size, or else guessed by an
+/// adult's height.
 ///
 /// # Errors
 /// Where it can't be read.
-pub fn read_clip(path: &Path) -> Result<(Bvh, Binding, Clip)> {
+pub fn read_clip(path: &Path, database: &Database<'_>, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
     let document = Bvh::read(path)?;
     let name = path.display();
-    let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;
+    let bind = |unit| {
+        let options = Options { unit, ..Options::default() };
+        Binding::new(&document, &options).with_context(|| name.to_string())
+    };
+    let mut binding = bind(unit)?;
+    if unit.is_none()
+        && let Some(own) = own_unit(&binding, &skeleton(database))
+    {
+        binding = bind(Some(own))?;
+    }
     let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
     clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok((document, binding, clip))
+}
+
+/// The unit in which a body whose unit was guessed is the database's; `None` where the guess is, or none.
+fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
+    let is_own = |unit: &Unit| {
+        let scale = unit.metres() / guessed.unit().metres();
+        let offsets = guessed.skeleton().offsets.iter().map(|offset| offset * scale).collect();
+        same_body(&Skeleton { offsets, ..(**guessed.skeleton()).clone() }, database).is_some()
+    };
+    if is_own(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(is_own) }
 }
 
 impl Input {
@@ -60,15 +82,20 @@ impl Input {
     /// # Errors
     /// Where it can't be read, or its skeleton can't be mapped to the database's.
     pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
-        Self::read_with(path, database, &MapFile::default())
+        Self::read_with(path, database, &MapFile::default(), None)
     }
 
-    /// The same, with a file that says which joint is which body part.
+    /// The same, with a file that says which joint is which body part, and the unit of lengths.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn read_with(path: &Path, database: &Database<'_>, map: &MapFile) -> Result<Self> {
-        let (document, binding, clip) = read_clip(path)?;
+    pub fn read_with(
+        path: &Path,
+        database: &Database<'_>,
+        map: &MapFile,
+        unit: Option<Unit>,
+    ) -> Result<Self> {
+        let (document, binding, clip) = read_clip(path, database, unit)?;
         Self::of(document, binding, &clip, database, map).with_context(|| path.display().to_string())
     }
 
@@ -79,7 +106,7 @@ impl Input {
         database: &Database<'_>,
         map: &MapFile,
     ) -> Result<Self> {
-        let clip = original.resampled(f64::from(database.rate_hz()));
+        let clip = original.fitted(f64::from(database.rate_hz()))?;
         let target = Arc::new(skeleton(database));
         if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
             let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
@@ -246,10 +273,14 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
             ((*name).to_owned(), frames.into())
         })
         .collect();
+    let seconds = match &streamed.retimed {
+        Some(retimed) => retimed.frames.len().saturating_sub(1) as f64 * retimed.tick_s,
+        None => streamed.times().last().copied().unwrap_or(0.0),
+    };
     let lags = || streamed.retimed.iter().flat_map(|r| &r.ticks).map(|t| t.lag_s);
     let mut figures = serde_json::json!({
         "frames": steps.len(),
-        "seconds": streamed.times().last().copied().unwrap_or(0.0),
+        "seconds": seconds,
         "median_us": quantile(0.5),
         "p99_us": quantile(0.99),
         "classes_mean": mean(&|r| r.classes.len() as f64),
@@ -270,4 +301,75 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
         figures["latency_s"] = retimed.latency_s.into();
     }
     figures
+}
+
+/// How many frames were degraded and by what, in words, out of [`figures`].
+pub fn degraded_words(figures: &serde_json::Value) -> String {
+    let by: Vec<String> = figures["degraded_by"]
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(_, count)| count.as_u64() > Some(0))
+        .map(|(name, count)| format!("{count} {name}"))
+        .collect();
+    let all = format!("{} degraded", figures["degraded"]);
+    if by.is_empty() { all } else { format!("{all} ({})", by.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        synth,
+    };
+
+    /// A corpus of a walk whose bodies are that many times as large.
+    fn corpus(scale: f64) -> Corpus {
+        let mut corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let mut skeleton = (*corpus.skeleton).clone();
+        skeleton.offsets.iter_mut().for_each(|offset| *offset *= scale);
+        corpus.skeleton = Arc::new(skeleton);
+        for example in &mut corpus.examples {
+            example.clip.skeleton = corpus.skeleton.clone();
+            example.clip.frames.iter_mut().for_each(|frame| frame.root *= scale);
+        }
+        corpus
+    }
+
+    #[test]
+    fn a_small_body_keeps_its_databases_unit() {
+        let small = corpus(0.18);
+        let options = BuildOptions { models: false, ..BuildOptions::default() };
+        let blob = build(&small, &options).unwrap().bytes;
+        let database = Database::open(&blob).unwrap();
+        let path = std::env::temp_dir().join(format!("gestus-unit-{}.bvh", std::process::id()));
+        let clip = &small.examples[0].clip;
+        std::fs::write(&path, Bvh::from_clip(clip, Unit::Centimetres).unwrap().to_text()).unwrap();
+        let input = Input::read(&path, &database).unwrap();
+        assert!(input.retarget().is_none(), "{:?}", input.retarget().map(Retarget::doubts));
+        assert_eq!(input.binding.unit(), Unit::Centimetres);
+        let told = Input::read_with(&path, &database, &MapFile::default(), Some(Unit::Metres)).unwrap();
+        assert_eq!(told.binding.unit(), Unit::Metres);
+        assert!(told.retarget().is_some());
+
+        // Bounded time: as long as the input, tick by tick; and what was degraded is named.
+        let bounds = gestus_core::retime::Bounds { lead_s: 0.1, lag_s: 0.1 };
+        let request = Request { bounds: Some(bounds), ..Request::style(1) };
+        let streamed = translate(&database, &input, &request, &mut ()).unwrap();
+        let mut figures = figures(&streamed);
+        let seconds = figures["seconds"].as_f64().unwrap();
+        assert!((seconds - input.output(&streamed).duration_s()).abs() < 1e-6, "{seconds}");
+        figures["degraded"] = 3.into();
+        figures["degraded_by"] = serde_json::json!({ "far": 2, "input": 0, "visits": 1 });
+        assert_eq!(degraded_words(&figures), "3 degraded (2 far, 1 visits)");
+        std::fs::remove_file(path).unwrap();
+    }
 }

@@ -26,7 +26,9 @@ pub enum Unit {
 }
 
 impl Unit {
-    const KNOWN: [Unit; 5] = [Unit::Metres, Unit::Centimetres, Unit::Millimetres, Unit::Inches, Unit::Cmu];
+    /// Those with a name.
+    pub const KNOWN: [Unit; 5] =
+        [Unit::Metres, Unit::Centimetres, Unit::Millimetres, Unit::Inches, Unit::Cmu];
 
     /// Metres a unit.
     pub fn metres(self) -> f64 {

@@ -38,7 +38,7 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     selection: Selection,
-    /// How output cycles are chosen: viterbi, nearest, kernel, mean
+    /// How output cycles are chosen: spread (the default), viterbi, nearest, kernel, mean or take
     #[arg(long)]
     pairing: Option<String>,
     /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
@@ -77,7 +77,7 @@ pub struct Selection {
     /// Frames a second of the database
     #[arg(long)]
     rate: Option<f64>,
-    /// Most clips of an action in a style
+    /// Most clips of an action in a style, of those that can be used; 0: no limit
     #[arg(long)]
     limit: Option<usize>,
     /// A file that can't be used is an error
@@ -138,6 +138,10 @@ impl Selection {
 pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
     let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
+    super::apart(
+        [config.data.as_ref(), args.config.as_ref(), args.labels.as_ref()],
+        [("-o", Some(&args.output))],
+    )?;
     if let Some(name) = &args.pairing {
         config.build.pairing = Scheme::named(name)
             .with_context(|| format!("--pairing {name}: spread, viterbi, nearest, kernel, mean or take"))?;

@@ -104,6 +104,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    // Hours of looking go into such a table; the measure of that name writes one beside its report.
+    let table = args.output.join("effort.csv");
+    super::apart([args.labels.as_ref()], [("-o", Some(&table))])?;
     let evaluation = match args.what {
         What::Loo => on_corpus(args, |c, o| Ok(loo::evaluate(c, o)?)),
         What::Exact => on_corpus(args, |c, o| Ok(loo::exact(c, o)?)),

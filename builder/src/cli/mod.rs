@@ -14,6 +14,7 @@ mod translate;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use gestus_builder::outputs::{apart, say};
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
 #[derive(Parser)]
@@ -80,13 +81,4 @@ pub fn read_blob(path: &std::path::Path) -> Result<Vec<u8>> {
 /// Opens a database, naming its file where that fails.
 pub fn open<'a>(path: &std::path::Path, bytes: &'a [u8]) -> Result<gestus_core::Database<'a>> {
     gestus_core::Database::open(bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))
-}
-
-/// Prints a line to standard output. A reader that has gone away (`| head`) is no error.
-pub fn say(line: impl std::fmt::Display) -> Result<()> {
-    use std::io::{ErrorKind, Write};
-    match writeln!(std::io::stdout(), "{line}") {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
-        _ => Ok(()),
-    }
 }

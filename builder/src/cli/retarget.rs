@@ -22,6 +22,10 @@ pub struct Args {
     /// A file that says which joint is which body part, where names and shape don't
     #[arg(long)]
     map: Option<PathBuf>,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long)]
+    unit: Option<Unit>,
     /// Show the mapping and its doubts
     #[arg(long)]
     check: bool,
@@ -41,10 +45,14 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.check && args.output.is_none() && args.section.is_none() {
         bail!("nothing to do: give --check, -o OUT.bvh or --section OUT.gestus");
     }
+    super::apart(
+        [Some(&args.db), Some(&args.input), args.map.as_ref()],
+        [("-o", args.output.as_ref()), ("--section", args.section.as_ref())],
+    )?;
     let bytes = super::read_blob(&args.db)?;
     let database = super::open(&args.db, &bytes)?;
     let file = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-    let (_, binding, clip) = read_clip(&args.input)?;
+    let (_, binding, clip) = read_clip(&args.input, &database, args.unit)?;
     for note in binding.notes() {
         eprintln!("{}: {note}", args.input.display());
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     body::Body,
-    bvh::{Binding, Bvh, Options},
+    bvh::{Binding, Bvh, Options, Unit},
     cleanup::Limbs,
     corpus::Corpus,
     evaluate::{performance::Performance, skate::skate_cm_s},
@@ -23,6 +23,9 @@ pub struct Args {
     /// The clip that has the style, a BVH file on the same skeleton
     #[arg(long)]
     reference: PathBuf,
+    /// Unit of both clips' lengths: m, cm, mm, inch, cmu, or metres a unit; guessed by their bodies' height where left out
+    #[arg(long)]
+    unit: Option<Unit>,
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
     #[arg(long, default_value_t = 0)]
     rounds: usize,
@@ -40,10 +43,11 @@ pub struct Args {
     json: bool,
 }
 
-fn read(path: &Path) -> Result<(Bvh, Binding, Clip)> {
+fn read(path: &Path, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
     let document = Bvh::read(path)?;
     let name = path.display();
-    let binding = Binding::new(&document, &Options::default()).with_context(|| name.to_string())?;
+    let binding =
+        Binding::new(&document, &Options { unit, ..Options::default() }).with_context(|| name.to_string())?;
     let clip = binding.to_clip(&document).with_context(|| name.to_string())?;
     for note in binding.notes() {
         eprintln!("{name}: {note}");
@@ -64,8 +68,9 @@ fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64>
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    let (document, binding, source) = read(&args.input)?;
-    let (_, _, reference) = read(&args.reference)?;
+    super::apart([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
+    let (document, binding, source) = read(&args.input, args.unit)?;
+    let (_, _, reference) = read(&args.reference, args.unit)?;
     if source.skeleton.names != reference.skeleton.names {
         bail!(
             "{}: its joints are not those of {}: both clips have to be on one skeleton",
@@ -73,7 +78,7 @@ pub fn run(args: &Args) -> Result<()> {
             args.input.display()
         );
     }
-    let reference = reference.resampled(source.rate_hz);
+    let reference = reference.fitted(source.rate_hz).with_context(|| args.reference.display().to_string())?;
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
     let clean_up = !args.no_clean_up;
     let options =

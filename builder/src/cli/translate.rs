@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    bvh::Unit,
     cleanup,
     effort::{
         self,
@@ -17,7 +18,7 @@ use gestus_builder::{
     robot::{Machine, RobotMap, play},
     stream::Streamed,
     trace::Trace,
-    translate::{Input, figures, translate},
+    translate::{Input, degraded_words, figures, translate},
     urdf, view,
     wish::WishArgs,
 };
@@ -36,6 +37,10 @@ pub struct Args {
     /// A file that says which joint is which body part, where names and shape don't
     #[arg(long)]
     map: Option<PathBuf>,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long)]
+    unit: Option<Unit>,
     #[command(flatten)]
     wish: WishArgs,
     /// Where the output goes, a BVH file at the database's rate
@@ -85,6 +90,27 @@ struct RobotArgs {
 }
 
 impl RobotArgs {
+    /// Refuses a robot that nothing would come of.
+    fn check(&self, json: bool) -> Result<()> {
+        if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
+            bail!(
+                "--robot: nothing is asked of it: give --csv, --trajectory, --servo or --robot-section, or --json for its \
+                 figures"
+            );
+        }
+        Ok(())
+    }
+
+    /// What can be asked for, by its option.
+    fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 4] {
+        [
+            ("--csv", self.csv.as_ref()),
+            ("--trajectory", self.trajectory.as_ref()),
+            ("--servo", self.servo.as_ref()),
+            ("--robot-section", self.robot_section.as_ref()),
+        ]
+    }
+
     /// Drives the robot and writes what was asked for; its figures.
     fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
         let Some(path) = &self.robot else { return Ok(None) };
@@ -113,10 +139,20 @@ impl RobotArgs {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    let robot = &args.robot;
+    robot.check(args.json)?;
+    super::apart(
+        [Some(&args.db), Some(&args.input), args.map.as_ref(), args.labels.as_ref()]
+            .into_iter()
+            .chain([robot.robot.as_ref(), robot.robot_map.as_ref()]),
+        [("-o", Some(&args.output)), ("--page", args.page.as_ref()), ("--trace", args.trace.as_ref())]
+            .into_iter()
+            .chain(robot.outputs()),
+    )?;
     let bytes = super::read_blob(&args.db)?;
     let database = super::open(&args.db, &bytes)?;
     let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-    let input = Input::read_with(&args.input, &database, &map)?;
+    let input = Input::read_with(&args.input, &database, &map, args.unit)?;
     for note in input.binding.notes() {
         eprintln!("{}: {note}", args.input.display());
     }
@@ -126,7 +162,7 @@ pub fn run(args: &Args) -> Result<()> {
     if args.wish.method == "effort" {
         return whole(args, &database, &input);
     }
-    let mut request = args.wish.request(&database)?;
+    let mut request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
     if args.clean_up {
         if request.bounds.is_some() {
             bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
@@ -174,13 +210,13 @@ pub fn run(args: &Args) -> Result<()> {
         super::say(&figures)?;
     } else {
         super::say(format_args!(
-            "{}: {} frames in, {} out; {:.0} us a frame (median), {:.1} classes, {} degraded, digest {}",
+            "{}: {} frames in, {} out; {:.0} us a frame (median), {:.1} classes, {}, digest {}",
             args.output.display(),
             figures["frames"],
             output.frames.len(),
             figures["median_us"].as_f64().unwrap_or(0.0),
             figures["classes_mean"].as_f64().unwrap_or(0.0),
-            figures["degraded"],
+            degraded_words(&figures),
             figures["digest"].as_str().unwrap_or("")
         ))?;
     }

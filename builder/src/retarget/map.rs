@@ -39,7 +39,7 @@ pub enum MapError {
     Target(IdentifyError),
     #[error("the skeleton has {have} joints, a map takes 2 to {most}")]
     Joints { have: usize, most: usize },
-    #[error("the legs of the {which} are {length_m} m long: check the unit")]
+    #[error("the legs of the {which} are {length_m} m long: check the unit (--unit)")]
     Legs { which: &'static str, length_m: f64 },
     #[error("the map that was made is not in order: {0}")]
     Blob(#[from] BlobError),
@@ -217,7 +217,10 @@ impl Retarget {
             );
         }
         if !(0.7..=1.4).contains(&self.scale) {
-            doubts.push(format!("the database's legs are {:.2} times as long: check the unit", self.scale));
+            doubts.push(format!(
+                "the database's legs are {:.2} times as long: check the unit (--unit)",
+                self.scale
+            ));
         }
         doubts
     }
