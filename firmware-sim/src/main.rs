@@ -36,13 +36,15 @@ fn main() -> ExitCode {
     if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
         && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
     {
-        run::list(rest.contains(&"--json"));
-        return ExitCode::SUCCESS;
+        return ended(run::list(rest.contains(&"--json")));
     }
-    let outcome = match ProbeArgs::asked(&words) {
+    ended(match ProbeArgs::asked(&words) {
         Some(args) => link::probe(&args),
         None => run_command(),
-    };
+    })
+}
+
+fn ended(outcome: anyhow::Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

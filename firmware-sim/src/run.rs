@@ -5,8 +5,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
+    bvh::Unit,
+    outputs::{apart, say},
+    retarget::MapFile,
     stream::{Request, Streamed},
-    translate::{Input, figures, skeleton, translate},
+    translate::{Input, degraded_words, figures, skeleton, translate},
     wish::WishArgs,
 };
 use gestus_core::Database;
@@ -23,9 +26,13 @@ pub struct RunArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file on the database's skeleton
+    /// The clip, a BVH file; on another skeleton than the database's it is retargeted
     #[arg(long)]
     input: PathBuf,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long)]
+    unit: Option<Unit>,
     #[command(flatten)]
     wish: WishArgs,
     /// A part to reckon with: whether the database fits, and how many frames a second it would give. `all` of them, or
@@ -54,13 +61,14 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Some(name) => vec![table::find(name)?],
         None => Vec::new(),
     };
+    apart([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
     let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&bytes) {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
-    let mut input = Input::read(&args.input, &database)?;
-    let request = args.wish.request(&database)?;
+    let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit)?;
+    let request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
     let (streamed, disturbed) = match &args.faults {
         Some(faults) => {
             let (streamed, figures) = disturb(&database, &mut input, &request, faults)?;
@@ -94,20 +102,18 @@ pub fn run(args: &RunArgs) -> Result<()> {
         ([one], _) => figures["board"] = one.json(),
         _ => {}
     }
-    if args.json {
-        println!("{figures}");
-    } else {
-        say(&figures, &estimates);
-    }
-    Ok(())
+    if args.json { say(&figures) } else { print(&figures, &estimates) }
 }
 
 /// Prints the table of parts.
-pub fn list(json: bool) {
+///
+/// # Errors
+/// A standard output that takes nothing.
+pub fn list(json: bool) -> Result<()> {
     if json {
-        println!("{}", json!({ "parts": PARTS.iter().map(table::json).collect::<Vec<_>>() }));
+        say(json!({ "parts": PARTS.iter().map(table::json).collect::<Vec<_>>() }))
     } else {
-        print!("{}", table::words());
+        say(table::words().trim_end())
     }
 }
 
@@ -134,33 +140,19 @@ fn disturb(
     Ok((streamed, figures))
 }
 
-fn say(figures: &Value, estimates: &[Estimate]) {
-    println!(
-        "{} frames, {:.0} us each (median), {} bytes read each (mean), {} degraded, digest {}",
+fn print(figures: &Value, estimates: &[Estimate]) -> Result<()> {
+    say(format_args!(
+        "{} frames, {:.0} us each (median), {} bytes read each (mean), {}, digest {}",
         figures["frames"],
         figures["median_us"].as_f64().unwrap_or(0.0),
         figures["bytes_read_mean"].as_f64().unwrap_or(0.0).round(),
-        figures["degraded"],
+        degraded_words(figures),
         figures["digest"].as_str().unwrap_or("")
-    );
+    ))?;
     if figures["faults"].is_object() {
-        println!("{}", faults::words(&figures["faults"]));
-        let flags: Vec<String> = figures["degraded_by"]
-            .as_object()
-            .into_iter()
-            .flatten()
-            .filter(|(_, count)| count.as_u64() > Some(0))
-            .map(|(name, count)| format!("{count} {name}"))
-            .collect();
-        println!(
-            "degraded frames: {} ({} undisturbed){}{}",
-            figures["faults"]["degraded"],
-            figures["faults"]["degraded_undisturbed"],
-            if flags.is_empty() { "" } else { ": " },
-            flags.join(", ")
-        );
+        say(faults::words(&figures["faults"]))?;
+        let undisturbed = &figures["faults"]["degraded_undisturbed"];
+        say(format_args!("{undisturbed} degraded without the faults"))?;
     }
-    for estimate in estimates {
-        println!("{}", estimate.words());
-    }
+    estimates.iter().try_for_each(|estimate| say(estimate.words()))
 }

@@ -15,10 +15,13 @@ use anyhow::{Context, Result, bail};
 // With padding, as JavaScript's `atob` reads it (RFC 4648).
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use gestus_builder::{
+    bvh::Unit,
+    outputs::{apart, say},
     report::{
         escape, fill,
         page::{DRAW, STYLE, script_safe},
     },
+    retarget::MapFile,
     translate::Input,
 };
 use gestus_core::{
@@ -41,9 +44,13 @@ pub struct ViewArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file on the database's skeleton; generated motion where left out
+    /// The clip, a BVH file, retargeted where it is on another skeleton than the database's; generated motion where left out
     #[arg(long)]
     input: Option<PathBuf>,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long, requires = "input")]
+    unit: Option<Unit>,
     /// Output style to begin with: a name, or two with weights, a=1,b=2; the second style where left out
     #[arg(long)]
     style: Option<String>,
@@ -69,15 +76,16 @@ pub struct ViewArgs {
 /// # Errors
 /// Files that can't be read or written, names that the database does not have, and a module that is not there.
 pub fn run(args: &ViewArgs) -> Result<()> {
+    apart([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
     let blob = fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&blob) {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
-    let settings = settings(args, &database.manifest()?)?;
+    let settings = settings(args, &database.manifest()?).with_context(|| args.db.display().to_string())?;
     let (recording, what) = match &args.input {
         Some(path) => {
-            let input = Input::read(path, &database)?;
+            let input = Input::read_with(path, &database, &MapFile::default(), args.unit)?;
             (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
         }
         None => Recording::sample(&database, settings, SECONDS)?,
@@ -89,22 +97,18 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     fs::write(&args.output, &html).with_context(|| format!("{} can't be written", args.output.display()))?;
     if args.json {
         let output = args.output.display().to_string();
-        println!(
-            "{}",
-            serde_json::json!({
-                "output": output, "frames": recording.frames.len(), "digest": format!("{digest:08x}"),
-                "bytes": html.len(), "wasm_bytes": module.len(),
-            })
-        );
+        say(serde_json::json!({
+            "output": output, "frames": recording.frames.len(), "digest": format!("{digest:08x}"),
+            "bytes": html.len(), "wasm_bytes": module.len(),
+        }))
     } else {
-        println!(
+        say(format_args!(
             "{}: {} frames of input ({what}), digest {digest:08x}, {:.1} MB; open it in a browser",
             args.output.display(),
             recording.frames.len(),
             html.len() as f64 / 1e6
-        );
+        ))
     }
-    Ok(())
 }
 
 /// What the stream begins with.

@@ -118,3 +118,37 @@ fn what_is_wrong_is_explained() {
         assert!(!ok && stdout.is_empty() && stderr.contains(expected), "{more:?}: {stderr}");
     }
 }
+
+#[test]
+fn what_is_read_is_not_written_over() {
+    let [db, clip] = files();
+    for input in [db, clip] {
+        let before = std::fs::read(input).expect("it is there");
+        let (ok, _, stderr) = run(&["-o", input]);
+        assert!(!ok && stderr.contains("written over an input"), "{stderr}");
+        assert_eq!(std::fs::read(input).expect("it is there"), before);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_standard_output_that_takes_nothing_is_an_error_and_a_closed_one_is_none() {
+    use std::process::{Command, Stdio};
+    let [db, clip] = files();
+    let wish = ["run", "--db", db, "--input", clip, "--style", "heavy"];
+    for arguments in [&wish[..], &["run", "--board", "list"]] {
+        let command = || {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_gestus-sim"));
+            command.args(arguments).stderr(Stdio::piped());
+            command
+        };
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let output = command().stdout(full).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains("error: ") && !stderr.contains("panicked"), "{stderr}");
+        let mut child = command().stdout(Stdio::piped()).spawn().expect("it starts");
+        drop(child.stdout.take());
+        assert!(child.wait().expect("it ends").success());
+    }
+}

@@ -12,7 +12,15 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
+use gestus_builder::{
+    bvh::Unit,
+    outputs::{apart, say},
+    report::progress,
+    retarget::MapFile,
+    stream::Request,
+    translate::Input,
+    wish::WishArgs,
+};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
@@ -44,9 +52,13 @@ pub struct BoardArgs {
     /// The database
     #[arg(long, required_unless_present_any = ["generated", "long_stream", "build", "around", "functions"], requires = "input")]
     db: Option<PathBuf>,
-    /// The clip, a BVH file on the database's skeleton
+    /// The clip, a BVH file; on another skeleton than the database's it is retargeted
     #[arg(long)]
     input: Option<PathBuf>,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long, requires = "input")]
+    unit: Option<Unit>,
     #[command(flatten)]
     wish: WishArgs,
     /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
@@ -99,6 +111,10 @@ pub struct BoardArgs {
 /// # Errors
 /// Files that can't be read, a missing emulator or compiler target, a board that ends or refuses, and bits that differ.
 pub fn run(args: &BoardArgs) -> Result<()> {
+    apart(
+        [args.db.as_ref(), args.input.as_ref(), args.robot.robot.as_ref()],
+        [("--robot-csv", args.robot.robot_csv.as_ref())],
+    )?;
     let boards: Vec<&'static Board> = match &args.name {
         Some(name) => vec![boards::find(name)?],
         None => BOARDS.iter().filter(|b| !args.long_stream || b.blob_address.is_some()).collect(),
@@ -111,13 +127,10 @@ pub fn run(args: &BoardArgs) -> Result<()> {
     {
         let figures = if args.around { programs::around(board)? } else { programs::functions(board)? };
         if args.json {
-            println!("{figures}");
-        } else {
-            for (name, numbers) in figures.as_object().into_iter().flatten() {
-                println!("{name:16} {numbers}");
-            }
+            return say(&figures);
         }
-        return Ok(());
+        let mut numbers = figures.as_object().into_iter().flatten();
+        return numbers.try_for_each(|(name, numbers)| say(format_args!("{name:16} {numbers}")));
     }
     let (figures, lines, differing) = if args.long_stream {
         let replayed = long_streams(args, &boards)?;
@@ -135,9 +148,9 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         (measured.iter().map(Measured::json).collect(), table(&measured), differing)
     };
     match (&figures[..], args.json) {
-        ([one], true) if !args.all => println!("{one}"),
-        (_, true) => println!("{}", json!({ "boards": figures })),
-        (_, false) => print!("{lines}"),
+        ([one], true) if !args.all => say(one)?,
+        (_, true) => say(json!({ "boards": figures }))?,
+        (_, false) => say(lines.trim_end())?,
     }
     if !differing.is_empty() {
         bail!("not bit-exact with this machine: {}", differing.join(", "));
@@ -163,16 +176,15 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
         let image = image::build(board, options)?;
         let flash_bytes = image::flash_bytes(&image)?;
         if !args.json {
-            println!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display());
+            say(format_args!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display()))?;
         }
         built.push(json!({ "board": board.name, "image": image, "flash_bytes": flash_bytes }));
     }
     match &built[..] {
-        [one] if args.json && !args.all => println!("{one}"),
-        _ if args.json => println!("{}", json!({ "boards": built })),
-        _ => {}
+        [one] if args.json && !args.all => say(one),
+        _ if args.json => say(json!({ "boards": built })),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// A clip through a board: the one that was asked for, or a generated one.
@@ -184,8 +196,8 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         (Some(path), Some(input)) if !own => {
             let bytes = read(path)?;
             let database = open(path, &bytes)?;
-            let clip = Input::read(input, &database)?.mapped;
-            let request = args.wish.request(&database)?;
+            let clip = Input::read_with(input, &database, &MapFile::default(), args.unit)?.mapped;
+            let request = args.wish.request(&database).with_context(|| path.display().to_string())?;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;
             let behind =
@@ -205,7 +217,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let own = profile.request();
             // A style that is named is one of the generated database; a clip's own wish says nothing of it.
             let request = if args.generated && !args.wish.style.is_empty() {
-                let wish = args.wish.request(&database)?;
+                let wish = args.wish.request(&database).with_context(|| path.display().to_string())?;
                 let k = wish.config.neighborhood().0.min(own.config.neighborhood().0);
                 Request { config: wish.config.k(k), ..wish }
             } else {

@@ -4,7 +4,15 @@ use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use gestus_builder::{report::progress, stream::Request, translate::Input, wish::WishArgs};
+use gestus_builder::{
+    bvh::Unit,
+    outputs::{apart, say},
+    report::progress,
+    retarget::MapFile,
+    stream::Request,
+    translate::Input,
+    wish::WishArgs,
+};
 use gestus_core::{Database, robot::Robot};
 use serde_json::{Value, json};
 
@@ -28,9 +36,13 @@ pub struct LinkArgs {
     /// The database; it has to be the board's
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file on the database's skeleton
+    /// The clip, a BVH file; on another skeleton than the database's it is retargeted
     #[arg(long)]
     input: PathBuf,
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
+    /// the database's, or else guessed by its height
+    #[arg(long)]
+    unit: Option<Unit>,
     #[command(flatten)]
     wish: WishArgs,
     /// Where the board's output goes, a BVH file at the database's rate
@@ -149,11 +161,15 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise is for the line `loopback`: a real one has its own");
     }
+    apart(
+        [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
+        [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
+    )?;
     let (db, input, wish) = (&args.db, &args.input, &args.wish);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
-    let input = Input::read(input, &database)?;
-    let request = wish.request(&database)?;
+    let input = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
+    let request = wish.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
     let outcome = with_robot(database, request.config, robot, |twin| {
@@ -189,14 +205,11 @@ fn ask(args: &ProbeArgs) -> Result<()> {
     let identity = BoardIdentity::from(client.hello()?);
     let statistics = named(&client.statistics()?);
     if args.json {
-        println!("{}", json!({ "board": identity_json(&identity), "statistics": object(&statistics) }));
+        say(json!({ "board": identity_json(&identity), "statistics": object(&statistics) }))
     } else {
-        println!("{identity}");
-        for (name, value) in statistics {
-            println!("  {name} {value}");
-        }
+        say(&identity)?;
+        statistics.iter().try_for_each(|(name, value)| say(format_args!("  {name} {value}")))
     }
-    Ok(())
 }
 
 fn converse<'t, L: Line>(
@@ -225,9 +238,9 @@ fn converse<'t, L: Line>(
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
     if args.json {
-        println!("{figures}");
+        say(&figures)?;
     } else {
-        say(&figures);
+        print(&figures)?;
     }
     match linked.first_difference {
         None if linked.bit_exact() => Ok(()),
@@ -286,9 +299,9 @@ fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(St
     })
 }
 
-fn say(figures: &Value) {
+fn print(figures: &Value) -> Result<()> {
     let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
-    println!(
+    say(format_args!(
         "{} frames, {} bit-exact, digest {}; {:.1} ms a round trip (median), {:.1} at most; {} questions repeated",
         figures["frames"],
         if figures["bit_exact"] == json!(true) { "all" } else { "not" },
@@ -296,7 +309,7 @@ fn say(figures: &Value) {
         number("round_trip_median_ms"),
         number("round_trip_max_ms"),
         figures["line"]["repeats"]
-    );
+    ))?;
     let damage: Vec<String> = ["repeated", "doubled", "lost", "stale", "cut", "corrupted", "overlong"]
         .iter()
         .filter_map(|name| {
@@ -304,14 +317,15 @@ fn say(figures: &Value) {
         })
         .collect();
     if !damage.is_empty() {
-        println!("the board counted {}", damage.join(", "));
+        say(format_args!("the board counted {}", damage.join(", ")))?;
     }
     if let Some(ticks) = figures["robot"]["ticks"].as_u64() {
-        println!(
+        say(format_args!(
             "{} hinges, {ticks} ticks, {} of them not bit-exact; at most {:.1} degrees behind",
             figures["robot"]["hinges"],
             figures["robot"]["ticks_differing"],
             figures["robot"]["lag_max_deg"].as_f64().unwrap_or(0.0)
-        );
+        ))?;
     }
+    Ok(())
 }
