@@ -59,6 +59,11 @@ pub fn run(args: &Args) -> Result<()> {
     if args.fragments < 2 {
         bail!("--fragments {}: at least 2", args.fragments);
     }
+    let table = args.output.join("effort.csv");
+    // Hours of looking go into a table: it is not written over.
+    if table.exists() {
+        bail!("{} is there already: move it away, or choose another folder", table.display());
+    }
     let loaded = load(&args.selection.config(Some(&args.data), None)?)?;
     for note in &loaded.notes {
         eprintln!("{note}");
@@ -75,11 +80,6 @@ pub fn run(args: &Args) -> Result<()> {
         std::fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))?;
         Ok(path)
     };
-    let table = args.output.join("effort.csv");
-    // Hours of looking go into a table: it is not written over.
-    if table.exists() {
-        bail!("{} is there already: move it away, or choose another folder", table.display());
-    }
     let (csv, html) = (save("effort.csv", &sheet.csv)?, save("effort.html", &sheet.html)?);
     if sheet.blends < args.blends {
         eprintln!("only {} of {} blends: few fragments show one content", sheet.blends, args.blends);

@@ -32,7 +32,7 @@ struct Column {
 /// Cuts an input, `[T][C]`, into fragments, `[T_i][C]` each.
 ///
 /// # Panics
-/// Where the input or a fragment has no frames.
+/// Where there is no fragment, or one has no frames: callers ask whether the library is empty.
 pub fn segment(input: &[Vec<f64>], fragments: &[&[Vec<f64>]]) -> Vec<Snippet> {
     let mut columns: Vec<Column> = fragments
         .iter()
