@@ -140,7 +140,8 @@
   function layout() {
     let y = 12;
     const rows = [];
-    for (const t of scene.tracks) { rows.push({ kind: "contacts", track: t, y, h: 26 }); y += 36; }
+    // Without contacts there is no lane: an empty one would say that no foot ever stands.
+    for (const t of scene.tracks) if (t.contacts) { rows.push({ kind: "contacts", track: t, y, h: 26 }); y += 36; }
     if (scene.shares) { rows.push({ kind: "shares", y, h: 96 }); y += 108; }
     if (scene.steps && scene.steps.length) { rows.push({ kind: "steps", y, h: 52 }); y += 64; }
     return { rows, axis: y, height: y + 24 };

@@ -31,7 +31,8 @@ pub struct Track<'a> {
     pub times_s: Vec<f64>,
     /// The poses, in order of time.
     pub frames: &'a [Frame],
-    /// Contact of the left and the right foot, one entry a frame; missing ones are no contact.
+    /// Contact of the left and the right foot, one entry a frame; missing ones are no contact. Empty where nothing is
+    /// known of contacts: then no lane is drawn.
     pub contacts: &'a [[bool; 2]],
 }
 
@@ -127,7 +128,7 @@ struct TrackData<'a> {
     times: Vec<i64>,
     /// Millimetres, `[frames x joints x 3]`; the first frame, then differences.
     positions: Vec<i64>,
-    /// One digit a frame: left 1, right 2.
+    /// One digit a frame: left 1, right 2; empty where contacts are not known.
     contacts: String,
 }
 
@@ -190,7 +191,7 @@ fn track_data<'a>(track: &'a Track) -> TrackData<'a> {
         parents: track.skeleton.parents.iter().map(|p| p.map_or(-1, |p| p as i64)).collect(),
         times,
         positions,
-        contacts: (0..count).map(contact).collect(),
+        contacts: if track.contacts.is_empty() { String::new() } else { (0..count).map(contact).collect() },
     }
 }
 
@@ -300,6 +301,16 @@ mod tests {
         assert_eq!(data["scenes"][0]["tracks"][0]["contacts"], "130", "missing contacts are none");
         assert_eq!(render(&page(&skeleton, &frames)), html, "the same bytes again");
         assert!(render(&Page::default()).contains("<!doctype html>"));
+    }
+
+    #[test]
+    fn contacts_that_nobody_knows_are_not_said_to_be_none() {
+        let (skeleton, frames) = (skeleton(), frames());
+        let mut unknown = page(&skeleton, &frames);
+        unknown.scenes[0].tracks[0].contacts = &[];
+        let data = data(&render(&unknown));
+        assert_eq!(data["scenes"][0]["tracks"][0]["contacts"], "");
+        assert_eq!(data["scenes"][0]["tracks"][1]["contacts"], "130");
     }
 
     #[test]

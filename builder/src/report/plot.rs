@@ -1,9 +1,17 @@
 //! Plots as SVG: lines, bars, points. The same bytes for the same numbers.
+//!
+//! Names stand beside a plot, not on it, so that they cover nothing; a plot grows with them.
 
-use plotters::prelude::*;
+use plotters::{
+    coord::Shift,
+    prelude::*,
+    style::text_anchor::{HPos, Pos, VPos},
+};
 
-/// Colours that can be told apart, in print and by most eyes (Okabe and Ito).
-const COLOURS: [RGBColor; 8] = [
+mod place;
+
+/// Colours that can be told apart, in print and by most eyes: first those of Okabe and Ito.
+const COLOURS: [RGBColor; 18] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -12,9 +20,25 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
     RGBColor(150, 150, 150),
+    RGBColor(240, 228, 66),
+    RGBColor(110, 50, 20),
+    RGBColor(90, 40, 150),
+    RGBColor(150, 210, 70),
+    RGBColor(190, 15, 60),
+    RGBColor(0, 75, 70),
+    RGBColor(250, 175, 160),
+    RGBColor(120, 130, 60),
+    RGBColor(20, 30, 110),
+    RGBColor(190, 170, 230),
 ];
 
-const SIZE: (u32, u32) = (900, 480);
+/// Of a plot without what stands beside and under it.
+const SIZE: (u32, u32) = (820, 480);
+/// Room for the names of an axis that lie flat, and a character's width in the fonts used.
+const UNDER: u32 = 40;
+const CHARACTER: f64 = 7.0;
+/// Height of a line of the legend.
+const LINE: u32 = 18;
 
 /// What stands at the axes.
 #[derive(Debug, Clone, Copy)]
@@ -30,11 +54,18 @@ pub struct Labels<'a> {
 /// A named series of points.
 pub type Series = (String, Vec<(f64, f64)>);
 
-fn colour(i: usize) -> RGBColor {
-    COLOURS[i % COLOURS.len()]
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// Colours of a series: of its own, and from the nineteenth on with one of another around it.
+fn colours(i: usize) -> (RGBColor, Option<RGBColor>) {
+    let count = COLOURS.len();
+    let ring = (i >= count).then(|| COLOURS[(i + i / count) % count]);
+    (COLOURS[i % count], ring)
 }
 
-/// Least and greatest of the finite values, with a little air; 0 to 1 of none.
+/// Least and greatest of the finite values, with a little air; 0 to 1 of none. Values that hardly differ get enough of it
+/// that the marks of the axis differ.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -42,20 +73,64 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);
     }
-    let air = 0.05 * (high - low).max(1e-9);
-    (low - air, high + air)
+    let least = (0.02 * low.abs().max(high.abs())).max(1e-9);
+    let (middle, span) = ((low + high) / 2.0, (high - low).max(least));
+    (middle - 0.55 * span, middle + 0.55 * span)
 }
 
-/// Draws onto a new SVG; what a plot of finite numbers can't do is fail, so an error leaves an empty picture.
+fn width_of(text: &str) -> u32 {
+    (CHARACTER * text.chars().count() as f64) as u32
+}
+
+/// A sample of how something is drawn, at a place.
+type Sample<'a> = &'a dyn Fn(&Area<'_>, usize, (i32, i32)) -> Drawn;
+
+/// Names beside a plot, in as many columns as they need.
+struct Legend {
+    names: Vec<String>,
+    column: u32,
+    lines: usize,
+}
+
+impl Legend {
+    fn new(names: Vec<String>, height: u32) -> Self {
+        let column = 40 + names.iter().map(|n| width_of(n)).max().unwrap_or(0);
+        Self { names, column, lines: ((height - 70) / LINE) as usize }
+    }
+
+    fn width(&self) -> u32 {
+        self.names.len().div_ceil(self.lines) as u32 * self.column
+    }
+
+    fn draw(&self, area: &Area<'_>, sample: Sample<'_>) -> Drawn {
+        let style = ("sans-serif", 13).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+        for (i, name) in self.names.iter().enumerate() {
+            let x = 8 + (i / self.lines) as i32 * self.column as i32;
+            let y = 52 + (i % self.lines) as i32 * LINE as i32;
+            sample(area, i, (x, y))?;
+            area.draw(&Text::new(name.clone(), (x + 26, y), style.clone()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Draws onto a new SVG, a plot and the names beside it; what a plot of finite numbers can't do is fail, so an error
+/// leaves an empty picture.
 fn drawn(
-    draw: impl FnOnce(
-        &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    ) -> Result<(), Box<dyn std::error::Error>>,
+    size: (u32, u32),
+    legend: &Legend,
+    sample: Sample<'_>,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> String {
     let mut svg = String::new();
     {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        if area.fill(&WHITE).is_err() || draw(&area).is_err() || area.present().is_err() {
+        let area = SVGBackend::with_string(&mut svg, (size.0 + legend.width(), size.1)).into_drawing_area();
+        let (plot, beside) = area.split_horizontally(size.0);
+        if area.fill(&WHITE).is_err()
+            || draw(&plot).is_err()
+            || legend.draw(&beside, sample).is_err()
+            || area.present().is_err()
+        {
             return String::from("<svg xmlns=\"http://www.w3.org/2000/svg\"/>");
         }
     }
@@ -66,27 +141,23 @@ fn drawn(
 pub fn lines(labels: Labels<'_>, series: &[Series]) -> String {
     let points = || series.iter().flat_map(|s| &s.1);
     let ((x0, x1), (y0, y1)) = (range(points().map(|p| p.0)), range(points().map(|p| p.1)));
-    drawn(|area| {
+    let legend = Legend::new(series.iter().map(|s| s.0.clone()).collect(), SIZE.1);
+    let style = |i: usize| colours(i).0.stroke_width(2);
+    let sample = |area: &Area<'_>, i: usize, (x, y): (i32, i32)| -> Drawn {
+        Ok(area.draw(&PathElement::new(vec![(x, y), (x + 18, y)], style(i)))?)
+    };
+    drawn(SIZE, &legend, &sample, |area| {
         let mut chart = ChartBuilder::on(area)
             .caption(labels.title, ("sans-serif", 20))
             .margin(12)
-            .x_label_area_size(40)
+            .x_label_area_size(UNDER)
             .y_label_area_size(64)
             .build_cartesian_2d(x0..x1, y0..y1)?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).light_line_style(WHITE).draw()?;
-        for (i, (name, points)) in series.iter().enumerate() {
-            let style = colour(i).stroke_width(2);
+        for (i, (_, points)) in series.iter().enumerate() {
             let finite = points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
-            chart
-                .draw_series(LineSeries::new(finite, style))?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
+            chart.draw_series(LineSeries::new(finite, style(i)))?;
         }
-        chart
-            .configure_series_labels()
-            .border_style(BLACK.mix(0.3))
-            .background_style(WHITE.mix(0.8))
-            .draw()?;
         Ok(())
     })
 }
@@ -95,72 +166,93 @@ pub fn lines(labels: Labels<'_>, series: &[Series]) -> String {
 pub fn bars(labels: Labels<'_>, groups: &[String], series: &[(String, Vec<f64>)]) -> String {
     let high =
         series.iter().flat_map(|s| &s.1).copied().filter(|v| v.is_finite()).fold(1e-9, f64::max) * 1.08;
-    drawn(|area| {
+    let count = groups.len().max(1) as u32;
+    let longest = groups.iter().map(|g| width_of(g)).max().unwrap_or(0);
+    // Names that don't fit side by side stand on end, and need a line's width each.
+    let size = (SIZE.0.max(100 + 16 * count), SIZE.1);
+    let on_end = longest + 8 > (size.0 - 100) / count;
+    let under = if on_end { UNDER + longest } else { UNDER };
+    let size = (size.0, size.1 + under - UNDER);
+    let legend = Legend::new(series.iter().map(|s| s.0.clone()).collect(), size.1);
+    let sample = |area: &Area<'_>, i: usize, (x, y): (i32, i32)| -> Drawn {
+        Ok(area.draw(&Rectangle::new([(x, y - 5), (x + 16, y + 5)], colours(i).0.filled()))?)
+    };
+    drawn(size, &legend, &sample, |area| {
         let mut chart = ChartBuilder::on(area)
             .caption(labels.title, ("sans-serif", 20))
             .margin(12)
-            .x_label_area_size(40)
+            .x_label_area_size(under)
             .y_label_area_size(64)
-            .build_cartesian_2d(0.0..groups.len().max(1) as f64, 0.0..high)?;
-        let name = |x: &f64| {
-            if x.fract() == 0.0 {
-                String::new()
-            } else {
-                groups.get(*x as usize).cloned().unwrap_or_default()
-            }
-        };
+            .build_cartesian_2d(0.0..f64::from(count), 0.0..high)?;
         chart
             .configure_mesh()
             .disable_x_mesh()
-            .x_labels(2 * groups.len() + 1)
-            .x_label_formatter(&name)
+            .x_labels(0)
             .x_desc(labels.x)
             .y_desc(labels.y)
             .light_line_style(WHITE)
             .draw()?;
+        let font = ("sans-serif", 12).into_font();
+        let name = if on_end {
+            font.transform(FontTransform::Rotate270).color(&BLACK).pos(Pos::new(HPos::Right, VPos::Center))
+        } else {
+            font.color(&BLACK).pos(Pos::new(HPos::Center, VPos::Top))
+        };
+        for (g, group) in groups.iter().enumerate() {
+            let (x, y) = chart.backend_coord(&(g as f64 + 0.5, 0.0));
+            area.draw(&Text::new(group.clone(), (x, y + 6), name.clone()))?;
+        }
         let width = 0.84 / series.len().max(1) as f64;
-        for (i, (name, values)) in series.iter().enumerate() {
-            let style = colour(i).filled();
+        for (i, (_, values)) in series.iter().enumerate() {
             let left = 0.08 + width * i as f64;
             let bar = |(g, &v): (usize, &f64)| {
                 let x = g as f64 + left;
-                Rectangle::new([(x, 0.0), (x + 0.9 * width, v)], style)
+                Rectangle::new([(x, 0.0), (x + 0.9 * width, v)], colours(i).0.filled())
             };
             let shown = values.iter().enumerate().filter(|(_, v)| v.is_finite());
-            chart
-                .draw_series(shown.map(bar))?
-                .label(name)
-                .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 12, y + 5)], style));
+            chart.draw_series(shown.map(bar))?;
         }
-        chart
-            .configure_series_labels()
-            .border_style(BLACK.mix(0.3))
-            .background_style(WHITE.mix(0.8))
-            .draw()?;
         Ok(())
     })
 }
 
-/// Named points.
+/// Named points: each has a number, and its name stands beside the plot.
 pub fn points(labels: Labels<'_>, points: &[(String, f64, f64)]) -> String {
     let shown: Vec<&(String, f64, f64)> =
         points.iter().filter(|p| p.1.is_finite() && p.2.is_finite()).collect();
     let ((x0, x1), (y0, y1)) = (range(shown.iter().map(|p| p.1)), range(shown.iter().map(|p| p.2)));
-    drawn(|area| {
+    let names = shown.iter().enumerate().map(|(i, p)| format!("{}  {}", i + 1, p.0)).collect();
+    let legend = Legend::new(names, SIZE.1);
+    let dot = |area: &Area<'_>, i: usize, at: (i32, i32)| -> Drawn {
+        let (own, ring) = colours(i);
+        area.draw(&Circle::new(at, 5, own.filled()))?;
+        if let Some(ring) = ring {
+            area.draw(&Circle::new(at, 6, ring.stroke_width(2)))?;
+        }
+        Ok(())
+    };
+    let sample = |area: &Area<'_>, i: usize, (x, y): (i32, i32)| dot(area, i, (x + 10, y));
+    drawn(SIZE, &legend, &sample, |area| {
         let mut chart = ChartBuilder::on(area)
             .caption(labels.title, ("sans-serif", 20))
             .margin(12)
-            .right_y_label_area_size(90)
-            .x_label_area_size(40)
+            .x_label_area_size(UNDER)
             .y_label_area_size(64)
             .build_cartesian_2d(x0..x1, y0..y1)?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).light_line_style(WHITE).draw()?;
-        for (i, (name, x, y)) in shown.iter().map(|p| (&p.0, p.1, p.2)).enumerate() {
-            chart.draw_series(std::iter::once(
-                EmptyElement::at((x, y))
-                    + Circle::new((0, 0), 4, colour(i).filled())
-                    + Text::new(name.clone(), (7, -7), ("sans-serif", 13)),
-            ))?;
+        let at: Vec<(i32, i32)> = shown.iter().map(|p| chart.backend_coord(&(p.1, p.2))).collect();
+        let (across, down) = chart.plotting_area().get_pixel_range();
+        let style = ("sans-serif", 12).into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
+        let places = place::labels(&at, across, down);
+        for (&point, &label) in at.iter().zip(&places) {
+            area.draw(&PathElement::new(vec![point, label], BLACK.mix(0.35)))?;
+        }
+        for (i, (&point, label)) in at.iter().zip(places).enumerate() {
+            dot(area, i, point)?;
+            let (x, y) = label;
+            let half = place::WIDE / 2;
+            area.draw(&Rectangle::new([(x - half, y - 6), (x + half, y + 6)], WHITE.filled()))?;
+            area.draw(&Text::new((i + 1).to_string(), label, style.clone()))?;
         }
         Ok(())
     })
@@ -191,10 +283,27 @@ mod tests {
             &|| bars(LABELS, &groups, &bar),
             &|| points(LABELS, &[("p".to_owned(), 1.0, 2.0)]),
             &|| lines(LABELS, &[]),
-        ] as [&dyn Fn() -> String; 4]
+            &|| bars(LABELS, &[], &[]),
+            &|| points(LABELS, &[]),
+        ] as [&dyn Fn() -> String; 6]
         {
             well_formed(&draw());
             assert_eq!(draw(), draw());
         }
+    }
+
+    #[test]
+    fn no_two_series_look_alike() {
+        let looks: Vec<_> = (0..100).map(colours).collect();
+        for (i, look) in looks.iter().enumerate() {
+            assert!(!looks[..i].contains(look), "series {i}");
+        }
+    }
+
+    #[test]
+    fn marks_of_an_axis_differ_where_values_hardly_do() {
+        let (low, high) = range([1.0, 1.0 - 1e-12].into_iter());
+        assert!(low < 0.995 && high > 1.005, "{low} {high}");
+        assert_eq!(range([0.0, 10.0].into_iter()), (-0.5, 10.5));
     }
 }

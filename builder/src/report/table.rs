@@ -81,7 +81,8 @@ pub fn plain(rows: &[Row]) -> String {
         .collect()
 }
 
-/// The mean of every number over the rows that agree in `keys`, in order of their first use.
+/// The mean of every number over the rows that agree in `keys`, in order of their first use, and how many rows those
+/// are: means over other rows can't be held against each other.
 pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
     let mut groups: Vec<(Row, Vec<&Row>)> = Vec::new();
     for row in rows {
@@ -95,6 +96,7 @@ pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
     groups
         .into_iter()
         .map(|(mut key, members)| {
+            key.insert("rows".into(), members.len().into());
             for column in columns(rows) {
                 let numbers: Vec<f64> =
                     members.iter().filter_map(|m| m.get(column).and_then(Value::as_f64)).collect();
@@ -132,6 +134,7 @@ mod tests {
     fn means_go_over_what_is_there() {
         let means = means(&rows(), &["m"]);
         assert_eq!(means.len(), 2);
+        assert_eq!(means[1]["rows"], 2);
         assert_eq!((means[1]["n"].as_f64(), means[1]["e"].as_f64()), (Some(4.0), Some(2.0)));
     }
 
