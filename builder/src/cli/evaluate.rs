@@ -8,7 +8,8 @@ use gestus_builder::{
     corpus::Corpus,
     effort::{fragment::Library, labels, model::Model},
     evaluate::{
-        Evaluation, ablation, comparison, compression, contacts, correspondence, effort, fold::LooOptions,
+        Evaluation, ablation, comparison, compression, contacts, correspondence, effort,
+        fold::{LooOptions, test_clips},
         growth, knn, loo, retarget, servo, skate, timing,
     },
     load::load,
@@ -111,14 +112,14 @@ pub fn run(args: &Args) -> Result<()> {
         What::Loo => on_corpus(args, |c, o| Ok(loo::evaluate(c, o)?)),
         What::Exact => on_corpus(args, |c, o| Ok(loo::exact(c, o)?)),
         What::Ablation => on_corpus(args, |c, o| Ok(ablation::evaluate(c, o)?)),
-        What::Knn => on_corpus(args, |c, o| Ok(knn::evaluate(c, o)?)),
+        What::Knn => on_corpus(args, knn::evaluate),
         What::Compression => on_corpus(args, |c, o| Ok(compression::evaluate(c, o)?)),
         What::Methods => on_corpus(args, |c, o| Ok(comparison::evaluate(c, o)?)),
         What::Contacts => on_corpus(args, |c, o| Ok(contacts::evaluate(c, o)?)),
         What::Skate => on_corpus(args, |c, o| Ok(skate::evaluate(c, o)?)),
         What::Timing => {
             let bounds = Bounds { lead_s: args.lead, lag_s: args.lag };
-            on_corpus(args, |c, o| Ok(timing::evaluate(c, o, bounds)?))
+            on_corpus(args, |c, o| timing::evaluate(c, o, bounds))
         }
         What::Correspondence => on_corpus(args, |c, o| Ok(correspondence::evaluate(c, o.from)?)),
         What::Effort => on_corpus(args, |c, o| efforts(args, c, o)),
@@ -167,7 +168,24 @@ fn on_corpus(
         exact: false,
         gaussian_process: args.gaussian_process,
     };
-    measure(corpus, &options)
+    let evaluation = measure(corpus, &options)?;
+    if evaluation.rows.is_empty() {
+        bail!("{}: nothing was measured: {}", args.data.display(), why_nothing(corpus, &options));
+    }
+    Ok(evaluation)
+}
+
+/// Why no fold is left.
+fn why_nothing(corpus: &Corpus, options: &LooOptions) -> String {
+    let from = &corpus.styles[options.from];
+    if options.to.is_empty() {
+        return format!("{from} is the only style, and there is none to translate to (--styles, --to)");
+    }
+    if test_clips(corpus, options.from, options.folds).is_empty() {
+        return format!("no clip is in the style {from} (--from)");
+    }
+    "every test clip and its truth have to leave a clip of the action in each style: use more clips, or fewer styles"
+        .into()
 }
 
 /// What judges a database with clips of any skeleton.

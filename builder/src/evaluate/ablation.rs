@@ -5,10 +5,11 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    fold::{LooOptions, folds},
+    fold::{LooOptions, folds, left_out},
     loo::run,
 };
 use crate::{
+    body::Body,
     build::{BuildError, BuildOptions},
     corpus::Corpus,
     pair::Scheme,
@@ -42,6 +43,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
     let bar = progress::bar(variants.chunk_by(same).count() * folds(corpus, options), "ablation");
     let mut rows: Vec<table::Row> = Vec::new();
+    let mut said: Vec<String> = Vec::new();
     for group in variants.chunk_by(same) {
         let reduced;
         let every = group.first().map_or(1, |v| v.every);
@@ -57,6 +59,13 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
             mixtures_only: true,
             ..options.clone()
         };
+        // The same folds every time, but for frame rates that leave a class without a cycle.
+        for line in left_out(corpus, &Body::of(corpus)?, &options) {
+            if !said.contains(&line) {
+                eprintln!("{line}");
+                said.push(line);
+            }
+        }
         for result in run(corpus, &options, &|| bar.inc(1))? {
             // A known action alone or a known style alone is not a number.
             let Some((method, variant)) = result.method.split_once(MARK) else { continue };

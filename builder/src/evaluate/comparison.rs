@@ -19,7 +19,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, test_clips},
+    fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, say_left_out, test_clips},
     gaussian_process::{self, Editor, Pairs},
     loo,
     methods::{ClassNeighbors, GlobalModel, Record, interpolated},
@@ -87,6 +87,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     let bar = progress::bar(count, "methods");
     let mut rows: Vec<table::Row> = Vec::new();
     for (set, corpus, options) in &sets {
+        say_left_out(corpus, &Body::of(corpus)?, options);
         for row in loo::run(corpus, options, &|| bar.inc(1))? {
             rows.push(labelled(set, row.to_json(corpus)));
         }
@@ -100,7 +101,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         bars(&rows, "joint_error_cm", "Joint error", "cm"),
         bars(&rows, "step_error_ms", "Timing error", "ms"),
     ];
-    figures.push(loo::one_dof(corpus, options)?);
+    figures.extend(loo::one_dof(corpus, options)?);
     Ok(Evaluation { what: "methods", about: verdict(&rows), keys: vec!["set", "method"], rows, figures })
 }
 
@@ -148,6 +149,10 @@ fn one_stream(
 ) -> Result<Vec<Row>, BuildError> {
     let folds: Vec<Fold<'_>> =
         tests.iter().filter_map(|&t| Fold::of(corpus, body, options, t, style)).collect();
+    // One action alone is no stream through several.
+    if folds.len() < 2 {
+        return Ok(Vec::new());
+    }
     let left_out: Vec<usize> = folds.iter().flat_map(|f| [f.test, f.truth]).collect();
     let wanted = BuildOptions {
         models: true,
@@ -230,19 +235,26 @@ fn one_stream(
     if let Some(output) = process(&every, &x) {
         add("gaussian-process-unlabelled", &output, None);
     }
-    let (mut affines, mut processes) = (x.clone(), x.clone());
-    for Part { frames, action, .. } in &parts {
-        let Some(class) = class_of(&database, *action, options.from) else { continue };
-        let own = &x[frames.clone()];
-        affines[frames.clone()].clone_from_slice(&affine(&[class], own));
-        if let Some(output) = process(&[class], own) {
-            processes[frames.clone()].clone_from_slice(&output);
+    // A part without an answer would be the input: then the method has no rows.
+    let each = |of: Answer<'_>| {
+        let mut output = x.clone();
+        for Part { frames, action, .. } in &parts {
+            let class = class_of(&database, *action, options.from)?;
+            output[frames.clone()].clone_from_slice(&of(&[class], &x[frames.clone()])?);
         }
+        Some(output)
+    };
+    if let Some(output) = each(&|classes, x| Some(affine(classes, x))) {
+        add("global-affine", &output, None);
     }
-    add("global-affine", &affines, None);
-    add("gaussian-process", &processes, None);
+    if let Some(output) = each(&process) {
+        add("gaussian-process", &output, None);
+    }
     Ok(rows)
 }
+
+/// What a method that is told the class answers to rows; `None` where it has no answer.
+type Answer<'a> = &'a dyn Fn(&[usize], &[Vec<f64>]) -> Option<Vec<Vec<f64>>>;
 
 /// A test clip within a stream.
 struct Part<'a> {

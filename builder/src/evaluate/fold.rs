@@ -46,7 +46,7 @@ pub struct Row {
     pub clip: String,
     /// Name of the truth clip.
     pub truth: String,
-    /// Mean joint error, centimetres.
+    /// Mean joint error, centimetres; not a number where no frame is in a cycle.
     pub joint_error_cm: f64,
     /// Mean error of a time step, milliseconds; of methods that predict it.
     pub step_error_ms: Option<f64>,
@@ -117,18 +117,64 @@ pub struct HeldOut {
 
 /// The folds that [`run`](super::loo::run) goes through, with their clips.
 pub fn held_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<HeldOut> {
-    let mut folds = Vec::new();
-    for test in test_clips(corpus, options.from, options.folds) {
-        for &style in &options.to {
-            if let Some(&truth) = by_content(corpus, body, test, style).first() {
-                folds.push(HeldOut { test, truth, style });
-            }
-        }
-    }
-    folds
+    asked(corpus, body, options).filter_map(Result::ok).collect()
 }
 
-/// How many folds [`run`](super::loo::run) goes through.
+/// One line for each fold that is left out: no method can answer for an action that the database lacks, and means of
+/// methods count for as much as they are over the same folds.
+pub fn left_out(corpus: &Corpus, body: &Body, options: &LooOptions) -> Vec<String> {
+    asked(corpus, body, options).filter_map(Result::err).collect()
+}
+
+/// Says on standard error which folds are left out.
+pub(super) fn say_left_out(corpus: &Corpus, body: &Body, options: &LooOptions) {
+    left_out(corpus, body, options).iter().for_each(|line| eprintln!("{line}"));
+}
+
+/// Every fold that was asked for, or why it can't be measured.
+fn asked<'a>(
+    corpus: &'a Corpus,
+    body: &'a Body,
+    options: &'a LooOptions,
+) -> impl Iterator<Item = Result<HeldOut, String>> + 'a {
+    let tests = test_clips(corpus, options.from, options.folds);
+    tests.into_iter().flat_map(move |test| {
+        options.to.iter().map(move |&style| {
+            let example = &corpus.examples[test];
+            let (clip, action) = (&example.clip.name, &corpus.actions[example.action]);
+            let to = &corpus.styles[style];
+            let Some(&truth) = truths(corpus, body, options, test, style).first() else {
+                return Err(format!("left out: {clip} to {to}: no clip of {action} in {to} to compare with"));
+            };
+            let missing = lacking(corpus, example.action, &[test, truth]);
+            if missing.is_empty() {
+                return Ok(HeldOut { test, truth, style });
+            }
+            let (truth, missing) = (&corpus.examples[truth].clip.name, missing.join(", "));
+            Err(format!(
+                "left out: {clip} to {to}: without it and its truth {truth} no clip of {action} is left in {missing}"
+            ))
+        })
+    })
+}
+
+/// The styles in which an action has no clip once some are left out: a database then has none of the action.
+pub(super) fn lacking<'a>(corpus: &'a Corpus, action: usize, left_out: &[usize]) -> Vec<&'a str> {
+    let there = |style: usize| {
+        let mut clips = corpus.examples.iter().enumerate();
+        clips.any(|(i, e)| {
+            (e.action, e.style) == (action, style) && !e.cycles.is_empty() && !left_out.contains(&i)
+        })
+    };
+    (0..corpus.styles.len()).filter(|&s| !there(s)).map(|s| corpus.styles[s].as_str()).collect()
+}
+
+/// The clips that a test clip can be compared with, the best first.
+fn truths(corpus: &Corpus, body: &Body, options: &LooOptions, test: usize, style: usize) -> Vec<usize> {
+    if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) }
+}
+
+/// How many folds [`run`](super::loo::run) goes through at most.
 pub fn folds(corpus: &Corpus, options: &LooOptions) -> usize {
     test_clips(corpus, options.from, options.folds).len() * options.to.len()
 }
@@ -159,7 +205,7 @@ fn by_take(corpus: &Corpus, test: usize, style: usize) -> Vec<usize> {
 }
 
 impl<'a> Fold<'a> {
-    /// A test clip, its truth, and the database without either; `None` where the style has no clip of the action.
+    /// A test clip, its truth, and the database without either; `None` where that has nothing of the action.
     pub(super) fn new(
         corpus: &'a Corpus,
         body: &Body,
@@ -178,7 +224,7 @@ impl<'a> Fold<'a> {
         Ok(Some((fold, built.bytes)))
     }
 
-    /// A test clip and its truth.
+    /// A test clip and its truth; `None` where nothing of the action would be left.
     pub(super) fn of(
         corpus: &'a Corpus,
         body: &Body,
@@ -186,9 +232,11 @@ impl<'a> Fold<'a> {
         test: usize,
         style: usize,
     ) -> Option<Self> {
-        let near =
-            if options.exact { by_take(corpus, test, style) } else { by_content(corpus, body, test, style) };
+        let near = truths(corpus, body, options, test, style);
         let &truth = near.first()?;
+        if !lacking(corpus, corpus.examples[test].action, &[test, truth]).is_empty() {
+            return None;
+        }
         let (x, truth_rows) =
             (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
         let shift = if options.exact {
@@ -260,7 +308,7 @@ impl<'a> Fold<'a> {
             style: self.style,
             clip: example.clip.name.clone(),
             truth: self.corpus.examples[self.truth].clip.name.clone(),
-            joint_error_cm: 100.0 * error / f64::max(count, 1.0),
+            joint_error_cm: 100.0 * error / count,
             step_error_ms: (steps > 0.0).then(|| 1000.0 * step_error / steps),
             duration_error: (truth_s > 0.0).then(|| (predicted_s - truth_s).abs() / truth_s),
             third_difference: third_difference(&poses(resampled.as_deref().unwrap_or(output))) / truth_third,
@@ -310,4 +358,64 @@ pub(super) fn classes_of(database: &Database<'_>, style: usize) -> Vec<usize> {
 
 pub(super) fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
     database.classes().position(|c| usize::from(c.action) == action && usize::from(c.style) == style)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::{evaluate::loo, synth};
+
+    /// Walks enough; one neutral punch of two is there, and both proud ones.
+    fn sparse() -> (Corpus, LooOptions) {
+        let names = |n: [&str; 2]| n.map(String::from).to_vec();
+        let corpus = synth::corpus(&synth::Options {
+            actions: names(["walk", "punch"]),
+            styles: names(["neutral", "proud"]),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let punch = corpus.action("punch").unwrap();
+        let neutral = corpus.style("neutral").unwrap();
+        let one = corpus.examples.iter().position(|e| (e.action, e.style) == (punch, neutral)).unwrap();
+        let options = LooOptions {
+            from: neutral,
+            to: vec![corpus.style("proud").unwrap()],
+            folds: 1,
+            build: BuildOptions { models: false, ..BuildOptions::default() },
+            configs: vec![("mixture".into(), Config::new())],
+            mixtures_only: false,
+            exact: false,
+            gaussian_process: false,
+        };
+        (corpus.without(&[one]), options)
+    }
+
+    #[test]
+    fn a_fold_without_its_action_is_left_out_and_named() {
+        let (corpus, options) = sparse();
+        let body = Body::of(&corpus).unwrap();
+        let folds = held_out(&corpus, &body, &options);
+        let walk = corpus.action("walk").unwrap();
+        assert!(folds.len() == 1 && corpus.examples[folds[0].test].action == walk);
+        let said = left_out(&corpus, &body, &options);
+        assert!(said.len() == 1 && said[0].contains("no clip of punch is left in neutral"), "{said:?}");
+    }
+
+    #[test]
+    fn every_method_is_measured_over_the_same_folds() {
+        let (corpus, options) = sparse();
+        let rows = loo::run(&corpus, &options, &|| ()).unwrap();
+        let clips = |method: &str| -> BTreeSet<&str> {
+            rows.iter().filter(|r| r.method == method).map(|r| r.clip.as_str()).collect()
+        };
+        let all = clips("mixture");
+        assert_eq!(all.len(), 1);
+        for method in ["unchanged", "global-affine", "nearest", "knn", "local-ar"] {
+            assert_eq!(clips(method), all, "{method}");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use gestus_core::Database;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, Row, class_of, classes_of, own_dofs, test_clips},
+    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, held_out, own_dofs, say_left_out},
     gaussian_process::{self, Editor, Pairs},
 };
 use crate::{
@@ -24,12 +24,13 @@ use crate::{
 /// [`BuildError`] where what is left is no database.
 pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
     let body = Body::of(corpus)?;
-    let tests = test_clips(corpus, options.from, options.folds);
+    let options = &LooOptions { to: options.to.iter().copied().take(1).collect(), ..options.clone() };
+    say_left_out(corpus, &body, options);
+    let folds = held_out(corpus, &body, options);
     let sizes = [64, 128, 256, 512, 1024, 2048];
-    let bar = progress::bar(tests.len() * sizes.len(), "gaussian process");
+    let bar = progress::bar(folds.len() * sizes.len(), "gaussian process");
     let mut rows = Vec::new();
-    for &test in &tests {
-        let Some(&style) = options.to.first() else { continue };
+    for &HeldOut { test, style, .. } in &folds {
         let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { continue };
         let database = Database::open(&bytes)?;
         for most in sizes {

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use anyhow::{Result, bail};
 use gestus_core::{
     Config, Database,
     blob::layout::{MAX_FEATURES, MAX_JOINTS},
@@ -12,10 +13,10 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    fold::{LooOptions, test_clips},
+    fold::{LooOptions, lacking, test_clips},
 };
 use crate::{
-    build::{BuildError, build},
+    build::build,
     corpus::Corpus,
     index::{ClassFeatures, exact_knn},
     report::{
@@ -33,9 +34,24 @@ type Pose = gestus_core::Pose<MAX_JOINTS>;
 /// Streams held-out clips through the search: every frame is a query to every class.
 ///
 /// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    let tests = test_clips(corpus, options.from, options.folds);
+/// Where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
+    let (tests, spared) = spared(corpus, &test_clips(corpus, options.from, options.folds));
+    for &clip in &spared {
+        let example = &corpus.examples[clip];
+        let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
+        eprintln!(
+            "no query: {} stays in the database, whose last clip of {action} in {style} it is",
+            example.clip.name
+        );
+    }
+    if tests.is_empty() {
+        bail!(
+            "--folds {}: no clip of the style {} can be a query: its actions have one clip each, which the database needs",
+            options.folds,
+            corpus.styles[options.from]
+        );
+    }
     let built = build(&corpus.without(&tests), &options.build)?;
     let database = Database::open(&built.bytes)?;
     let bar = progress::bar(tests.len(), "search");
@@ -71,7 +87,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         .collect();
     for (frame, recall) in &recovery {
         rows.push(super::row(
-            json!({ "method": "graph-after-jump", "frames_after": frame, "recall": recall }),
+            json!({ "method": "graph-after-jump", "action": null, "style": null, "frames_after": frame, "recall": recall }),
         ));
     }
     let labels = Labels {
@@ -94,6 +110,22 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         rows,
         figures,
     })
+}
+
+/// Queries all leave the database at once: those of the clips that it can do without, and those that it can't.
+fn spared(corpus: &Corpus, tests: &[usize]) -> (Vec<usize>, Vec<usize>) {
+    let (mut gone, mut kept) = (Vec::new(), Vec::new());
+    for &test in tests {
+        let action = corpus.examples[test].action;
+        // An action that is incomplete anyway is not in the database with it either.
+        let before = lacking(corpus, action, &gone).len();
+        gone.push(test);
+        if lacking(corpus, action, &gone).len() > before {
+            gone.pop();
+            kept.push(test);
+        }
+    }
+    (gone, kept)
 }
 
 /// Stored features of each class, as brute force wants them.
@@ -168,7 +200,8 @@ fn stream(
                 searchable: &classes.searchable[class],
             };
             let start = Instant::now();
-            let exact = exact_knn(&features, &query, rows.len());
+            // As many as the class gives of itself, not as many as were found: what is missing is missed.
+            let exact = exact_knn(&features, &query, limits.k.min(database.class(class).k_cap));
             brute.micros += start.elapsed().as_secs_f64() * 1e6;
             let hits = exact.iter().filter(|(_, r)| rows.contains(&(*r as u16))).count() as f64;
             if t < jump {
@@ -190,4 +223,27 @@ fn stream(
     }
     (graph.recall, brute.recall) = (found / wanted, 1.0);
     (graph, brute)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth;
+
+    #[test]
+    fn queries_leave_the_database_a_clip_of_each_class() {
+        let corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: ["neutral", "proud"].map(String::from).to_vec(),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let tests = test_clips(&corpus, 0, 5);
+        assert_eq!(tests.len(), 2);
+        assert_eq!(spared(&corpus, &tests), (vec![tests[0]], vec![tests[1]]));
+        let one = corpus.without(&tests[..1]);
+        assert_eq!(spared(&one, &test_clips(&one, 0, 5)).0, Vec::<usize>::new());
+    }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, test_clips},
+    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, folds, held_out, own_dofs, say_left_out},
     gaussian_process, growth,
     methods::{ClassNeighbors, GlobalModel, Record, interpolated},
     metrics::{best_shift, matched},
@@ -39,11 +39,13 @@ pub fn default_configs() -> Vec<(String, Config)> {
 /// # Errors
 /// [`BuildError`] where what is left is no database.
 pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    say_left_out(corpus, &Body::of(corpus)?, options);
     let bar = progress::bar(folds(corpus, options), "leave one out");
     let results = run(corpus, options, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();
-    let figures = vec![error_bars(corpus, &results), trade_off(&results), one_dof(corpus, options)?];
+    let mut figures = vec![error_bars(corpus, &results), trade_off(&results)];
+    figures.extend(one_dof(corpus, options)?);
     Ok(Evaluation {
         what: "loo",
         about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
@@ -86,7 +88,7 @@ fn methods_of(results: &[Row]) -> Vec<String> {
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.collect();
+    let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     values.iter().sum::<f64>() / values.len() as f64
 }
 
@@ -148,19 +150,18 @@ fn trade_off(results: &[Row]) -> Figure {
 }
 
 /// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
-pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, BuildError> {
+/// `None` where there is no fold.
+pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Figure>, BuildError> {
     let body = Body::of(corpus)?;
-    let empty = || Figure { name: "dof".into(), caption: String::new(), svg: String::new() };
-    let (Some(&test), Some(&style)) = (test_clips(corpus, options.from, 1).first(), options.to.first())
-    else {
-        return Ok(empty());
+    let Some(&HeldOut { test, style, .. }) = held_out(corpus, &body, options).first() else {
+        return Ok(None);
     };
-    let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { return Ok(empty()) };
+    let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { return Ok(None) };
     let database = Database::open(&bytes)?;
     let example = &corpus.examples[test];
     let request = Request { config: options.configs[0].1, ..Request::style(style as u16) };
     let mut record = Record::of(&database);
-    let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(empty()) };
+    let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(None) };
     let predicted = own_dofs(&fold, &database, &record.predicted);
     let dof = dof::JOINTS + 3 * (body.landmarks.knees[0] - 1);
     let dof =
@@ -188,11 +189,11 @@ pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Figure, B
     }
     let names = body.dof_names();
     let title = format!("{} of {} in the style {}", names[dof], example.clip.name, corpus.styles[style]);
-    Ok(Figure {
+    Ok(Some(Figure {
         name: "dof".into(),
         caption: "One dof over the input's time, each method against the truth at equal canonical time (paper 000, Figure 3).".into(),
         svg: plot::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
-    })
+    }))
 }
 
 fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
@@ -210,13 +211,9 @@ pub fn run(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Row>, BuildError> {
     let body = Body::of(corpus)?;
-    let folds: Vec<(usize, usize)> = test_clips(corpus, options.from, options.folds)
-        .into_iter()
-        .flat_map(|t| options.to.iter().map(move |&s| (t, s)))
-        .collect();
-    let rows: Vec<Vec<Row>> = folds
+    let rows: Vec<Vec<Row>> = held_out(corpus, &body, options)
         .par_iter()
-        .map(|&(test, style)| {
+        .map(|&HeldOut { test, style, .. }| {
             let rows = fold(corpus, &body, options, test, style);
             progress();
             rows

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     Evaluation,
-    fold::{HeldOut, LooOptions, held_out},
+    fold::{HeldOut, LooOptions, held_out, say_left_out},
     performance::Performance,
     speed::{self, fastest, peak_speeds},
 };
@@ -45,15 +45,16 @@ pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -
         .collect()
 }
 
-/// Mean speed on the ground of feet that stand, cm/s; 0 where none does.
+/// Mean speed on the ground of feet that stand, cm/s. Not a number where none does, which a table leaves out: 0 would
+/// say that they stand still.
 pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
     let speeds: Vec<f64> =
         standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v).collect();
-    speeds.iter().sum::<f64>() / speeds.len().max(1) as f64
+    speeds.iter().sum::<f64>() / speeds.len() as f64
 }
 
-/// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames.
-fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [f64; 2] {
+/// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames; of feet that stand.
+fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
     let mut heights: Vec<f64> = of
         .frames
         .iter()
@@ -71,7 +72,7 @@ fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [f64; 2
         .flatten()
         .collect();
     heights.sort_by(f64::total_cmp);
-    let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
+    let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied();
     [at(0.05), at(0.95)]
 }
 
@@ -94,6 +95,7 @@ pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64
 /// [`BuildError`] where what is left is no database.
 pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
     let body = Body::of(corpus)?;
+    say_left_out(corpus, &body, options);
     let folds = held_out(corpus, &body, options);
     let bar = progress::bar(folds.len(), "skate");
     let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
@@ -111,7 +113,9 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         what: "skate",
         about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
                 is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
-                than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. Speeds of joints are relative to the fastest of the same joint in the input."
+                than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
+                holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
+                knees and ankles each against itself."
             .into(),
         keys: vec!["method", "action", "style"],
         rows: rows.into_iter().flatten().collect(),

@@ -1,16 +1,16 @@
 //! The output's time under each policy: how near to the style's own, and how far from the input's.
 
+use anyhow::{Context, Result};
 use gestus_core::{Database, retime::Bounds};
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::{
     Evaluation,
-    fold::{Fold, LooOptions, held_out},
+    fold::{Fold, LooOptions, held_out, say_left_out},
 };
 use crate::{
     body::Body,
-    build::BuildError,
     corpus::Corpus,
     report::{
         html::Figure,
@@ -23,9 +23,10 @@ use crate::{
 /// Runs the evaluation and draws its plots.
 ///
 /// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions, bounds: Bounds) -> Result<Evaluation, BuildError> {
+/// Where what is left is no database, or no output can keep those bounds.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions, bounds: Bounds) -> Result<Evaluation> {
     let body = Body::of(corpus)?;
+    say_left_out(corpus, &body, options);
     let folds = held_out(corpus, &body, options);
     let bar = progress::bar(folds.len(), "timing");
     let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
@@ -38,13 +39,12 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions, bounds: Bounds) -> Result
             let config = options.configs.first().map_or_else(Default::default, |c| c.1);
             let request = Request { config, bounds: Some(bounds), ..Request::style(held.style as u16) };
             bar.inc(1);
-            let Ok(streamed) = stream(&database, &corpus.examples[held.test].clip, &request, &mut ()) else {
-                return Ok((Vec::new(), None));
-            };
+            let streamed = stream(&database, &corpus.examples[held.test].clip, &request, &mut ())
+                .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;
             let rows = rows(corpus, &fold, held.style, &streamed, bounds);
             Ok((rows, figure(corpus, held.test, held.style, &streamed)))
         })
-        .collect::<Result<_, BuildError>>()?;
+        .collect::<Result<_>>()?;
     bar.finish_and_clear();
     let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
     Ok(Evaluation {
@@ -105,8 +105,8 @@ fn rows(
                 "action": corpus.actions[example.action],
                 "style": corpus.styles[style],
                 "clip": example.clip.name,
-                "step_error_ms": 1000.0 * error / f64::max(n, 1.0),
-                "duration_error": (ours - theirs).abs() / f64::max(theirs, 1e-9),
+                "step_error_ms": (n > 0.0).then(|| 1000.0 * error / n),
+                "duration_error": (theirs > 0.0).then(|| (ours - theirs).abs() / theirs),
                 "lag_s_max": most(1.0),
                 "lead_s_max": most(-1.0),
                 "lag_s_bound": (method == "bounded").then_some(bounds.lag_s),
