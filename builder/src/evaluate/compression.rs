@@ -44,7 +44,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
                 .map(|s| s.1.len())
                 .sum::<usize>();
             rows.push(super::row(json!({
-                "method": "blocks", "block_rows": block_rows, "target_cm": error_cm,
+                "method": "blocks", "action": null, "style": null, "block_rows": block_rows, "target_cm": error_cm,
                 "joint_error_cm": error,
                 "bytes_per_frame": built.bytes.len() as f64 / frames,
                 "row_bytes_per_frame": packed as f64 / frames,

@@ -167,7 +167,7 @@ fn regression(corpus: &str, model: &Model, splits: usize, tick: &(dyn Fn() + Syn
     // 85 of 105, and as large a share of fewer.
     let train = TRAIN.min(model.examples.len() * TRAIN / BLENDS);
     let errors = errors(&model.known, &model.examples, train, splits, SEED, tick);
-    let of = json!({ "part": "regression", "corpus": corpus, "labels": model.source.name() });
+    let of = json!({ "part": "regression", "action": null, "style": null, "corpus": corpus, "labels": model.source.name() });
     let sizes = json!({
         "splits": splits, "train": train, "test": model.examples.len() - train,
         "fragments": model.library.fragments.len(),
@@ -199,7 +199,7 @@ fn compared(errors: &[Vec<Factors>], of: &Value, sizes: &Value) -> Vec<table::Ro
 /// share nothing, so that over them a paired test says whether a method is better for annotators like this one.
 fn annotators(splits: usize, tick: &(dyn Fn() + Sync)) -> Result<Vec<table::Row>, BuildError> {
     let errors = annotated(ANNOTATORS, splits, tick)?;
-    let of = json!({ "part": "annotators", "corpus": "generated", "labels": Source::Generated.name() });
+    let of = json!({ "part": "annotators", "action": null, "style": null, "corpus": "generated", "labels": Source::Generated.name() });
     Ok(compared(&errors, &of, &json!({ "annotators": ANNOTATORS, "splits": splits })))
 }
 
@@ -272,7 +272,7 @@ fn segmentation(
             results.iter().map(pick).sum::<usize>() as f64 / frames as f64
         };
         rows.push(super::row(json!({
-            "part": "segmentation", "method": "one-stage", "streams": kind, "corpus": "data",
+            "part": "segmentation", "method": "one-stage", "action": null, "style": null, "streams": kind, "corpus": "data",
             "frames": frames, "fragments": words.len(),
             "right": share(|r| r.1),
             "right_fragment": (kind != "unseen").then(|| share(|r| r.2)),
@@ -361,7 +361,7 @@ fn dialled(
             let (asked, got): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
             let row = super::row(json!({
                 "part": "dial", "method": "dial", "corpus": "data", "labels": model.source.name(),
-                "factor": NAMES[k], "action": corpus.actions[example.action], "clip": example.clip.name,
+                "factor": NAMES[k], "action": corpus.actions[example.action], "style": null, "clip": example.clip.name,
                 "rank_correlation": rank_correlation(&asked, &got),
                 "rank_correlation_feet_held": rank_correlation(&asked, &held),
                 "low": asked.first(), "high": asked.last(),
@@ -402,7 +402,7 @@ fn clips(corpus: &Corpus, model: &Model, tests: &[usize], tick: &(dyn Fn() + Syn
             tick();
             Some(super::row(json!({
                 "part": "clip", "method": "effort", "corpus": "data", "labels": model.source.name(),
-                "factor": NAMES[k], "action": corpus.actions[example.action], "clip": example.clip.name,
+                "factor": NAMES[k], "action": corpus.actions[example.action], "style": null, "clip": example.clip.name,
                 "rank_correlation": rank_correlation(&asked, &got),
                 "low": low, "high": high,
                 "moved": got[got.len() - 1] - got[0],

@@ -78,6 +78,13 @@ pub fn directions(a: (&Body, &[Frame]), b: (&Body, &[Frame]), from: Part, to: Pa
     })
 }
 
+/// Angles of a limb over the sides on which both bodies have it; `None` where neither has: 0 would say that it fits.
+fn both_sides(of: impl Fn(Side) -> Option<Directions>) -> Option<Directions> {
+    let found: Vec<Directions> = Side::BOTH.into_iter().filter_map(of).collect();
+    let max_deg = found.iter().map(|d| d.max_deg).reduce(f64::max)?;
+    Some(Directions { mean_deg: found.iter().map(|d| d.mean_deg).sum::<f64>() / found.len() as f64, max_deg })
+}
+
 /// Steps on and off of two clips' contacts, matched in time. `window` is how far apart one step can be, frames.
 pub fn offsets(a: &[[bool; 2]], b: &[[bool; 2]], window: usize) -> Offsets {
     let mut result = Offsets::default();
@@ -181,7 +188,7 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
     let (source, target) = (&retarget.source, &retarget.target);
     let stands = |body: &Body, frames: &[Frame]| {
         let clip = Clip { skeleton: body.skeleton.clone(), frames: frames.to_vec(), ..clip.clone() };
-        Landmarks::find(&body.skeleton).map(|l| contacts(&clip, &l)).unwrap_or_default()
+        Landmarks::find(&body.skeleton).ok().map(|l| contacts(&clip, &l))
     };
     let truth = stands(source, &input);
     let cases: [(&str, &Body, &[Frame]); 2] =
@@ -190,20 +197,16 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
         .into_iter()
         .map(|(method, body, frames)| {
             let mut row = super::row(json!({
-                "method": method, "clip": original.name, "frames": clip.frames.len(),
+                "method": method, "action": null, "style": null, "clip": original.name, "frames": clip.frames.len(),
                 "joints": source.skeleton.joints(), "scale": retarget.scale,
                 "doubts": retarget.doubts().len(),
             }));
             for (name, from, to) in LIMBS {
-                let (mut mean, mut max) = (0.0, 0.0f64);
-                for side in Side::BOTH {
-                    let d = directions((source, &input), (body, frames), from(side), to(side))
-                        .unwrap_or_default();
-                    mean += 0.5 * d.mean_deg;
-                    max = max.max(d.max_deg);
-                }
-                row.insert(format!("{name}_mean_deg"), json!(mean));
-                row.insert(format!("{name}_max_deg"), json!(max));
+                let angles = both_sides(|side| {
+                    directions((source, &input), (body, frames), from(side), to(side))
+                });
+                row.insert(format!("{name}_mean_deg"), json!(angles.map(|a| a.mean_deg)));
+                row.insert(format!("{name}_max_deg"), json!(angles.map(|a| a.max_deg)));
             }
             let place = |frames: &[Frame], body: &Body| -> Vec<Vec<Vector3<f64>>> {
                 frames.iter().map(|f| f.positions(&body.skeleton)).collect()
@@ -215,11 +218,13 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
                 let count = (a.len() * source.skeleton.joints()).max(1) as f64;
                 row.insert("joint_error_cm".into(), json!(100.0 * apart / count));
             }
-            let o = offsets(&truth, &stands(body, frames), clip.rate_hz as usize / 4);
-            row.insert("contact_steps".into(), json!(o.matched));
-            row.insert("contact_unmatched".into(), json!(o.unmatched));
-            row.insert("contact_mean_frames".into(), json!(o.mean_frames));
-            row.insert("contact_max_frames".into(), json!(o.max_frames));
+            let window = clip.rate_hz as usize / 4;
+            let steps = truth.as_ref().zip(stands(body, frames)).map(|(a, b)| offsets(a, &b, window));
+            let apart = steps.filter(|o| o.matched > 0);
+            row.insert("contact_steps".into(), json!(steps.map(|o| o.matched)));
+            row.insert("contact_unmatched".into(), json!(steps.map(|o| o.unmatched)));
+            row.insert("contact_mean_frames".into(), json!(apart.map(|o| o.mean_frames)));
+            row.insert("contact_max_frames".into(), json!(apart.map(|o| o.max_frames)));
             row
         })
         .collect()
@@ -228,6 +233,14 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_limb_that_nobody_has_is_no_angle() {
+        let left = Directions { mean_deg: 4.0, max_deg: 9.0 };
+        let one = both_sides(|side| (side == Side::BOTH[0]).then_some(left)).unwrap();
+        assert_eq!((one.mean_deg, one.max_deg), (4.0, 9.0), "the other side does not count as fitting");
+        assert!(both_sides(|_| None).is_none());
+    }
 
     #[test]
     fn steps_are_matched_one_to_one() {

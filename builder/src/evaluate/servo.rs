@@ -71,7 +71,9 @@ pub fn evaluate(
         let played = play(&machine, &clip);
         let (reached, wanted) = end_effectors(&machine, &played, &clip);
         let row = |method: &str, figures: Value| {
-            let mut row = super::row(json!({ "method": method, "clip": clip.name, "robot": name }));
+            let mut row = super::row(
+                json!({ "method": method, "action": null, "style": null, "clip": clip.name, "robot": name }),
+            );
             row.extend(super::row(figures));
             row
         };
