@@ -1,6 +1,7 @@
 //! From a folder of BVH files to a [`Corpus`].
 
 use std::{
+    collections::HashMap,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -96,6 +97,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             Err(note) => left_out.push(note),
         }
     }
+    tell_apart(&mut clips);
     let clips = of_one_body(clips, &mut left_out);
     let mut units: Vec<String> = Vec::new();
     let mut performances: Vec<Performance> = Vec::new();
@@ -153,9 +155,22 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
 /// A file as a clip, and what it is.
 struct Bound {
     name: String,
+    /// The file below the folder, without its ending.
+    below: String,
     annotation: Annotation,
     unit: String,
     clip: Clip,
+}
+
+/// Clips are known by their files' names; those of one name in several folders by their folders too.
+fn tell_apart(clips: &mut [Bound]) {
+    let mut count = HashMap::<String, usize>::new();
+    for clip in clips.iter() {
+        *count.entry(clip.clip.name.clone()).or_default() += 1;
+    }
+    for clip in clips.iter_mut().filter(|c| count[&c.clip.name] > 1) {
+        clip.clip.name.clone_from(&clip.below);
+    }
 }
 
 /// The clips on the skeleton that most of them have; ties go to the first. What one stray file is on decides nothing.
@@ -196,7 +211,8 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Op
     let clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
     let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
     clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
-    Ok(Some(Bound { name, annotation, unit: binding.unit().name(), clip }))
+    let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
+    Ok(Some(Bound { name, below: steps.join("/"), annotation, unit: binding.unit().name(), clip }))
 }
 
 /// What was asked for, for the message that it is not there.
@@ -286,6 +302,20 @@ mod tests {
         assert_eq!((loaded.corpus.rate_hz, loaded.skipped), (30.0, 1), "{:?}", loaded.notes);
         let slower = folder.load("rate_hz = 20").unwrap();
         assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
+    }
+
+    #[test]
+    fn clips_of_one_name_are_told_apart_by_their_folders() {
+        let folder = Folder::new("names");
+        for style in ["a", "b"] {
+            fs::create_dir_all(folder.0.join(style)).unwrap();
+            folder.walk(&format!("{style}/walk-1.bvh"), 120, |_| ());
+        }
+        folder.walk("a/walk-2.bvh", 120, |_| ());
+        let loaded = folder.load("patterns = [\"{style}/{action}-{take}.bvh\"]").unwrap();
+        let mut names: Vec<&str> = loaded.corpus.examples.iter().map(|e| e.clip.name.as_str()).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["a/walk-1", "b/walk-1", "walk-2"]);
     }
 
     #[test]
