@@ -398,11 +398,11 @@ impl Foot {
             self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
             self.offset[1] += too_deep(over, self.offset[1]);
             let off2 = self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2];
-            if off2 > tuning.release_m * tuning.release_m {
-                self.release(Phase::Step, stoop);
-            }
+            // No release is further than that.
             if off2 > TELEPORT_M * TELEPORT_M {
                 *self = Self::FREE;
+            } else if off2 > tuning.release_m * tuning.release_m {
+                self.release(Phase::Step, stoop);
             }
         }
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
