@@ -10,6 +10,7 @@ pub mod arrays;
 pub mod body;
 pub mod build;
 pub mod bvh;
+pub mod capture;
 pub mod cleanup;
 pub mod contact;
 pub mod corpus;

@@ -12,7 +12,8 @@ use thiserror::Error;
 
 use crate::{
     annotate::{AnnotateError, Annotation, Config, FILE_NAME, Kind},
-    bvh::{Binding, Bvh, BvhError, Options, read_folder},
+    bvh::{Binding, Bvh, BvhError, Options},
+    capture::read_folder,
     corpus::Corpus,
     joints::JointsError,
     landmarks::{LandmarkError, Landmarks},

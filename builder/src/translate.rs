@@ -8,6 +8,7 @@ use gestus_core::Database;
 use crate::{
     body::Body,
     bvh::{Binding, Bvh, Options, Unit},
+    capture,
     cleanup::{Limbs, above_floor},
     corpus::Corpus,
     motion::{Clip, Frame, Skeleton},
@@ -49,7 +50,7 @@ enum Way {
 /// # Errors
 /// Where it can't be read.
 pub fn read_clip(path: &Path, database: &Database<'_>, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
-    let document = Bvh::read(path)?;
+    let document = capture::read(path)?;
     let name = path.display();
     let bind = |unit| {
         let options = Options { unit, ..Options::default() };

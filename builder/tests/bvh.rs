@@ -1,7 +1,8 @@
 //! BVH in and out on small documents: what is read, what each error says, what comes back.
 
-use gestus_builder::bvh::{
-    Binding, Bvh, BvhErrorKind as Kind, MAX_DEPTH, Options, Unit, read_folder, to_clip,
+use gestus_builder::{
+    bvh::{Binding, Bvh, BvhErrorKind as Kind, MAX_DEPTH, Options, Unit, to_clip},
+    capture::read_folder,
 };
 
 const SMALL: &str = "HIERARCHY

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use gestus_builder::bvh::{Bvh, Options, read_folder, same_skeleton, to_clip};
+use gestus_builder::{
+    bvh::{Bvh, Options, same_skeleton, to_clip},
+    capture::{read, read_folder},
+};
 
 /// Largest angle between the rotations that went in and those read back, degrees.
 const ANGLE_DEG: f64 = 1e-4;
@@ -59,7 +62,7 @@ fn every_file_reads_and_comes_back() {
 fn the_carrier_of_bandai_is_dropped_and_comes_back() {
     let Some(data) = data() else { return };
     let path = data.join("bandai-namco-2/dataset-2_walk_normal_001.bvh");
-    let Ok(document) = Bvh::read(&path) else {
+    let Ok(document) = read(&path) else {
         eprintln!("skipped: no {}", path.display());
         return;
     };

@@ -22,7 +22,7 @@
 //! 4. [`Bvh::to_text`] (`write`): the document as text. Numbers are printed shortest-exact, so that reading what
 //!    was written gives the same `f64`s.
 //!
-//! [`read_folder`] does the first step for a folder of clips and goes on past a bad one.
+//! [`capture`](crate::capture) does the first step for files, and for folders of them.
 //!
 //! ```
 //! use gestus_builder::bvh::{Binding, Bvh, Options};
@@ -44,7 +44,6 @@
 mod convert;
 mod error;
 pub(crate) mod euler;
-mod folder;
 mod lexer;
 mod parse;
 mod unit;
@@ -52,7 +51,6 @@ mod write;
 
 pub use convert::{Binding, ConvertError, Options, same_skeleton, to_clip};
 pub use error::{BvhError, BvhErrorKind};
-pub use folder::{Folder, read_folder};
 pub use parse::MAX_DEPTH;
 pub use unit::{ParseUnitError, Unit, UnitGuess};
 

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use gestus_builder::{
     body::Body,
     bvh::{Binding, Bvh, Options, Unit},
+    capture,
     cleanup::Limbs,
     corpus::Corpus,
     evaluate::{performance::Performance, skate::skate_cm_s},
@@ -44,7 +45,7 @@ pub struct Args {
 }
 
 fn read(path: &Path, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
-    let document = Bvh::read(path)?;
+    let document = capture::read(path)?;
     let name = path.display();
     let binding =
         Binding::new(&document, &Options { unit, ..Options::default() }).with_context(|| name.to_string())?;

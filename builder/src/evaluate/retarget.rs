@@ -14,7 +14,8 @@ use serde_json::json;
 
 use super::Evaluation;
 use crate::{
-    bvh::{Binding, Options, read_folder},
+    bvh::{Binding, Options},
+    capture::read_folder,
     contact::contacts,
     landmarks::Landmarks,
     motion::{Clip, Frame},

@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 
 use super::Evaluation;
 use crate::{
-    bvh::{Binding, Options, read_folder},
+    bvh::{Binding, Options},
+    capture::read_folder,
     motion::Frame,
     report::{
         html::Figure,

@@ -1,11 +1,11 @@
-//! A folder of clips, read in a fixed order; a bad file is reported and left out.
+//! Files of captured motion: one, or a folder of them read in a fixed order, where a bad file is reported and left out.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::{Bvh, BvhError, BvhErrorKind};
+use crate::bvh::{Bvh, BvhError, BvhErrorKind};
 
 /// Deepest nesting of folders that is followed.
 const MAX_FOLDERS: usize = 32;
@@ -64,7 +64,7 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, BvhError> {
         }
     }
     paths.sort();
-    let read: Vec<Result<Bvh, BvhError>> = paths.par_iter().map(|path| read_file(path)).collect();
+    let read: Vec<Result<Bvh, BvhError>> = paths.par_iter().map(|path| read(path)).collect();
     let mut folder = Folder { documents: Vec::new(), skipped: errors };
     for (path, document) in paths.into_iter().zip(read) {
         match document {
@@ -77,7 +77,8 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, BvhError> {
     Ok(folder)
 }
 
-fn read_file(path: &Path) -> Result<Bvh, BvhError> {
+/// Reads one file, named in messages by its path.
+pub fn read(path: &Path) -> Result<Bvh, BvhError> {
     let bytes = fs::read(path).map_err(|e| io_error(path, &e))?;
     Bvh::parse(&bytes, &path.to_string_lossy())
 }
@@ -85,10 +86,4 @@ fn read_file(path: &Path) -> Result<Bvh, BvhError> {
 fn io_error(path: &Path, error: &std::io::Error) -> BvhError {
     let kind = BvhErrorKind::Io(error.to_string());
     BvhError { file: path.to_string_lossy().into_owned(), line: 0, column: 0, kind }
-}
-impl Bvh {
-    /// Reads one file, named in messages by its path.
-    pub fn read(path: &Path) -> Result<Bvh, BvhError> {
-        read_file(path)
-    }
 }
