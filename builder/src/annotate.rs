@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{build::BuildOptions, bvh::Unit};
+use crate::{build::BuildOptions, bvh::Unit, capture::is_capture};
 
 /// Name of the file in a data folder that says what its clips are.
 pub const FILE_NAME: &str = "gestus.toml";
@@ -266,7 +266,7 @@ impl Config {
         absent("styles", "style", self.styles.iter(), &styles)?;
         absent("kind", "action", self.kind.keys(), &actions)?;
         absent("names", "action, as the files have it,", self.names.keys(), &raw)?;
-        absent("files", "BVH file", self.files.keys(), &files)
+        absent("files", "file", self.files.keys(), &files)
     }
 
     /// Action, style and take as the file has them.
@@ -427,10 +427,12 @@ fn fill(parts: &[Part], name: &str, found: &mut [String; 3]) -> bool {
     }
 }
 
-/// A name without `.bvh`, in any case.
+/// A name without the ending of a file of motion.
 fn stem(name: &str) -> &str {
-    let at = name.len().saturating_sub(4);
-    if name.get(at..).is_some_and(|end| end.eq_ignore_ascii_case(".bvh")) { &name[..at] } else { name }
+    match name.rsplit_once('.') {
+        Some((stem, _)) if is_capture(Path::new(name)) => stem,
+        _ => name,
+    }
 }
 
 #[cfg(test)]
@@ -454,6 +456,7 @@ mod tests {
             ("x/dataset-1_bow_not-confident_001.BVH", is("bow", "not-confident", "001", Kind::Whole)),
             ("angry_13_000.bvh", is("run", "angry", "000", Kind::Gait)),
             ("neutral_01_000.bvh", is("walk", "neutral", "000", Kind::Gait)),
+            ("neutral_01_000.GLB", is("walk", "neutral", "000", Kind::Gait)),
             ("neutral_07_000.bvh", is("07", "neutral", "000", Kind::Whole)),
             ("raise_arm_proud_2.bvh", is("raise_arm", "proud", "2", Kind::Whole)),
         ];
@@ -529,7 +532,7 @@ mod tests {
             ("names.y = 'run'", "`names`: no action, as the files have it, is called `y`"),
             (
                 "files.'walk_old_2.bvh' = { action = 'walk', style = 'old' }",
-                "`files`: no BVH file is called `walk_old_2.bvh`",
+                "`files`: no file is called `walk_old_2.bvh`",
             ),
         ] {
             let message = check(text).unwrap_err();

@@ -19,6 +19,7 @@ pub mod effort;
 pub mod evaluate;
 pub mod export;
 pub mod features;
+pub mod gltf;
 pub mod groups;
 pub mod index;
 pub mod joints;

@@ -1,4 +1,4 @@
-//! From a folder of BVH files to a [`Corpus`].
+//! From a folder of clips to a [`Corpus`].
 
 use std::{
     collections::HashMap,
@@ -12,8 +12,8 @@ use thiserror::Error;
 
 use crate::{
     annotate::{AnnotateError, Annotation, Config, FILE_NAME, Kind},
-    bvh::{Binding, Bvh, BvhError, Options},
-    capture::read_folder,
+    bvh::{Binding, Bvh, Options},
+    capture::{CaptureError, read_folder},
     corpus::Corpus,
     joints::JointsError,
     landmarks::{LandmarkError, Landmarks},
@@ -38,7 +38,7 @@ pub struct Loaded {
 pub enum LoadError {
     /// A file.
     #[error(transparent)]
-    Bvh(#[from] BvhError),
+    Capture(#[from] CaptureError),
     /// `gestus.toml`, or a file that it does not know, under `strict`.
     #[error(transparent)]
     Annotate(#[from] AnnotateError),
@@ -82,7 +82,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
     // Files that can't be read have names too.
     let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
-        .chain(files.skipped.iter().map(|e| below(Path::new(&e.file))))
+        .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
         .collect();
     let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
     config.check_names(&paths).map_err(|e| LoadError::Names(place.clone(), e))?;
@@ -202,7 +202,7 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
 
 /// Takes a file to a clip at the database's rate; `None` where it is not asked for.
 fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
-    let name = path.display().to_string();
+    let name = document.name().to_owned();
     let annotation = config.annotate(below).map_err(|e| e.to_string())?;
     if !config.wants(&annotation) {
         return Ok(None);
@@ -226,7 +226,7 @@ fn wanted(config: &Config, left_out: &[String]) -> String {
     }
     match left_out.first() {
         Some(first) => format!("{detail}; the first of {} left out: {first}", left_out.len()),
-        None => format!("{detail}; are there .bvh files in it, named like `walk_proud_01.bvh`?"),
+        None => format!("{detail}; are there .bvh or .glb files in it, named like `walk_proud_01.bvh`?"),
     }
 }
 

@@ -7,7 +7,10 @@ use std::{
 
 use anyhow::{Result, bail};
 
-use crate::annotate::FILE_NAME;
+use crate::{
+    annotate::FILE_NAME,
+    capture::{is_capture, is_gltf},
+};
 
 /// Refuses outputs that would be written over what is read, or over each other: before any work is done, since a
 /// capture that is written over is gone. A folder that is read stands for its clips and its `gestus.toml`. Outputs
@@ -22,6 +25,9 @@ pub fn apart<'a>(
     let read: Vec<PathBuf> = read.into_iter().flatten().filter_map(|p| p.canonicalize().ok()).collect();
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
+        if is_gltf(path) {
+            bail!("{option} {}: glTF is read and not written: end the name with .bvh", path.display());
+        }
         // Nothing is lost in a device: /dev/null is put out to twice.
         let Some(place) = place(path).filter(|p| p.is_file() || !p.exists()) else { continue };
         if let Some(input) = read.iter().find(|input| holds(input, &place)) {
@@ -38,12 +44,11 @@ pub fn apart<'a>(
 
 /// Whether a file is that input, or one that is read below it.
 fn holds(input: &Path, file: &Path) -> bool {
-    let is_clip = || file.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh"));
     input == file
         || (input.is_dir()
             && file.exists()
             && file.starts_with(input)
-            && (is_clip() || file.file_name() == Some(OsStr::new(FILE_NAME))))
+            && (is_capture(file) || file.file_name() == Some(OsStr::new(FILE_NAME))))
 }
 
 /// Where a file is, or will be, without links and dots; `None` where there is no such folder.

@@ -238,7 +238,7 @@ fn one_bad_file_is_skipped_unless_strict() {
     assert_eq!(names, [std::path::Path::new("b.bvh"), std::path::Path::new("inner/a.BVH")]);
     assert_eq!(read.skipped.len(), 1);
     assert!(read.summary().starts_with("read 2 BVH files, skipped 1"));
-    assert!(read_folder(&folder, true).unwrap_err().file.ends_with("c.bvh"));
+    assert!(read_folder(&folder, true).unwrap_err().file().ends_with("c.bvh"));
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(read_folder(&folder, false).is_err());
 }

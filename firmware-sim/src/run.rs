@@ -26,7 +26,8 @@ pub struct RunArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file; on another skeleton than the database's it is retargeted
+    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
+    /// is retargeted
     #[arg(long)]
     input: PathBuf,
     /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is

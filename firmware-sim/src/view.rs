@@ -44,7 +44,8 @@ pub struct ViewArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file, retargeted where it is on another skeleton than the database's; generated motion where left out
+    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations), retargeted where it is on another skeleton
+    /// than the database's; generated motion where left out
     #[arg(long)]
     input: Option<PathBuf>,
     /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is

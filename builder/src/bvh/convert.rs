@@ -21,7 +21,7 @@ use crate::motion::{Clip, Frame, Skeleton};
 /// How to read a document.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
-    /// The file's unit of length; guessed from the body's height if not given.
+    /// The file's unit of length. If not given, that of the format, or guessed from the body's height.
     pub unit: Option<Unit>,
     /// Name of the joint to take as the hips; found if not given.
     pub root: Option<String>,
@@ -104,8 +104,8 @@ impl Binding {
         }
         let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(document, j)).collect();
 
-        let mut notes = Vec::new();
-        let unit = options.unit.unwrap_or_else(|| {
+        let mut notes = document.notes.clone();
+        let unit = options.unit.or(document.unit).unwrap_or_else(|| {
             let guess = Unit::guess(longest_chain(document, &joints, &place, &means));
             notes.push(guess.to_string());
             guess.unit
@@ -219,6 +219,8 @@ impl Binding {
             channels: document.channels,
             frame_time_s: if same_rate { document.frame_time_s } else { 1.0 / clip.rate_hz },
             values,
+            unit: document.unit,
+            notes: Vec::new(),
         })
     }
 
@@ -271,48 +273,96 @@ impl Bvh {
     pub fn from_clip(clip: &Clip, unit: Unit) -> Result<Bvh, ConvertError> {
         check_clip(clip)?;
         let skeleton = &clip.skeleton;
-        let scale = unit.metres();
         let mut order = Vec::with_capacity(skeleton.joints());
         let mut open = vec![0];
         while let Some(s) = open.pop() {
             order.push(s);
             open.extend((0..skeleton.joints()).rev().filter(|&c| skeleton.parents[c] == Some(s)));
         }
-        let turns = [2, 0, 1].map(Channel::Rotation);
-        let mut joints: Vec<Joint> = Vec::with_capacity(order.len());
+        let rigged = order.iter().map(|&s| Rigged {
+            name: skeleton.names[s].trim().to_string(),
+            parent: skeleton.parents[s].and_then(|p| order.iter().position(|&o| o == p)),
+            offset: skeleton.offsets[s],
+            moves: s == 0,
+        });
+        let poses = clip.frames.iter().map(|frame| {
+            let pose = |&s: &usize| Isometry3::from_parts(Translation3::from(frame.root), frame.rotations[s]);
+            order.iter().map(pose).collect()
+        });
+        Bvh::from_poses(&clip.name, clip.rate_hz, unit, rigged.collect(), poses)
+    }
+
+    /// A document of joints in depth-first order, and their local poses frame by frame, metres. A pose's translation
+    /// counts where the joint moves.
+    pub(crate) fn from_poses(
+        name: &str,
+        rate_hz: f64,
+        unit: Unit,
+        rigged: Vec<Rigged>,
+        poses: impl Iterator<Item = Vec<Isometry3<f64>>>,
+    ) -> Result<Bvh, ConvertError> {
+        let scale = unit.metres();
+        let parents: Vec<Option<usize>> = rigged.iter().map(|j| j.parent).collect();
+        let mut joints: Vec<Joint> = Vec::with_capacity(rigged.len());
         let mut channels = 0;
-        for &s in &order {
-            let name = skeleton.names[s].trim().to_string();
+        for (j, Rigged { name, parent, offset, moves }) in rigged.into_iter().enumerate() {
             let taken = joints.iter().any(|j| j.name == name);
-            if taken || name.is_empty() || name.contains(['{', '}', '\n', '\r', '\0', '\u{feff}']) {
-                return Err(ConvertError::BadName { name: skeleton.names[s].clone() });
+            if taken || name.is_empty() || name.contains(NOT_IN_NAMES) {
+                return Err(ConvertError::BadName { name });
             }
-            let mut own = if s == 0 { Channel::ALL[..3].to_vec() } else { Vec::new() };
-            own.extend(turns);
-            let leaf = !skeleton.parents.contains(&Some(s));
+            let mut own = if moves { Channel::ALL[..3].to_vec() } else { Vec::new() };
+            own.extend([2, 0, 1].map(Channel::Rotation));
             let first_channel = channels;
             channels += own.len();
+            let leaf = !parents.contains(&Some(j));
             joints.push(Joint {
                 name,
-                parent: skeleton.parents[s].and_then(|p| order.iter().position(|&o| o == p)),
-                offset: (skeleton.offsets[s] / scale).map(|x| rounded(x, scale)).into(),
+                parent,
+                offset: (offset / scale).map(|x| rounded(x, scale)).into(),
                 channels: own,
                 first_channel,
                 end_sites: if leaf { vec![[0.0; 3]] } else { Vec::new() },
             });
         }
         let mut row = vec![0.0; channels];
-        let mut values = Vec::with_capacity(channels * clip.frames.len());
-        for frame in &clip.frames {
-            for (joint, &s) in joints.iter().zip(&order) {
-                let pose = Isometry3::from_parts(Translation3::from(frame.root / scale), frame.rotations[s]);
+        let mut values = Vec::new();
+        for (f, frame) in poses.enumerate() {
+            for (joint, mut pose) in joints.iter().zip(frame) {
+                pose.translation.vector /= scale;
                 put(joint, &pose, scale, &mut row);
+                let own = &row[joint.first_channel..joint.first_channel + joint.channels.len()];
+                if !own.iter().chain(&joint.offset).all(|x| x.is_finite()) {
+                    let (clip, joint) = (name.to_string(), joint.name.clone());
+                    return Err(ConvertError::NotFinite { clip, frame: f + 1, joint });
+                }
             }
             values.extend_from_slice(&row);
         }
-        Ok(Bvh { name: clip.name.clone(), joints, channels, frame_time_s: 1.0 / clip.rate_hz, values })
+        let frame_time_s = 1.0 / rate_hz;
+        Ok(Bvh {
+            name: name.to_string(),
+            joints,
+            channels,
+            frame_time_s,
+            values,
+            unit: None,
+            notes: Vec::new(),
+        })
     }
 }
+
+/// A joint that gets its channels by [`Bvh::from_poses`].
+pub(crate) struct Rigged {
+    pub(crate) name: String,
+    pub(crate) parent: Option<usize>,
+    /// Metres, in the parent's frame.
+    pub(crate) offset: Vector3<f64>,
+    /// Whether it has position channels.
+    pub(crate) moves: bool,
+}
+
+/// What ends or splits a name in a file.
+pub(crate) const NOT_IN_NAMES: [char; 6] = ['{', '}', '\n', '\r', '\0', '\u{feff}'];
 
 fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
     let name = || clip.name.clone();

@@ -50,6 +50,7 @@ mod unit;
 mod write;
 
 pub use convert::{Binding, ConvertError, Options, same_skeleton, to_clip};
+pub(crate) use convert::{NOT_IN_NAMES, Rigged};
 pub use error::{BvhError, BvhErrorKind};
 pub use parse::MAX_DEPTH;
 pub use unit::{ParseUnitError, Unit, UnitGuess};
@@ -115,6 +116,10 @@ pub struct Bvh {
     channels: usize,
     frame_time_s: f64,
     values: Vec<f64>,
+    /// The unit of length, where it came from a format that has one.
+    unit: Option<Unit>,
+    /// What a user should know of where it came from.
+    notes: Vec<String>,
 }
 
 impl Bvh {
@@ -126,6 +131,11 @@ impl Bvh {
     /// The joints, parents before children, depth first.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// The document with lengths of a known unit, and notes for its [`Binding`].
+    pub(crate) fn of_format(self, unit: Unit, notes: Vec<String>) -> Self {
+        Self { unit: Some(unit), notes, ..self }
     }
 
     /// Columns of the motion table.

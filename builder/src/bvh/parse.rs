@@ -287,7 +287,8 @@ impl<'t> Parser<'t> {
             return Err(self.error(count, Kind::FrameCountLies { promised, found }));
         }
         let name = self.file.to_string();
-        Ok(Bvh { name, joints: self.joints, channels: self.channels, frame_time_s, values })
+        let (joints, channels) = (self.joints, self.channels);
+        Ok(Bvh { name, joints, channels, frame_time_s, values, unit: None, notes: Vec::new() })
     }
 
     /// The table: one line a frame; blank lines count for nothing.

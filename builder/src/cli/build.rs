@@ -24,10 +24,10 @@ use gestus_builder::{
 use gestus_core::blob::layout::section;
 use serde_json::json;
 
-/// Build a database from a folder of BVH files.
+/// Build a database from a folder of BVH and glTF files.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of BVH files; its gestus.toml, where it has one, says what they are
+    /// Folder of BVH and glTF files; its gestus.toml, where it has one, says what they are
     #[arg(long, required_unless_present = "config")]
     data: Option<PathBuf>,
     /// Configuration, as gestus.toml, instead of the folder's own

@@ -13,10 +13,10 @@ use serde_json::json;
 
 use super::build::Selection;
 
-/// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of BVH files.
+/// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of BVH files
+    /// Folder of BVH and glTF files
     #[arg(long)]
     data: PathBuf,
     /// The gait

@@ -31,7 +31,7 @@ enum Command {
 /// Write a table to fill in, and the page that goes with it.
 #[derive(clap::Args)]
 struct SheetArgs {
-    /// Folder of BVH files
+    /// Folder of BVH and glTF files
     #[arg(long)]
     data: PathBuf,
     #[command(flatten)]

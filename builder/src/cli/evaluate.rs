@@ -57,7 +57,7 @@ enum What {
 pub struct Args {
     /// What to measure
     what: What,
-    /// Folder of BVH files
+    /// Folder of BVH and glTF files
     #[arg(long)]
     data: PathBuf,
     #[command(flatten)]

@@ -32,7 +32,7 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Write generated motion as BVH files
     Synth(demo::SynthArgs),
-    /// Build a database from a folder of BVH files
+    /// Build a database from a folder of BVH and glTF files
     Build(build::Args),
     /// Cut a database to its models, for boards without room for frames
     Cut(cut::Args),

@@ -16,7 +16,7 @@ pub struct Args {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file on any humanoid skeleton
+    /// The clip on any humanoid skeleton, BVH or glTF (`hero.glb#walk` is one of several animations)
     #[arg(long)]
     input: PathBuf,
     /// A file that says which joint is which body part, where names and shape don't

@@ -18,10 +18,10 @@ use serde_json::json;
 /// Give a clip the style of another clip, without a database: any clip is a style.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The clip, a BVH file
+    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations)
     #[arg(long)]
     input: PathBuf,
-    /// The clip that has the style, a BVH file on the same skeleton
+    /// The clip that has the style, on the same skeleton
     #[arg(long)]
     reference: PathBuf,
     /// Unit of both clips' lengths: m, cm, mm, inch, cmu, or metres a unit; guessed by their bodies' height where left out

@@ -31,7 +31,8 @@ pub struct Args {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, a BVH file; on another skeleton than the database's it is retargeted, and the output comes back
+    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
+    /// is retargeted, and the output comes back
     #[arg(long)]
     input: PathBuf,
     /// A file that says which joint is which body part, where names and shape don't

@@ -52,7 +52,8 @@ pub struct BoardArgs {
     /// The database
     #[arg(long, required_unless_present_any = ["generated", "long_stream", "build", "around", "functions"], requires = "input")]
     db: Option<PathBuf>,
-    /// The clip, a BVH file; on another skeleton than the database's it is retargeted
+    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
+    /// is retargeted
     #[arg(long)]
     input: Option<PathBuf>,
     /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is

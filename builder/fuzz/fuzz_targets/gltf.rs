@@ -1,0 +1,24 @@
+//! Any bytes: what parses is a document that is written, read and converted like any other; nothing may panic, and
+//! nothing is allocated on the file's word.
+#![no_main]
+
+use gestus_builder::{
+    bvh::{Bvh, Options, to_clip},
+    gltf::parse,
+};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let beside = |_: &str| Ok(bytes.to_vec());
+    for (_, document) in parse(bytes, "fuzz.glb", &beside).unwrap_or_default() {
+        // A few keys may last for hours.
+        if document.values().len() > 100_000 {
+            continue;
+        }
+        let again = Bvh::parse(document.to_text().as_bytes(), "fuzz.glb").expect("what was written can be read");
+        assert_eq!(document.values(), again.values());
+        if let Ok((clip, binding)) = to_clip(&document, &Options::default()) {
+            binding.write(&document, &clip).expect("a clip goes back onto its own document");
+        }
+    }
+});

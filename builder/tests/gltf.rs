@@ -1,0 +1,444 @@
+//! glTF on files that are made here: the motion that was put in comes out, whatever it was wrapped in, and each error
+//! says where and what to do.
+
+#[allow(dead_code, reason = "other tests use more of it")]
+mod common;
+
+use std::{fs, io, path::Path, process::Command};
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use gestus_builder::{
+    annotate::Config,
+    bvh::{Binding, Bvh, Options, Unit, to_clip},
+    capture::{read, read_folder},
+    gltf::{GltfError, parse},
+    load::load,
+    motion::{Clip, Frame, Skeleton},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+
+/// A file under construction: its JSON, and the numbers behind it.
+struct Made {
+    json: Value,
+    data: Vec<u8>,
+}
+
+impl Made {
+    fn new() -> Self {
+        let json = json!({
+            "asset": {"version": "2.0"}, "nodes": [], "skins": [], "animations": [],
+            "accessors": [], "bufferViews": [], "buffers": [],
+        });
+        Self { json, data: Vec::new() }
+    }
+
+    fn push(&mut self, list: &str, value: Value) -> usize {
+        let list = self.json[list].as_array_mut().unwrap();
+        list.push(value);
+        list.len() - 1
+    }
+
+    /// Single-precision numbers, `kind` of them an element.
+    fn floats(&mut self, kind: &str, values: &[f64]) -> usize {
+        let per = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let bytes: Vec<u8> = values.iter().flat_map(|v| (*v as f32).to_le_bytes()).collect();
+        let view = self.view(&bytes);
+        let mut accessor = json!({
+            "bufferView": view, "componentType": 5126, "type": kind, "count": values.len() / per,
+        });
+        if kind == "SCALAR" {
+            let (min, max) =
+                (values.iter().copied().fold(f64::MAX, f64::min), values.iter().copied().fold(0.0, f64::max));
+            (accessor["min"], accessor["max"]) = (json!([min]), json!([max]));
+        }
+        self.push("accessors", accessor)
+    }
+
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        let start = self.data.len();
+        self.data.extend(bytes);
+        self.push("bufferViews", json!({"buffer": 0, "byteOffset": start, "byteLength": bytes.len()}))
+    }
+
+    /// An animation of channels: node, path, input and output accessors, interpolation.
+    fn animate(&mut self, name: &str, channels: &[(usize, &str, usize, usize, &str)]) {
+        let samplers: Vec<Value> = channels
+            .iter()
+            .map(|(_, _, input, output, how)| json!({"input": input, "output": output, "interpolation": how}))
+            .collect();
+        let channels: Vec<Value> = channels
+            .iter()
+            .enumerate()
+            .map(|(i, (node, path, ..))| json!({"sampler": i, "target": {"node": node, "path": path}}))
+            .collect();
+        self.push("animations", json!({"name": name, "samplers": samplers, "channels": channels}));
+    }
+
+    /// As `.glb`.
+    fn glb(mut self) -> Vec<u8> {
+        self.json["buffers"] = json!([{"byteLength": self.data.len()}]);
+        let mut json = self.json.to_string().into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        self.data.resize(self.data.len().next_multiple_of(4), 0);
+        let mut bytes = b"glTF".to_vec();
+        bytes.extend(2u32.to_le_bytes());
+        bytes.extend((28 + json.len() as u32 + self.data.len() as u32).to_le_bytes());
+        for (kind, chunk) in [(b"JSON", json), (b"BIN\0", self.data)] {
+            bytes.extend((chunk.len() as u32).to_le_bytes());
+            bytes.extend(kind);
+            bytes.extend(chunk);
+        }
+        bytes
+    }
+
+    /// As `.gltf`, its numbers at that URI.
+    fn text(mut self, uri: &str) -> (Vec<u8>, Vec<u8>) {
+        self.json["buffers"] = json!([{"byteLength": self.data.len(), "uri": uri}]);
+        (self.json.to_string().into_bytes(), self.data)
+    }
+}
+
+fn numbers(q: &UnitQuaternion<f64>) -> [f64; 4] {
+    [q.i, q.j, q.k, q.w]
+}
+
+/// What lies above the hips as modelling programs leave it: centimetres, Z up.
+fn armature() -> (UnitQuaternion<f64>, Vector3<f64>, f64) {
+    (UnitQuaternion::from_euler_angles(-1.2, 0.3, 0.1), Vector3::new(0.4, 0.1, -0.2), 0.01)
+}
+
+/// Nodes of a skeleton below an armature; returns the node of each joint.
+fn rig(made: &mut Made, skeleton: &Skeleton) -> Vec<usize> {
+    let (turn, place, scale) = armature();
+    // A mesh and a camera come first, so that joints are not numbered from 0.
+    made.push("nodes", json!({"name": "Body"}));
+    let armature = made.push(
+        "nodes",
+        json!({"name": "Armature", "translation": place.as_slice(), "rotation": numbers(&turn), "scale": [scale, scale, scale]}),
+    );
+    let nodes: Vec<usize> = (0..skeleton.joints())
+        .map(|j| {
+            let offset = skeleton.offsets[j] / scale;
+            // The rest pose is somewhere else.
+            let rest = UnitQuaternion::from_euler_angles(0.1 * j as f64, 0.2, 0.0);
+            made.push(
+                "nodes",
+                json!({"name": skeleton.names[j], "translation": offset.as_slice(), "rotation": numbers(&rest)}),
+            )
+        })
+        .collect();
+    for (j, &node) in nodes.iter().enumerate() {
+        let parent = skeleton.parents[j].map_or(armature, |p| nodes[p]);
+        let list = &mut made.json["nodes"][parent]["children"];
+        match list.as_array_mut() {
+            Some(list) => list.push(json!(node)),
+            None => *list = json!([node]),
+        }
+    }
+    made.push("skins", json!({"joints": nodes}));
+    // What is drawn is nothing to motion, however it is told.
+    made.json["materials"] = json!([{"extensions": {"KHR_unheard_of": {}}, "alphaMode": "SHINY"}]);
+    made.json["extensionsRequired"] = json!(["KHR_unheard_of", "KHR_animation_pointer"]);
+    nodes
+}
+
+/// A clip's motion on a rig, each joint with every other frame only where `sparse` says so.
+fn act(made: &mut Made, nodes: &[usize], clip: &Clip, name: &str) {
+    let (turn, place, scale) = armature();
+    let times: Vec<f64> = (0..clip.frames.len()).map(|f| f as f64 / clip.rate_hz).collect();
+    let input = made.floats("SCALAR", &times);
+    let mut channels = Vec::new();
+    for (j, &node) in nodes.iter().enumerate() {
+        let rotation = |f: &Frame| if j == 0 { turn.inverse() * f.rotations[0] } else { f.rotations[j] };
+        let values: Vec<f64> = clip.frames.iter().flat_map(|f| numbers(&rotation(f))).collect();
+        channels.push((node, "rotation", input, made.floats("VEC4", &values), "LINEAR"));
+    }
+    let root = |f: &Frame| turn.inverse() * (f.root - place) / scale;
+    let values: Vec<f64> = clip.frames.iter().flat_map(|f| <[f64; 3]>::from(root(f))).collect();
+    channels.push((nodes[0], "translation", input, made.floats("VEC3", &values), "LINEAR"));
+    made.animate(name, &channels);
+    let animation = made.json["animations"].as_array_mut().unwrap().last_mut().unwrap();
+    let pointer = json!({"KHR_animation_pointer": {"pointer": "/materials/0/roughness"}});
+    let channel = json!({"sampler": 0, "target": {"path": "pointer", "extensions": pointer}});
+    animation["channels"].as_array_mut().unwrap().push(channel);
+}
+
+fn walk() -> Made {
+    let mut made = Made::new();
+    let nodes = rig(&mut made, &common::walk().skeleton);
+    act(&mut made, &nodes, common::walk(), "Walk");
+    made
+}
+
+fn nothing_beside(_: &str) -> io::Result<Vec<u8>> {
+    Err(io::ErrorKind::NotFound.into())
+}
+
+fn one(bytes: &[u8]) -> Result<Bvh, GltfError> {
+    Ok(parse(bytes, "hero.glb", &nothing_beside)?.remove(0).1)
+}
+
+fn clip(document: &Bvh) -> Clip {
+    to_clip(document, &Options::default()).unwrap().0
+}
+
+/// Largest distance of a joint, metres.
+fn apart(a: &Clip, b: &Clip) -> f64 {
+    assert_eq!((a.frames.len(), &a.skeleton.names), (b.frames.len(), &b.skeleton.names));
+    let joints = |(f, g): (&Frame, &Frame)| {
+        let (p, q) = (f.positions(&a.skeleton), g.positions(&b.skeleton));
+        p.iter().zip(&q).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+    };
+    a.frames.iter().zip(&b.frames).map(joints).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_body_below_an_armature_moves_as_it_did() {
+    let document = one(&walk().glb()).unwrap();
+    let read = clip(&document);
+    assert_eq!(read.rate_hz, common::walk().rate_hz);
+    let off = apart(common::walk(), &read);
+    assert!(off < 2e-6, "{off} m");
+    assert_eq!(Binding::new(&document, &Options::default()).unwrap().notes(), [""; 0]);
+    // And as text, written and read.
+    let again = Bvh::parse(document.to_text().as_bytes(), "again.bvh").unwrap();
+    assert!(apart(&read, &clip(&again)) < 1e-6);
+}
+
+#[test]
+fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
+    let (text, data) = walk().text("my%20numbers.bin");
+    let open = |uri: &str| if uri == "my numbers.bin" { Ok(data.clone()) } else { nothing_beside(uri) };
+    let beside = parse(&text, "hero.gltf", &open).unwrap().remove(0).1;
+    assert!(apart(common::walk(), &clip(&beside)) < 2e-6);
+    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
+    assert_eq!(one(&walk().text(&uri).0).unwrap().values(), beside.values());
+    assert_eq!(one(&walk().text(uri.trim_end_matches('=')).0).unwrap().values(), beside.values());
+    let error = parse(&text, "hero.gltf", &nothing_beside).unwrap_err().to_string();
+    assert!(error.starts_with("hero.gltf: buffer 0 is in my%20numbers.bin: "), "{error}");
+}
+
+/// Two joints that turn about Z, by a curve.
+fn hinge(times: &[f64], degrees: &[f64], how: &str) -> Made {
+    let mut made = Made::new();
+    made.push("nodes", json!({"name": "hips", "translation": [0.0, 1.0, 0.0], "children": [1]}));
+    made.push("nodes", json!({"name": "leg", "translation": [0.0, -0.9, 0.0]}));
+    let input = made.floats("SCALAR", times);
+    let turn = |d: &f64| [0.0, 0.0, (0.5 * d.to_radians()).sin(), (0.5 * d.to_radians()).cos()];
+    let values: Vec<f64> = degrees.iter().flat_map(turn).collect();
+    let output = made.floats("VEC4", &values);
+    made.animate("turn", &[(0, "rotation", input, output, how), (1, "rotation", input, output, how)]);
+    made
+}
+
+fn degrees(clip: &Clip, second: f64) -> f64 {
+    clip.at(second * clip.rate_hz).rotations[0].scaled_axis().z.to_degrees()
+}
+
+#[test]
+fn few_keys_are_filled_in_as_their_curve_says() {
+    let times = [0.5, 1.0, 2.5];
+    let linear = clip(&one(&hinge(&times, &[0.0, 30.0, 90.0], "LINEAR").glb()).unwrap());
+    assert_eq!((linear.rate_hz, linear.frames.len()), (60.0, 121));
+    for (second, wanted) in [(0.0, 0.0), (0.25, 15.0), (0.5, 30.0), (1.25, 60.0), (2.0, 90.0)] {
+        assert!((degrees(&linear, second) - wanted).abs() < 1e-4, "{second}: {}", degrees(&linear, second));
+    }
+    let step = clip(&one(&hinge(&times, &[0.0, 30.0, 90.0], "STEP").glb()).unwrap());
+    for (second, wanted) in [(0.4, 0.0), (0.5, 30.0), (1.9, 30.0), (2.0, 90.0)] {
+        assert!((degrees(&step, second) - wanted).abs() < 1e-4, "{second}: {}", degrees(&step, second));
+    }
+}
+
+#[test]
+fn cubic_splines_go_through_their_keys_with_their_slopes() {
+    let mut made = hinge(&[0.0, 2.0], &[0.0, 0.0], "LINEAR");
+    // Components of the quaternion: (in, value, out) a key. z is a parabola, z = t - t²/2 scaled, by Hermite exactly.
+    let (a, w) = (0.2, 1.0);
+    let z = |t: f64| a * (t - 0.5 * t * t);
+    let slope = |t: f64| a * (1.0 - t);
+    let key = |t: f64| [[0.0, 0.0, slope(t), 0.0], [0.0, 0.0, z(t), w], [0.0, 0.0, slope(t), 0.0]].concat();
+    let output = made.floats("VEC4", &[key(0.0), key(2.0)].concat());
+    made.json["animations"][0]["samplers"][0]["output"] = json!(output);
+    made.json["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE");
+    let read = clip(&one(&made.glb()).unwrap());
+    for second in [0.0, 0.5, 1.0, 1.5, 2.0] {
+        let wanted = 2.0 * (z(second) / w).atan().to_degrees();
+        assert!(
+            (degrees(&read, second) - wanted).abs() < 1e-4,
+            "{second}: {} {wanted}",
+            degrees(&read, second)
+        );
+    }
+}
+
+#[test]
+fn rotations_may_be_whole_numbers() {
+    let mut made = hinge(&[0.0, 0.5], &[0.0, 0.0], "LINEAR");
+    let values: Vec<u8> =
+        [[0i16, 0, 0, 32767], [0, 0, 16384, 28377]].concat().iter().flat_map(|v| v.to_le_bytes()).collect();
+    let view = made.view(&values);
+    let output = made.push(
+        "accessors",
+        json!({"bufferView": view, "componentType": 5122, "normalized": true, "type": "VEC4", "count": 2}),
+    );
+    made.json["animations"][0]["samplers"][0]["output"] = json!(output);
+    let read = clip(&one(&made.glb()).unwrap());
+    assert!((degrees(&read, 0.5) - 60.0).abs() < 0.01, "{}", degrees(&read, 0.5));
+}
+
+#[test]
+fn bones_that_stretch_and_scales_that_move_are_said() {
+    let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
+    let input = made.floats("SCALAR", &[0.0, 1.0]);
+    let output = made.floats("VEC3", &[0.0, -0.8, 0.0, 0.0, -1.0, 0.0]);
+    let scale = made.floats("VEC3", &[1.0, 1.0, 1.0, 2.0, 1.0, 1.0]);
+    let rotation = made.json["animations"][0]["samplers"][0]["output"].as_u64().unwrap() as usize;
+    made.animate(
+        "stretch",
+        &[
+            (0, "rotation", input, rotation, "LINEAR"),
+            (1, "translation", input, output, "LINEAR"),
+            (1, "scale", input, scale, "LINEAR"),
+        ],
+    );
+    made.json["animations"].as_array_mut().unwrap().remove(0);
+    let document = one(&made.glb()).unwrap();
+    let notes = Binding::new(&document, &Options::default()).unwrap().notes().join("; ");
+    assert!(
+        notes.contains("the scale of leg is animated") && notes.contains("leg is moved by up to 20.0 cm"),
+        "{notes}"
+    );
+    assert!((clip(&document).skeleton.offsets[1].y + 0.9).abs() < 1e-6);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    type Change = fn(&mut Value);
+    let cases: [(&str, Change, &str); 13] = [
+        ("no animation", |j| j["animations"] = json!([]), "so nothing moves"),
+        (
+            "faces",
+            |j| {
+                let channels = j["animations"][0]["channels"].as_array_mut().unwrap();
+                channels.iter_mut().for_each(|c| c["target"]["path"] = json!("weights"));
+            },
+            "so nothing moves",
+        ),
+        ("a node too many", |j| j["nodes"][0]["children"] = json!([7]), "children"),
+        (
+            "nobody",
+            |j| j["animations"][0]["channels"][1]["target"]["node"] = json!(2),
+            "channels[1].target.node",
+        ),
+        ("itself", |j| j["nodes"][1]["children"] = json!([0]), "node `hips` hangs on itself"),
+        ("a long list", |j| j["accessors"][0]["count"] = json!(4_000_000_000u64), "accessor 0: it is longer"),
+        ("a long view", |j| j["bufferViews"][1]["byteLength"] = json!(999), "accessor 1: its part"),
+        ("shapes", |j| j["accessors"][1]["type"] = json!("VEC3"), "accessor 1: it is of another shape"),
+        (
+            "few values",
+            |j| j["accessors"][1]["count"] = json!(1),
+            "animation `turn`, node `hips`: it has another",
+        ),
+        ("backwards", |j| j["animations"][0]["samplers"][0]["input"] = json!(2), "its times do not grow"),
+        ("for years", |j| j["animations"][0]["samplers"][0]["input"] = json!(3), "would fill the memory"),
+        (
+            "flat",
+            |j| j["nodes"][0]["scale"] = json!([1.0, 0.5, 1.0]),
+            "node `hips` is scaled by [1.0, 0.5, 1.0]",
+        ),
+        ("packed", |j| j["extensionsRequired"] = json!(["EXT_meshopt_compression"]), "without compression"),
+    ];
+    for (what, change, said) in cases {
+        let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
+        made.floats("SCALAR", &[1.0, 0.5]);
+        made.floats("SCALAR", &[0.0, 1e9]);
+        change(&mut made.json);
+        let error = one(&made.glb()).expect_err(what).to_string();
+        assert!(error.starts_with("hero.glb: ") && error.contains(said), "{what}: {error}");
+    }
+    let whole = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR").glb();
+    for cut in [3, 10, 13, 40, whole.len() - 5] {
+        let error = one(&whole[..cut]).expect_err("cut").to_string();
+        assert!(error.contains("damaged"), "{cut}: {error}");
+    }
+    let mut short = whole;
+    short[8..12].fill(0);
+    assert!(one(&short).unwrap_err().to_string().contains("its header is cut"));
+    let nan = hinge(&[0.0, 1.0], &[0.0, f64::NAN], "LINEAR").glb();
+    assert!(one(&nan).unwrap_err().to_string().contains("not finite"));
+}
+
+#[test]
+fn of_several_animations_each_is_a_clip_by_its_name() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf");
+    fs::create_dir_all(&folder).unwrap();
+    let mut made = Made::new();
+    let nodes = rig(&mut made, &common::walk().skeleton);
+    for name in ["walk_neutral_1", "walk_neutral_2.x", "walk_proud_1"] {
+        act(&mut made, &nodes, common::walk(), name);
+    }
+    let path = folder.join("hero.glb");
+    fs::write(&path, made.glb()).unwrap();
+    fs::write(folder.join("walk_old_1.bvh"), one(&walk().glb()).unwrap().to_text()).unwrap();
+    fs::write(folder.join("bad.glb"), b"glTF?").unwrap();
+
+    let error = read(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("3 animations: walk_neutral_1, ") && error.contains("hero.glb#walk_neutral_1`"),
+        "{error}"
+    );
+    let named = |name: &str| read(Path::new(&format!("{}#{name}", path.display())));
+    assert!(apart(common::walk(), &clip(&named("walk_proud_1").unwrap())) < 2e-6);
+    let error = named("run").unwrap_err().to_string();
+    assert!(error.contains("no animation is called `run`; it holds walk_neutral_1, "), "{error}");
+
+    let files = read_folder(&folder, false).unwrap();
+    let paths: Vec<_> =
+        files.documents.iter().map(|(p, _)| p.strip_prefix(&folder).unwrap().display().to_string()).collect();
+    let wanted =
+        ["hero/walk_neutral_1.glb", "hero/walk_neutral_2.x.glb", "hero/walk_proud_1.glb", "walk_old_1.bvh"];
+    assert_eq!(paths, wanted);
+    assert_eq!(
+        files.summary(),
+        "read 1 BVH files and 3 glTF animations, skipped 1 that could not be read (--strict stops at the first)"
+    );
+    assert!(files.skipped[0].file().ends_with("bad.glb"));
+
+    let config = Config { data: Some(folder), ..Config::default() };
+    let corpus = load(&config).unwrap().corpus;
+    let names: Vec<&str> = corpus.examples.iter().map(|e| e.clip.name.as_str()).collect();
+    assert_eq!(names, ["walk_neutral_1", "walk_neutral_2.x", "walk_proud_1", "walk_old_1"]);
+    let takes: Vec<&str> = corpus.examples.iter().map(|e| e.take.as_str()).collect();
+    assert_eq!(takes, ["1", "2.x", "1", "1"]);
+    assert_eq!(corpus.styles, ["neutral", "old", "proud"]);
+}
+
+/// The clip that `gestus translate` makes of a file.
+fn translated(folder: &Path, input: &str) -> Clip {
+    let [db, output] = ["walks.gestus", "out.bvh"].map(|name| folder.join(name));
+    let wish = ["translate", "--style", "proud", "--timing", "sync"];
+    let arguments = [&wish[..], &["--db", db.to_str().unwrap(), "--input", input, "-o"]].concat();
+    let command = Command::new(env!("CARGO_BIN_EXE_gestus")).args(arguments).arg(&output).output().unwrap();
+    assert!(command.status.success(), "{}", String::from_utf8_lossy(&command.stderr));
+    clip(&read(&output).unwrap())
+}
+
+#[test]
+fn a_clip_is_translated_as_from_bvh() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf-translate");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("walks.gestus"), common::blob()).unwrap();
+    fs::write(folder.join("hero.glb"), walk().glb()).unwrap();
+    fs::write(folder.join("hero.bvh"), Bvh::from_clip(common::walk(), Unit::Metres).unwrap().to_text())
+        .unwrap();
+    let [glb, bvh] =
+        ["hero.glb#Walk", "hero.bvh"].map(|n| translated(&folder, folder.join(n).to_str().unwrap()));
+    let off = apart(&glb, &bvh);
+    assert!(off < 1e-4, "{off} m");
+    assert!(apart(&glb, common::walk()) > 0.02, "nothing was translated");
+}
