@@ -101,6 +101,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     tell_apart(&mut clips);
     let clips = of_one_body(clips, &mut left_out);
     let mut units: Vec<String> = Vec::new();
+    let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
     for clip in clips {
         let Annotation { action, style, take, kind } = clip.annotation;
@@ -118,9 +119,10 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
                 continue;
             }
         }
-        if !units.contains(&clip.unit) {
-            units.push(clip.unit);
+        if let Some(unit) = clip.guessed.filter(|unit| !units.contains(unit)) {
+            units.push(unit);
         }
+        doubt = doubt.or(clip.doubt);
         let (clip, licence) = (clip.clip, config.licence.clone());
         performances.push(Performance { clip, kind, action, style, take, licence });
     }
@@ -143,7 +145,8 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
     }
     let mut notes = vec![files.summary()];
-    if config.unit.is_none() {
+    notes.extend(doubt);
+    if !units.is_empty() {
         let units = units.join(" and ");
         notes.push(format!(
             "lengths are taken as {units}, by the body's size (`unit` in {FILE_NAME} says otherwise)"
@@ -159,7 +162,10 @@ struct Bound {
     /// The file below the folder, without its ending.
     below: String,
     annotation: Annotation,
-    unit: String,
+    /// The unit, where it was guessed.
+    guessed: Option<String>,
+    /// What there is to say of the size of a body whose unit was not.
+    doubt: Option<String>,
     clip: Clip,
 }
 
@@ -213,7 +219,9 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Op
     let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
     clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
     let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
-    Ok(Some(Bound { name, below: steps.join("/"), annotation, unit: binding.unit().name(), clip }))
+    let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
+    let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
+    Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, clip }))
 }
 
 /// What was asked for, for the message that it is not there.

@@ -205,6 +205,12 @@ fn a_body_below_an_armature_moves_as_it_did() {
     let off = apart(common::walk(), &read);
     assert!(off < 2e-6, "{off} m");
     assert_eq!(Binding::new(&document, &Options::default()).unwrap().notes(), [""; 0]);
+    // Where the armature does not scale, the body is a giant's, and said to be.
+    let mut made = walk();
+    made.json["nodes"][1]["scale"] = json!([1.0, 1.0, 1.0]);
+    let giant = Binding::new(&one(&made.glb()).unwrap(), &Options::default()).unwrap();
+    let doubt = giant.doubt().unwrap();
+    assert!(doubt.contains("m tall in the format's unit, m; in cm it is an adult's"), "{doubt}");
     // And as text, written and read.
     let again = Bvh::parse(document.to_text().as_bytes(), "again.bvh").unwrap();
     assert!(apart(&read, &clip(&again)) < 1e-6);

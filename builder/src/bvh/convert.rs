@@ -66,6 +66,7 @@ const STRETCH_M: f64 = 0.01;
 pub struct Binding {
     skeleton: Arc<Skeleton>,
     unit: Unit,
+    doubt: Option<String>,
     notes: Vec<String>,
     /// Document joints above the hips, from the top.
     above: Vec<usize>,
@@ -105,11 +106,14 @@ impl Binding {
         let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(document, j)).collect();
 
         let mut notes = document.notes.clone();
-        let unit = options.unit.or(document.unit).unwrap_or_else(|| {
-            let guess = Unit::guess(longest_chain(document, &joints, &place, &means));
-            notes.push(guess.to_string());
-            guess.unit
-        });
+        let guess = Unit::guess(longest_chain(document, &joints, &place, &means));
+        let unit = options.unit.or(document.unit).unwrap_or(guess.unit);
+        let (guessed, doubt) = match (options.unit, document.unit) {
+            (Some(_), _) => (None, None),
+            (None, None) => (Some(guess.to_string()), None),
+            (None, Some(unit)) => (None, guess.doubt(unit)),
+        };
+        notes.extend(guessed.or_else(|| doubt.clone()));
         let scale = unit.metres();
         let mut offsets = Vec::with_capacity(joints.len());
         for (s, &j) in joints.iter().enumerate() {
@@ -139,7 +143,8 @@ impl Binding {
             parents: joints.iter().map(|&j| all[j].parent.and_then(|p| place[p])).collect(),
             offsets,
         };
-        Ok(Binding { skeleton: Arc::new(skeleton), unit, notes, above, joints, file, layout: all.to_vec() })
+        let skeleton = Arc::new(skeleton);
+        Ok(Binding { skeleton, unit, doubt, notes, above, joints, file, layout: all.to_vec() })
     }
 
     /// The joints of the clips that this makes, hips first.
@@ -150,6 +155,11 @@ impl Binding {
     /// The file's unit of length.
     pub fn unit(&self) -> Unit {
         self.unit
+    }
+
+    /// What there is to say of a format's unit in which the body has an odd size.
+    pub fn doubt(&self) -> Option<&str> {
+        self.doubt.as_deref()
     }
 
     /// What a user should know of the reading: the guessed unit, translations that were averaged.

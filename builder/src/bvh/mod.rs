@@ -133,6 +133,11 @@ impl Bvh {
         &self.joints
     }
 
+    /// The unit of length, where it came from a format that has one: glTF has metres, BVH none.
+    pub fn unit(&self) -> Option<Unit> {
+        self.unit
+    }
+
     /// The document with lengths of a known unit, and notes for its [`Binding`].
     pub(crate) fn of_format(self, unit: Unit, notes: Vec<String>) -> Self {
         Self { unit: Some(unit), notes, ..self }

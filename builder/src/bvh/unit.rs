@@ -84,6 +84,21 @@ pub struct UnitGuess {
     pub sure: bool,
 }
 
+impl UnitGuess {
+    /// What there is to say of a format's own unit where another one makes an adult of the body.
+    pub fn doubt(&self, unit: Unit) -> Option<String> {
+        let height_m = self.height_m / self.unit.metres() * unit.metres();
+        (self.sure && self.unit != unit).then(|| {
+            format!(
+                "the body is about {height_m:.2} m tall in the format's unit, {}; in {} it is an adult's, so say the unit if \
+                 this is wrong",
+                unit.name(),
+                self.unit.name()
+            )
+        })
+    }
+}
+
 impl std::fmt::Display for UnitGuess {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let UnitGuess { unit, height_m, sure } = self;

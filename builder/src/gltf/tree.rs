@@ -1,6 +1,6 @@
 //! The nodes of a file, and which of them are the body that an animation moves.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use gltf::Document;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -42,16 +42,18 @@ impl Tree {
     /// Where nodes hang on several others or in a circle, or too deep.
     pub fn new(document: &Document) -> Result<Self, GltfErrorKind> {
         let mut nodes: Vec<Node> = Vec::new();
-        let mut taken = HashSet::new();
+        let mut taken: HashMap<String, usize> = HashMap::new();
         for node in document.nodes() {
             let (t, r, s) = node.transform().decomposed();
             let own = node.name().unwrap_or("").trim().replace(NOT_IN_NAMES, "_");
             let own = if own.is_empty() { format!("node{}", node.index()) } else { own };
-            let name = (1..)
-                .map(|i| if i == 1 { own.clone() } else { format!("{own}_{i}") })
-                .find(|name| !taken.contains(name))
-                .unwrap_or_default();
-            taken.insert(name.clone());
+            let mut name = own.clone();
+            while taken.contains_key(&name) {
+                let count = taken.entry(own.clone()).or_insert(1);
+                *count += 1;
+                name = format!("{own}_{count}");
+            }
+            taken.insert(name.clone(), 1);
             nodes.push(Node {
                 name,
                 parent: None,
