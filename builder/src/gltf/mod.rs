@@ -4,8 +4,8 @@
 //! rotation of single nodes. Its axes are ours (right-handed, Y up) and its lengths are metres. Every animation becomes
 //! a document of its own:
 //!
-//! 1. `data`: the buffers, inside the file, beside it or in data URIs, and the numbers in them. Nothing that the file
-//!    says of itself is believed before it is checked.
+//! 1. `document` and `data`: what of the file is motion; the buffers, inside the file, beside it or in data URIs, and
+//!    the numbers in them. Nothing that the file says of itself is believed before it is checked.
 //! 2. `tree`: the nodes, and those of them that are the body: the joints of the skin that the animation moves, or
 //!    without a skin the nodes that it moves, with what lies between them.
 //! 3. `curve`: steps, lines and cubic splines, at any time (glTF 2.0, section 3.11 and appendix C).
@@ -19,18 +19,14 @@
 
 mod curve;
 mod data;
+mod document;
 mod error;
 mod tree;
 
 use std::{collections::HashMap, fs, io, path::Path};
 
-use gltf::{
-    Document,
-    animation::{Animation, Property},
-    json::Root,
-};
+use gltf::animation::{Animation, Property};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use serde_json::Value;
 
 pub use error::{GltfError, GltfErrorKind};
 
@@ -40,6 +36,7 @@ use crate::{
 };
 use curve::Curve;
 use data::{Buffers, Open};
+use document::{document, names};
 use tree::Tree;
 
 /// Rates that keys are believed to have been captured or baked at, a second.
@@ -52,8 +49,6 @@ const MOST_POSES: f64 = 64.0 * MAX_FRAMES as f64;
 const STILL_M: f64 = 1e-6;
 /// Change of a scale that is worth a note, as a fraction.
 const RESCALED: f64 = 0.01;
-/// Extensions that pack the numbers of animations.
-const PACKED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// Reads the animations of a file that move a body, in the file's order, each with its name.
 ///
@@ -104,76 +99,6 @@ fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, 
         })
         .collect::<Result<Vec<_>, _>>()
         .and_then(|found| if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) })
-}
-
-/// The document and its binary part, checked.
-fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKind> {
-    let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
-    let (json, blob) = if bytes.starts_with(b"glTF") {
-        // Its length counts its own header, which the parser takes for granted.
-        let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        if length.is_none_or(|length| length < 12) {
-            return Err(wrong(&"its header is cut"));
-        }
-        let glb = gltf::Glb::from_slice(bytes).map_err(|e| wrong(&e))?;
-        (glb.json, glb.bin.map(|b| b.into_owned()))
-    } else {
-        (bytes.into(), None)
-    };
-    let mut json: Value = serde_json::from_slice(&json).map_err(|e| wrong(&e))?;
-    let required = json["extensionsRequired"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    if let Some(packer) = required.clone().find(|e| PACKED.contains(e)) {
-        return Err(GltfErrorKind::Packed(packer.to_owned()));
-    }
-    keep_motion(&mut json);
-    let root: Root = gltf::json::deserialize::from_value(json).map_err(|e| wrong(&e))?;
-    // What `from_json` does not look at.
-    for (a, animation) in root.animations.iter().enumerate() {
-        if let Some(c) = animation.channels.iter().position(|c| c.target.node.value() >= root.nodes.len()) {
-            return Err(wrong(&format!("animations[{a}].channels[{c}].target.node: Index out of bounds")));
-        }
-    }
-    Ok((Document::from_json(root).map_err(|e| wrong(&e))?, blob))
-}
-
-/// Leaves out what is drawn, and what extensions animate: what they do not need, motion does not stumble over.
-fn keep_motion(json: &mut Value) {
-    let keep = |value: &mut Value, keys: &[&str]| {
-        if let Some(object) = value.as_object_mut() {
-            object.retain(|key, _| keys.contains(&key.as_str()));
-        }
-    };
-    keep(json, &["asset", "nodes", "skins", "animations", "accessors", "bufferViews", "buffers"]);
-    for (list, keys) in [
-        ("nodes", &["name", "children", "matrix", "translation", "rotation", "scale"][..]),
-        ("skins", &["name", "joints"]),
-        ("animations", &["name", "channels", "samplers"]),
-    ] {
-        json.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten().for_each(|v| keep(v, keys));
-    }
-    for animation in json.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
-            let moves = |path: &Value| ["translation", "rotation", "scale"].iter().any(|p| path == p);
-            channels.retain(|c| !c["target"]["node"].is_null() && moves(&c["target"]["path"]));
-        }
-    }
-}
-
-/// The animations' names, unique: those without one are numbered.
-fn names(document: &Document) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for animation in document.animations() {
-        let own = animation.name().map(str::trim).filter(|n| !n.is_empty());
-        let own = own.map_or_else(|| format!("animation{}", animation.index()), str::to_owned);
-        let mut name = own.clone();
-        let mut count = 1;
-        while names.contains(&name) {
-            count += 1;
-            name = format!("{own}_{count}");
-        }
-        names.push(name);
-    }
-    names
 }
 
 /// The curves of an animation, by node.
