@@ -224,6 +224,8 @@ fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
     assert!(apart(common::walk(), &clip(&beside)) < 2e-6);
     let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
     assert_eq!(one(&walk().text(&uri).0).unwrap().values(), beside.values());
+    let marked = [b"\xef\xbb\xbf", &walk().text(&uri).0[..]].concat();
+    assert_eq!(one(&marked).unwrap().values(), beside.values());
     assert_eq!(one(&walk().text(uri.trim_end_matches('=')).0).unwrap().values(), beside.values());
     let error = parse(&text, "hero.gltf", &nothing_beside).unwrap_err().to_string();
     assert!(error.starts_with("hero.gltf: buffer 0 is in my%20numbers.bin: "), "{error}");

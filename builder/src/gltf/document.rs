@@ -20,7 +20,7 @@ pub fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKi
         let glb = gltf::Glb::from_slice(bytes).map_err(|e| wrong(&e))?;
         (glb.json, glb.bin.map(|b| b.into_owned()))
     } else {
-        (bytes.into(), None)
+        (bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).into(), None)
     };
     let mut json: Value = serde_json::from_slice(&json).map_err(|e| wrong(&e))?;
     let required = json["extensionsRequired"].as_array().into_iter().flatten().filter_map(Value::as_str);
