@@ -147,7 +147,7 @@ fn rig(made: &mut Made, skeleton: &Skeleton) -> Vec<usize> {
     nodes
 }
 
-/// A clip's motion on a rig, each joint with every other frame only where `sparse` says so.
+/// A clip's motion on a rig, as an animation of that name.
 fn act(made: &mut Made, nodes: &[usize], clip: &Clip, name: &str) {
     let (turn, place, scale) = armature();
     let times: Vec<f64> = (0..clip.frames.len()).map(|f| f as f64 / clip.rate_hz).collect();

@@ -106,12 +106,14 @@ impl Binding {
         let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(document, j)).collect();
 
         let mut notes = document.notes.clone();
-        let guess = Unit::guess(longest_chain(document, &joints, &place, &means));
-        let unit = options.unit.or(document.unit).unwrap_or(guess.unit);
-        let (guessed, doubt) = match (options.unit, document.unit) {
-            (Some(_), _) => (None, None),
-            (None, None) => (Some(guess.to_string()), None),
-            (None, Some(unit)) => (None, guess.doubt(unit)),
+        let guess = || Unit::guess(longest_chain(document, &joints, &place, &means));
+        let (unit, guessed, doubt) = match (options.unit, document.unit) {
+            (Some(unit), _) => (unit, None, None),
+            (None, Some(unit)) => (unit, None, guess().doubt(unit)),
+            (None, None) => {
+                let guess = guess();
+                (guess.unit, Some(guess.to_string()), None)
+            }
         };
         notes.extend(guessed.or_else(|| doubt.clone()));
         let scale = unit.metres();

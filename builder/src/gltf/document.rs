@@ -1,6 +1,8 @@
 //! The file's JSON: what of it is motion, and whether it holds together.
 
-use gltf::{Document, json::Root};
+use std::collections::HashMap;
+
+use gltf::{Document, animation::Animation, json::Root};
 use serde_json::Value;
 
 use super::error::GltfErrorKind;
@@ -63,17 +65,37 @@ fn keep_motion(json: &mut Value) {
 
 /// The animations' names, unique: those without one are numbered.
 pub fn names(document: &Document) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for animation in document.animations() {
-        let own = animation.name().map(str::trim).filter(|n| !n.is_empty());
-        let own = own.map_or_else(|| format!("animation{}", animation.index()), str::to_owned);
-        let mut name = own.clone();
-        let mut count = 1;
-        while names.contains(&name) {
-            count += 1;
-            name = format!("{own}_{count}");
-        }
-        names.push(name);
-    }
+    let own = |animation: Animation<'_>| {
+        let name = animation.name().map(str::trim).filter(|n| !n.is_empty());
+        name.map_or_else(|| format!("animation{}", animation.index()), str::to_owned)
+    };
+    unique(document.animations().map(own))
+}
+
+/// Names that differ: the second `leg` is `leg_2`.
+pub fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut taken: HashMap<String, usize> = HashMap::new();
     names
+        .map(|own| {
+            let mut name = own.clone();
+            while taken.contains_key(&name) {
+                let count = taken.entry(own.clone()).or_insert(1);
+                *count += 1;
+                name = format!("{own}_{count}");
+            }
+            taken.insert(name.clone(), 1);
+            name
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unique;
+
+    #[test]
+    fn names_that_come_again_are_numbered_past_those_that_are_there() {
+        let names = ["leg_2", "leg", "leg", "leg", "arm"].map(String::from);
+        assert_eq!(unique(names.into_iter()), ["leg_2", "leg", "leg_3", "leg_4", "arm"]);
+    }
 }

@@ -178,13 +178,14 @@ impl Curves {
         (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
     }
 
-    /// A node's pose in its parent, the parent's units.
-    fn local(&self, tree: &Tree, node: usize, time: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
-        let rest = &tree.nodes[node];
-        (
-            self.translations.get(&node).map_or(rest.translation, |c| c.vector(time)),
-            self.rotations.get(&node).map_or(rest.rotation, |c| c.rotation(time)),
-        )
+    /// Where a node is in its parent, the parent's units.
+    fn translation(&self, tree: &Tree, node: usize, time: f64) -> Vector3<f64> {
+        self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time))
+    }
+
+    /// A node's turn in its parent.
+    fn rotation(&self, tree: &Tree, node: usize, time: f64) -> UnitQuaternion<f64> {
+        self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time))
     }
 
     /// The body's motion as a document.
@@ -215,7 +216,7 @@ impl Curves {
         }
         let outer = |node: usize| tree.nodes[node].parent.map_or(1.0, |p| scales[&p]);
         let time = |frame: usize| (start + frame as f64 / rate_hz).min(end);
-        let place = |node: usize, frame: usize| self.local(tree, node, time(frame)).0 * outer(node);
+        let place = |node: usize, frame: usize| self.translation(tree, node, time(frame)) * outer(node);
         let moves = |node: usize| {
             let first = place(node, 0);
             self.translations.contains_key(&node)
@@ -228,8 +229,8 @@ impl Curves {
             moves: node == top || moves(node),
         });
         let pose = |node: usize, frame: usize| {
-            let (translation, rotation) = self.local(tree, node, time(frame));
-            Isometry3::from_parts(Translation3::from(translation * outer(node)), rotation)
+            let rotation = self.rotation(tree, node, time(frame));
+            Isometry3::from_parts(Translation3::from(place(node, frame)), rotation)
         };
         let poses = (0..frames).map(|f| {
             let carrier = above.iter().fold(Isometry3::identity(), |sum, &n| sum * pose(n, f));

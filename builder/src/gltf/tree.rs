@@ -1,11 +1,11 @@
 //! The nodes of a file, and which of them are the body that an animation moves.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use gltf::Document;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{curve::unit, error::GltfErrorKind};
+use super::{curve::unit, document::unique, error::GltfErrorKind};
 use crate::bvh::{MAX_DEPTH, NOT_IN_NAMES};
 
 /// How far the scales of three axes may be apart, as a fraction.
@@ -41,27 +41,21 @@ impl Tree {
     /// # Errors
     /// Where nodes hang on several others or in a circle, or too deep.
     pub fn new(document: &Document) -> Result<Self, GltfErrorKind> {
-        let mut nodes: Vec<Node> = Vec::new();
-        let mut taken: HashMap<String, usize> = HashMap::new();
-        for node in document.nodes() {
+        let names = unique(document.nodes().map(|node| {
+            let name = node.name().unwrap_or("").trim().replace(NOT_IN_NAMES, "_");
+            if name.is_empty() { format!("node{}", node.index()) } else { name }
+        }));
+        let at_rest = |(node, name): (gltf::Node<'_>, String)| {
             let (t, r, s) = node.transform().decomposed();
-            let own = node.name().unwrap_or("").trim().replace(NOT_IN_NAMES, "_");
-            let own = if own.is_empty() { format!("node{}", node.index()) } else { own };
-            let mut name = own.clone();
-            while taken.contains_key(&name) {
-                let count = taken.entry(own.clone()).or_insert(1);
-                *count += 1;
-                name = format!("{own}_{count}");
-            }
-            taken.insert(name.clone(), 1);
-            nodes.push(Node {
+            Node {
                 name,
                 parent: None,
                 translation: t.map(f64::from).into(),
                 rotation: unit(r.map(f64::from).into()),
                 scale: s.map(f64::from),
-            });
-        }
+            }
+        };
+        let mut nodes: Vec<Node> = document.nodes().zip(names).map(at_rest).collect();
         let mut children = vec![Vec::new(); nodes.len()];
         for node in document.nodes() {
             for child in node.children() {
