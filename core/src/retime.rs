@@ -17,9 +17,13 @@
 //! A lead has its price: no pose can be shown before it has come. Whatever lead is allowed is a delay of the whole
 //! stream ([`Retimer::latency_s`]), and so is the part of an input frame for which ticks lie between inputs.
 //!
-//! Rates are counted in integers, so that nothing drifts, however long a stream is. Nothing is allocated; there is no
-//! clock: time is what the caller pushes and takes. Cost: about 300 instructions a joint and tick, of which none where
-//! ticks fall on poses.
+//! Rates are counted in integers, so that nothing drifts, however long a stream is. But a sensor has a clock of its own
+//! and loses frames, and what is counted then runs away from what comes. Input that has been late in every half second of
+//! a whole one is taken for lost: the count is set right by the least of the lateness, and the playhead goes on from where
+//! it is. Where there is more input than ticks ask for, it is set right by the least surplus, and caught up with.
+//!
+//! Nothing is allocated; there is no clock: time is what the caller pushes and takes. Cost: about 300 instructions a
+//! joint and tick, of which none where ticks fall on poses.
 //!
 //! Source: METHODS, "Output time".
 
@@ -31,6 +35,12 @@ const RETURN_S: f32 = 2.0;
 const SPEEDS: [f32; 2] = [0.25, 4.0];
 /// Fastest that missed time is caught up with.
 const CATCH_UP: f32 = 3.0;
+/// Slowest that time is given back where the input turned out to be later than it was taken for.
+const HOLD_BACK: f32 = 0.5;
+/// Ticks over which lateness is watched, at least; half a second of them otherwise.
+const WATCHED: u32 = 8;
+/// Surplus that is let be, input frames: a caller without a clock takes its ticks up to two frames behind the newest.
+const SURPLUS: i64 = 2;
 
 /// How far the output may be from the input, seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,11 +85,17 @@ pub struct Retimer<const J: usize, const N: usize> {
     bounds: Bounds,
     /// Input frames by which everything is delayed.
     delay: f32,
+    /// The part of an input frame for which ticks lie between inputs, in units of `phase`.
+    between: i64,
     /// Time of the next tick less that of the newest pose; `output_millihz` is one input frame.
     phase: i64,
     /// Input frames that the playhead is behind.
     lag: f32,
     started: bool,
+    /// How late the input is, at the latest: now, and in the stretch of ticks before.
+    latest: [i64; 2],
+    /// Ticks of the stretch that are left.
+    watch: u32,
 }
 
 impl<const J: usize, const N: usize> Retimer<J, N> {
@@ -102,8 +118,8 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         }
         let rate_hz = input_millihz as f32 / 1000.0;
         // Ticks lie up to this part of an input frame behind the newest pose.
-        let between =
-            (output_millihz - common_divisor(input_millihz, output_millihz)) as f32 / output_millihz as f32;
+        let steps_between = output_millihz - common_divisor(input_millihz, output_millihz);
+        let between = steps_between as f32 / output_millihz as f32;
         // Whole input frames, so that ticks that fall on inputs need no interpolation.
         let lead = bounds.lead_s * rate_hz;
         let whole = lead as u32 as f32;
@@ -124,15 +140,19 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             output_millihz,
             bounds,
             delay,
+            between: i64::from(steps_between),
             phase: 0,
             lag: 0.0,
             started: false,
+            latest: UNKNOWN,
+            watch: watched(output_millihz),
         })
     }
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
         (self.count, self.phase, self.lag, self.started) = (0, 0, 0.0, false);
+        (self.latest, self.watch) = (UNKNOWN, watched(self.output_millihz));
     }
 
     /// By how much everything is delayed, seconds: the allowed lead, and the part of an input frame for which ticks lie
@@ -178,6 +198,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         // The first tick shows the first pose. What is pending is at most N frames either way.
         let most = i64::from(self.output_millihz).saturating_mul(N as i64);
         self.phase = self.phase.clamp(-most, most);
+        self.set_right();
         let now = self.phase as f32 / self.output_millihz as f32 - self.delay;
         let oldest = self.count.saturating_sub(1) as f32;
 
@@ -191,6 +212,9 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         // After a wait the lag may be beyond its bound: it is caught up with, not jumped over.
         let caught_up = before - passed * (CATCH_UP - 1.0);
         let greatest = if caught_up > greatest { caught_up } else { greatest };
+        // And so the lead, where the input turned out to be later.
+        let held_back = before + passed * (1.0 - HOLD_BACK);
+        let least = if held_back < least { held_back } else { least };
         let lag = clamp(before + passed * (1.0 - speed), least, greatest);
         // Never back, and never past the newest pose.
         let lag = if lag > before + passed { before + passed } else { lag };
@@ -200,6 +224,31 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         self.show(clamp(self.lag - now, 0.0, oldest), output);
         self.phase = self.phase.saturating_add(i64::from(self.input_millihz));
         Tick { lag_s: self.lag / rate, speed: 1.0 - (self.lag - before) / passed, waited }
+    }
+
+    /// Sets the count right where the input has been late, or early, for two stretches of ticks. The playhead stays at
+    /// the pose where it is.
+    fn set_right(&mut self) {
+        let frame = i64::from(self.output_millihz);
+        let [now, before] = self.latest;
+        let now = now.max(self.phase.saturating_sub(self.between));
+        self.watch = self.watch.saturating_sub(1);
+        if self.watch > 0 {
+            self.latest = [now, before];
+            return;
+        }
+        let (least, most) = (now.min(before), now.max(before));
+        let by = if least > 0 {
+            least
+        } else if most < -SURPLUS * frame {
+            most
+        } else {
+            0
+        };
+        self.phase = self.phase.saturating_sub(by);
+        self.lag -= by as f32 / frame as f32;
+        self.latest = [i64::MIN, now.saturating_sub(by)];
+        self.watch = watched(self.output_millihz);
     }
 
     fn rate_hz(&self) -> f32 {
@@ -269,6 +318,14 @@ pub fn interpolate<const J: usize>(a: &Pose<J>, b: &Pose<J>, t: f32) -> Pose<J> 
         *slot = quaternion::slerp(t, *slot, to);
     }
     pose
+}
+
+/// Lateness before there was any: in time, so that nothing is set right before two stretches have passed.
+const UNKNOWN: [i64; 2] = [i64::MIN, 0];
+
+/// Ticks of a stretch.
+fn watched(output_millihz: u32) -> u32 {
+    (output_millihz / 2000).max(WATCHED)
 }
 
 /// Greatest common divisor of two numbers that are not 0.

@@ -214,6 +214,97 @@ fn late_input_is_waited_for_and_caught_up_with() {
     assert!((places[499] - 499.0).abs() < 0.2, "{}", places[499]);
 }
 
+/// Ticks by the clock of the room, and input frames as a sensor gives them: at its own rate, without those that are lost.
+/// Time of the newest pose less that of the one shown, in frames, and whether the tick waited, tick by tick.
+fn in_a_room(
+    retimer: &mut Wide,
+    [sensor_hz, ticks_hz]: [f64; 2],
+    seconds: f64,
+    step: f64,
+    lost: impl Fn(usize) -> bool,
+) -> Vec<(f64, bool)> {
+    let (mut next, mut newest, mut output) = (0, 0, Pose::IDENTITY);
+    (0..(seconds * ticks_hz) as usize)
+        .map(|t| {
+            while next as f64 / sensor_hz <= t as f64 / ticks_hz + 1e-9 {
+                if !lost(next) {
+                    retimer.push(
+                        &Pose { position: [next as f32, 1.0, 0.0], ..Pose::IDENTITY },
+                        (step / 30.0) as f32,
+                    );
+                    newest = next;
+                }
+                next += 1;
+            }
+            let tick = retimer.tick(&mut output);
+            (newest as f64 - f64::from(output.position[0]), tick.waited)
+        })
+        .collect()
+}
+
+#[test]
+fn frames_that_never_come_are_not_waited_for() {
+    // One frame, a stall, and frames at random; at the input's rate and at others.
+    let lost: [(&str, fn(usize) -> bool); 3] = [
+        ("one", |t| t == 100),
+        ("three seconds", |t| (100..190).contains(&t)),
+        ("one in thirty", |t| t < 700 && t * 7919 % 30 == 0),
+    ];
+    for (name, lost) in lost {
+        for (millihz, bounds) in [
+            (30_000, Bounds::SYNC),
+            (50_000, Bounds::SYNC),
+            (30_000, Bounds { lead_s: 0.2, lag_s: 0.2 }),
+            (50_000, Bounds { lead_s: 0.2, lag_s: 0.2 }),
+        ] {
+            let mut retimer = Wide::new(30_000, millihz, bounds).unwrap();
+            let hz = f64::from(millihz) / 1000.0;
+            let ticks = in_a_room(&mut retimer, [30.0, hz], 60.0, 1.0, lost);
+            let waits = ticks.iter().filter(|t| t.1).count() as f64;
+            // While it is missing, and until it is known to be lost.
+            let patience = if name == "one in thirty" { 22.0 } else { 4.5 };
+            assert!(waits <= patience * hz, "{name}, {millihz}: {waits} waits");
+            let settled = &ticks[ticks.len() - 20 * hz as usize..];
+            assert!(settled.iter().all(|t| !t.1), "{name}, {millihz}: still waiting");
+            let latency = f64::from(retimer.latency_s()) * 30.0;
+            let most = settled.iter().map(|t| t.0).fold(0.0, f64::max);
+            assert!(most < latency + 1.1, "{name}, {millihz}: {most} frames behind, {latency} wanted");
+        }
+    }
+}
+
+#[test]
+fn a_styles_time_goes_on_after_frames_were_lost() {
+    let bounds = Bounds { lead_s: 0.2, lag_s: 0.2 };
+    let last = |lost: fn(usize) -> bool| {
+        let mut retimer = Wide::new(30_000, 30_000, bounds).unwrap();
+        let ticks = in_a_room(&mut retimer, [30.0; 2], 40.0, 1.4, lost);
+        assert!(!ticks[1199].1);
+        retimer.lag_s()
+    };
+    let (whole, stalled) = (last(|_| false), last(|t| (300..320).contains(&t)));
+    assert!(whole > 0.1 && (whole - stalled).abs() < 1e-2, "{whole} {stalled}");
+}
+
+#[test]
+fn a_sensor_with_another_clock_stays_in_time() {
+    for parts_per_million in [-300.0, -100.0, 100.0, 300.0] {
+        for ticks_hz in [30.0, 50.0] {
+            let mut retimer = Wide::new(30_000, (ticks_hz * 1000.0) as u32, Bounds::SYNC).unwrap();
+            let sensor = 30.0 * (1.0 + parts_per_million * 1e-6);
+            let ticks = in_a_room(&mut retimer, [sensor, ticks_hz], 3600.0, 1.0, |_| false);
+            let late = ticks.iter().map(|t| t.0).fold(0.0, f64::max);
+            let waits = ticks.iter().filter(|t| t.1).count() as f64 / ticks.len() as f64;
+            println!(
+                "{parts_per_million} ppm, {ticks_hz} Hz: {late:.2} frames at most, waits {:.2}%",
+                100.0 * waits
+            );
+            assert!(late < 4.0, "{parts_per_million} ppm at {ticks_hz} Hz: {late} frames behind");
+            assert!(waits < 0.02, "{parts_per_million} ppm at {ticks_hz} Hz: {waits} of the ticks wait");
+        }
+    }
+}
+
 #[test]
 fn before_the_first_pose_nothing_is_shown() {
     let mut retimer = Wide::new(30_000, 30_000, Bounds::SYNC).unwrap();
