@@ -11,7 +11,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use crate::{
     firmware::missing,
     real_data,
-    shell::{Outcome, cargo, json, root, run as run_command, sim, target_dir},
+    shell::{Outcome, built, json, root, run as run_command, sim, target_dir},
     stack,
 };
 use anyhow::{Context, Result};
@@ -90,7 +90,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
     }
     around(&mut figures)?;
     together("generated", &mut figures)?;
-    let least = json(sim().args(["board", "m4f", "--build", "--least", "--json"]))?;
+    let least = json(sim()?.args(["board", "m4f", "--build", "--least", "--json"]))?;
     figures.insert("least.flash_bytes".into(), least["flash_bytes"].as_f64().context("the bytes of flash")?);
     board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
     let approximate = ["--generated", "--micromath"];
@@ -129,7 +129,7 @@ fn measure(
     let state = found["state_bytes"].as_f64().context("the bytes of the state")?;
     let labelled = format!("{name}.labelled");
     board(&labelled, "m4f", &[with, style, labels].concat(), &LABELLED, figures, bounds)?;
-    let built = json(sim().args(["board", "m4f", "--build", "--stack-sizes", "--json"]))?;
+    let built = json(sim()?.args(["board", "m4f", "--build", "--stack-sizes", "--json"]))?;
     let image = built["image"].as_str().context("the path of the image")?;
     let bound = stack::bound(Path::new(image), "main")?;
     println!(
@@ -148,7 +148,7 @@ fn measure(
 
 /// What stands around a step, each by itself.
 fn around(figures: &mut Figures) -> Result<()> {
-    let found = json(sim().args(["board", "m4f", "--around", "--json"]))?;
+    let found = json(sim()?.args(["board", "m4f", "--around", "--json"]))?;
     for (name, counts) in found.as_object().context("figures by name")? {
         for which in ["median", "max"] {
             let value = counts[which].as_f64().with_context(|| format!("{name} has no {which}"))?;
@@ -174,7 +174,8 @@ fn together(stream: &str, figures: &mut Figures) -> Result<()> {
 /// Elementary functions of libm and micromath, with an FPU and without.
 fn functions(figures: &mut Figures) -> Result<()> {
     println!("{:18} {:>12} {:>12} {:>14} {:>14}", "function", "m4f", "m0", "error", "relative");
-    let [m4f, m0] = ["m4f", "m0"].map(|board| json(sim().args(["board", board, "--functions", "--json"])));
+    let of = |board| json(sim()?.args(["board", board, "--functions", "--json"]));
+    let [m4f, m0] = ["m4f", "m0"].map(of);
     let (m4f, m0) = (m4f?, m0?);
     for (name, counts) in m4f.as_object().context("figures by name")? {
         let cost =
@@ -206,7 +207,7 @@ fn board(
     figures: &mut Figures,
     bounds: &mut Bounds,
 ) -> Result<serde_json::Value> {
-    let found = json(sim().args(["board", board, "--json"]).args(arguments))?;
+    let found = json(sim()?.args(["board", board, "--json"]).args(arguments))?;
     let number = |key: &str| found[key].as_f64().with_context(|| format!("{board} says nothing of {key}"));
     for key in keys {
         figures.insert(format!("{prefix}.{key}"), number(key)?);
@@ -248,9 +249,8 @@ fn reference() -> Result<Option<(String, String)>> {
         return Ok(None);
     };
     let database = target_dir().join("firmware/reference.gestus");
-    let mut build = cargo();
-    build.args(["run", "--release", "--quiet", "-p", "gestus-builder", "--bin", "gestus", "--", "build"]);
-    build.args(["--actions", "walk,run,walk-turn-left,walk-turn-right", "--json", "--data"]);
+    let mut build = built("gestus")?;
+    build.args(["build", "--actions", "walk,run,walk-turn-left,walk-turn-right", "--json", "--data"]);
     build.arg(&folder).arg("-o").arg(&database).stdout(std::process::Stdio::null());
     fs::create_dir_all(target_dir().join("firmware"))?;
     run_command(&mut build)?;

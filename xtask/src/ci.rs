@@ -38,7 +38,7 @@ pub fn run(setup: bool) -> Outcome {
     let docs = ["doc", "--workspace", "--no-deps", "--keep-going"];
     step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| Ok(bare_metal::run(setup)));
-    let micromath = ["test", "--package", "gestus-core", "--features", "micromath", "--test", "micromath"];
+    let micromath = ["test", "--workspace", "--features", "gestus-core/micromath", "--test", "micromath"];
     step("micromath", &|| passed(cargo().args(micromath)));
     step("firmware", &|| firmware::run(setup));
     step("budget", &|| budget::run(setup, false));

@@ -52,13 +52,13 @@ pub fn run(setup: bool) -> Result<Outcome> {
     if let Some(missing) = missing(setup) {
         return Ok(Outcome::Skipped(missing));
     }
-    run_command(sim().args(["board", "--all", "--build"]))?;
+    run_command(sim()?.args(["board", "--all", "--build"]))?;
     log_lines(setup)?;
     let golden = std::fs::read_to_string(root().join(GOLDEN)).with_context(|| GOLDEN.to_owned())?;
     let golden = golden.split_whitespace().last().context("the digest of the long stream")?;
     // Every board's port, and its counter, over the link.
-    run_command(sim().args(["board", "--all", "--generated", "--frames", LINKED]))?;
-    let figures = json(sim().args(["board", "--all", "--long-stream", "--json"]))?;
+    run_command(sim()?.args(["board", "--all", "--generated", "--frames", LINKED]))?;
+    let figures = json(sim()?.args(["board", "--all", "--long-stream", "--json"]))?;
     let mut wrong = Vec::new();
     for board in figures["boards"].as_array().context("a list of boards")? {
         let name = board["board"].as_str().unwrap_or("?");

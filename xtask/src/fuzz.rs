@@ -8,7 +8,9 @@ use std::{path::Path, process::Command};
 
 use anyhow::{Result, bail};
 
-use crate::shell::{Outcome, answer, cargo, command, nightly_cargo, root, run as run_command, target_dir};
+use crate::shell::{
+    Outcome, answer, built, cargo, command, nightly_cargo, root, run as run_command, target_dir,
+};
 
 /// Crates with a `fuzz` folder.
 const CRATES: [&str; 2] = ["core", "builder"];
@@ -89,9 +91,7 @@ fn seed_with_blobs(corpus: &Path) -> Result<()> {
 /// Builds a small database, what it is when cut to its models, and the tables of a robot for it: as many of
 /// them as there are files.
 fn write_blobs(files: &[&Path]) -> Result<()> {
-    run_command(
-        cargo().args(["run", "--quiet", "-p", "gestus-builder", "--example", "small_blob"]).args(files),
-    )
+    run_command(built("examples/small_blob")?.args(files))
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.

@@ -12,9 +12,9 @@ const EXPECTED: [&str; 3] = ["database open: ", "Hello", "Style"];
 /// # Errors
 /// Where one is missing.
 pub fn check() -> Result<()> {
-    let built = json(sim().args(["board", "m4f", "--build", "--defmt", "--json"]))?;
+    let built = json(sim()?.args(["board", "m4f", "--build", "--defmt", "--json"]))?;
     let image = built["image"].as_str().context("the path of the image")?.to_owned();
-    json(sim().args(["board", "m4f", "--generated", "--defmt", "--frames", "3", "--json"]))?;
+    json(sim()?.args(["board", "m4f", "--generated", "--defmt", "--frames", "3", "--json"]))?;
     let log = std::path::Path::new(&image).with_file_name("m4f.log");
     let bytes = std::fs::File::open(&log).with_context(|| log.display().to_string())?;
     let lines = answer_of(command("defmt-print").args(["-e", &image]).stdin(bytes))?;

@@ -1,5 +1,4 @@
-//! `cargo xtask real-data`: the tests that need captured motion, optimised: those in files `tests/*real*.rs` of any
-//! crate. The motion is not part of the repository; where it is missing there is nothing to run.
+//! `cargo xtask real-data`: the tests that need captured motion: those in files `tests/*real*.rs` of any crate. The motion is not part of the repository; where it is missing there is nothing to run.
 
 use std::{env, path::PathBuf};
 
@@ -8,8 +7,7 @@ use anyhow::Result;
 use crate::shell::{Outcome, cargo, root, run as run_command};
 
 /// Crates whose integration tests named `*real*` want real clips.
-const CRATES: [(&str, &str); 3] =
-    [("gestus-builder", "builder"), ("gestus-firmware-sim", "firmware-sim"), ("gestus-tests", "tests")];
+const CRATES: [&str; 3] = ["builder", "firmware-sim", "tests"];
 
 /// Runs them.
 ///
@@ -22,17 +20,13 @@ pub fn run() -> Result<Outcome> {
                 .into(),
         ));
     };
-    for (package, path) in CRATES {
-        let mut command = cargo();
-        command.args(["test", "--release", "-p", package]).env("GESTUS_DATA", &data);
-        let tests = real_tests(path);
-        for test in &tests {
-            command.args(["--test", test]);
-        }
-        if !tests.is_empty() {
-            run_command(&mut command)?;
-        }
+    // Of the whole workspace, whose features `cargo test --workspace` has built it with.
+    let mut command = cargo();
+    command.args(["test", "--workspace"]).env("GESTUS_DATA", &data);
+    for test in CRATES.into_iter().flat_map(real_tests) {
+        command.args(["--test", &test]);
     }
+    run_command(&mut command)?;
     Ok(Outcome::Passed)
 }
 

@@ -5,7 +5,7 @@ use std::{fs, path::PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::shell::{cargo, root, run as run_command, target_dir};
+use crate::shell::{built, root, run as run_command, target_dir};
 
 /// A database and a recording over it.
 pub struct Recorded {
@@ -24,8 +24,7 @@ pub fn record(frames: u32) -> Result<Recorded> {
     let folder = target_dir().join("recorded");
     fs::create_dir_all(&folder).with_context(|| format!("{} can't be made", folder.display()))?;
     let stream = folder.join(format!("{frames}.stream"));
-    let mut example = cargo();
-    example.args(["run", "--quiet", "-p", "gestus-firmware-sim", "--example", "recording", "--"]);
+    let mut example = built("examples/recording")?;
     run_command(example.arg(&blob).arg(frames.to_string()).arg(&stream))?;
     Ok(Recorded { blob, stream })
 }

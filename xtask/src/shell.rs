@@ -48,11 +48,28 @@ pub fn cargo() -> Command {
     command(&env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
 }
 
+/// A program of the workspace, or an example (`examples/NAME`): built as the tests have it, with the features that all
+/// packages together ask for, so that behind `cargo test --workspace` nothing is compiled a second time.
+///
+/// # Errors
+/// Where the workspace does not build.
+pub fn built(program: &str) -> Result<Command> {
+    let mut build = cargo();
+    build.args(["build", "--quiet", "--workspace", "--bin", "gestus", "--bin", "gestus-sim", "--examples"]);
+    let status = build.status().with_context(|| format!("`{}` can't be started", show(&build)))?;
+    if !status.success() {
+        bail!("`{}` failed ({status})", show(&build));
+    }
+    let path = target_dir().join("debug").join(program).with_extension(env::consts::EXE_EXTENSION);
+    Ok(command(&path.to_string_lossy()))
+}
+
 /// The program `gestus-sim`.
-pub fn sim() -> Command {
-    let mut command = cargo();
-    command.args(["run", "--release", "--quiet", "-p", "gestus-firmware-sim", "--bin", "gestus-sim", "--"]);
-    command
+///
+/// # Errors
+/// Where the workspace does not build.
+pub fn sim() -> Result<Command> {
+    built("gestus-sim")
 }
 
 /// The cargo of the nightly toolchain.
