@@ -291,7 +291,7 @@ impl<const J: usize> Examples<J> {
         if (dof::FORWARD..=dof::LEFT).contains(&dof) && outside != 0.0 {
             let x = x + rx;
             let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            correction = (1.0 - part) * (x - (mean + ry) - kept);
+            correction += (1.0 - part) * (x - (mean + ry) - kept);
         }
         Answer { y: step * (own + ry + kept), correction: step * correction }
     }
@@ -397,6 +397,15 @@ mod tests {
         assert!((standing(0.0) - (-0.6 + 0.5 * end)).abs() < 1e-3);
         for x in [0.95, 1.0, 1.05, 2.0] {
             assert_eq!(standing(x), 0.0, "{x}");
+        }
+        // Not by an answer that is far off: 5 m/s fed back, of which 1.5 above the mean are put out.
+        let parameters = Parameters { lambda: 1e-9, ..PARAMETERS };
+        for x in [0.0, 0.5, 2.0] {
+            let held = examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 0.01, &parameters);
+            let free = examples.predict(dof::FORWARD, [x, 5.0, x], 0.001, 0.01, &parameters);
+            assert!(free.y - held.y > 0.5, "{x}: the answer follows what is fed back, {} {}", free.y, held.y);
+            let [held, free] = [held, free].map(|a| a.y + a.correction);
+            assert!((held - free).abs() < 0.031, "{x}: {free} is put out, {held} without it");
         }
     }
 }

@@ -7,7 +7,7 @@ use gestus_core::{
     Database,
     blob::{
         Leg,
-        layout::{NONE, ROOT_DOFS, cycle, flag, query, section},
+        layout::{NONE, ROOT_DOFS, cycle, dof, flag, query, section},
         read::{Record, f32_at, u16_at},
     },
 };
@@ -234,7 +234,14 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
     let answer = beta.dot(&asked) * s;
     let put_out = into(answer, mean_y, p.output_kappa * scale);
-    [answer + kept, put_out + kept]
+    // A body that stands is moved by its own velocity: the neighbors' mean gives way to it.
+    let stands = if (dof::FORWARD..=dof::LEFT).contains(&d) && outside != 0.0 {
+        let part = (x / (x - outside)).abs().min(1.0);
+        (1.0 - part) * (x - mean_y - kept)
+    } else {
+        0.0
+    };
+    [answer + kept, put_out + kept + stands]
 }
 
 /// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.

@@ -4,7 +4,7 @@ use gestus_builder::{
     motion::Clip,
     stream::{Request, stream},
 };
-use gestus_core::{Config, Database, Degraded, regress::Ridge, timing::Timing};
+use gestus_core::{Config, Database, Degraded, blob::layout::dof, regress::Ridge, timing::Timing};
 use gestus_tests::{
     motion,
     reference::{self, Parameters, Step},
@@ -238,6 +238,16 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
         }
         let step = check_step(db, case, t, frame, &p);
         check_pose(db, case, t, &step, &streamed.steps[t].frame);
+        if t > 0 {
+            let [before, now] = [t - 1, t].map(|t| streamed.steps[t].frame.root);
+            let moved = f64::hypot(now.x - before.x, now.z - before.z);
+            let speed = f64::hypot(step.put_out[dof::FORWARD], step.put_out[dof::LEFT]);
+            // A pose takes its own time, whenever it is shown.
+            let input_step = 1.0 / f64::from(db.rate_hz());
+            let own_s = input_step + p.strength[db.joint_group(0)] * (step.step_s - input_step);
+            let wanted = speed * own_s;
+            near("way on the ground", case.name, t, moved, wanted, DOF);
+        }
         fed_back = Some(step.fed_back);
     }
     recall
