@@ -11,6 +11,8 @@ use crate::{math::exp, sorted::insert};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;
+/// What the sum of all shares may be short of 1.
+const ROUNDING: f32 = 1e-6;
 
 /// A class and its proportion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +60,7 @@ pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, 
     for share in shares.iter_mut() {
         share.proportion /= kept;
     }
-    kept < 1.0 - prune
+    kept < 1.0 - prune - ROUNDING
 }
 
 #[cfg(test)]
@@ -90,6 +92,20 @@ mod tests {
         assert!(proportions(&[3.0; 28], 0.7, 0.01, 8, &mut shares));
         assert_eq!(shares.len(), 8);
         assert!(shares.iter().all(|s| s.proportion == 0.125));
+    }
+
+    #[test]
+    fn where_all_is_kept_nothing_is_said_to_be_dropped() {
+        let mut shares = Shares::new();
+        let mut seed = 1u32;
+        for _ in 0..2000 {
+            let distances: [f32; 8] = core::array::from_fn(|_| {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                0.1 + (seed >> 8) as f32 * 2e-8
+            });
+            assert!(!proportions(&distances, 0.7, 0.0, 8, &mut shares), "{distances:?}");
+            assert_eq!(shares.len(), 8);
+        }
     }
 
     #[test]
