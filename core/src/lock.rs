@@ -170,6 +170,7 @@ impl Lock {
     }
 
     /// How far the feet are from where the prediction has them, metres.
+    #[inline(never)]
     pub fn offsets(&self) -> [f32; 2] {
         self.feet.map(|f| norm(f.offset))
     }

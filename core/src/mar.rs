@@ -58,6 +58,11 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         steps: Steps::new(),
     };
 
+    /// The next frame stands for those before it.
+    pub fn forget_window(&mut self) {
+        self.window.clear();
+    }
+
     /// Forgets the stream.
     pub fn reset(&mut self) {
         self.window.clear();

@@ -86,10 +86,11 @@ fn input_that_is_no_pose_is_held_and_reported() {
         ("no rotation", pose)
     }))
     .collect();
-    // Before the first pose there is nothing to hold but the identity.
-    let mut output = input[0];
+    // Before the first pose there is nothing to put out: what the caller holds stays.
+    let mut output = input[3];
     let report = stylizer.step(&bad[0].1, &mut output);
-    assert_eq!(output, Pose::IDENTITY);
+    assert_eq!(output, input[3]);
+    assert!(stylizer.last_output().is_none());
     assert!(report.degraded.contains(Degraded::INPUT));
     let mut expected = Pose::IDENTITY;
     for pose in &input[..10] {

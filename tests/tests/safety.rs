@@ -177,5 +177,48 @@ fn before_the_first_input_there_is_nothing_to_hold() {
     let mut stylizer = stylizer(Safety::Rest);
     let mut output = poses()[0];
     assert_eq!(stylizer.tick(None, &mut output).degraded, Degraded::STALE);
-    assert_eq!(output, Pose::IDENTITY);
+    assert_eq!(output, poses()[0], "what the caller holds stays");
+    assert!(stylizer.last_output().is_none());
+}
+
+#[test]
+fn what_is_put_out_again_stands_where_it_stood() {
+    let whole = run(Safety::Follow, |t, p| Some((p, t as u32)));
+    let standing =
+        (40..120).find(|&t| whole[t].1.contacts == [true, false]).expect("a step on the left foot");
+    let faults: [fn(Pose<22>, u32) -> Option<(Pose<22>, u32)>; 3] =
+        [|_, _| None, |p, t| Some((p, t - 1)), |p, t| Some((Pose { position: [f32::NAN; 3], ..p }, t))];
+    for safety in [Safety::Follow, Safety::Hold] {
+        for fault in faults {
+            let outputs =
+                run(safety, |t, p| if t == standing + 1 { fault(p, t as u32) } else { Some((p, t as u32)) });
+            assert_eq!(outputs[standing + 1].0, outputs[standing].0);
+            assert_eq!(outputs[standing + 1].1.contacts, [true, false]);
+        }
+    }
+    // At rest it stands on both feet, or on the one that is lower.
+    let resting = run(Safety::Rest, |t, p| (t < 60).then_some((p, t as u32)));
+    assert!(resting[149].1.contacts != [false; 2]);
+}
+
+#[test]
+fn at_a_new_place_a_body_has_not_come_from_the_old_one() {
+    // The same walk with a leap in it, and one that begins behind the leap.
+    let place = |t: usize, mut p: Pose<22>| {
+        p.position[0] += if t < 70 { 0.0 } else { 30.0 };
+        p
+    };
+    let mut leapt = stylizer(Safety::Hold);
+    let mut anew = stylizer(Safety::Hold);
+    let (mut a, mut b) = (Pose::IDENTITY, Pose::IDENTITY);
+    for (t, pose) in poses().into_iter().enumerate() {
+        let report = leapt.tick(Some((&place(t, pose), t as u32)), &mut a);
+        if t < 75 {
+            continue;
+        }
+        let first = anew.step(&place(t, pose), &mut b);
+        // In the frame in which it is taken, and after it: its neighbors are those of a body that was nowhere else.
+        let (here, there) = (report.distance2, first.distance2);
+        assert!(here <= 1.5 * there + 1e-3, "frame {t}: {here}, and {there} of a stream that begins there");
+    }
 }

@@ -35,6 +35,8 @@ pub const PATIENCE: u8 = 5;
 /// Time constant of the way to rest, seconds, and how fast the root comes to stand at most, m/s.
 const REST_S: f32 = 0.4;
 const SETTLE_SPEED: f32 = 0.3;
+/// A foot at rest that is no higher stands, metres.
+const ON_FLOOR_M: f32 = 0.01;
 /// Faster than any body: joints and heading, rad/s, root, m/s.
 const JOINT_SPEED: f32 = 40.0;
 const HEADING_SPEED: f32 = 20.0;
@@ -44,7 +46,8 @@ const ROOT_SPEED: f32 = 15.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Safety {
-    /// The output goes where the input goes, at once, leaps included; where there is no input the last output is held.
+    /// The output takes on the input's posture at once, leaps included, and is moved on the ground as the model would move
+    /// it: by ρ of a leap. Where there is no input the last output is held.
     #[default]
     Follow,
     /// The last output is held; the way back is eased.
@@ -77,11 +80,13 @@ pub(super) struct Guard {
     leaps: u8,
     /// Seconds until the output is the stream's again.
     mend_s: f32,
+    /// Which foot the last pose stands on: a bit each.
+    stands: u8,
 }
 
 impl Guard {
     pub const fn new() -> Self {
-        Self { number: None, gap: 1, leaps: 0, mend_s: 0.0 }
+        Self { number: None, gap: 1, leaps: 0, mend_s: 0.0, stands: 0 }
     }
 
     /// Frames from the last input taken to this one: by their numbers, or by the glitches between them.
@@ -104,7 +109,8 @@ impl Guard {
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`step`](Self::step) in a loop: a tick with the input that has come since the last one and its number (of frames,
     /// or any count that grows by one a frame and may wrap), or without one. Always puts out a pose, by the policy
-    /// [`Safety`]; the report says what was wrong.
+    /// [`Safety`]; the report says what was wrong. Before the first pose there is none to put out, and `output` is left as
+    /// it is: [`last_output`](Self::last_output) is `None` until then.
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
         let Some((pose, number)) = input else { return self.make_do(Degraded::STALE, output) };
         let Some(gap) = self.guard.gap(number) else { return self.make_do(Degraded::ORDER, output) };
@@ -163,8 +169,16 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         if leapt {
             self.guard.mend_s = MEND_S;
+            // Nothing moved on the way there: neither between the frames nor in the window.
+            self.signals.x_prev = self.signals.x;
+            self.engine.forget_window();
         }
         self.guard.leaps = 0;
+    }
+
+    /// The feet that the pose stands on that is put out now.
+    pub(super) fn stand_on(&mut self, feet: [bool; 2]) {
+        self.guard.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
     }
 
     /// A frame without an input to go by.
@@ -173,17 +187,19 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
         report.degraded.set(fault, true);
-        let Some(last) = self.last else {
-            *output = Pose::IDENTITY;
-            return report;
-        };
+        // Nothing to go by at all: whatever the caller holds is nearer to what it drives than any pose from here.
+        let Some(last) = self.last else { return report };
         *output = last;
         if self.config.safety == Safety::Rest {
+            // Feet that were held are led to rest with the body.
             let part = 1.0 - exp(-step_s / REST_S);
             *output = interpolate(&last, &self.at_rest(&last), part);
             self.stand(step_s, output);
             self.last = Some(*output);
+        } else {
+            (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
+        report.contacts = [1, 2].map(|foot| self.guard.stands & foot != 0);
         if self.config.safety != Safety::Follow {
             self.guard.mend_s = MEND_S;
         }
@@ -222,11 +238,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         rest
     }
 
-    /// Brings the lower foot to the floor, slowly.
-    fn stand(&self, step_s: f32, pose: &mut Pose<J>) {
+    /// Brings the lower foot to the floor, slowly, and sees which feet stand there.
+    fn stand(&mut self, step_s: f32, pose: &mut Pose<J>) {
         let Some(legs) = self.database.legs() else { return };
         let [left, right] = legs.map(|leg| lowest(&leg, &Chain::of(&self.database, &leg, pose)));
         let over = if left < right { left } else { right };
-        pose.position[1] -= clamp(over, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+        let down = clamp(over, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+        pose.position[1] -= down;
+        self.stand_on([left - down < ON_FLOOR_M, right - down < ON_FLOOR_M]);
     }
 }

@@ -109,6 +109,13 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
+    /// The body is somewhere else: what it did before is no part of what it does there.
+    fn forget_window(&mut self) {
+        if let Self::Mar(mar) = self {
+            mar.forget_window();
+        }
+    }
+
     // Not part of its callers' frames: starting anew takes some stack.
     #[inline(never)]
     fn reset(&mut self) {
@@ -184,7 +191,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 
     /// Takes one pose at the database's rate, gives it the style, and says what happened. Cannot fail: input that
-    /// is no pose is answered with the last output, and reported.
+    /// is no pose is answered with the last output, and reported; before there was one, `output` is left as it is.
     pub fn step(&mut self, input: &Pose<J>, output: &mut Pose<J>) -> Report {
         self.step_observed(input, output, &mut ())
     }
@@ -233,6 +240,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
         }
         self.put_out(first, &mut report, output, observer);
+        self.stand_on(report.contacts);
         self.mend(report.step_s, output);
         if let Some(last) = self.last.as_ref().filter(|_| self.config.speed_limit > 0.0) {
             self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
