@@ -21,6 +21,7 @@ use crate::{
     models::{self, Wanted, correspond::Pairs},
     pack::{PackError, choose_steps, pack},
     pair::{CycleData, Scheme, pair},
+    stream::MOST_CLASSES,
     write::{Section, assemble},
 };
 
@@ -354,6 +355,8 @@ fn limits(corpus: &Corpus, classes: &[ClassRows], cycles: usize, frames: usize) 
     };
     fits("joints", corpus.skeleton.joints(), layout::MAX_JOINTS, "leave out fingers")?;
     fits("styles", corpus.styles.len(), layout::MAX_STYLES, "choose with --styles")?;
+    fits("actions", corpus.actions.len(), layout::MAX_ACTIONS, "choose with --actions")?;
+    fits("classes", classes.len(), MOST_CLASSES, "choose with --actions and --styles")?;
     fits("frames", frames, 1 << 22, "use fewer clips (--limit)")?;
     fits("cycles", cycles, usize::from(NONE) - 1, "use fewer clips (--limit)")?;
     for c in classes {

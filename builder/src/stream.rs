@@ -14,6 +14,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::motion::{Clip, Frame};
 
+/// Most classes of a database that clips are streamed through here.
+pub const MOST_CLASSES: usize = 256;
+
 /// What the stylizer is asked for.
 #[derive(Debug, Clone)]
 pub struct Request {
@@ -225,7 +228,7 @@ pub fn stream_told(
     if counts.joints <= 22 && counts.classes <= 28 && request.config.neighborhood().0 <= 40 {
         run::<22, 40, 28>(database, clip, request, actions, watcher)
     } else {
-        run::<{ layout::MAX_JOINTS }, 64, 256>(database, clip, request, actions, watcher)
+        run::<{ layout::MAX_JOINTS }, 64, MOST_CLASSES>(database, clip, request, actions, watcher)
     }
 }
 

@@ -144,6 +144,11 @@ impl Settings {
         }
     }
 
+    /// True where a joint group has styles of its own.
+    pub fn has_own(&self) -> bool {
+        self.mixes != [0; MAX_GROUPS]
+    }
+
     /// A mix by its number.
     pub fn mix(&self, id: usize) -> Mix<'_> {
         Mix { settings: self, id }

@@ -5,8 +5,8 @@ use gestus_builder::{
     stream::to_pose,
 };
 use gestus_core::{
-    Config, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section, ik::Chain,
-    knn::Neighbor, quaternion,
+    Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
+    ik::Chain, knn::Neighbor, quaternion,
 };
 use gestus_tests::{
     motion::{self, Size},
@@ -178,6 +178,44 @@ fn labels_do_not_outlive_the_method_that_knew_them() {
     for input in walk(1, 0, 30) {
         assert!(!stylizer.step(&input, &mut output).classes.is_empty());
     }
+}
+
+#[test]
+fn styles_of_groups_are_not_dropped_by_a_method_that_has_none() {
+    let db = Database::open(motion::small()).unwrap();
+    let linear = Config::new().method(Method::Lti);
+    let mut stylizer = styled(db, Config::new());
+    stylizer.set_group_style(1, &[(2, 1.0)]).unwrap();
+    assert_eq!(stylizer.set_config(linear), Err(ConfigError::WholeBody));
+    assert_eq!((stylizer.config().method_chosen(), stylizer.style_of(1, 2)), (Method::Mar, 1.0));
+    stylizer.set_group_style(1, &[]).unwrap();
+    stylizer.set_config(linear).unwrap();
+    // As it was made, it has no styles of groups to lose.
+    stylizer.set_config(Config::new()).unwrap();
+    stylizer.set_group_style(1, &[(2, 1.0)]).unwrap();
+    stylizer.restore(linear).unwrap();
+    assert_eq!(stylizer.config().method_chosen(), Method::Lti);
+}
+
+#[test]
+fn more_actions_and_classes_than_there_is_room_for_are_refused_in_words() {
+    let mut corpus = motion::corpus(motion::SMALL);
+    let originals: Vec<_> = corpus.examples.iter().filter(|e| e.action == 0).cloned().collect();
+    // Three styles of 86 actions: 258 classes.
+    for action in corpus.actions.len()..86 {
+        corpus.actions.push(format!("walk-{action}"));
+        corpus.examples.extend(originals.iter().cloned().map(|mut e| {
+            e.action = action;
+            e
+        }));
+    }
+    let refused = |corpus| build(&corpus, &BuildOptions::default()).map(|_| ()).unwrap_err().to_string();
+    let many = refused(corpus.clone());
+    assert!(many.contains("classes") && many.contains("256") && many.contains("--actions"), "{many}");
+    corpus.actions.extend((86..257).map(|a| format!("nothing-{a}")));
+    corpus.examples.retain(|e| e.action < 2);
+    let many = refused(corpus);
+    assert!(many.contains("actions") && many.contains("256") && many.contains("--actions"), "{many}");
 }
 
 #[test]

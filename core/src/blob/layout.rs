@@ -31,6 +31,8 @@ pub const MAX_FEATURES: usize = 32;
 pub const MAX_GROUPS: usize = 8;
 /// Most styles.
 pub const MAX_STYLES: usize = 32;
+/// Most actions.
+pub const MAX_ACTIONS: usize = 256;
 /// Most dofs that the timing metric looks at.
 pub const MAX_TIMING: usize = 10;
 /// Dofs that are not a joint's exponential map: height, forward, left, yaw.

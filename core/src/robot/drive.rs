@@ -50,6 +50,8 @@ impl<'r, const H: usize> Drive<'r, H> {
     /// A robot that stands still at the given angles (those that its servos report; zero, or the nearest to it in
     /// range, for hinges beyond the slice, and for angles that no servo has: NaN, and beyond 100 rad).
     ///
+    /// It knows no database: ask [`Robot::fits`] first, or poses of another skeleton move these hinges.
+    ///
     /// # Errors
     /// [`ConfigError::Hinges`] where it has more than `H`.
     pub fn new(robot: Robot<'r>, angles: &[f32]) -> Result<Self, ConfigError> {

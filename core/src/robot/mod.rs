@@ -135,7 +135,7 @@ impl<'r> Robot<'r> {
     /// Checks that the robot was made for a database, and that `capacity` holds its hinges.
     ///
     /// # Errors
-    /// [`ConfigError::Hinges`] or [`ConfigError::Joints`].
+    /// [`ConfigError::Hinges`] or [`ConfigError::OtherDatabase`].
     pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
         let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         if self.hinges() > capacity {
@@ -143,10 +143,7 @@ impl<'r> Robot<'r> {
         }
         let known = Record(self.bytes).u32(header::SKELETON);
         if self.joints() != database.counts().joints || known != fingerprint(database) {
-            return Err(ConfigError::Joints {
-                need: short(self.joints()),
-                have: short(database.counts().joints),
-            });
+            return Err(ConfigError::OtherDatabase);
         }
         Ok(())
     }

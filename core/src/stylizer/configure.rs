@@ -2,16 +2,27 @@
 //! at the other end of a link sets them all.
 
 use super::Stylizer;
-use crate::{Config, ConfigError, settings::Settings};
+use crate::{Config, ConfigError, Method, settings::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins
     /// anew, without labels: what one method knows by a label another may not hold.
     ///
     /// # Errors
-    /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs;
-    /// those in force stay.
+    /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs, and
+    /// [`ConfigError::WholeBody`] where a joint group has styles of its own and the method has none for groups; those in
+    /// force stay.
+    // Called from several places, and never in a frame: once in a firmware will do.
+    #[inline(never)]
     pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
+        if config.method == Method::Lti && self.settings.has_own() {
+            return Err(ConfigError::WholeBody);
+        }
+        self.put_in_force(config)
+    }
+
+    #[inline(never)]
+    fn put_in_force(&mut self, config: Config) -> Result<(), ConfigError> {
         config.check(K)?;
         if config.method != self.config.method {
             if !config.method.is_held_by(&self.database) {
@@ -41,7 +52,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
-        self.set_config(config)?;
+        // Whatever styles groups have: they are about to go.
+        self.put_in_force(config)?;
         self.settings = Settings::new();
         self.lock.set_floor([0.0; 2]);
         self.reset();
