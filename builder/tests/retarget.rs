@@ -402,6 +402,24 @@ fn a_pose_that_is_none_does_no_harm() {
     map.take_back(&pose, &input, &mut back);
     // The stylizer sees that this is no pose, and holds.
     assert!(!pose.is_valid(21));
+    // So it does where one rotation alone is none, whatever body part it is of.
+    for joint in 0..map.sources() {
+        for none in [[f32::NAN; 4], [0.0; 4]] {
+            let mut input = Pose::<24>::IDENTITY;
+            input.rotations[joint] = none;
+            let (mut pose, mut back) = (Pose::<22>::IDENTITY, Pose::<24>::IDENTITY);
+            map.bring(&input, &mut pose);
+            assert!(!pose.is_valid(21), "joint {joint}");
+            // And the answer's joints without a counterpart stay where they were.
+            back.rotations.fill([0.0, 0.6, 0.0, 0.8]);
+            let before = back;
+            map.take_back(&Pose::<22>::IDENTITY, &input, &mut back);
+            assert!(back.is_valid(map.sources()));
+            let mut wanted = before;
+            map.take_back(&Pose::<22>::IDENTITY, &before, &mut wanted);
+            assert_eq!(back, wanted, "joint {joint}");
+        }
+    }
     assert!(map.fits(&database(), 24).is_ok());
     assert!(map.fits(&database(), 20).is_err());
 }

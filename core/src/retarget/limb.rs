@@ -10,6 +10,8 @@ use crate::{
 /// A limb's reach in units of its length may not come nearer to straight than this: there the plane of its bend is
 /// lost, and a millimetre more of reach takes degrees of the knee.
 const STRAIGHT: f32 = 0.9999;
+/// Sine of the bend under which a limb has no plane: rounding is a hundredth of it.
+const NO_BEND: f32 = 1e-4;
 
 /// Where a limb `ours` has to reach, seen from its beginning, to point where `theirs` does and be bent as much:
 /// their reach scaled by length.
@@ -21,13 +23,20 @@ pub fn scaled_reach(theirs: [Vector; 3], ours: [Vector; 3]) -> Vector {
 }
 
 /// Turns of the upper and the lower bone, in the world, that bring the limb's end to `goal`, seen from its beginning.
-/// `upper` and `lower` are the bones as they are. Out of reach: the limb points there, as long as it can be.
-pub fn bend(upper: Vector, lower: Vector, goal: Vector) -> [Quaternion; 2] {
-    // Any axis across will do for a straight limb: it needs none while the goal keeps it straight.
+/// `upper` and `lower` are the bones as they are; where they are in line the limb bends about `side`, or about any axis
+/// across. Out of reach: the limb points there, as long as it can be.
+pub fn bend(upper: Vector, lower: Vector, side: Option<Vector>, goal: Vector) -> [Quaternion; 2] {
     let [x, y, z] = upper;
-    let side = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
+    let any = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
+    let side = side.map_or(any, |side| {
+        // Across the limb, or it would not come as near as the angle of the bend says.
+        let along = dot(side, upper) / dot(upper, upper);
+        subtract(side, upper.map(|v| along * v))
+    });
     // It stays bent to the side that it is bent to.
-    let side = if dot(cross(upper, lower), side) < 0.0 { side.map(|v| -v) } else { side };
+    let bent = cross(upper, lower);
+    let is_bent = norm(bent) > NO_BEND * norm(upper) * norm(lower);
+    let side = if is_bent && dot(bent, side) < 0.0 { side.map(|v| -v) } else { side };
     let whole = norm(upper) + norm(lower);
     match ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
         Some([swing, fold]) => [swing, quaternion::multiply(swing, fold)],
@@ -51,7 +60,7 @@ mod tests {
         for goal in
             [[0.0, -0.6, 0.0], [0.3, -0.5, 0.2], [-0.2, -0.3, -0.1], [0.1, 0.5, 0.3], [0.0, -0.77, 0.01]]
         {
-            let [a, b] = bend(upper, lower, goal);
+            let [a, b] = bend(upper, lower, None, goal);
             let end = add(quaternion::rotate(a, upper), quaternion::rotate(b, lower));
             assert!(norm(subtract(end, goal)) < 2e-4, "{goal:?}: {end:?}");
             assert!(quaternion::is_unit(a) && quaternion::is_unit(b));
@@ -62,7 +71,7 @@ mod tests {
     fn the_knee_stays_on_its_side() {
         let (upper, lower) = ([0.0, -0.4, 0.1], [0.0, -0.38, -0.12]);
         for goal in [[0.0, -0.7, 0.0], [0.0, -0.6, 0.2], [0.1, -0.65, -0.2]] {
-            let [a, _] = bend(upper, lower, goal);
+            let [a, _] = bend(upper, lower, None, goal);
             let knee = quaternion::rotate(a, upper);
             let beside = subtract(knee, scaled(goal, dot(knee, goal) / dot(goal, goal)));
             assert!(beside[2] > 0.0, "{goal:?}: the knee is at {knee:?}");
@@ -71,9 +80,27 @@ mod tests {
 
     #[test]
     fn a_goal_out_of_reach_straightens_the_limb_towards_it() {
-        let [a, b] = bend([0.0, -0.4, 0.1], [0.0, -0.4, -0.1], [2.0, 0.0, 0.0]);
+        let [a, b] = bend([0.0, -0.4, 0.1], [0.0, -0.4, -0.1], None, [2.0, 0.0, 0.0]);
         let end = add(quaternion::rotate(a, [0.0, -0.4, 0.1]), quaternion::rotate(b, [0.0, -0.4, -0.1]));
         assert!(end[1].abs() < 1e-3 && end[2].abs() < 1e-3 && end[0] > 0.82, "{end:?}");
+    }
+
+    #[test]
+    fn a_straight_knee_bends_backwards() {
+        let lengths = [0.4, 0.38];
+        // A leg straight down, and legs that point to the side and ahead; the body faces +Z, its left is +X.
+        for [x, y, z] in [[0.0_f32, -1.0, 0.0], [0.17, -0.985, 0.0], [-0.17, -0.985, 0.0], [0.0, -0.94, 0.34]]
+        {
+            let bone = |l: f32| [x * l, y * l, z * l];
+            let (upper, lower) = (bone(lengths[0]), bone(lengths[1]));
+            let goal = scaled(add(upper, lower), 0.98);
+            let [a, b] = bend(upper, lower, Some([0.3, 0.0, 0.0]), goal);
+            let (knee, end) = (quaternion::rotate(a, upper), quaternion::rotate(b, lower));
+            let off = norm(subtract(add(knee, end), goal));
+            assert!(off < 2e-4, "{upper:?}: {off}");
+            let beside = subtract(knee, scaled(goal, dot(knee, goal) / dot(goal, goal)));
+            assert!(beside[2] > 0.05 && beside[0].abs() < 1e-3, "the knee of {upper:?} goes to {beside:?}");
+        }
     }
 
     #[test]
@@ -81,14 +108,14 @@ mod tests {
         for (upper, goal) in
             [([0.0; 3], [0.1, 0.2, 0.3]), ([0.0, 0.4, 0.0], [0.0; 3]), ([0.0, 0.4, 0.0], [f32::NAN; 3])]
         {
-            assert_eq!(bend(upper, [0.0, 0.3, 0.1], goal), [IDENTITY; 2]);
+            assert_eq!(bend(upper, [0.0, 0.3, 0.1], None, goal), [IDENTITY; 2]);
         }
     }
 
     #[test]
     fn a_limb_in_place_is_left_alone() {
         let (upper, lower) = ([0.05, -0.38, 0.1], [0.0, -0.36, -0.15]);
-        for turn in bend(upper, lower, add(upper, lower)) {
+        for turn in bend(upper, lower, None, add(upper, lower)) {
             assert!(turn[3] > 0.999_999, "{turn:?}");
         }
     }

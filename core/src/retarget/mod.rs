@@ -92,7 +92,7 @@ impl<'m> Map<'m> {
     /// Checks that the map was made for a database, and that poses of `capacity` joints hold the incoming skeleton.
     ///
     /// # Errors
-    /// [`ConfigError::Joints`] where it was not: the numbers are joints, of the map and of the capacity or database.
+    /// [`ConfigError::Joints`] where the capacity is too small, [`ConfigError::OtherDatabase`] where it was not.
     pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
         let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         if self.sources() > capacity {
@@ -100,16 +100,18 @@ impl<'m> Map<'m> {
         }
         let head = Record(self.bytes);
         if self.targets() != database.counts().joints || head.u32(header::SKELETON) != fingerprint(database) {
-            return Err(ConfigError::Joints {
-                need: short(self.targets()),
-                have: short(database.counts().joints),
-            });
+            return Err(ConfigError::OtherDatabase);
         }
         Ok(())
     }
 
-    /// An incoming pose on the database's skeleton.
+    /// An incoming pose on the database's skeleton. What is no pose becomes none: its position is not a number, by which a
+    /// stylizer knows it ([`Degraded::INPUT`](crate::Degraded::INPUT)).
     pub fn bring<const N: usize, const J: usize>(&self, input: &Pose<N>, output: &mut Pose<J>) {
+        if !input.is_valid(self.sources()) {
+            output.position = [f32::NAN; 3];
+            return;
+        }
         let mut lifted = *input;
         lifted.position = quaternion::rotate(self.world, input.position);
         if let Some(root) = lifted.rotations.first_mut() {
@@ -119,7 +121,7 @@ impl<'m> Map<'m> {
     }
 
     /// A pose of the database on the incoming skeleton. Joints without a counterpart move as in `like`, the incoming
-    /// pose that it answers.
+    /// pose that it answers; where that is no pose they stay as they are in `output`.
     pub fn take_back<const J: usize, const N: usize>(
         &self,
         stylized: &Pose<J>,
@@ -127,7 +129,8 @@ impl<'m> Map<'m> {
         output: &mut Pose<N>,
     ) {
         let (source, target) = (&self.source, &self.target);
-        carry(target, source, 1.0 / self.scale, &self.pairs(true), stylized, output, Some(like));
+        let kept = if like.is_valid(self.sources()) { *like } else { *output };
+        carry(target, source, 1.0 / self.scale, &self.pairs(true), stylized, output, Some(&kept));
         let down = quaternion::conjugate(self.world);
         output.position = quaternion::rotate(down, output.position);
         if let Some(root) = output.rotations.first_mut() {
@@ -249,7 +252,9 @@ fn carry<const A: usize, const B: usize>(
     let position = subtract(middle, quaternion::rotate(world.turn(0), to.hips));
     place(to, &mut world, position);
 
-    // 3. Limbs.
+    // 3. Limbs. Legs are listed from left to right; a straight knee bends about the line from one to the other.
+    let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| world.place(pair.to[0]));
+    let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
     let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
     for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
         let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
@@ -257,7 +262,8 @@ fn carry<const A: usize, const B: usize>(
         let ours = ends(&|j| world.place(j), pair.to);
         let goal =
             if pair.arm { limb::scaled_reach(theirs, ours) } else { subtract(moved(theirs[2]), ours[0]) };
-        *bend = limb::bend(subtract(ours[1], ours[0]), subtract(ours[2], ours[1]), goal);
+        let side = if pair.arm { None } else { across };
+        *bend = limb::bend(subtract(ours[1], ours[0]), subtract(ours[2], ours[1]), side, goal);
     }
 
     // 4. Local rotations.
