@@ -8,8 +8,8 @@ use crate::mixture::Shares;
 pub struct Degraded(u8);
 
 impl Degraded {
-    /// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what the
-    /// policy of safety says.
+    /// The input was no pose (NaN, a quaternion whose length is not within 1% of 1, a place over 100 km off): the last
+    /// output was held, or what the policy of safety says.
     pub const INPUT: Self = Self(1);
     /// A search used up its visits before it was done.
     pub const VISITS: Self = Self(2);

@@ -1,12 +1,14 @@
 //! docs/LINK.md shows frames byte by byte: they are the code's.
 
 use gestus_core::{
-    ConfigError, Pose,
+    ConfigError, Degraded, Pose,
     link::{
-        Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, PoseBuffer, Receiver, Reply, Request,
-        RobotIdentity, StepReport, VERSION, buffer_length, counter, parameter,
+        Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, MAX_PAIRS, MAX_STAGES, PoseBuffer,
+        Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter, parameter,
+        robot_buffer_length,
     },
-    robot::Driven,
+    mixture::MAX_KEPT,
+    robot::{Driven, layout::MAX_HINGES},
 };
 
 const DOCUMENT: &str = include_str!("../../docs/LINK.md");
@@ -136,7 +138,59 @@ fn the_document_has_every_number() {
     assert!(DOCUMENT.contains(&format!("{fault} `NoRobot`")), "{fault}");
     assert!(DOCUMENT.contains(&format!("a string of {HINGE_BYTES} bytes a hinge")));
     for joints in [12, 22] {
-        let text = format!("{} bytes for {joints} joints", buffer_length(joints));
-        assert!(DOCUMENT.contains(&text), "the document does not say: {text}");
+        says(&format!("{} bytes for {joints} joints", buffer_length(joints)));
     }
+    says("a robot of up to 40 hinges");
+    assert!(robot_buffer_length(40) <= buffer_length(1));
+    says(&format!("{} bytes a hinge and {} (`robot_buffer_length`)", HINGE_BYTES, robot_buffer_length(0)));
+}
+
+fn says(text: &str) {
+    assert!(DOCUMENT.contains(text), "the document does not say: {text}");
+}
+
+/// A refusal by its number, its fields as large as can be, as a debugger shows it; `None` behind the last.
+fn refusal(number: u8) -> Option<String> {
+    // Two numbers of 16 bits; those without fields leave them alone.
+    let bytes = [number, 0xff, 0xff, 0x03, 0xff, 0xff, 0x03];
+    let (refusal, _) = postcard::take_from_bytes::<ConfigError>(&bytes).ok()?;
+    Some(format!("{refusal:?}"))
+}
+
+#[test]
+fn the_document_has_every_refusal_with_its_fields() {
+    let refusals: Vec<String> = (0..=u8::MAX).map_while(refusal).collect();
+    for (number, shown) in refusals.iter().enumerate() {
+        // `Joints { need: 65535, have: 65535 }`
+        let (name, fields) = shown.split_once(" {").unwrap_or((shown, ""));
+        let fields: Vec<String> = fields
+            .split([',', '}'])
+            .filter_map(|field| field.split_once(": "))
+            .map(|(field, value)| {
+                assert_eq!(value.trim(), "65535", "{shown}: the document says u16");
+                format!("{} u16", field.trim())
+            })
+            .collect();
+        let fields = if fields.is_empty() { " |".to_owned() } else { format!(" {} |", fields.join(", ")) };
+        says(&format!("| {number} | `{name}` |{fields}"));
+    }
+    assert_eq!(refusals.last().map(String::as_str), Some("OtherDatabase"), "a new one goes to the end");
+}
+
+#[test]
+fn the_document_has_every_flag_and_limit() {
+    for (flag, name) in Degraded::NAMES {
+        says(&format!("| {} | `{name}` | ", flag.bits().trailing_zeros()));
+    }
+    for (name, item) in [
+        ("Style", "(style u16, weight f32)"),
+        ("Strength", "(group u16, strength f32)"),
+        ("Configure", "(parameter u16, value f32)"),
+    ] {
+        says(&format!("`{name}` | list of {item}, at most {MAX_PAIRS}"));
+    }
+    says(&format!("there are {} parameters", parameter::NAMES.len()));
+    says(&format!("list of (class u16, proportion f32), at most {MAX_KEPT}"));
+    says(&format!("list of instructions by stage u32, at most {MAX_STAGES}"));
+    says(&format!("at most {MAX_HINGES} hinges"));
 }

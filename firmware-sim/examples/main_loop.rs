@@ -11,7 +11,9 @@ use embedded_hal::{
     pwm::{self, SetDutyCycle},
 };
 use gestus_builder::stream::to_pose;
-use gestus_core::{Config, Database, Degraded, Pose, Report, Stylizer, deadline::VisitCap};
+use gestus_core::{
+    Config, Database, Degraded, Pose, Report, Safety, Stylizer, deadline::VisitCap, timing::Timing,
+};
 use gestus_tests::motion;
 
 /// Joints, neighbors and classes that this board has room for.
@@ -31,17 +33,18 @@ pub trait Clock {
 }
 
 /// What the tasks share.
+#[derive(Default)]
 pub struct Shared {
-    /// The newest pose from the tracker, and whether the loop has taken it.
-    pub mailbox: Pose<J>,
-    /// A pose has come since the last tick.
-    pub fresh: bool,
+    /// The newest pose from the tracker and its number, until the loop takes it.
+    pub mailbox: Option<(Pose<J>, u32)>,
 }
 
 /// What the tick owns.
 pub struct Local<'db, T, S, L> {
     /// The stylizer, in static memory.
     pub stylizer: Stylizer<'db, J, K, C>,
+    /// What was put out last; it outlives the tick, so that it holds the last pose whatever happens.
+    pub output: Pose<J>,
     /// The cap on visits, by the time that steps take.
     pub cap: VisitCap,
     /// The timer.
@@ -52,31 +55,41 @@ pub struct Local<'db, T, S, L> {
     pub lamp: L,
 }
 
-/// A pose has come over the radio: the newest one counts.
-pub fn receive(shared: &mut Shared, pose: Pose<J>) {
-    (shared.mailbox, shared.fresh) = (pose, true);
+/// How the stylizer is made: a pose is played at each tick, so it is one of the tick's length (`Timing::Free`, the default,
+/// says of each how long it takes); and where the input fails the body holds still, and goes on from there without a jump.
+pub const fn config() -> Config {
+    Config::new().timing(Timing::Sync).safety(Safety::Hold)
 }
 
-/// The timer's interrupt, at the database's rate: one pose in, one pose out. Returns what the step said.
-///
-/// Without a new pose the last one is stepped again: the body stands still for a frame rather than the stream skipping one.
+/// A pose has come over the radio: the newest one counts. Its number is the tracker's, of frames.
+pub fn receive(shared: &mut Shared, pose: Pose<J>, number: u32) {
+    shared.mailbox = Some((pose, number));
+}
+
+/// The timer's interrupt, at the database's rate: one pose out, whether one has come in or not. Returns what the step said.
 pub fn tick<T: Clock, S: SetDutyCycle, L: OutputPin>(
     shared: &mut Shared,
     local: &mut Local<'_, T, S, L>,
 ) -> Report {
     let start = local.clock.now_us();
-    shared.fresh = false;
-    let mut output = Pose::IDENTITY;
-    let report = local.stylizer.step(&shared.mailbox, &mut output);
+    let arrived = shared.mailbox.take();
+    let input = arrived.as_ref().map(|(pose, number)| (pose, *number));
+    let report = local.stylizer.tick(input, &mut local.output);
     local.clock.stepped(&report);
-    drive(&output, &mut local.knee);
+    // Before the first pose there is nothing to go to: servos stay where they are.
+    if local.stylizer.last_output().is_some() {
+        drive(&local.output, &mut local.knee);
+    }
     // A lamp that is broken is no reason to stop.
     let _ =
         if report.degraded.contains(Degraded::VISITS) { local.lamp.set_high() } else { local.lamp.set_low() };
-    let took = local.clock.now_us().wrapping_sub(start);
-    let visits = local.cap.after(took);
-    // Every cap that comes from there is in range.
-    let _ = local.stylizer.set_visits(visits);
+    // A tick without a pose says nothing of how long a step takes.
+    if input.is_some() {
+        let took = local.clock.now_us().wrapping_sub(start);
+        let visits = local.cap.after(took);
+        // Every cap that comes from there is in range.
+        let _ = local.stylizer.set_visits(visits);
+    }
     report
 }
 
@@ -155,28 +168,37 @@ pub struct Second {
     pub visits: u16,
 }
 
-/// Plays so many seconds, in each of which the processor is that much slower. With `fixed`, the cap stays where it is.
-pub fn play(slower: &[f32], fixed: bool) -> Vec<Second> {
+/// The board, its knee where it was when the power came on. With `fixed`, the cap stays where it is.
+fn board(fixed: bool) -> Local<'static, MockClock, MockServo, MockLamp> {
     let database = Database::open(motion::large()).expect("the generated blob opens");
-    let rate_hz = database.rate_hz();
-    let budget_us = (1e6 / rate_hz) as u32;
-    let most = Config::new().search_limits().2;
-    let mut shared = Shared { mailbox: Pose::IDENTITY, fresh: false };
-    let mut local = Local {
-        stylizer: Stylizer::new(database, Config::new()).expect("the database fits"),
-        cap: VisitCap::new(if fixed { u32::MAX } else { budget_us }, most).expect("both are in range"),
+    let budget_us = if fixed { u32::MAX } else { (1e6 / database.rate_hz()) as u32 };
+    let mut stylizer = Stylizer::new(database, config()).expect("the database fits");
+    stylizer.set_style(&[(1, 1.0)]).expect("it has more styles than one");
+    Local {
+        stylizer,
+        output: Pose::IDENTITY,
+        cap: VisitCap::new(budget_us, config().search_limits().2).expect("both are in range"),
         clock: MockClock { now_us: u32::MAX - 5, slower: 1.0 },
-        knee: MockServo(0),
+        knee: MockServo(7_000),
         lamp: MockLamp(false),
-    };
+    }
+}
+
+/// Plays so many seconds, in each of which the processor is that much slower.
+pub fn play(slower: &[f32], fixed: bool) -> Vec<Second> {
+    let (mut shared, mut local) = (Shared::default(), board(fixed));
+    let rate_hz = local.stylizer.database().rate_hz();
+    let budget_us = (1e6 / rate_hz) as u32;
     let frames = rate_hz as usize;
+    // Numbers of frames may wrap.
+    let mut numbers = (0..).map(|i: u32| i.wrapping_sub(5));
     let clip = motion::unseen(0, 0, frames * slower.len());
     let mut seconds = Vec::new();
     for (poses, &slower) in clip.frames.chunks(frames).zip(slower) {
         local.clock.slower = slower;
         let mut second = Second { late: 0, late_at_last: 0, capped: 0, visits: 0 };
         for (i, frame) in poses.iter().enumerate() {
-            receive(&mut shared, to_pose(frame));
+            receive(&mut shared, to_pose(frame), numbers.next().unwrap_or_default());
             let start = local.clock.now_us();
             let report = tick(&mut shared, &mut local);
             if local.clock.now_us().wrapping_sub(start) > budget_us {
@@ -222,5 +244,61 @@ mod tests {
         // Nothing is late before and after, and the cap comes back whole.
         assert!(governed[2..].iter().all(|s| s.late == 0), "{governed:?}");
         assert_eq!(governed.last().map(|s| (s.visits, s.capped)), Some((320, 0)), "{governed:?}");
+    }
+
+    /// What the loop makes of a walk of which some frames do not come: how far the body goes in each tick, metres, and
+    /// what each step said.
+    fn walked(comes: impl Fn(u32) -> bool) -> (Vec<f32>, Vec<Report>) {
+        let (mut shared, mut local) = (Shared::default(), board(true));
+        let (mut ways, mut reports) = (vec![], vec![]);
+        for (number, frame) in (0..).zip(&motion::unseen(0, 0, 90).frames) {
+            if comes(number) {
+                receive(&mut shared, to_pose(frame), number);
+            }
+            let [x, _, z] = local.output.position;
+            reports.push(tick(&mut shared, &mut local));
+            let [to_x, _, to_z] = local.output.position;
+            ways.push((to_x - x).hypot(to_z - z));
+        }
+        (ways, reports)
+    }
+
+    /// The last pose was stepped again where none had come: a body that stands still for a tick, and then goes at twice its
+    /// speed.
+    #[test]
+    fn where_a_pose_does_not_come_the_body_is_held_and_goes_on_at_its_speed() {
+        let (whole, _) = walked(|_| true);
+        let (ways, reports) = walked(|number| number < 40 || number % 10 != 0);
+        let fastest = |ways: &[f32]| ways.iter().skip(30).copied().fold(0.0, f32::max);
+        assert!(fastest(&ways) < 1.25 * fastest(&whole), "{} of {}", fastest(&ways), fastest(&whole));
+        for (number, (report, way)) in reports.iter().zip(&ways).enumerate() {
+            let missing = number >= 40 && number % 10 == 0;
+            assert_eq!(report.degraded.contains(Degraded::STALE), missing, "tick {number}");
+            assert!(!missing || *way == 0.0, "tick {number}: {way} m");
+        }
+    }
+
+    /// A pose a tick is one of the tick's length: what the limit of joint speeds goes by is what is played.
+    #[test]
+    fn every_pose_is_a_tick_long() {
+        let (_, reports) = walked(|_| true);
+        let tick_s = 1.0 / Database::open(motion::large()).expect("the generated blob opens").rate_hz();
+        assert!(reports.iter().all(|report| report.step_s == tick_s));
+        // The style has another pace than the input, so that this is no accident.
+        assert!(reports.iter().any(|report| (report.predicted_step_s - tick_s).abs() > 0.01 * tick_s));
+    }
+
+    /// The mailbox began as a pose that nobody had sent, and the knee was sent to it.
+    #[test]
+    fn servos_stay_where_they_are_until_the_first_pose() {
+        let (mut shared, mut local) = (Shared::default(), board(true));
+        for _ in 0..10 {
+            let report = tick(&mut shared, &mut local);
+            assert!(report.degraded.contains(Degraded::STALE));
+            assert_eq!(local.knee.0, 7_000);
+        }
+        receive(&mut shared, to_pose(&motion::unseen(0, 0, 1).frames[0]), 0);
+        let report = tick(&mut shared, &mut local);
+        assert!(!report.degraded.contains(Degraded::STALE) && local.knee.0 != 7_000);
     }
 }

@@ -11,7 +11,8 @@
 //!      root position 3 f32 (metres), joint rotations [joints x 4] f32 (x, y, z, w)
 //! ```
 //!
-//! The digest is the host's over every output pose and time step, with the shipped parameters. Settings apply before
+//! The digest is the host's over every output pose and time step, with the shipped parameters and the first method that the
+//! database holds ([`Method::of`]). Settings apply before
 //! the frame that they come with, where they differ from those of the frame before: the labels are taken back first,
 //! then set, since a database need not hold every action in every style.
 
@@ -22,7 +23,7 @@ use gestus_builder::{
     synth,
 };
 use gestus_core::{
-    Config, Database, Digest, Pose, Stylizer,
+    Config, Database, Digest, Method, Pose, Stylizer,
     blob::{
         Manifest,
         layout::{MAX_JOINTS, MAX_STYLES, ROOT_DOFS, dof},
@@ -98,7 +99,7 @@ impl Recording {
     /// on the generator's skeleton and of its actions; its own clips of the first style where not.
     ///
     /// # Errors
-    /// Not after `open`.
+    /// A database of another skeleton that was cut to its models: it has no clips of its own.
     pub fn sample(database: &Database<'_>, settings: Settings, seconds: f64) -> Result<(Self, String)> {
         let manifest = database.manifest()?;
         let rate = f64::from(database.rate_hz());
@@ -123,6 +124,9 @@ impl Recording {
         if poses.is_empty() {
             poses = own_motion(database, |_| true);
         }
+        if poses.is_empty() {
+            bail!("the database holds models and no motion to show: name a clip with --input");
+        }
         let frames = poses.into_iter().map(|pose| (settings, pose)).collect();
         Ok((Self { joints: database.counts().joints, frames }, what))
     }
@@ -137,7 +141,7 @@ impl Recording {
         Ok(Settings { action: request.action, input_style: request.input_style, styles })
     }
 
-    /// The digest of the output, with the shipped parameters.
+    /// The digest of the output, with the shipped parameters and the first method that the database holds.
     ///
     /// # Errors
     /// Where the database is too large for any stylizer, or lacks a style or label.
@@ -155,7 +159,8 @@ impl Recording {
 
     fn replay<const J: usize, const K: usize, const C: usize>(&self, database: &Database<'_>) -> Result<u32> {
         let refused = |e: gestus_core::ConfigError| anyhow::anyhow!("{e}");
-        let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, Config::new()).map_err(refused)?);
+        let config = Config::new().method(Method::of(database));
+        let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, config).map_err(refused)?);
         let (mut digest, mut output, mut before) = (Digest::new(), Pose::<J>::IDENTITY, None);
         for (settings, recorded) in &self.frames {
             if before.replace(*settings) != Some(*settings) {
@@ -269,6 +274,21 @@ mod tests {
         let digest = recording.digest(&database).unwrap();
         assert_eq!(Recording::long(&database, 1200, 60).digest(&database).unwrap(), digest);
         assert_ne!(Recording::long(&database, 1200, 61).digest(&database).unwrap(), digest);
+    }
+
+    /// It was made with the mixture, which such a database refuses.
+    #[test]
+    fn a_database_that_was_cut_to_its_models_has_a_digest() {
+        let whole = Database::open(BLOB).unwrap();
+        let recording = Recording::long(&whole, 60, 20);
+        let blob = gestus_builder::cut::models_only(&whole).unwrap();
+        let cut = Database::open(&blob).unwrap();
+        assert_eq!(Method::of(&cut), Method::Lti);
+        let digest = recording.digest(&cut).unwrap();
+        assert_ne!(digest, recording.digest(&whole).unwrap());
+        // It has no clips of its own to show.
+        let error = Recording::sample(&cut, Settings::style(1), 4.0).unwrap_err().to_string();
+        assert!(error.contains("--input"), "{error}");
     }
 
     #[test]

@@ -222,4 +222,6 @@ fn a_robot_that_is_not_the_databases_is_refused() {
     std::fs::write(&path, &bytes).expect("it can be written");
     let (ok, _, stderr) = sim(&[&link[..], &[path.to_str().expect("a plain path")]].concat());
     assert!(!ok && stderr.contains("other.gestus"), "{stderr}");
+    // It said to raise a capacity that is large enough.
+    assert!(stderr.contains("made for another database") && !stderr.contains("raise J"), "{stderr}");
 }

@@ -7,10 +7,15 @@
 const Gestus = (() => {
   const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
   const DEGRADED = ["input", "visits", "classes", "prediction", "jump"];
-  const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, PAGE = 65536, NAME_BYTES = 256, MOST_CLASSES = 8;
+  const PROFILES = [0, 2], METHODS = [0, 1, 2], JOINTS = 32, CLASSES = 33, METHOD = 39;
+  const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8;
+
+  // The bytes of a Uint8Array, or of the ArrayBuffer that `fetch` gives.
+  const bytesOf = (data) => (ArrayBuffer.isView(data) ? data : new Uint8Array(data));
 
   class Gestus {
-    // `module` is a WebAssembly.Module or the bytes of one, `blob` the bytes of a database.
+    // `module` is a WebAssembly.Module or the bytes of one, `blob` the bytes of a database, each a Uint8Array or an
+    // ArrayBuffer.
     static async load(module, blob) {
       const made = await WebAssembly.instantiate(module, {});
       return new Gestus((made.instance || made).exports, blob);
@@ -18,6 +23,7 @@ const Gestus = (() => {
 
     constructor(exports, blob) {
       this.c = exports;
+      blob = bytesOf(blob);
       const size = [exports.gestus_database_size(), Math.max(...PROFILES.map((p) => exports.gestus_stylizer_size(p)))];
       // The module never allocates: what is grown here is ours alone.
       this.free = exports.memory.grow(Math.ceil((blob.length + size[0] + size[1] + 32768) / PAGE)) * PAGE;
@@ -29,10 +35,18 @@ const Gestus = (() => {
       const database = this.take(size[0]), stylizer = this.take(size[1]);
       this.check(exports.gestus_database_open(database, size[0], blobAt, blob.length, this.detail, this.out));
       this.database = database;
-      // The smallest profile that takes the database.
+      // The smallest profile that takes the database, and the first method that it holds: one that was cut to its models has
+      // no frames for the mixture.
+      const config = this.take(CONFIG_BYTES);
       let status;
       for (const profile of PROFILES) {
-        status = exports.gestus_stylizer_init(stylizer, size[1], profile, database, 0, this.out);
+        this.check(exports.gestus_config_default(profile, config));
+        for (const method of METHODS) {
+          new Uint32Array(exports.memory.buffer, config, CONFIG_BYTES / 4)[4] = method;
+          status = exports.gestus_stylizer_init(stylizer, size[1], profile, database, config, this.out);
+          this.method = method;
+          if (status !== METHOD) break;
+        }
         this.stylizerBytes = exports.gestus_stylizer_size(profile);
         if (status !== JOINTS && status !== CLASSES) break;
       }
@@ -162,8 +176,9 @@ const Gestus = (() => {
     }
   }
 
-  // A recording (firmware-sim/src/recording.rs): poses, settings and the host's digest.
-  Gestus.recording = (bytes) => {
+  // A recording (firmware-sim/src/recording.rs): poses, settings and the host's digest. A Uint8Array or an ArrayBuffer.
+  Gestus.recording = (data) => {
+    const bytes = bytesOf(data);
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     if (String.fromCharCode(...bytes.slice(0, 8)) !== "GSTREAM1") throw new Error("this is no recording");
     const count = view.getUint32(8, true), joints = view.getUint32(12, true);

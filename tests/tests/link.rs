@@ -4,8 +4,8 @@ use gestus_builder::stream::to_pose;
 use gestus_core::{
     Config, ConfigError, Database, Observer, Pose, Report, Stylizer,
     link::{
-        Board, Fault, Frame, Header, PAGE, Pairs, PoseBuffer, Receiver, Reply, Request, Server, Statistic,
-        StepReport, VERSION, buffer_length, counter, decode, parameter,
+        Board, Fault, Frame, Header, MAX_PAIRS, PAGE, Pairs, PoseBuffer, Receiver, Reply, Request, Server,
+        Statistic, StepReport, VERSION, buffer_length, counter, decode, parameter,
     },
 };
 use gestus_tests::motion;
@@ -259,6 +259,28 @@ fn what_is_refused_changes_nothing() {
     let nonsense = Frame::<N>::new().write(host.header(0), &[99u8, 1, 2]).expect("it fits").to_vec();
     assert_eq!(fault(sent(&mut server, &nonsense)), Fault::Malformed);
     assert_eq!((server.counts().faults, server.counts().steps), (12, 0));
+}
+
+/// docs/LINK.md states the limit for each list; a host that sent all parameters in one message heard `Malformed`, and no
+/// page said why.
+#[test]
+fn a_list_of_more_than_twenty_is_malformed() {
+    let mut served = stylizer(motion::small());
+    let mut server = Served::new(&mut served, ());
+    let mut host = Host::hello(&mut server, 3);
+    // Style, strength and configuration, by their numbers on the line.
+    for (number, item) in [(1u8, (1u16, 1.0f32)), (4, (0, 0.5)), (5, (parameter::K, 12.0))] {
+        let mut ask = |count: usize| {
+            host.sequence += 1;
+            let message = (number, &[item; 32][..count]);
+            let bytes = Frame::<N>::new().write(host.header(0), &message).expect("it fits").to_vec();
+            sent(&mut server, &bytes)
+        };
+        assert!(is_done(ask(MAX_PAIRS)), "{number}");
+        assert_eq!(fault(ask(MAX_PAIRS + 1)), Fault::Malformed, "{number}");
+    }
+    assert_eq!(MAX_PAIRS, 20);
+    assert!(parameter::NAMES.len() > MAX_PAIRS, "the document says that it takes two messages");
 }
 
 #[test]

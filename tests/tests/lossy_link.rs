@@ -5,7 +5,9 @@ use std::time::Duration;
 use gestus_builder::{motion::Clip, stream::Request as Wish};
 use gestus_core::{
     Config, Database, Stylizer,
-    link::{Frame, Header, PoseBuffer, Request, Server, buffer_length, counter},
+    link::{
+        Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, buffer_length, counter, decode,
+    },
 };
 use gestus_firmware_sim::link::{
     Client, LinkError, Patience,
@@ -162,6 +164,51 @@ fn another_database_is_refused() {
     let text = error.expect("it fits").expect("it fits").to_string();
     let numbers = [other.identity(), database.identity()].map(|id| format!("{id:08x}"));
     assert!(numbers.iter().all(|n| text.contains(n)), "{text}");
+}
+
+/// A board that is not of this crate, with buffers as short as its maker chose: it says who it is, and no more.
+fn of_other_make(database: &Database<'_>, buffer_bytes: usize) -> impl FnMut(u8) -> Option<Vec<u8>> {
+    let identity = Identity {
+        board: "own",
+        build: "1",
+        database: database.identity(),
+        rate_hz: database.rate_hz(),
+        joints: 21,
+        classes: 6,
+        capacity: [22, 40, 28],
+        ram_bytes: 24_000,
+        buffer_bytes: buffer_bytes as u16,
+    };
+    let (mut receiver, mut frame) = (Receiver::<N>::new(), Frame::<N>::new());
+    move |byte| {
+        let received = receiver.receive(byte)?.expect("the line is clean");
+        let reply = match decode(received.message)? {
+            Request::Hello { .. } => Reply::Hello(identity),
+            other => panic!("{other:?}: it should not have come to that"),
+        };
+        Some(frame.write(received.header.reply(), &reply).expect("it fits").to_vec())
+    }
+}
+
+/// 400 bytes take a pose of 21 joints, and not every answer to one; 345 bytes take none, and the board says nothing at
+/// all to it. The host said then that the line got worse.
+#[test]
+fn a_board_with_short_buffers_is_turned_away_before_the_stream() {
+    let database = Database::open(motion::small()).expect("the generated blob opens");
+    let begun = |bytes| {
+        with_board(database, Config::new(), |twin| {
+            let board = Loopback::new(of_other_make(&database, bytes), Noise::default());
+            let client = Client::new(board, 1, Patience::default());
+            Session::begin(client, twin, &database).map(|_| ())
+        })
+        .expect("it fits")
+    };
+    let need = buffer_length(21);
+    for bytes in [345, 400, need - 1] {
+        let text = begun(bytes).expect_err("it is too short").to_string();
+        assert!(text.contains(&format!("have {bytes} bytes, and poses of 21 joints take {need}")), "{text}");
+    }
+    assert!(begun(need).is_ok());
 }
 
 #[test]

@@ -35,6 +35,7 @@ const CRATE: &str = "firmware-sim/no-panic";
 /// Where the proof does not build, for another reason than a panic, or is not one.
 pub fn run(setup: bool) -> Result<Outcome> {
     every_c_function_is_called()?;
+    every_method_is_called()?;
     let (mut failed, mut skipped) = (Vec::new(), Vec::new());
     for (target, features) in TARGETS {
         let name = [target, features].join(" ");
@@ -126,6 +127,79 @@ fn functions(header: &str) -> BTreeSet<String> {
         rest.starts_with('(').then(|| name.to_owned())
     })
     .collect()
+}
+
+/// Types whose public functions are all proved, what the proof calls them on, and the files that they have them in.
+const PROVED: [(&str, &str, &[&str]); 3] = [
+    (
+        "Stylizer",
+        "stylizer",
+        &[
+            "core/src/effort.rs",
+            "core/src/stylizer/configure.rs",
+            "core/src/stylizer/guard.rs",
+            "core/src/stylizer/mod.rs",
+            "core/src/stylizer/settings.rs",
+        ],
+    ),
+    ("Retimer", "retimer", &["core/src/retime.rs"]),
+    ("VisitCap", "cap", &["core/src/deadline.rs"]),
+];
+
+/// So would be a function of the core's types, or a parameter of its configuration.
+fn every_method_is_called() -> Result<()> {
+    let read =
+        |path: &str| fs::read_to_string(root().join(path)).with_context(|| format!("{path} can't be read"));
+    let roots: String = ["core_roots", "link_roots", "loop_roots", "robot_roots"]
+        .iter()
+        .map(|name| read(&format!("{CRATE}/src/{name}.rs")))
+        .collect::<Result<_>>()?;
+    let mut calls: Vec<String> =
+        parameters(&read("core/src/config.rs")?).iter().map(|name| format!("        .{name}(")).collect();
+    for (name, variable, files) in PROVED {
+        for file in files {
+            calls.extend(methods(&read(file)?, name).iter().map(|f| match f.as_str() {
+                "new" => format!("= {name}::"),
+                f => format!("{variable}.{f}("),
+            }));
+        }
+    }
+    let missing: Vec<&str> = calls
+        .iter()
+        .filter(|call| !roots.contains(*call))
+        .map(|call| call.trim().trim_end_matches('('))
+        .collect();
+    if missing.is_empty() { Ok(()) } else { bail!("{CRATE}/src does not call {}", missing.join(", ")) }
+}
+
+/// Names of the public functions that a source gives to a type.
+fn methods(source: &str, of: &str) -> BTreeSet<String> {
+    let mut is_its_own = false;
+    source
+        .lines()
+        .filter_map(|line| {
+            if line.starts_with("impl") {
+                // `impl<const J: usize> Retimer<J>`, and no trait of it.
+                let of = format!(" {of}");
+                is_its_own = line.contains(&of) && !line.contains(" for ");
+            }
+            let rest = line.strip_prefix("    pub ")?;
+            let rest = rest.strip_prefix("const ").unwrap_or(rest).strip_prefix("fn ")?;
+            is_its_own.then(|| rest.split(['(', '<']).next().unwrap_or(rest).to_owned())
+        })
+        .collect()
+}
+
+/// Names of the parameters in the list that the configuration's functions are made of.
+fn parameters(source: &str) -> BTreeSet<String> {
+    source
+        .lines()
+        .skip_while(|line| *line != "settings! {")
+        .skip(1)
+        .take_while(|line| *line != "}")
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .filter_map(|line| Some(line.split_once(':')?.0.trim().to_owned()))
+        .collect()
 }
 
 /// Where in a source something panics.
@@ -260,6 +334,11 @@ mod tests {
     #[test]
     fn the_proof_calls_the_whole_interface() {
         every_c_function_is_called().unwrap();
+        every_method_is_called().unwrap();
+        let source = "impl A {\n    pub const fn no() {}\n}\nimpl<T> B<T> {\n    pub fn yes<U>() {}\n    fn own() {}\n}\nimpl C for B {\n    pub fn no() {}\n}\n";
+        assert_eq!(methods(source, "B").into_iter().collect::<Vec<_>>(), ["yes"]);
+        let settings = "settings! {\n    /// Of: it.\n    k: u16;\n}\nother: u8;\n";
+        assert_eq!(parameters(settings).into_iter().collect::<Vec<_>>(), ["k"]);
         assert_eq!(
             functions("// gestus_no(1);\nint gestus_yes(void);\n").into_iter().collect::<Vec<_>>(),
             ["gestus_yes"]

@@ -8,6 +8,10 @@ pub type Statistic = (u16, u64);
 
 /// A board: who it is, and what it counts. It watches each step as an [`Observer`].
 pub trait Board<const J: usize>: Observer<J> {
+    /// Hinges that the board has room for, where a robot may hang on it: they have a part in how long the server's
+    /// buffers have to be.
+    const HINGES: usize = 0;
+
     /// Name of the board, at most 32 bytes: `mps2-an386`.
     fn name(&self) -> &str;
 

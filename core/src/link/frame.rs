@@ -3,6 +3,7 @@
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
+use super::HINGE_BYTES;
 use crate::blob::crc::Crc32c;
 
 /// Version of the protocol, 1 to 15. Another version's frames are answered with [`Fault::Version`](super::Fault).
@@ -69,7 +70,7 @@ impl Header {
 
 /// Bytes that a [`Server`](super::Server) needs in each of its buffers for poses of that many joints: the longest
 /// answer to a pose, framed, and not less than any other message, those of a robot of 40 hinges among them. A board that
-/// drives more needs 6 bytes a hinge and 48 where that is more.
+/// drives more needs [`robot_buffer_length`] where that is more.
 pub const fn buffer_length(joints: usize) -> usize {
     // Zero, postcard of the pose and of a report with every class and stage, overhead, zero.
     let pose = 1 + 12 + 2 + 16 * joints;
@@ -77,6 +78,11 @@ pub const fn buffer_length(joints: usize) -> usize {
     let raw = OVERHEAD + pose + report;
     let framed = raw + raw / 254 + 1 + 2;
     if framed < 288 { 288 } else { framed }
+}
+
+/// The same for the answers of a robot of that many hinges: 6 bytes a hinge and 48.
+pub const fn robot_buffer_length(hinges: usize) -> usize {
+    HINGE_BYTES * hinges + 48
 }
 
 /// The message does not fit the frame's buffer.

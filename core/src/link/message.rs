@@ -379,6 +379,16 @@ mod tests {
             let length = frame.write(header, &reply).expect("it fits").len();
             assert!(length <= super::super::buffer_length(joints), "{joints} joints: {length}");
         }
+        let driven = crate::robot::Driven { held: true, at_limit: u16::MAX, lag: 1.1, missing_m: 1.1 };
+        for hinges in [0, 20, 40, 41, 64] {
+            let mut buffer = super::super::HingeBuffer::new();
+            let report = buffer.report(&driven, |h| (h < hinges).then_some((1.1, u16::MAX)));
+            assert_eq!(report.hinges().count(), hinges);
+            let length = frame.write(header, &Reply::Drive(report)).expect("it fits").len();
+            assert!(length <= super::super::robot_buffer_length(hinges), "{hinges} hinges: {length}");
+            // A robot of 40 hinges fits any buffer.
+            assert!(hinges > 40 || length <= super::super::buffer_length(2), "{hinges} hinges: {length}");
+        }
         let page = [(u16::MAX, u64::MAX); PAGE].into_iter().collect();
         let length = frame.write(header, &Reply::Statistics { more: true, page }).expect("it fits").len();
         assert!(length <= super::super::buffer_length(2), "{length}");

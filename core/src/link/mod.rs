@@ -33,7 +33,9 @@ mod server;
 pub use board::{Board, Statistic};
 pub use counter::LinkCounts;
 pub use fault::Fault;
-pub use frame::{Direction, Frame, Full, HEADER, Header, OVERHEAD, VERSION, buffer_length};
+pub use frame::{
+    Direction, Frame, Full, HEADER, Header, OVERHEAD, VERSION, buffer_length, robot_buffer_length,
+};
 pub use message::{
     Identity, MAX_PAIRS, MAX_STAGES, PAGE, Pairs, PoseBuffer, PoseBytes, Reply, Request, StepReport, decode,
 };

@@ -151,6 +151,8 @@ impl<B: Observer<J>, const J: usize, const H: usize> Observer<J> for Driver<'_, 
 }
 
 impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> {
+    const HINGES: usize = H;
+
     fn name(&self) -> &str {
         self.board.name()
     }

@@ -2,33 +2,47 @@
 
 use super::{
     Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
-    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, counter, decode,
-    parameter,
+    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, buffer_length,
+    counter, decode, parameter, robot_buffer_length,
 };
 use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
 
 /// Serves a stylizer over a line.
 ///
-/// `N` bytes is each of its two buffers; [`buffer_length`](super::buffer_length) of the joints is enough. Feed it
-/// every byte that comes in with [`receive`](Self::receive), and send what that returns:
+/// `N` bytes is each of its two buffers: [`buffer_length`] of the joints, or [`robot_buffer_length`] of the hinges
+/// where that is more. Feed it every byte that comes in with [`receive`](Self::receive), and send what that returns:
 ///
 /// ```
 /// use gestus_core::{Stylizer, link::{Board, Server, buffer_length}};
 ///
-/// fn serve<const J: usize, const K: usize, const C: usize>(
+/// const J: usize = 22;
+///
+/// fn serve<const K: usize, const C: usize>(
 ///     stylizer: &mut Stylizer<'_, J, K, C>,
 ///     board: impl Board<J>,
 ///     mut read: impl FnMut() -> Option<u8>,
 ///     mut write: impl FnMut(&[u8]),
 /// ) {
-///     // On a board, J is known, and so is N: `Server::<_, 22, 40, 28, { buffer_length(22) }>::new(..)`.
-///     let mut server = Server::<_, J, K, C, { buffer_length(64) }>::new(stylizer, board);
+///     let mut server = Server::<_, J, K, C, { buffer_length(J) }>::new(stylizer, board);
 ///     while let Some(byte) = read() {
 ///         if let Some(reply) = server.receive(byte) {
 ///             write(reply);
 ///         }
 ///     }
 /// }
+/// ```
+///
+/// Shorter buffers are an error of the compiler, since a pose that has been stepped and whose answer does not fit is a
+/// stream that is lost:
+///
+/// ```compile_fail
+/// # use gestus_core::{Stylizer, link::Server};
+/// fn serve(stylizer: &mut Stylizer<'_, 22, 40, 28>) {
+///     // 505 bytes are needed.
+///     Server::<_, 22, 40, 28, 400>::new(stylizer, ()).receive(0);
+/// }
+/// # let database = gestus_core::Database::open(&[]).unwrap();
+/// # serve(&mut Stylizer::new(database, gestus_core::Config::new()).unwrap());
 /// ```
 ///
 /// No sequence of bytes makes it panic or hang. A byte costs a bounded number of instructions: those of storing it,
@@ -65,7 +79,13 @@ where
 {
     /// A server that nobody has said hello to. The stylizer's parameters are those that sessions start with.
     pub fn new(stylizer: &'a mut Stylizer<'db, J, K, C>, board: B) -> Self {
-        const { assert!(N >= 64, "a server's buffers are at least 64 bytes; see buffer_length") };
+        const {
+            assert!(N >= buffer_length(J), "a server's buffers are shorter than buffer_length of its joints");
+            assert!(
+                B::HINGES == 0 || N >= robot_buffer_length(B::HINGES),
+                "a server's buffers are shorter than robot_buffer_length of its hinges"
+            );
+        }
         Self {
             config: *stylizer.config(),
             stylizer,
@@ -379,7 +399,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         LinkCounts::one(&mut self.counts.faults);
         #[cfg(feature = "defmt")]
         defmt::warn!("not done: {}", fault);
-        // A fault is a few bytes, and N is at least 64.
+        // A fault is a few bytes, and N is hundreds.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }
 }

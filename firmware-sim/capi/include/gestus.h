@@ -48,8 +48,8 @@
 // Most classes in a report.
 #define GESTUS_MOST_CLASSES 8
 
-// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what
-// `GESTUS_PARAMETER_SAFETY` says.
+// The input was no pose (NaN, a quaternion whose length is not within 1% of 1, a place over 100 km off): the last output
+// was held, or what `GESTUS_PARAMETER_SAFETY` says.
 #define GESTUS_DEGRADED_INPUT 1
 
 // A search used up its visits before it was done.
@@ -113,11 +113,11 @@ typedef enum GestusStatus {
   GESTUS_STATUS_CLASSES = 33,
   // The number of neighbors is 0, or more than the profile takes.
   GESTUS_STATUS_NEIGHBORS = 34,
-  // The database has no style, action or joint group of that number.
+  // There is no style, action, joint group or parameter of that number.
   GESTUS_STATUS_UNKNOWN = 35,
   // The database does not hold the labelled action in the labelled style.
   GESTUS_STATUS_NO_CLASS = 36,
-  // A weight is negative or not finite, or all are zero.
+  // A weight is negative or not finite, or all are zero; or there are more styles than 32, or than 3 for a joint group.
   GESTUS_STATUS_WEIGHTS = 37,
   // A parameter is not finite or out of its range.
   GESTUS_STATUS_PARAMETER = 38,
@@ -136,8 +136,8 @@ typedef enum GestusProfile {
   GESTUS_PROFILE_STANDARD = 0,
   // Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
   GESTUS_PROFILE_SMALL = 1,
-  // Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts and browsers. Libraries
-  // for boards leave it out (feature `large`).
+  // Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts, games and browsers. A
+  // library has it where it is built with `--features large`.
   GESTUS_PROFILE_LARGE = 2,
 } GestusProfile;
 
@@ -249,7 +249,8 @@ typedef struct GestusConfig {
   uint32_t classes;
   // Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
   uint32_t timing;
-  // The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`.
+  // The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`, which a database that was cut
+  // to its models does not hold.
   uint32_t method;
 } GestusConfig;
 
@@ -566,11 +567,12 @@ enum GestusStatus gestus_stylizer_set_visits(struct GestusStylizer *stylizer,
                                              uint32_t visits);
 
 // Sets a parameter of the method, a number of `GestusParameter`, from the next step on. The stream goes on; with another
-// method it begins anew.
+// method it begins anew, and both labels are taken back: say the action and the input style again.
 //
 // Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or no whole number where one is
-// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs),
-// `_NULL`, `_MISALIGNED`, `_HANDLE`.
+// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs, or the
+// method is that of linear models, which style the whole body, while a joint group has a style of its own), `_NULL`,
+// `_MISALIGNED`, `_HANDLE`.
 //
 // # Safety
 // `stylizer` came from `gestus_stylizer_init`.
@@ -649,7 +651,7 @@ enum GestusStatus gestus_stylizer_close(struct GestusStylizer *stylizer);
 // `report` may be null.
 //
 // With good arguments a step can't fail: input that is no pose is answered with the last output, and reported in
-// `degraded`.
+// `degraded`. Before there was an output the answer is a pose without any rotation, which is nothing to play.
 //
 // Answers `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 // Then the stylizer has not stepped.

@@ -21,7 +21,8 @@ pub struct GestusConfig {
     pub classes: u32,
     /// Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
     pub timing: u32,
-    /// The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`.
+    /// The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`, which a database that was cut
+    /// to its models does not hold.
     pub method: u32,
 }
 

@@ -18,8 +18,8 @@ pub enum GestusProfile {
     Standard = 0,
     /// Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
     Small = 1,
-    /// Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts and browsers. Libraries
-    /// for boards leave it out (feature `large`).
+    /// Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts, games and browsers. A
+    /// library has it where it is built with `--features large`.
     Large = 2,
 }
 

@@ -253,11 +253,12 @@ pub unsafe extern "C" fn gestus_stylizer_set_visits(
 }
 
 /// Sets a parameter of the method, a number of `GestusParameter`, from the next step on. The stream goes on; with another
-/// method it begins anew.
+/// method it begins anew, and both labels are taken back: say the action and the input style again.
 ///
 /// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or no whole number where one is
-/// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs),
-/// `_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs, or the
+/// method is that of linear models, which style the whole body, while a joint group has a style of its own), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.

@@ -2,7 +2,7 @@
 
 use core::ffi::{CStr, c_char};
 
-use gestus_core::{BlobError, ConfigError};
+use gestus_core::{BlobError, ConfigError, MAX_OWN, blob::layout::MAX_STYLES};
 
 /// What a function answers. With any answer but `GESTUS_STATUS_OK` nothing was changed, except as the function says.
 #[repr(C)]
@@ -52,11 +52,11 @@ pub enum GestusStatus {
     Classes = 33,
     /// The number of neighbors is 0, or more than the profile takes.
     Neighbors = 34,
-    /// The database has no style, action or joint group of that number.
+    /// There is no style, action, joint group or parameter of that number.
     Unknown = 35,
     /// The database does not hold the labelled action in the labelled style.
     NoClass = 36,
-    /// A weight is negative or not finite, or all are zero.
+    /// A weight is negative or not finite, or all are zero; or there are more styles than 32, or than 3 for a joint group.
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
@@ -115,7 +115,7 @@ impl GestusStatus {
             Self::Short => c"memory or an array is too short: ask for the size",
             Self::Overlap => c"two arguments overlap: give each its own memory",
             Self::Handle => c"the handle is none: it is stale, was overwritten or moved, or was never made",
-            Self::Profile => c"there is no such profile in this library",
+            Self::Profile => c"there is no such profile in this library: build it with the profile's feature, `standard`, `small` or `large`",
             Self::NotFound => c"there is nothing of that name or number",
             Self::Text => c"a text is not UTF-8 or too long",
             Self::BlobTruncated => c"the blob has not as many bytes as it says: copy it again, whole",
@@ -134,14 +134,14 @@ impl GestusStatus {
             }
             Self::BlobManifest => c"the blob's manifest can't be decoded: build it again",
             Self::BlobOther => c"the blob is refused: build it again with the builder of this version",
-            Self::Joints => c"the database has more joints than the profile takes: use a larger profile",
-            Self::Classes => c"the database has more classes than the profile takes: use a larger profile",
+            Self::Joints => c"the database has more joints than the profile takes: use a larger profile, up to GESTUS_PROFILE_LARGE of a library that was built with the feature `large`",
+            Self::Classes => c"the database has more classes than the profile takes: use a larger profile, up to GESTUS_PROFILE_LARGE of a library that was built with the feature `large`",
             Self::Neighbors => c"the number of neighbors is 0 or more than the profile takes",
-            Self::Unknown => c"the database has no style, action or joint group of that number",
+            Self::Unknown => c"there is no style, action, joint group or parameter of that number",
             Self::NoClass => {
                 c"the database does not hold that action in that style: label one of them, or neither"
             }
-            Self::Weights => c"weights must be finite, not negative, and not all zero",
+            Self::Weights => c"weights must be finite, not negative, and not all zero, of 1 to 32 styles, and of 3 at most for a joint group",
             Self::Parameter => c"a parameter is not finite or out of its range",
             Self::Method => c"the database does not hold what the method needs, or the method can't do that (linear models style the whole body): choose another, or build it with the models in it",
             Self::NoDial => c"the database has no effort dial: build it again with two styles or more",
@@ -201,6 +201,9 @@ pub(crate) fn of_blob(error: BlobError) -> (GestusStatus, GestusBlobDetail) {
         _ => (S::BlobOther, none),
     }
 }
+
+// What the texts of `Weights` say.
+const _: () = assert!(MAX_STYLES == 32 && MAX_OWN == 3);
 
 impl From<ConfigError> for GestusStatus {
     fn from(error: ConfigError) -> Self {

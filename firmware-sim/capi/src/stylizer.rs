@@ -225,8 +225,8 @@ pub struct GestusReport {
     pub classes: [GestusShare; GESTUS_MOST_CLASSES],
 }
 
-/// The input was no pose (NaN, a quaternion of no length, out of the room): the last output was held, or what
-/// `GESTUS_PARAMETER_SAFETY` says.
+/// The input was no pose (NaN, a quaternion whose length is not within 1% of 1, a place over 100 km off): the last output
+/// was held, or what `GESTUS_PARAMETER_SAFETY` says.
 pub const GESTUS_DEGRADED_INPUT: u32 = 1;
 /// A search used up its visits before it was done.
 pub const GESTUS_DEGRADED_VISITS: u32 = 2;
@@ -281,7 +281,7 @@ impl From<&gestus_core::Report> for GestusReport {
 /// `report` may be null.
 ///
 /// With good arguments a step can't fail: input that is no pose is answered with the last output, and reported in
-/// `degraded`.
+/// `degraded`. Before there was an output the answer is a pose without any rotation, which is nothing to play.
 ///
 /// Answers `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 /// Then the stylizer has not stepped.

@@ -1,7 +1,7 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
 use gestus_core::{
-    Config, Database, Digest, Method, Pose, Stylizer,
+    Config, Database, Digest, Effort, Method, Pose, Report, Safety, Stylizer,
     regress::Ridge,
     retarget::Map,
     robot::{Drive, Robot},
@@ -87,6 +87,10 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.searches(numbers[16] as usize));
     sum ^= stylizer.strength(numbers[17] as usize).to_bits();
     sum ^= u32::from(stylizer.labels().0.unwrap_or(0));
+    sum ^= u32::from(stylizer.set_floor([floats[15], floats[16]]).is_ok());
+    let effort = Effort { flow: floats[17], weight: floats[18], time: floats[19] };
+    sum ^= stylizer.set_effort(effort).map_or(3, |reached| u32::from(reached.is_clamped()));
+    sum ^= u32::from(stylizer.config().classes_kept()) ^ stylizer.database().identity();
 
     let mut digest = Digest::new();
     let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
@@ -95,14 +99,31 @@ fn profile<const J: usize, const K: usize, const C: usize>(
         for value in input.position.iter_mut().chain(input.rotations.as_flattened_mut()) {
             *value = next.next().unwrap_or(0.0);
         }
-        let report = stylizer.step(&input, &mut output);
+        let report = stepped(&mut stylizer, frame, numbers, &input, &mut output);
         digest.add(&output, numbers[19] as usize, report.step_s);
+        sum ^= stylizer.last_output().map_or(0, |pose| pose.position[0].to_bits());
         sum ^= report.visits ^ report.bytes_read ^ u32::from(report.degraded.bits());
         sum ^= report.classes.iter().map(|s| u32::from(s.class) ^ s.proportion.to_bits()).sum::<u32>();
         sum ^= report.distance2.to_bits() ^ report.predicted_step_s.to_bits();
         sum ^= u32::from(report.contacts[0]) ^ u32::from(report.contacts[1]);
     }
     sum ^ digest.value()
+}
+
+/// A step, or a tick with a pose of any number or without one.
+fn stepped<const J: usize, const K: usize, const C: usize>(
+    stylizer: &mut Stylizer<'_, J, K, C>,
+    frame: u32,
+    numbers: &[u32; 32],
+    input: &Pose<J>,
+    output: &mut Pose<J>,
+) -> Report {
+    match numbers[23].wrapping_add(frame) & 3 {
+        0 => stylizer.step(input, output),
+        1 => stylizer.step_observed(input, output, &mut ()),
+        2 => stylizer.tick(None, output),
+        _ => stylizer.tick(Some((input, numbers[24].rotate_left(frame))), output),
+    }
 }
 
 fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
@@ -129,6 +150,16 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
         .preference(floats[10])
         .halflife_s(floats[11])
         .speed_limit(floats[12])
+        .output_kappa(floats[13])
+        .feedback(floats[20])
+        .release_m(floats[21])
+        .ease_s(floats[22])
+        .contacts(numbers[25] == 1)
+        .safety(match numbers[26] {
+            0 => Safety::Follow,
+            1 => Safety::Hold,
+            _ => Safety::Rest,
+        })
         .yaw(if numbers[6] == 1 {
             gestus_core::config::Yaw::Input
         } else {

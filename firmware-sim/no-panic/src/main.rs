@@ -11,6 +11,7 @@
 mod capi_roots;
 mod core_roots;
 mod link_roots;
+mod loop_roots;
 mod robot_roots;
 
 use core::{ffi::c_void, panic::PanicInfo};
@@ -39,6 +40,7 @@ pub unsafe extern "C" fn _start(outside: *const Outside, sink: *mut u32) {
     };
     let mut result = core_roots::reach(blob, &outside.numbers, &outside.floats);
     result ^= link_roots::reach(blob, &outside.numbers);
+    result ^= loop_roots::reach(&outside.numbers, &outside.floats);
     result ^= robot_roots::reach(blob, &outside.numbers, &outside.floats);
     // SAFETY: as above.
     result ^= unsafe { capi_roots::reach(outside) };

@@ -102,9 +102,7 @@ impl RobotArgs {
     pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let robot = Robot::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-        robot.fits(database, HINGES).map_err(|error| {
-            anyhow::anyhow!("{}: {error} (was it made with this database?)", path.display())
-        })?;
+        robot.fits(database, HINGES).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         Ok(Some(robot))
     }
 

@@ -15,7 +15,7 @@ use gestus_core::{
     blob::layout::MAX_JOINTS,
     link::{
         DriveReport, Identity, MAX_PAIRS, Pairs, PoseBuffer, Reply, Request, RobotIdentity, StepReport,
-        counter, parameter,
+        buffer_length, counter, parameter,
     },
     robot::Robot,
 };
@@ -141,7 +141,7 @@ impl<'t, L: Line> Session<'t, L> {
     /// Says hello to a board and to its twin ([`with_board`](super::serve::with_board)).
     ///
     /// # Errors
-    /// [`LinkError`], and a board whose database is another one.
+    /// [`LinkError`], and a board whose database is another one, or whose buffers are too short for its poses.
     pub fn begin(mut board: Client<L>, twin: &'t mut BoardFn<'t>, database: &Database<'_>) -> Result<Self> {
         let identity = BoardIdentity::from(board.hello()?);
         if identity.database != database.identity() {
@@ -151,16 +151,11 @@ impl<'t, L: Line> Session<'t, L> {
                 database.identity()
             );
         }
+        let joints = database.counts().joints;
+        has_room(&identity, joints)?;
         let mut twin = Client::new(Loopback::new(twin, Noise::default()), 1, Patience::default());
         twin.hello()?;
-        Ok(Self {
-            board,
-            twin,
-            identity,
-            joints: database.counts().joints,
-            buffer: Box::default(),
-            robot: None,
-        })
+        Ok(Self { board, twin, identity, joints, buffer: Box::default(), robot: None })
     }
 
     /// Finds the robot of those tables on the board, and puts its hinges at these angles, radians, at both ends. From
@@ -461,6 +456,18 @@ impl Linked {
         });
         format!("tick{head}\n{}", rows.collect::<String>())
     }
+}
+
+/// A board whose buffers are too short drops poses without a word, or steps them and can't answer: it is told before a
+/// stream begins.
+fn has_room(board: &BoardIdentity, joints: usize) -> Result<()> {
+    let (need, have) = (buffer_length(joints), board.buffer_bytes);
+    if usize::from(have) < need {
+        bail!(
+            "the link's buffers on the board have {have} bytes, and poses of {joints} joints take {need}: build its firmware with longer ones (docs/LINK.md, \"Memory\")"
+        );
+    }
+    Ok(())
 }
 
 /// Statistics by name; a board's own by number.

@@ -412,6 +412,18 @@ fn stepping() {
 }
 
 #[test]
+fn before_the_first_pose_the_answer_is_no_rotation_at_all() {
+    let f = Fixture::new();
+    let (mut position, mut rotations) = ([f32::NAN, 1.0, 0.0], [[0f32; 4]; JOINTS]);
+    let (p, r) = (position.as_mut_ptr(), rotations.as_mut_ptr().cast::<f32>());
+    let mut report = GestusReport::default();
+    // SAFETY: the arrays have as many numbers; the output takes the input's place.
+    let answer = unsafe { gestus_stylizer_step(f.stylizer, p, r, JOINTS, p, r, &mut report) };
+    assert_eq!((answer, report.degraded), (S::Ok, GESTUS_DEGRADED_INPUT));
+    assert_eq!((position, rotations), ([0.0; 3], [[0.0, 0.0, 0.0, 1.0]; JOINTS]));
+}
+
+#[test]
 fn every_status_has_a_message_and_every_number_an_answer() {
     let text = |status: u32| {
         // SAFETY: it never answers null, and its texts end with a zero.
@@ -425,6 +437,16 @@ fn every_status_has_a_message_and_every_number_an_answer() {
     assert_eq!(seen.len(), 30);
     assert_eq!(text(S::Overlap as u32), "two arguments overlap: give each its own memory");
     assert_eq!(text(u32::MAX), "there is no such status");
+    // A body of 60 joints ended at a profile that the library did not have, and nothing said where to find it.
+    for status in [S::Joints, S::Classes, S::Profile] {
+        assert!(
+            text(status as u32).contains("feature") && text(status as u32).contains("`large`"),
+            "{status:?}"
+        );
+    }
+    // The 26th parameter, four styles for a group, 33 for the body: what was wrong was not in the text.
+    assert!(text(S::Unknown as u32).contains("parameter"));
+    assert!(text(S::Weights as u32).contains("1 to 32 styles, and of 3 at most for a joint group"));
     // SAFETY: as above.
     let version = unsafe { CStr::from_ptr(gestus_version()) }.to_str().unwrap();
     assert_eq!(version, env!("CARGO_PKG_VERSION"));
