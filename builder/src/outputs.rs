@@ -26,7 +26,10 @@ pub fn apart<'a>(
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
         if is_gltf(path) {
-            bail!("{option} {}: glTF is read and not written: end the name with .bvh", path.display());
+            bail!(
+                "{option} {}: glTF is read and not written: choose a name that ends otherwise, .bvh where it is a clip",
+                path.display()
+            );
         }
         // Nothing is lost in a device: /dev/null is put out to twice.
         let Some(place) = place(path).filter(|p| p.is_file() || !p.exists()) else { continue };
@@ -102,6 +105,9 @@ mod tests {
         }
         let message = refused(&[&db], &[("--page", &new), ("-o", &new)]).unwrap();
         assert!(message.contains("--page goes there too"), "{message}");
+        // What is written may be no clip, and is not told to be one.
+        let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
+        assert!(message.contains("ends otherwise, .bvh where it is a clip"), "{message}");
         // New files anywhere, other files of the folder, and devices.
         let null = PathBuf::from("/dev/null");
         let fresh = data.join("b.bvh");

@@ -11,6 +11,7 @@ use gestus_builder::{
     build::build,
     corpus::Corpus,
     effort::{
+        Source,
         fragment::{self, Library},
         labels,
         model::Model,
@@ -189,7 +190,7 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Solves the effort dial and puts it into the blob; of one style there is none.
+/// Solves the effort dial and puts it into the blob, where there is one; says why where there is none.
 fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
     let database = gestus_core::Database::open(bytes)?;
     let model = match table {
@@ -203,10 +204,23 @@ fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Resul
         eprintln!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST);
         return Ok(());
     }
-    let Some(dial) = response::solve(&database, corpus, &model, corpus.plain_style())? else {
-        eprintln!("no effort dial: it takes two styles of one action");
-        return Ok(());
+    let dial = match response::solve(&database, corpus, &model, corpus.plain_style())? {
+        Ok(dial) => dial,
+        Err(reason) => {
+            eprintln!("no effort dial: {reason}");
+            return Ok(());
+        }
     };
+    if let Some(path) = table.filter(|_| dial.source != Source::Given) {
+        eprintln!(
+            "{}: {} fragments have labels, the effort dial takes {} of {} frames or more: it is made of estimates; fill in \
+             more rows",
+            path.display(),
+            model.library.fragments.len(),
+            response::FEWEST_GIVEN,
+            fragment::FEWEST
+        );
+    }
     *bytes = with_section(bytes, section::EFFORT, &dial.section())?;
     Ok(())
 }

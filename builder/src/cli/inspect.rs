@@ -100,14 +100,14 @@ fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
     let factors = |values: [f32; 3]| Effort::NAMES.iter().zip(values).collect::<BTreeMap<_, _>>();
     let low = dial.range().map(|r| r.0);
     let high = dial.range().map(|r| r.1);
-    let styles: BTreeMap<&str, _> =
+    let of_styles: BTreeMap<&str, _> =
         styles.iter().enumerate().map(|(s, name)| (*name, factors(dial.of_style(s).factors()))).collect();
     json!({
         "labels": match dial.labels() {
             Labels::Given => "given",
             Labels::Estimated => "estimated",
         },
-        "low": factors(low), "high": factors(high), "rest": factors(dial.rest().factors()), "styles": styles,
+        "low": factors(low), "high": factors(high), "rest": factors(dial.rest().factors()), "of_styles": of_styles,
     })
 }
 

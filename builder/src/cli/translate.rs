@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use clap::{ArgMatches, Command, parser::ValueSource};
 use gestus_builder::{
     bvh::Unit,
     cleanup,
@@ -28,6 +29,9 @@ use serde_json::{Value, json};
 /// Translate a clip into another style.
 #[derive(clap::Args)]
 pub struct Args {
+    /// First, since what is parsed after it is taken out
+    #[command(flatten)]
+    given: Given,
     /// The database
     #[arg(long)]
     db: PathBuf,
@@ -65,6 +69,61 @@ pub struct Args {
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// The options that were given, without their dashes; not those that say what is so anyway.
+#[derive(Clone)]
+struct Given(Vec<String>);
+
+impl clap::Args for Given {
+    fn augment_args(command: Command) -> Command {
+        command
+    }
+    fn augment_args_for_update(command: Command) -> Command {
+        command
+    }
+}
+
+impl clap::FromArgMatches for Given {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let command = <Args as clap::Args>::augment_args(Command::new("translate"));
+        let said = |a: &&clap::Arg| {
+            let id = a.get_id().as_str();
+            let plain = a.get_default_values().iter().map(|v| v.as_os_str());
+            matches.value_source(id) == Some(ValueSource::CommandLine)
+                && !matches.get_raw(id).into_iter().flatten().eq(plain)
+        };
+        let options = command.get_arguments().filter(said).filter_map(|a| Some(a.get_long()?.to_owned()));
+        Ok(Self(options.collect()))
+    }
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// The options that a whole clip of blended fragments has a use for. All others are of streams.
+const OF_WHOLE: [&str; 10] =
+    ["db", "input", "map", "unit", "effort", "method", "output", "labels", "page", "json"];
+
+impl Given {
+    /// Refuses options that would do nothing with that method.
+    fn check(&self, whole: bool) -> Result<()> {
+        if whole {
+            let idle: Vec<String> =
+                self.0.iter().filter(|o| !OF_WHOLE.contains(&o.as_str())).map(|o| format!("--{o}")).collect();
+            if !idle.is_empty() {
+                bail!(
+                    "{} would do nothing with --method effort, which rebuilds the whole clip of fragments: leave out these \
+                     options, or --method",
+                    idle.join(", ")
+                );
+            }
+        } else if self.0.iter().any(|o| o == "labels") {
+            bail!("--labels does nothing without --method effort: give both, or neither");
+        }
+        Ok(())
+    }
 }
 
 /// A robot that does what comes out.
@@ -142,6 +201,11 @@ impl RobotArgs {
 pub fn run(args: &Args) -> Result<()> {
     let robot = &args.robot;
     robot.check(args.json)?;
+    let whole_clip = args.wish.method == "effort";
+    if whole_clip && args.wish.effort.is_none() {
+        bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
+    }
+    args.given.check(whole_clip)?;
     super::apart(
         [Some(&args.db), Some(&args.input), args.map.as_ref(), args.labels.as_ref()]
             .into_iter()
@@ -160,8 +224,8 @@ pub fn run(args: &Args) -> Result<()> {
     for doubt in input.retarget().map(Retarget::doubts).unwrap_or_default() {
         eprintln!("{}: retargeted; doubt: {doubt}", args.input.display());
     }
-    if args.wish.method == "effort" {
-        return whole(args, &database, &input);
+    if let Some(wanted) = args.wish.effort.as_ref().filter(|_| whole_clip) {
+        return whole(args, wanted, &database, &input);
     }
     let mut request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
     if args.clean_up {
@@ -225,13 +289,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// The whole clip, rebuilt of blended fragments of the database (paper 003).
-fn whole(args: &Args, database: &Database<'_>, input: &Input) -> Result<()> {
-    let Some(wanted) = &args.wish.effort else {
-        bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
-    };
-    if args.trace.is_some() {
-        bail!("--trace: --method effort has no steps to trace");
-    }
+fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
     let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
     let start = std::time::Instant::now();
     let model = match &args.labels {

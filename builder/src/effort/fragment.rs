@@ -7,7 +7,10 @@ use std::sync::Arc;
 
 use gestus_core::{
     Database,
-    blob::layout::{dof, flag},
+    blob::{
+        layout::{cycle, dof, flag, section},
+        read::Record,
+    },
 };
 use nalgebra::Vector3;
 
@@ -29,6 +32,8 @@ const REST_S: f64 = 0.3;
 const SHORTEST_S: f64 = 0.4;
 /// A cycle of fewer frames has no timing to speak of.
 pub const FEWEST: usize = 8;
+/// Knots of a gait cycle: left strike, right strike, left strike.
+const GAIT_KNOTS: usize = 3;
 
 /// A stretch of a clip.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,16 +99,10 @@ impl Library {
         let mut library = Self::empty(corpus)?;
         for example in &corpus.examples {
             let rows = library.body.clip_dofs(&example.clip);
-            let whole = |c: &crate::corpus::Cycle| {
-                let (from, to) = c.span();
-                (from.round().max(0.0) as usize, (to.round() as usize).min(rows.len()))
-            };
-            let spans = match example.cycles.as_slice() {
-                [one] => at_rests(&library.body, &rows, corpus.rate_hz, whole(one)),
-                many => many.iter().map(whole).collect(),
-            };
-            for (from, to) in spans {
-                if to >= from + FEWEST {
+            for cycle in &example.cycles {
+                let (from, to) = cycle.span();
+                let whole = (from.round().max(0.0) as usize, (to.round() as usize).min(rows.len()));
+                for (from, to) in library.cut(&rows, cycle.knots.len(), whole) {
                     let span = Span { clip: example.clip.name.clone(), from, to };
                     let rows = rows[from..to].to_vec();
                     library.fragments.push(Fragment::new(span, example.action, example.style, rows));
@@ -134,7 +133,7 @@ impl Library {
         Ok(library)
     }
 
-    /// The cycles that a database holds.
+    /// The fragments of the cycles that a database holds, cut as [`found`](Self::found) cuts a corpus.
     ///
     /// # Errors
     /// [`LandmarkError`] where the skeleton has no legs.
@@ -150,7 +149,13 @@ impl Library {
             manifest.as_ref().map(pick).unwrap_or_default()
         };
         let clips = names(|m| m.clips.iter().map(String::from).collect());
-        let mut fragments = Vec::new();
+        let mut library = Self {
+            body,
+            rate_hz: f64::from(database.rate_hz()),
+            actions: names(|m| m.actions.iter().map(String::from).collect()),
+            styles: names(|m| m.styles.iter().map(String::from).collect()),
+            fragments: Vec::new(),
+        };
         for (number, class) in database.classes().enumerate() {
             let mut row = class.first_row;
             while row < class.first_row + class.rows {
@@ -164,28 +169,24 @@ impl Library {
                 while same(row) {
                     row += 1;
                 }
-                if row >= first + FEWEST {
+                let wide = |r| export::row(database, r).into_iter().map(f64::from).collect();
+                let rows: Vec<Vec<f64>> = (first..row).map(wide).collect();
+                let knots = cycle.map_or(GAIT_KNOTS, |c| knots(database, c));
+                for (from, to) in library.cut(&rows, knots, (0, rows.len())) {
                     let clip = (0..database.counts().clips).find(|&c| {
                         let (start, rows) = database.clip(c);
                         (start..start + rows).contains(&first)
                     });
                     let start = clip.map_or(0, |c| database.clip(c).0);
                     let clip = clip.and_then(|c| clips.get(c).cloned()).unwrap_or_default();
-                    let span = Span { clip, from: first - start, to: row - start };
-                    let wide = |r| export::row(database, r).into_iter().map(f64::from).collect();
+                    let span = Span { clip, from: first + from - start, to: first + to - start };
                     let (action, style) = (usize::from(class.action), usize::from(class.style));
-                    fragments.push(Fragment::new(span, action, style, (first..row).map(wide).collect()));
+                    library.fragments.push(Fragment::new(span, action, style, rows[from..to].to_vec()));
                 }
                 row = row.max(first + 1);
             }
         }
-        Ok(Self {
-            body,
-            rate_hz: f64::from(database.rate_hz()),
-            actions: names(|m| m.actions.iter().map(String::from).collect()),
-            styles: names(|m| m.styles.iter().map(String::from).collect()),
-            fragments,
-        })
+        Ok(library)
     }
 
     /// The fragments that a person marked, of the clips that a database holds.
@@ -222,6 +223,17 @@ impl Library {
         })
     }
 
+    /// The fragments within a cycle of some rows: a gait's is one, whatever else is cut at its rests. What is too short is
+    /// left out.
+    fn cut(&self, rows: &[Vec<f64>], knots: usize, cycle: (usize, usize)) -> Vec<(usize, usize)> {
+        let mut spans = vec![cycle];
+        if knots != GAIT_KNOTS && cycle.1 >= cycle.0 + FEWEST {
+            spans = at_rests(&self.body, rows, self.rate_hz, cycle);
+        }
+        spans.retain(|(from, to)| *to >= from + FEWEST);
+        spans
+    }
+
     /// Rows as poses in the world, walking off from the origin.
     pub fn frames(&self, rows: &[Vec<f64>]) -> Vec<Frame> {
         walk(&self.body, rows, self.rate_hz)
@@ -244,6 +256,12 @@ pub fn walk(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Frame> {
             body.pose(row, ground, heading)
         })
         .collect()
+}
+
+/// How many knots a cycle of a database has.
+fn knots(database: &Database<'_>, index: usize) -> usize {
+    let table = database.sections().into_iter().find(|(id, _)| *id == section::CYCLES);
+    table.map_or(0, |(_, table)| Record::of(table, index, cycle::LENGTH).u16(cycle::KNOTS).into())
 }
 
 /// Cuts a clip in the middle of its rests.
@@ -284,7 +302,11 @@ fn at_rests(body: &Body, rows: &[Vec<f64>], rate_hz: f64, (from, to): (usize, us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synth;
+    use crate::{
+        build::{BuildOptions, build},
+        corpus::Cycle,
+        synth,
+    };
 
     fn corpus(actions: &[&str]) -> Corpus {
         synth::corpus(&synth::Options {
@@ -326,5 +348,53 @@ mod tests {
         let cut = rows.len()..rows.len() + 15;
         assert!(spans.iter().any(|s| cut.contains(&s.1)), "{spans:?}, rest at {cut:?}");
         assert_eq!((spans[0].0, spans[spans.len() - 1].1), (0, twice.len()));
+    }
+
+    /// Generated motion, every clip twice with a second of standing between, and one cycle of so many knots over both.
+    fn with_rests(actions: &[&str], knots: usize) -> Corpus {
+        let mut corpus = corpus(actions);
+        for example in &mut corpus.examples {
+            let frames = example.clip.frames.clone();
+            let last = frames[frames.len() - 1].clone();
+            example.clip.frames = [frames.clone(), vec![last; 30], frames].concat();
+            let count = example.clip.frames.len();
+            let even = |k: usize| (count - 1) as f64 * k as f64 / (knots - 1) as f64;
+            example.cycles = vec![Cycle { knots: (0..knots).map(even).collect() }];
+            example.contacts = vec![[true; 2]; count];
+        }
+        corpus
+    }
+
+    /// A clip in which one gait cycle was found was taken for an act, and cut in the middle of it where the body stood.
+    #[test]
+    fn the_only_cycle_of_a_gait_is_one_fragment() {
+        let fragments = |knots: usize| {
+            let corpus = with_rests(&["walk"], knots);
+            Library::found(&corpus).unwrap().fragments.len() as f64 / corpus.examples.len() as f64
+        };
+        assert_eq!((fragments(GAIT_KNOTS), fragments(13)), (1.0, 2.0));
+    }
+
+    /// The fragments of a database are those of its clips: acts were cut at their rests in a corpus, and not there.
+    #[test]
+    fn a_database_is_cut_as_its_clips_are() {
+        let corpus = with_rests(&["punch"], 13);
+        let built = build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap();
+        let held = Library::of_database(&Database::open(&built.bytes).unwrap()).unwrap().fragments;
+        let found = Library::found(&corpus).unwrap().fragments;
+        assert!(found.len() > corpus.examples.len());
+        assert_eq!(held.len(), found.len());
+        for f in &found {
+            // A blob has rows of f32, and its rows begin behind the first frame.
+            let near = |h: &&Fragment| {
+                h.span.clip == f.span.clip
+                    && h.span.from.abs_diff(f.span.from).max(h.span.to.abs_diff(f.span.to)) <= 2
+            };
+            let same = held.iter().find(near).unwrap_or_else(|| panic!("{:?}", f.span));
+            assert_eq!(
+                (same.action, same.style, same.rows.len()),
+                (f.action, f.style, same.span.to - same.span.from)
+            );
+        }
     }
 }

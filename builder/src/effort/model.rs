@@ -22,7 +22,7 @@ pub const BLENDS: usize = 105;
 /// Seed of the blends that are drawn without being asked for.
 const SEED: u64 = 2006;
 /// Fewest labelled blends to learn from.
-const FEWEST: usize = 20;
+pub const FEWEST: usize = 20;
 
 /// A drawn blend: two fragments and α.
 pub type Draw = (usize, usize, f64);

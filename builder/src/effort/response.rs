@@ -20,17 +20,18 @@
 use gestus_core::{Config, Database, blob::layout::MAX_STYLES};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use thiserror::Error;
 
 use super::{
     Factors, Source,
     dial::{Dial, Reach, nearest},
     estimate::{Estimator, held},
-    fragment::Library,
+    fragment::{FEWEST, Library},
     model::Model,
     ridge::{self, Kernel, Machine, Tabled, gammas},
 };
 use crate::{
-    corpus::Corpus,
+    corpus::{Corpus, Example},
     landmarks::LandmarkError,
     motion::Clip,
     report::progress,
@@ -49,6 +50,23 @@ const SOFT: f64 = 0.3;
 const UNEVEN: [f64; 2] = [2.0, 12.0];
 /// The share of the mean step that the input which follows least has to do, for the way to go on.
 const LAG: f64 = 0.15;
+
+/// Fragments with labels that people's taste is learned from, at least: as many as a cross-validation has folds.
+pub const FEWEST_GIVEN: usize = ridge::FOLDS;
+
+/// Why a database gets no dial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum NoDial {
+    /// There is nothing to mix.
+    #[error("it takes fragments of two styles or more: add clips of another style, or label fragments of it")]
+    Styles,
+    /// The format has no room for the table.
+    #[error("{0} styles, at most {MAX_STYLES} fit into one: choose with --styles")]
+    Many(usize),
+    /// No output can be judged.
+    #[error("every clip is too short to judge what comes out of it: add clips of a second or more")]
+    Short,
+}
 
 /// Clips, the core, and an eye for Effort.
 struct Probe<'a> {
@@ -70,15 +88,20 @@ impl<'a> Probe<'a> {
         let library = Library::of_database(database)?;
         let estimator = Estimator::of(&library);
         let learned = (model.source == Source::Given).then(|| taste(model, &estimator)).flatten();
+        // An action that lacks a style is in no database, and there is no output to look at.
+        let actions: Vec<usize> = (0..corpus.actions.len())
+            .filter(|&a| database.classes().any(|c| usize::from(c.action) == a))
+            .collect();
         let mut inputs: Vec<(Clip, usize)> = Vec::new();
         for round in 0..2 {
-            for action in 0..corpus.actions.len() {
-                let mut own: Vec<_> = corpus.examples.iter().filter(|e| e.action == action).collect();
+            for &action in &actions {
+                let long = |e: &&Example| e.action == action && e.clip.frames.len() >= FEWEST;
+                let mut own: Vec<_> = corpus.examples.iter().filter(long).collect();
                 // Clips of the style at rest first; the middle of them, for first and last takes are often odd ones.
                 own.sort_by_key(|e| (e.style != rest, e.clip.name.clone()));
                 let count = own.iter().filter(|e| e.style == rest).count().max(1);
                 if let Some(example) = own.get((count / 2 + round) % count).filter(|_| round < count)
-                    && inputs.len() < INPUTS.max(corpus.actions.len())
+                    && inputs.len() < INPUTS.max(actions.len())
                 {
                     let mut clip = example.clip.clone();
                     clip.frames.truncate((LONGEST_S * clip.rate_hz) as usize);
@@ -89,31 +112,40 @@ impl<'a> Probe<'a> {
         Ok(Self { database, library, estimator, learned, inputs })
     }
 
-    /// The Effort of the output of each input, before feet are held; `None` where one can't be told. Holding a foot takes
+    /// The Effort of an input's output, before feet are held; `None` where it can't be told. Holding a foot takes
     /// out of a landing what standing asks for, a frame earlier or later as it falls: no part of the style, and on runs,
     /// whose flow hardly differs from style to style, as much as the styles' whole range.
-    fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
-        let style: Vec<(u16, f32)> = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
+    fn see(&self, mix: &[f64], (clip, action): &(Clip, usize)) -> Option<Factors> {
+        let style = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
+        let config = Config::new().contacts(false);
+        let request = Request { config, style, action: Some(*action as u16), ..Request::style(0) };
+        let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
         let (body, rate_hz) = (&self.library.body, self.library.rate_hz);
-        self.inputs
+        let (frames, times) = (streamed.frames(), streamed.times());
+        let seen = self.estimator.stream(body, &frames, &times, rate_hz, Some(*action))?;
+        Some(match &self.learned {
+            Some(machines) => machines.each_ref().map(|m| held(m.predict(&seen))),
+            None => seen,
+        })
+    }
+
+    /// That of every input.
+    fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
+        self.inputs.par_iter().map(|input| self.see(mix, input)).collect()
+    }
+
+    /// Looks at several mixes, and lets go the inputs that one of them can't be told of: of a short clip a quick style
+    /// may make less than can be judged.
+    fn settle(&mut self, mixes: &[Vec<f64>]) -> Vec<Vec<Factors>> {
+        let seen: Vec<Option<Vec<Factors>>> = self
+            .inputs
             .par_iter()
-            .map(|(clip, action)| {
-                let (style, config) = (style.clone(), Config::new().contacts(false));
-                let request = Request { config, style, action: Some(*action as u16), ..Request::style(0) };
-                let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
-                let seen = self.estimator.stream(
-                    body,
-                    &streamed.frames(),
-                    &streamed.times(),
-                    rate_hz,
-                    Some(*action),
-                )?;
-                Some(match &self.learned {
-                    Some(machines) => machines.each_ref().map(|m| held(m.predict(&seen))),
-                    None => seen,
-                })
-            })
-            .collect()
+            .map(|input| mixes.par_iter().map(|mix| self.see(mix, input)).collect())
+            .collect();
+        let mut told = seen.iter().map(Option::is_some);
+        self.inputs.retain(|_| told.next().unwrap_or(false));
+        let kept: Vec<Vec<Factors>> = seen.into_iter().flatten().collect();
+        (0..mixes.len()).map(|m| kept.iter().map(|of_input| of_input[m]).collect()).collect()
     }
 }
 
@@ -129,7 +161,7 @@ fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
             Some((z.to_vec(), *e))
         })
         .collect();
-    if seen.len() < ridge::FOLDS {
+    if seen.len() < FEWEST_GIVEN {
         return None;
     }
     let (z, efforts): (Vec<Vec<f64>>, Vec<Factors>) = seen.into_iter().unzip();
@@ -147,7 +179,9 @@ struct Way {
 }
 
 /// Solves the dial of a database by looking at what comes out of it; `corpus` has its clips, `model` the labels, `rest`
-/// is the style of the clips that are streamed. `None` of fewer than two styles, or more than the format holds.
+/// is the style of the clips that are streamed. The dial says whose word it has: labels of fewer than [`FEWEST_GIVEN`]
+/// fragments can't be learned from, and it is made of estimates in spite of them. Where there is none, [`NoDial`] says
+/// why.
 ///
 /// # Errors
 /// [`LandmarkError`] where the skeleton has no legs.
@@ -156,20 +190,18 @@ pub fn solve(
     corpus: &Corpus,
     model: &Model,
     rest: usize,
-) -> Result<Option<Dial>, LandmarkError> {
+) -> Result<Result<Dial, NoDial>, LandmarkError> {
     let styles = corpus.styles.len();
     let used: Vec<usize> =
         (0..styles).filter(|&s| model.library.fragments.iter().any(|f| f.style == s)).collect();
-    if used.len() < 2 || styles > MAX_STYLES {
-        return Ok(None);
+    if used.len() < 2 {
+        return Ok(Err(NoDial::Styles));
     }
-    let probe = Probe::of(database, corpus, model, rest)?;
+    if styles > MAX_STYLES {
+        return Ok(Err(NoDial::Many(styles)));
+    }
+    let mut probe = Probe::of(database, corpus, model, rest)?;
     let bar = progress::bar(used.len() + 1 + 6 * UNEVEN.len() * PLACES, "effort dial");
-    let look = |mix: &[f64]| {
-        let seen = probe.look(mix);
-        bar.inc(1);
-        seen
-    };
     let spread_over = |weights: &[f64]| {
         let mut mix = vec![0.0; styles];
         used.iter().zip(weights).for_each(|(&s, w)| mix[s] = *w);
@@ -177,14 +209,16 @@ pub fn solve(
     };
     let even = spread_over(&vec![1.0 / used.len() as f64; used.len()]);
     let alone = |i: usize| -> Vec<f64> { (0..used.len()).map(|j| f64::from(u8::from(i == j))).collect() };
-    let vertices: Option<Vec<Vec<Factors>>> =
-        (0..used.len()).into_par_iter().map(|i| look(&spread_over(&alone(i)))).collect();
-    let (Some(vertices), Some(middle)) = (vertices, look(&even)) else {
+    let mut mixes: Vec<Vec<f64>> = (0..used.len()).map(|i| spread_over(&alone(i))).collect();
+    mixes.push(even.clone());
+    let mut vertices = probe.settle(&mixes);
+    bar.inc(mixes.len() as u64);
+    let middle = vertices.pop().unwrap_or_default();
+    if middle.is_empty() {
         bar.finish_and_clear();
-        return Ok(None);
-    };
-    let ends = ends(&vertices, &middle);
-    let ways: Option<Vec<Way>> = ends
+        return Ok(Err(NoDial::Short));
+    }
+    let ways: Vec<Way> = ends(&vertices, &middle)
         .par_iter()
         .map(|end| {
             let end = spread_over(end);
@@ -192,14 +226,16 @@ pub fn solve(
             for place in 1..=PLACES {
                 let t = place as f64 / PLACES as f64;
                 let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
-                way.seen.push(look(&mix)?);
+                // Where an output is too short to judge, the way is at its end.
+                let Some(seen) = probe.look(&mix) else { break };
+                bar.inc(1);
+                way.seen.push(seen);
                 way.mixes.push(mix);
             }
-            Some(way)
+            way
         })
         .collect();
     bar.finish_and_clear();
-    let Some(ways) = ways else { return Ok(None) };
     // Factor by factor, down and up: of the ways that were tried the one that reaches furthest.
     let mut reaches = ways.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
         let (factor, sign) = (n / 2, if n % 2 == 0 { -1.0 } else { 1.0 });
@@ -208,7 +244,8 @@ pub fn solve(
     });
     let reaches: [[Reach; 2]; 3] =
         std::array::from_fn(|_| std::array::from_fn(|_| reaches.next().unwrap_or_default()));
-    Ok(Some(Dial::of_ways(model.source, styles, &even, mean(&middle), &reaches)))
+    let source = if probe.learned.is_some() { Source::Given } else { Source::Estimated };
+    Ok(Ok(Dial::of_ways(source, styles, &even, mean(&middle), &reaches)))
 }
 
 fn mean(seen: &[Factors]) -> Factors {
@@ -286,6 +323,101 @@ fn isotonic(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        effort::{
+            labels,
+            sheet::{selected, sheet},
+        },
+        synth,
+    };
+
+    fn corpus(actions: &[&str]) -> Corpus {
+        synth::corpus(&synth::Options {
+            actions: actions.iter().map(|a| (*a).to_owned()).collect(),
+            styles: ["neutral", "angry"].map(String::from).to_vec(),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap()
+    }
+
+    fn blob(corpus: &Corpus) -> Vec<u8> {
+        build(corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap().bytes
+    }
+
+    fn cut(corpus: &mut Corpus, example: usize, frames: usize) {
+        corpus.examples[example].clip.frames.truncate(frames);
+    }
+
+    /// `build` leaves out an action that lacks a style; its name stays in the corpus, and its clips were streamed with
+    /// an action that the database did not have: no output, and for that one action no dial at all.
+    #[test]
+    fn an_action_that_is_left_out_costs_no_dial() {
+        let mut corpus = corpus(&["walk", "run"]);
+        corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let model = Model::of_database(&database).unwrap();
+        let probe = Probe::of(&database, &corpus, &model, 0).unwrap();
+        assert_eq!(probe.inputs.iter().map(|i| i.1).collect::<Vec<_>>(), [0, 0]);
+        assert_eq!(solve(&database, &corpus, &model, 0).unwrap().unwrap().source, Source::Estimated);
+        let mut one = model.clone();
+        one.library.fragments.retain(|f| f.style == 0);
+        assert_eq!(solve(&database, &corpus, &one, 0).unwrap(), Err(NoDial::Styles));
+    }
+
+    /// A clip of a few frames is no input, nor is one whose output is too short in a quick style; the others are.
+    #[test]
+    fn a_clip_that_is_too_short_costs_no_dial() {
+        let mut corpus = corpus(&["walk"]);
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let model = Model::of_database(&database).unwrap();
+        let neutral = |corpus: &Corpus| -> Vec<usize> {
+            (0..corpus.examples.len()).filter(|&i| corpus.examples[i].style == 0).collect()
+        };
+        let inputs = |corpus: &Corpus| {
+            let mut probe = Probe::of(&database, corpus, &model, 0).unwrap();
+            let before = probe.inputs.len();
+            let seen = probe.settle(&[vec![1.0, 0.0], vec![0.0, 1.0]]);
+            assert!(seen.iter().all(|s| s.len() == probe.inputs.len()));
+            (before, probe.inputs.len())
+        };
+        assert_eq!(inputs(&corpus), (2, 2));
+        let short = neutral(&corpus);
+        // Angry walks are quicker: of as many frames as can be judged fewer come out.
+        cut(&mut corpus, short[0], FEWEST);
+        assert_eq!(inputs(&corpus), (2, 1));
+        assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
+        cut(&mut corpus, short[0], FEWEST - 1);
+        assert_eq!(inputs(&corpus), (1, 1));
+        assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
+        (0..corpus.examples.len()).for_each(|i| cut(&mut corpus, i, FEWEST - 1));
+        assert_eq!(solve(&database, &corpus, &model, 0).unwrap(), Err(NoDial::Short));
+    }
+
+    /// A table with labels enough for blends, but of too few fragments to learn people's taste from: the dial is solved
+    /// on estimates, and was called given.
+    #[test]
+    fn a_dial_of_estimates_is_not_called_given() {
+        let corpus = corpus(&["walk"]);
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let source = |fragments: usize| {
+            let library = selected(&Library::found(&corpus).unwrap(), fragments);
+            let mut rows = labels::parse(sheet(&library, 60, 1).csv.as_bytes(), "s.csv", 30.0).unwrap();
+            for (i, row) in rows.iter_mut().enumerate() {
+                row.effort = Some([0.05 * i as f64 - 1.0, 1.0 - 0.05 * i as f64, 0.5]);
+            }
+            let model = Model::given(&rows, "s.csv", |s| Library::annotated(&corpus, s)).unwrap();
+            assert_eq!((model.source, model.library.fragments.len()), (Source::Given, fragments));
+            solve(&database, &corpus, &model, 0).unwrap().unwrap().source
+        };
+        assert_eq!(source(FEWEST_GIVEN - 1), Source::Estimated);
+        assert_eq!(source(FEWEST_GIVEN), Source::Given);
+    }
 
     #[test]
     fn pools_are_the_nearest_ascending_values() {

@@ -25,7 +25,7 @@ use crate::{
         estimate::Estimator,
         fragment::Library,
         learn::{Method, errors, held_against, means, rank_correlation},
-        model::{BLENDS, Model, draw},
+        model::{BLENDS, FEWEST, Model, draw},
         response,
         sheet::{SEEDS, caveat, selected},
         stage::segment,
@@ -163,7 +163,11 @@ fn generated(seed: u64) -> Result<Model, BuildError> {
     Ok(Model::observed(library, Source::Generated, &draws, &move |rows, action| annotator.note(rows, action)))
 }
 
+/// Paper 003's Table 1 of a model; nothing of one that has too few labelled blends to learn from and to test.
 fn regression(corpus: &str, model: &Model, splits: usize, tick: &(dyn Fn() + Sync)) -> Vec<table::Row> {
+    if model.examples.len() < FEWEST {
+        return Vec::new();
+    }
     // 85 of 105, and as large a share of fewer.
     let train = TRAIN.min(model.examples.len() * TRAIN / BLENDS);
     let errors = errors(&model.known, &model.examples, train, splits, SEED, tick);
@@ -293,6 +297,12 @@ fn spare(corpus: &Corpus, tests: &[usize]) -> bool {
     })
 }
 
+/// Whether no fragment of a model is from a test clip.
+fn unseen(corpus: &Corpus, model: &Model, tests: &[usize]) -> bool {
+    let is_test = |clip: &str| tests.iter().any(|&t| corpus.examples[t].clip.name == clip);
+    !model.library.fragments.iter().any(|f| is_test(&f.span.clip))
+}
+
 /// Targets of one factor that the dial reaches, the others at rest.
 fn targets(dial: &gestus_core::effort::Dial<'_>, factor: usize) -> Vec<f64> {
     let (low, high) = dial.range()[factor];
@@ -310,7 +320,8 @@ fn targets(dial: &gestus_core::effort::Dial<'_>, factor: usize) -> Vec<f64> {
 
 type Curve = (usize, Vec<(f64, f64)>);
 
-/// Every test clip through the core with the dial at each of several targets of each factor.
+/// Every test clip of an action that the database holds, through the core with the dial at each of several targets of
+/// each factor.
 fn dialled(
     corpus: &Corpus,
     model: &Model,
@@ -318,21 +329,30 @@ fn dialled(
     tests: &[usize],
     tick: &(dyn Fn() + Sync),
 ) -> Result<(Vec<table::Row>, Vec<Curve>), BuildError> {
-    let held_out = spare(corpus, tests);
+    let spared = spare(corpus, tests);
+    let held_out = spared && unseen(corpus, model, tests);
     let rest = corpus.without(tests);
-    let seen = if held_out { &rest } else { corpus };
+    let seen = if spared { &rest } else { corpus };
     let built = build(seen, &options.loo.build)?;
     let solved = {
         let database = Database::open(&built.bytes)?;
         response::solve(&database, seen, model, options.loo.from)?
     };
-    let Some(solved) = solved else { return Ok((Vec::new(), Vec::new())) };
+    let solved = match solved {
+        Ok(dial) => dial,
+        Err(reason) => {
+            eprintln!("no effort dial: {reason}");
+            return Ok((Vec::new(), Vec::new()));
+        }
+    };
     let bytes = with_section(&built.bytes, section::EFFORT, &solved.section())?;
     let database = Database::open(&bytes)?;
     let Some(dial) = database.dial() else { return Ok((Vec::new(), Vec::new())) };
     let library = Library::of_database(&database)?;
     let estimator = Estimator::of(&library);
-    let tasks: Vec<(usize, usize)> = tests.iter().flat_map(|&t| (0..3).map(move |k| (t, k))).collect();
+    let is_in = |t: &&usize| database.classes().any(|c| usize::from(c.action) == corpus.examples[**t].action);
+    let tasks: Vec<(usize, usize)> =
+        tests.iter().filter(is_in).flat_map(|&t| (0..3).map(move |k| (t, k))).collect();
     let results: Vec<Option<(table::Row, Curve)>> = tasks
         .par_iter()
         .map(|&(test, k)| {
@@ -360,7 +380,7 @@ fn dialled(
             tick();
             let (asked, got): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
             let row = super::row(json!({
-                "part": "dial", "method": "dial", "corpus": "data", "labels": model.source.name(),
+                "part": "dial", "method": "dial", "corpus": "data", "labels": solved.source.name(),
                 "factor": NAMES[k], "action": corpus.actions[example.action], "style": null, "clip": example.clip.name,
                 "rank_correlation": rank_correlation(&asked, &got),
                 "rank_correlation_feet_held": rank_correlation(&asked, &held),
@@ -378,7 +398,7 @@ fn dialled(
 fn clips(corpus: &Corpus, model: &Model, tests: &[usize], tick: &(dyn Fn() + Sync)) -> Vec<table::Row> {
     let library = &model.library;
     // A clip is not answered with itself where it can be helped.
-    let names: Vec<&str> = tests.iter().map(|&t| corpus.examples[t].clip.name.as_str()).collect();
+    let held_out = unseen(corpus, model, tests);
     let estimator = Estimator::of(library);
     let (low, high) = (-1.0, 1.0);
     tests
@@ -394,7 +414,7 @@ fn clips(corpus: &Corpus, model: &Model, tests: &[usize], tick: &(dyn Fn() + Syn
                 wanted[k] = Some(target);
                 let output = synthesize::translate(model, &example.clip, &wanted);
                 let action = Some(example.action);
-                got.push(estimator.clip(&library.body, &output.rows, library.rate_hz, action)?[k]);
+                got.push(estimator.estimate(&library.body, &output.rows, library.rate_hz, action)?[k]);
                 let sum: f64 = output.choices.iter().map(|c| c.effort[k]).sum();
                 predicted.push((sum / output.choices.len() as f64 - target).abs());
                 asked.push(target);
@@ -408,7 +428,7 @@ fn clips(corpus: &Corpus, model: &Model, tests: &[usize], tick: &(dyn Fn() + Syn
                 "moved": got[got.len() - 1] - got[0],
                 "predicted_off": predicted.iter().sum::<f64>() / predicted.len() as f64,
                 "targets": asked, "estimates": got,
-                "held_out": !library.fragments.iter().any(|f| names.contains(&f.span.clip.as_str())),
+                "held_out": held_out,
             })))
         })
         .collect()
@@ -485,5 +505,76 @@ fn dial_figure(curves: &[Curve]) -> Figure {
             Labels { title: "The effort dial", x: "target", y: "estimated on the output" },
             &series,
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        build::BuildOptions,
+        effort::{POLE, labels, sheet::sheet},
+        evaluate::loo::default_configs,
+    };
+
+    fn corpus(actions: &[&str]) -> Corpus {
+        synth::corpus(&synth::Options {
+            actions: actions.iter().map(|a| (*a).to_owned()).collect(),
+            styles: ["neutral", "angry"].map(String::from).to_vec(),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap()
+    }
+
+    /// Nothing was tested, and an error of 0 was reported; of one blend there was nothing to learn from, and a panic.
+    #[test]
+    fn too_few_blends_have_no_error() {
+        let library = Library::found(&corpus(&["walk"])).unwrap();
+        let draws = draw(&library, BLENDS, SEED);
+        for count in [0, 1, FEWEST - 1] {
+            let model = Model::estimated(library.clone(), &draws[..count]);
+            assert_eq!(model.examples.len(), count);
+            assert!(regression("data", &model, 1, &|| ()).is_empty(), "{count}");
+        }
+        let model = Model::estimated(library, &draws[..FEWEST]);
+        let rows = regression("data", &model, 1, &|| ());
+        assert_eq!(rows.len(), 3 * Method::ALL.len());
+        assert!(rows.iter().all(|r| r["test"].as_u64() > Some(0)));
+    }
+
+    /// Labels of the very clips that are tested are not held out, and an action that lacks a style costs its own rows alone.
+    #[test]
+    fn a_dial_says_whether_its_tests_were_held_out() {
+        let mut corpus = corpus(&["walk", "run"]);
+        corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
+        let loo = LooOptions {
+            from: 0,
+            to: vec![1],
+            folds: 1,
+            build: BuildOptions { models: false, ..BuildOptions::default() },
+            configs: default_configs(),
+            mixtures_only: false,
+            exact: false,
+            gaussian_process: false,
+        };
+        let tests = test_clips(&corpus, 0, 1);
+        assert!(tests.len() == 2 && spare(&corpus, &tests));
+        let options = EffortOptions::new(&loo);
+        let rows = |model: &Model| dialled(&corpus, model, &options, &tests, &|| ()).unwrap().0;
+        let estimates = rows(&estimated(&Library::found(&corpus.without(&tests)).unwrap()));
+        assert_eq!(estimates.len(), 3);
+        assert!(estimates.iter().all(|r| r["action"] == "walk" && r["held_out"] == true), "{estimates:?}");
+        let library = Library::found(&corpus).unwrap();
+        let mut table = labels::parse(sheet(&library, 60, 1).csv.as_bytes(), "s.csv", 30.0).unwrap();
+        for (i, row) in table.iter_mut().enumerate() {
+            row.effort =
+                Some([0.05 * i as f64 - 1.0, 1.0 - 0.05 * i as f64, 0.5].map(|v: f64| v.clamp(-POLE, POLE)));
+        }
+        let given = Model::given(&table, "s.csv", |s| Library::annotated(&corpus, s)).unwrap();
+        let given = rows(&given);
+        assert_eq!(given.len(), 3);
+        assert!(given.iter().all(|r| r["labels"] == "given" && r["held_out"] == false), "{given:?}");
     }
 }
