@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 
 use crate::{
     body::Body,
-    contact::{contacts, smoothed, sole_heights},
+    contact::{GAUSSIAN_S, contacts, smoothed, sole_heights},
     corpus::Corpus,
     motion::{Clip, Frame},
     stream::{Streamed, from_pose, to_pose},
@@ -31,8 +31,6 @@ use crate::{
 
 /// Part of its length that a leg is stretched to.
 const STRETCH: f64 = 0.995;
-/// Standard deviation of the Gaussian on contact likelihoods, frames (paper 000, section 6).
-const CONTACT_FRAMES: f64 = 0.6;
 
 /// How often the root is brought near enough for every leg.
 const REACH_ROUNDS: usize = 8;
@@ -130,7 +128,7 @@ pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize)
     let Some(limbs) = Limbs::of_database(database) else { return };
     let likelihoods: Vec<[f64; 2]> =
         streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
-    let stands = smoothed(&likelihoods, CONTACT_FRAMES);
+    let stands = smoothed(&likelihoods, GAUSSIAN_S * f64::from(database.rate_hz()));
     let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
     let cleaned = clean(&limbs, &frames, &stands, window);
     for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
@@ -329,6 +327,11 @@ fn fade(values: &[Option<Vector3<f64>>], window: usize) -> Vec<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        stream::{Request, stream},
+        synth,
+    };
 
     #[test]
     fn gaps_are_filled_and_plants_fade() {
@@ -340,6 +343,30 @@ mod tests {
         let faded: Vec<f64> = fade(&[v(1.0), None, None, None, None, None], 2).iter().map(|v| v.x).collect();
         assert_eq!(faded[0], 1.0);
         assert!(faded[1] > faded[2] && faded[2] > 0.0 && faded[3] == 0.0, "{faded:?}");
+    }
+
+    /// A dip of 17 ms in a likelihood is noise at any rate. The Gaussian was a number of frames, half as long at 60 Hz,
+    /// and the dip lifted a foot.
+    #[test]
+    fn contacts_are_smoothed_over_as_long_at_any_rate() {
+        let corpus = synth::corpus(&synth::Options {
+            rate_hz: 60.0,
+            actions: vec!["walk".into()],
+            styles: ["neutral", "old"].map(String::from).to_vec(),
+            clips: 1,
+            seconds: 3.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let built = build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap();
+        let database = Database::open(&built.bytes).unwrap();
+        let mut streamed = stream(&database, &corpus.examples[0].clip, &Request::style(1), &mut ()).unwrap();
+        let dip = streamed.steps.len() / 2;
+        for (t, step) in streamed.steps.iter_mut().enumerate() {
+            step.report.contact_likelihood = if t == dip { [0.0, 1.0] } else { [1.0, 0.0] };
+        }
+        clean_up(&database, &mut streamed, 15);
+        assert!(streamed.steps.iter().all(|step| step.report.contacts == [true, false]));
     }
 
     #[test]

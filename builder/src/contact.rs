@@ -1,7 +1,9 @@
 //! Foot contacts of a clip, from where its feet are and how fast they move.
 //!
-//! A foot stands where the lower of ankle and toe, less its usual height over the floor, is low and slow; with
-//! hysteresis, so that noise does not make it flicker. Thresholds follow the size of the body.
+//! A foot stands where the slower of ankle and toe is slow, and low over its usual height; with hysteresis, so that noise
+//! does not make it flicker. Thresholds follow the size of the body. What carries a foot does not move: to take the
+//! lower of the two instead is as good in gaits, jumps and kicks, and worse where a foot turns on its ball (generated
+//! punches: F1 0.986 against 0.989).
 
 use nalgebra::Vector3;
 
@@ -31,6 +33,7 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
                 (positions[t][j].y - lows[i], speed)
             };
             let (ankle, toe) = (of(0), of(1));
+            // By speed.
             if ankle.1 < toe.1 { ankle } else { toe }
         };
         let mut standing = false;
@@ -96,8 +99,12 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
     }
 }
 
+/// Standard deviation of the Gaussian on contact likelihoods, seconds (paper 000, section 6): 0.6 frames at 30 Hz.
+pub const GAUSSIAN_S: f64 = 0.02;
+
 /// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
 /// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::contact`.
+/// [`GAUSSIAN_S`] times the rate is the paper's.
 pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
     let reach = (3.0 * sigma).ceil() as isize;
     let kernel: Vec<f64> =

@@ -11,15 +11,14 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    annotate::{AnnotateError, Annotation, Config, FILE_NAME, Kind},
+    annotate::{AnnotateError, Annotation, Config, FILE_NAME},
     bvh::{Binding, Bvh, Options},
     capture::{CaptureError, read_folder},
     corpus::Corpus,
     joints::JointsError,
-    landmarks::{LandmarkError, Landmarks},
+    landmarks::LandmarkError,
     motion::{Clip, Skeleton},
-    register::{Performance, no_cycle, register},
-    segment::gait_cycles,
+    register::{Performance, has_cycles, no_cycle, register},
 };
 
 /// What was read, and what was not.
@@ -99,25 +98,15 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         }
     }
     tell_apart(&mut clips);
-    let clips = of_one_body(clips, &mut left_out);
+    let clips = with_cycles(of_one_body(clips, &mut left_out), &mut left_out);
     let mut units: Vec<String> = Vec::new();
     let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
     for clip in clips {
         let Annotation { action, style, take, kind } = clip.annotation;
         let same = |p: &&Performance| p.action == action && p.style == style;
-        if config.limit > 0 {
-            if performances.iter().filter(same).count() >= config.limit {
-                continue;
-            }
-            // Registration would leave it out, and it would have taken another's place.
-            let landmarks = Landmarks::find(&clip.clip.skeleton);
-            if kind == Kind::Gait
-                && landmarks.is_ok_and(|landmarks| gait_cycles(&clip.clip, &landmarks).is_empty())
-            {
-                left_out.push(no_cycle(&clip.clip));
-                continue;
-            }
+        if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
+            continue;
         }
         if let Some(unit) = clip.guessed.filter(|unit| !units.contains(unit)) {
             units.push(unit);
@@ -166,6 +155,8 @@ struct Bound {
     guessed: Option<String>,
     /// What there is to say of the size of a body whose unit was not.
     doubt: Option<String>,
+    /// Whether registration has a timeline for it.
+    has_cycles: bool,
     clip: Clip,
 }
 
@@ -206,6 +197,13 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
     clips.into_iter().filter(fits).collect()
 }
 
+/// The clips that registration will use: no other takes one's place under a limit, nor has a say in the length of bones.
+fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+    let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
+    left_out.extend(others.iter().map(|clip| no_cycle(&clip.clip, clip.annotation.kind)));
+    used
+}
+
 /// Takes a file to a clip at the database's rate; `None` where it is not asked for.
 fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
     let name = document.name().to_owned();
@@ -221,7 +219,8 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Op
     let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
     let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
     let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
-    Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, clip }))
+    let has_cycles = has_cycles(&clip, annotation.kind);
+    Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, has_cycles, clip }))
 }
 
 /// What was asked for, for the message that it is not there.
@@ -268,7 +267,11 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{bvh::Unit, synth::performance};
+    use crate::{
+        build::{BuildOptions, build},
+        bvh::Unit,
+        synth::performance,
+    };
 
     /// A folder of generated clips, which goes when it is dropped.
     struct Folder(PathBuf);
@@ -282,7 +285,12 @@ mod tests {
 
         /// Writes a clip of so many frames of a walk.
         fn walk(&self, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
-            let mut clip = performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip;
+            self.write("walk", file, frames, change);
+        }
+
+        /// Writes a clip of so many frames of an action.
+        fn write(&self, action: &str, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+            let mut clip = performance(1, action, "neutral", 30.0, 4.0).unwrap().clip;
             clip.frames.truncate(frames);
             change(&mut clip);
             fs::write(self.0.join(file), Bvh::from_clip(&clip, Unit::Centimetres).unwrap().to_text())
@@ -351,6 +359,50 @@ mod tests {
         let loaded = folder.load("limit = 1").unwrap();
         assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (1, 1), "{:?}", loaded.notes);
         assert_eq!(loaded.corpus.examples[0].clip.name, "walk_a_2");
+    }
+
+    /// What registration leaves out had its say in the length of everybody's bones, but for a limit.
+    #[test]
+    fn a_clip_that_is_left_out_has_no_say_in_the_bones() {
+        let folder = Folder::new("bones");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let alone = folder.load("").unwrap().corpus.skeleton;
+        let tall = |clip: &mut Clip| {
+            Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= 1.3);
+        };
+        folder.walk("walk_a_2.bvh", 5, tall);
+        let loaded = folder.load("").unwrap();
+        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{:?}", loaded.notes);
+        assert_eq!(loaded.corpus.skeleton.offsets, alone.offsets);
+        // Nothing is left out, of whatever reason.
+        let said = folder.load("strict = true").unwrap_err().to_string();
+        assert!(said.contains("walk_a_2: no gait cycle found") && said.contains("--strict"), "{said}");
+    }
+
+    /// A pose to calibrate by, beside good clips: `build` called its knots a fault of the builder.
+    #[test]
+    fn a_pose_among_the_clips_of_an_action_is_left_out_and_named() {
+        let folder = Folder::new("pose");
+        for style in ["a", "b"] {
+            folder.write("punch", &format!("punch_{style}_2.bvh"), 60, |_| ());
+        }
+        for frames in [1, 2] {
+            folder.write("punch", "punch_a_1.bvh", frames, |_| ());
+            for limit in ["", "limit = 1"] {
+                let loaded = folder.load(limit).unwrap();
+                let said = loaded.notes.join("\n");
+                assert!(
+                    said.contains(&format!("left out: punch_a_1: too short: {frames} of the 3 frames")),
+                    "{said}"
+                );
+                assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{said}");
+                build(&loaded.corpus, &BuildOptions::default()).unwrap();
+            }
+        }
+        // As its style's only clip it leaves the style out, and with it what nothing else can be paired with.
+        folder.write("punch", "punch_c_1.bvh", 1, |_| ());
+        assert_eq!(folder.load("").unwrap().corpus.styles, ["a", "b"]);
     }
 
     #[test]

@@ -171,6 +171,32 @@ fn unexpected_input_passes_through() {
     assert!(trace.frames[60].report.distance2 > 100.0);
 }
 
+/// A knee of another body, or of a sensor, is a degree off the captured one's axis, about which nothing else ever turned:
+/// every frame was unexpected, and the input came out as it went in.
+#[test]
+fn a_still_joint_that_is_a_degree_off_is_not_unexpected() {
+    let database = Database::open(motion::small()).unwrap();
+    let clip = motion::unseen(0, 0, 120);
+    let mut turned = clip.clone();
+    let knee = 14;
+    for frame in &mut turned.frames {
+        frame.rotations[knee] *= UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.016));
+    }
+    let run = |clip| {
+        let mut trace = Trace::default();
+        let _ = stream(&database, clip, &Request { config: LTI, ..Request::style(2) }, &mut trace).unwrap();
+        trace
+    };
+    let (own, off) = (run(&clip), run(&turned));
+    for (t, (own, off)) in own.frames.iter().zip(&off.frames).enumerate() {
+        assert!(off.report.distance2 < 25.0, "frame {t}: {} variances", off.report.distance2);
+        for (d, (a, b)) in own.predicted.iter().zip(&off.predicted).enumerate() {
+            let most = if (d - dof::JOINTS.min(d)) / 3 + 1 == knee { 0.02 } else { 1e-3 };
+            assert!((a - b).abs() < most, "frame {t}, dof {d}: {a} {b}");
+        }
+    }
+}
+
 /// A change of style glides; the model that comes in begins at x = 0, and is not seen to.
 #[test]
 fn styles_blend_and_change_without_a_jump() {

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     body::Body,
     build::{BuildError, build},
-    contact::{contacts, smoothed},
+    contact::{GAUSSIAN_S, contacts, smoothed},
     corpus::Corpus,
     report::{
         html::Figure,
@@ -24,9 +24,6 @@ use crate::{
     },
     stream::{Request, Streamed, stream},
 };
-
-/// Standard deviation of the paper's Gaussian, seconds.
-pub const GAUSSIAN_S: f64 = 0.02;
 
 /// Counts of agreement over both feet.
 #[derive(Debug, Clone, Copy, Default)]

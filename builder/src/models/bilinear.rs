@@ -99,14 +99,6 @@ fn cut(rows: &[Vec<f64>], cycle: &Cycle) -> Cut {
     Cut { rows, middle, speed }
 }
 
-/// Dofs that time warps look at, without velocities.
-pub fn shape(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let counts = |d: &usize| !(dof::FORWARD..dof::JOINTS).contains(d);
-    rows.iter()
-        .map(|row| row.iter().enumerate().filter(|(d, _)| counts(d)).map(|(_, v)| *v).collect())
-        .collect()
-}
-
 /// The two dials.
 #[derive(Debug, Clone)]
 pub struct Bilinear {
@@ -279,7 +271,7 @@ fn axes(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
 
 /// A cycle at the frames of another: dofs and logarithm of the time warp, row after row.
 fn vector(base: &Cut, cut: &Cut, rate_hz: f64) -> Result<Vec<f64>, WarpError> {
-    let (u, y) = warp::standardised(&shape(&base.rows), &shape(&cut.rows));
+    let (u, y) = warp::standardised(&warp::shapes(&base.rows), &warp::shapes(&cut.rows));
     let positions = imw(&u, &y, &Config::default())?.warp.positions;
     // Ends meet ends; the steps of the warp, multiples of a half, are smoothed away.
     let last = (base.rows.len() - 1) as f64;

@@ -11,18 +11,16 @@ use crate::{
     body::row_at,
     corpus::Cycle,
     pair::{CycleData, Pairing},
+    register::GAIT_KNOTS,
     segment::smooth,
     warp::{
         self,
         imw::{Config, imw},
     },
 };
-use gestus_core::blob::layout::dof;
 
 /// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
 const SMOOTH_S: f64 = 0.06;
-/// Knots of a gait cycle: left, right and left strike.
-const GAIT_KNOTS: usize = 3;
 /// Bounds of the differential time warp.
 const SLOPE: f64 = 4.0;
 
@@ -117,25 +115,21 @@ fn positions(
     pairs: &Pairs<'_>,
 ) -> Vec<f64> {
     let rate_hz = pairs.rate_hz;
-    let canonical: Vec<f64> = frames.iter().map(|&t| output.position(input.cycle.phase(t as f64))).collect();
+    let place = |t: f64| output.position(input.cycle.phase(t));
+    let canonical: Vec<f64> = frames.iter().map(|&t| place(t as f64)).collect();
     if input.cycle.knots.len() == GAIT_KNOTS && !pairs.warp_gaits {
         return canonical;
     }
-    let shape = |row: &[f64]| -> Vec<f64> {
-        // Velocities follow from where the body is, not from what it does now.
-        row.iter()
-            .enumerate()
-            .filter(|(d, _)| !(dof::FORWARD..dof::JOINTS).contains(d))
-            .map(|(_, v)| *v)
-            .collect()
-    };
-    let u: Vec<Vec<f64>> = frames.iter().map(|&t| shape(&input.dofs[t])).collect();
-    let y: Vec<Vec<f64>> = canonical.iter().map(|&p| shape(&row_at(rows, p))).collect();
+    let last = (frames.len() - 1) as f64;
+    let count = frames.len().min(warp::MOST_FRAMES);
+    let times = (0..count).map(|k| frames[0] as f64 + last * k as f64 / (count - 1) as f64);
+    let u: Vec<Vec<f64>> = times.clone().map(|t| warp::shape(&row_at(input.dofs, t))).collect();
+    let y: Vec<Vec<f64>> = times.map(|t| warp::shape(&row_at(rows, place(t)))).collect();
     let (u, y) = warp::standardised(&u, &y);
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return canonical };
-    let last = (frames.len() - 1) as f64;
+    let found = solution.warp.stretched(frames.len(), count, frames.len());
     let shift: Vec<f64> =
-        solution.warp.positions.iter().enumerate().map(|(k, p)| p.clamp(0.0, last) - k as f64).collect();
+        found.positions.iter().enumerate().map(|(k, p)| p.clamp(0.0, last) - k as f64).collect();
     let smooth = smooth(&shift, SMOOTH_S * rate_hz);
     let refined: Vec<f64> = smooth
         .iter()
@@ -172,36 +166,54 @@ mod tests {
             .collect()
     }
 
-    #[test]
-    fn frames_meet_their_counterparts() {
+    /// The stretch of a cycle of so many frames, and of one that takes a third longer.
+    fn aligned(frames: usize, rate_hz: f64) -> Vec<Aligned> {
         let bend = |x: f64| x + 0.06 * (TAU * x).sin();
-        let (input, output) = (rows(61, |x| x, 0.6, 0.0), rows(81, bend, 0.9, 0.3));
-        let cycle = |last: f64| Cycle { knots: vec![0.0, last] };
-        let (own, other) = (cycle(60.0), cycle(80.0));
+        let longer = frames + (frames - 1) / 3;
+        let (input, output) = (rows(frames, |x| x, 0.6, 0.0), rows(longer, bend, 0.9, 0.3));
+        let cycle = |frames: usize| Cycle { knots: vec![0.0, (frames - 1) as f64] };
+        let (own, other) = (cycle(frames), cycle(longer));
         let data = |class, clip, cycle, dofs| CycleData { class, clip, take: "", index: 0, cycle, dofs };
         let cycles = [data(0, 0, &own, &input[..]), data(1, 1, &other, &output[..])];
         let pairing =
             Pairing { outputs: vec![vec![Some(0), Some(1)], vec![None, Some(1)]], prototypes: vec![] };
-        let contacts = [vec![[true, false]; 61], vec![[false, true]; 81]];
+        let contacts = [vec![[true, false]; frames], vec![[false, true]; longer]];
         let pairs = Pairs {
             cycles: &cycles,
             classes: &[(0, 0), (0, 1)],
             contacts: &[&contacts[0], &contacts[1]],
             pairing: &pairing,
-            rate_hz: 60.0,
+            rate_hz,
             warp_gaits: false,
         };
-        let aligned = align(&pairs, 0, 1);
+        align(&pairs, 0, 1)
+    }
+
+    /// How far the third joint dof, which is the same in both but for time and so says where the row is, is off; and the
+    /// integral of the warp.
+    fn measured(aligned: &[Aligned]) -> [f64; 2] {
+        let rows = &aligned[0].outputs;
+        let count = rows.len() as f64;
+        let off = |(t, row): (usize, &Vec<f64>)| (row[9] - 0.3 * (TAU * t as f64 / count + 1.0).sin()).abs();
+        [rows.iter().enumerate().map(off).sum::<f64>() / count, rows.iter().map(|row| row[10].exp()).sum()]
+    }
+
+    /// Four times the frames a second, which are warped thinned, meet the same counterparts.
+    #[test]
+    fn frames_of_a_long_clip_meet_theirs_too() {
+        let full = aligned(warp::MOST_FRAMES - 1, 600.0);
+        let long = aligned(4 * warp::MOST_FRAMES - 5, 2400.0);
+        let ([off, _], [off_long, time]) = (measured(&full), measured(&long));
+        println!("off {off:.4} and {off_long:.4}");
+        assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off_long}, {time}");
+    }
+
+    #[test]
+    fn frames_meet_their_counterparts() {
+        let aligned = aligned(61, 60.0);
         assert_eq!((aligned.len(), aligned[0].inputs.len()), (1, 60));
         assert_eq!(aligned[0].contacts[10], [false, true]);
-        let mut inverse_error = 0.0;
-        let mut time = 0.0;
-        for (t, row) in aligned[0].outputs.iter().enumerate() {
-            time += row[10].exp();
-            let phase = t as f64 / 60.0;
-            // The third joint dof is the same in both but for time: it says where the row is.
-            inverse_error += (row[9] - 0.3 * (TAU * phase + 1.0).sin()).abs() / 60.0;
-        }
+        let [inverse_error, time] = measured(&aligned);
         assert!(inverse_error < 0.03, "{inverse_error}");
         assert!((time - 80.0).abs() < 2.0, "the warp integrates to the output's length: {time}");
     }

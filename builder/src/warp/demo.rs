@@ -11,13 +11,12 @@ use super::{
     Warp, WarpError,
     dtw::{Constraint, dtw},
     imw::{Config, imw},
-    standardised,
+    shapes, standardised,
 };
 use crate::{
     body::{Body, row_at},
     corpus::{Corpus, Cycle, Example},
     landmarks::LandmarkError,
-    models::bilinear::shape,
     synth::{SynthError, performance},
 };
 
@@ -82,7 +81,7 @@ fn cut<'a>(body: &Body, example: &'a Example) -> (Vec<Vec<f64>>, Span<'a>) {
     let (start, end) = (cycles[0].span().0, cycles[cycles.len() - 1].span().1);
     let steps = (end - start).round();
     let span = Span { cycles, start, step: (end - start) / steps, frames: steps as usize + 1 };
-    let rows = shape(&body.clip_dofs(&example.clip));
+    let rows = shapes(&body.clip_dofs(&example.clip));
     ((0..span.frames).map(|t| row_at(&rows, span.start + t as f64 * span.step)).collect(), span)
 }
 

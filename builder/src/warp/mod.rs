@@ -10,6 +10,7 @@
 //!
 //! Both give a [`Warp`]; [`demo`] compares them on a warp that is known.
 
+use gestus_core::blob::layout::dof;
 use thiserror::Error;
 
 pub mod demo;
@@ -33,6 +34,17 @@ impl Warp {
         let i = (index.floor() as usize).min(last.saturating_sub(1));
         let next = self.positions[(i + 1).min(last)];
         self.positions[i] + (index - i as f64) * (next - self.positions[i])
+    }
+
+    /// The warp of two whole motions, where this is that of both thinned to fewer frames, evenly from the first to the
+    /// last: the first has `from` frames in place of the warp's, the second `to` in place of `thinned`.
+    pub fn stretched(self, from: usize, thinned: usize, to: usize) -> Warp {
+        if (from, to) == (self.positions.len(), thinned) {
+            return self;
+        }
+        let ratio = |a: usize, b: usize| a.saturating_sub(1) as f64 / b.saturating_sub(1).max(1) as f64;
+        let (step, scale) = (ratio(self.positions.len(), from), ratio(to, thinned));
+        Warp { positions: (0..from).map(|i| scale * self.at(step * i as f64)).collect() }
     }
 
     /// Mean distance to another warp of the same frames, in frames of the second motion.
@@ -143,6 +155,21 @@ fn square_distance(a: &[f64], b: &[f64]) -> f64 {
 /// Standard deviation below which a dof counts as still, radians and metres.
 pub const STILL: f64 = 0.05;
 
+/// Most frames of a motion that are warped, 17 s at 30 a second: a warp takes time by their square, and a longer motion is
+/// thinned first ([`Warp::stretched`]).
+pub const MOST_FRAMES: usize = 512;
+
+/// The dofs of a row that tell one moment from another: all but the root's velocities, which follow from where the body
+/// is, not from what it does now.
+pub fn shape(row: &[f64]) -> Vec<f64> {
+    [&row[..dof::FORWARD], &row[dof::JOINTS..]].concat()
+}
+
+/// The [`shape`] of every row.
+pub fn shapes(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    rows.iter().map(|row| shape(row)).collect()
+}
+
 /// Both motions with every dof divided by its standard deviation within the two; dofs that move less than [`STILL`] are
 /// divided by that, so that noise does not count as motion.
 pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
@@ -159,4 +186,33 @@ pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f
         m.iter().map(|r| r.iter().zip(&scales).map(|(v, s)| v / s).collect()).collect()
     };
     (scaled(u), scaled(y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thinned_warp_is_stretched_to_whole_motions() {
+        let course = |x: f64| x * (1.5 - 0.5 * x);
+        let warp = |from: usize, to: usize| Warp {
+            positions: (0..from).map(|i| (to - 1) as f64 * course(i as f64 / (from - 1) as f64)).collect(),
+        };
+        let whole = warp(500, 801);
+        let found = warp(50, 61).stretched(500, 61, 801);
+        assert!(
+            found.positions.len() == 500 && found.mean_error(&whole) < 0.2,
+            "{}",
+            found.mean_error(&whole)
+        );
+        // Ends meet ends, and a warp that is whole stays as it is.
+        assert_eq!((found.positions[0], found.positions[499]), (0.0, 800.0));
+        assert_eq!(whole.clone().stretched(500, 801, 801), whole);
+    }
+
+    #[test]
+    fn a_shape_has_no_velocities() {
+        let row: Vec<f64> = (0..10).map(f64::from).collect();
+        assert_eq!(shapes(&[row]), [[0.0, 1.0, 2.0, 3.0, 7.0, 8.0, 9.0]]);
+    }
 }
