@@ -32,6 +32,9 @@ use crate::{build::BuildOptions, bvh::Unit, capture::is_capture};
 /// Name of the file in a data folder that says what its clips are.
 pub const FILE_NAME: &str = "gestus.toml";
 
+/// What no name of an action or style holds: `--style a=1,b=2` could not say it, and `export` names files by styles.
+const NOT_IN_NAMES: [char; 3] = [',', '=', '/'];
+
 /// How an action runs along its canonical timeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -158,6 +161,11 @@ pub enum AnnotateError {
          `patterns` in {FILE_NAME}, or the file to the table `files`"
     )]
     Unknown { file: String },
+    #[error(
+        "{file}: its {what} is called `{name}`, and `{found}` splits lists of names and paths: give it another name, by \
+         `patterns`, `files` or `names` in {FILE_NAME}"
+    )]
+    Name { file: String, what: &'static str, name: String, found: char },
     #[error("`{key}`: no {what} is called `{name}`: there are {have}")]
     Absent { key: &'static str, what: &'static str, name: String, have: String },
 }
@@ -207,15 +215,19 @@ impl Config {
         Ok(config)
     }
 
-    /// Reads a configuration file; a relative `data` is taken from the file's folder.
+    /// Reads a configuration file; a relative `data` is taken from the file's folder, and is that folder where it is not
+    /// said.
     pub fn read(path: &Path) -> Result<Config, AnnotateError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
             .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         let mut config = Config::parse(&text, &file)?;
-        if let (Some(data), Some(folder)) = (&mut config.data, path.parent()) {
-            *data = folder.join(&data);
-        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        config.data = Some(match config.data.take() {
+            Some(data) => folder.join(data),
+            None if folder.as_os_str().is_empty() => PathBuf::from("."),
+            None => folder.to_path_buf(),
+        });
         Ok(config)
     }
 
@@ -241,7 +253,21 @@ impl Config {
     /// What a file is, by its path below the data folder.
     pub fn annotate(&self, path: &Path) -> Result<Annotation, AnnotateError> {
         let [action, style, take] = self.labels(path)?;
-        Ok(self.annotation(action, style, take))
+        let annotation = self.annotation(action, style, take);
+        for (what, name) in [("action", &annotation.action), ("style", &annotation.style)] {
+            if let Some(found) = name.chars().find(|c| NOT_IN_NAMES.contains(c)) {
+                let [file, _] = file_names(path);
+                return Err(AnnotateError::Name { file, what, name: name.clone(), found });
+            }
+        }
+        Ok(annotation)
+    }
+
+    /// Action and style of a file, where anything says them. `folder` is that of the clips, or the file itself.
+    pub fn class(&self, folder: &Path, path: &Path) -> Option<(String, String)> {
+        let below = path.strip_prefix(folder).ok().filter(|below| !below.as_os_str().is_empty());
+        let annotation = self.annotate(below.or(path.file_name().map(Path::new))?).ok()?;
+        Some((annotation.action, annotation.style))
     }
 
     /// Refuses what is said of actions, styles and files that are not there: a misspelt name would pass for a wish that
@@ -543,6 +569,44 @@ mod tests {
             Config::parse("styles = ['odl']", "c").unwrap().check_names(&[Path::new("1.bvh")]),
             Ok(())
         );
+    }
+
+    #[test]
+    fn names_that_no_option_could_say_are_refused_with_their_file() {
+        let text = "files.'c.bvh' = { action = 'walk', style = 'x/y' }\nnames.w = 'wal,k'";
+        let config = Config::parse(text, "c").unwrap();
+        for (path, said) in [
+            ("in/walk_a,b=c_0.bvh", "in/walk_a,b=c_0.bvh: its style is called `a,b=c`, and `,` splits"),
+            ("wa=lk_a_0.bvh", "wa=lk_a_0.bvh: its action is called `wa=lk`, and `=` splits"),
+            ("c.bvh", "c.bvh: its style is called `x/y`, and `/` splits"),
+            ("w_a_0.bvh", "its action is called `wal,k`"),
+        ] {
+            let message = config.annotate(path.as_ref()).unwrap_err().to_string();
+            assert!(message.contains(said), "{message}");
+        }
+        assert!(config.annotate("walk_half+half_0.bvh".as_ref()).is_ok());
+    }
+
+    #[test]
+    fn a_file_is_of_the_class_that_its_path_below_the_folder_says() {
+        let config = Config::parse("patterns = ['{style}/{action}-{take}']", "c").unwrap();
+        let class = |folder: &str, path: &str| config.class(folder.as_ref(), path.as_ref());
+        let is = |action: &str, style: &str| Some((action.to_owned(), style.to_owned()));
+        assert_eq!(class("data", "data/proud/walk-1.bvh"), is("walk", "proud"));
+        assert_eq!(class("data/run_sad_1.bvh", "data/run_sad_1.bvh"), is("run", "sad"));
+        assert_eq!(class("data", "data/09_04.bvh"), None);
+    }
+
+    #[test]
+    fn a_configuration_is_about_the_folder_that_it_is_in() {
+        let folder = std::env::temp_dir().join(format!("gestus-annotate-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("mine.toml");
+        for (text, data) in [("", folder.clone()), ("data = 'clips'", folder.join("clips"))] {
+            std::fs::write(&file, text).unwrap();
+            assert_eq!(Config::read(&file).unwrap().data, Some(data), "{text}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

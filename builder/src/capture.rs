@@ -54,6 +54,11 @@ pub fn is_capture(path: &Path) -> bool {
     ends_in(path, &["bvh"]) || is_gltf(path)
 }
 
+/// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which is no motion.
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
 /// What [`read_folder`] found.
 #[derive(Debug, Clone, Default)]
 pub struct Folder {
@@ -85,7 +90,8 @@ impl Folder {
 /// Reads every `.bvh`, `.glb` and `.gltf` file below a folder (or the one file that `path` is), sorted by path.
 ///
 /// A file that cannot be read is put in [`Folder::skipped`]; with `strict`, the first in order is the error.
-/// Links to folders are not followed. Documents are named by their path.
+/// Links to folders are not followed, hidden files and folders (`.name`) are passed over. Documents are named by their
+/// path.
 pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     let mut paths = Vec::new();
     let mut errors = Vec::new();
@@ -104,7 +110,7 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
                     continue;
                 }
             };
-            for entry in entries {
+            for entry in entries.iter().filter(|entry| !is_hidden(&entry.path())) {
                 let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
                 let path = entry.path();
                 if is_folder && depth < MAX_FOLDERS {

@@ -3,9 +3,9 @@
 //! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians, and those a second; `docs/CHECKING.md` lists the
 //! names.
 
-use std::{fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use gestus_core::{
     Database,
     blob::{Moment, layout::flag},
@@ -18,8 +18,9 @@ use crate::{arrays::write_npy, body::dof_names};
 /// Writes the arrays and `manifest.json` to a folder, which is made where it is missing.
 ///
 /// # Errors
-/// Where the folder can't be written.
+/// Where the folder can't be written, or the arrays of two styles would have one name.
 pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
+    distinct(database.manifest()?.styles.iter())?;
     fs::create_dir_all(folder).with_context(|| format!("{} can't be made", folder.display()))?;
     let save = Saver { folder };
     let counts = *database.counts();
@@ -101,12 +102,36 @@ fn outputs(
             }
         }
     }
-    let name = database.manifest()?.styles.get(style).unwrap_or_default().to_owned();
-    save.array(&format!("output_{name}"), &[n, d], &now)?;
-    save.array(&format!("output_prev_{name}"), &[n, d], &before)?;
-    save.array(&format!("output_step_{name}"), &[n], &step)?;
-    save.array(&format!("output_contacts_{name}"), &[n, 2], &contacts)?;
-    save.array(&format!("output_valid_{name}"), &[n], &valid)
+    let names = arrays_of(database.manifest()?.styles.get(style).unwrap_or_default());
+    let [outputs, outputs_before, steps, stands, valids] = &names;
+    save.array(outputs, &[n, d], &now)?;
+    save.array(outputs_before, &[n, d], &before)?;
+    save.array(steps, &[n], &step)?;
+    save.array(stands, &[n, 2], &contacts)?;
+    save.array(valids, &[n], &valid)
+}
+
+/// What the arrays of a style are called, and their files.
+fn arrays_of(style: &str) -> [String; 5] {
+    // Style names become file names.
+    let safe: String = style.chars().map(|c| if matches!(c, '/' | '\\' | '\0') { '_' } else { c }).collect();
+    ["", "prev_", "step_", "contacts_", "valid_"].map(|what| format!("output_{what}{safe}"))
+}
+
+/// Refuses styles whose arrays would be written over each other: `x/y` beside `x_y`, `prev_z` beside `z`.
+fn distinct<'a>(styles: impl Iterator<Item = &'a str>) -> Result<()> {
+    let mut taken = BTreeMap::new();
+    for style in styles {
+        for array in arrays_of(style) {
+            if let Some(other) = taken.insert(array.clone(), style) {
+                bail!(
+                    "the styles `{other}` and `{style}` would both be written to {array}.npy: give one of them another name \
+                     in gestus.toml, and build again"
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 struct Saver<'a> {
@@ -115,10 +140,7 @@ struct Saver<'a> {
 
 impl Saver<'_> {
     fn array<T: npyz::AutoSerialize + Clone>(&self, name: &str, shape: &[usize], values: &[T]) -> Result<()> {
-        // Style names become file names.
-        let safe: String =
-            name.chars().map(|c| if c == '/' || c == '\\' || c == '\0' { '_' } else { c }).collect();
-        let path = self.folder.join(format!("{safe}.npy"));
+        let path = self.folder.join(format!("{name}.npy"));
         write_npy(&path, shape, values).with_context(|| format!("{} can't be written", path.display()))
     }
 }
@@ -177,4 +199,24 @@ pub fn manifest(database: &Database<'_>) -> Result<Value> {
         "licences": list(manifest.licences),
         "parameters": list(manifest.parameters),
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_array_is_written_over_another() {
+        let said = |styles: &[&str]| distinct(styles.iter().copied()).map_err(|e| e.to_string());
+        assert_eq!(said(&["neutral", "proud", "prev", "x_y"]), Ok(()));
+        for (styles, name) in [
+            (["x/y", "x_y"], "output_x_y"),
+            (["z", "prev_z"], "output_prev_z"),
+            (["a\\b", "a/b"], "output_a_b"),
+        ] {
+            let message = said(&styles).unwrap_err();
+            assert!(message.contains(&format!("`{}` and `{}`", styles[0], styles[1])), "{message}");
+            assert!(message.contains(&format!("{name}.npy")), "{message}");
+        }
+    }
 }

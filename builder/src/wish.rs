@@ -24,9 +24,11 @@ const MOST_STRENGTH: f32 = 2.0;
 /// Greatest weight of a style.
 const MOST_WEIGHT: f32 = 1e6;
 
-/// A parameter that is a number: its option, what the core takes, and where it goes.
+/// A parameter that is a number: its option, the method that looks at it, what the core takes, and where it goes.
 struct Parameter {
     option: &'static str,
+    /// `None`: every method.
+    of: Option<Method>,
     least: f32,
     greatest: f32,
     /// Said where a value is refused, if the bounds don't say all.
@@ -47,22 +49,23 @@ impl Parameter {
     }
 }
 
-/// Every one of them; the ranges are those of `gestus_core`, which names none of them in its errors.
+/// Every one of them; the ranges are those of `gestus_core`, which names none of them in its errors. `--k` goes with every
+/// method: a board refuses more neighbors than it has room for, whether or not it looks for any.
 #[rustfmt::skip]
 const PARAMETERS: [Parameter; 13] = [
-    Parameter { option: "--speed-limit", least: 1.0, greatest: 100.0, words: ", or 0 for no limit", asked: |w| w.speed_limit, put: Config::speed_limit },
-    Parameter { option: "--k", least: 1.0, greatest: 64.0, words: "", asked: |w| w.k.map(f32::from), put: |c, v| c.k(v as u16) },
-    Parameter { option: "--visits", least: 64.0, greatest: 448.0, words: "", asked: |w| w.visits.map(f32::from), put: |c, v| c.visits(v as u16) },
-    Parameter { option: "--lambda", least: 1e-9, greatest: 1e6, words: "", asked: |w| w.lambda, put: Config::lambda },
-    Parameter { option: "--feedback", least: 1e-3, greatest: 1e6, words: "", asked: |w| w.feedback, put: Config::feedback },
-    Parameter { option: "--output-kappa", least: 0.0, greatest: 1e6, words: "", asked: |w| w.output_kappa, put: Config::output_kappa },
-    Parameter { option: "--delta", least: 1e-3, greatest: 1e3, words: "", asked: |w| w.delta, put: Config::delta },
-    Parameter { option: "--prune", least: 0.0, greatest: 1.0 - f32::EPSILON / 2.0, words: ", less than 1", asked: |w| w.prune, put: Config::prune },
-    Parameter { option: "--kappa", least: 0.0, greatest: 1e6, words: "", asked: |w| w.kappa, put: Config::kappa },
-    Parameter { option: "--rho", least: 0.0, greatest: 1.0, words: "", asked: |w| w.rho, put: Config::rho },
-    Parameter { option: "--confidence", least: 1e-3, greatest: 1e6, words: "", asked: |w| w.confidence, put: Config::confidence },
-    Parameter { option: "--preference", least: 1e-3, greatest: 1e3, words: "", asked: |w| w.preference, put: Config::preference },
-    Parameter { option: "--halflife", least: 0.0, greatest: 1e6, words: " seconds", asked: |w| w.halflife, put: Config::halflife_s },
+    Parameter { option: "--speed-limit", of: None, least: 1.0, greatest: 100.0, words: ", or 0 for no limit", asked: |w| w.speed_limit, put: Config::speed_limit },
+    Parameter { option: "--k", of: None, least: 1.0, greatest: 64.0, words: "", asked: |w| w.k.map(f32::from), put: |c, v| c.k(v as u16) },
+    Parameter { option: "--visits", of: Some(Method::Mar), least: 64.0, greatest: 448.0, words: "", asked: |w| w.visits.map(f32::from), put: |c, v| c.visits(v as u16) },
+    Parameter { option: "--lambda", of: Some(Method::Mar), least: 1e-9, greatest: 1e6, words: "", asked: |w| w.lambda, put: Config::lambda },
+    Parameter { option: "--feedback", of: Some(Method::Mar), least: 1e-3, greatest: 1e6, words: "", asked: |w| w.feedback, put: Config::feedback },
+    Parameter { option: "--output-kappa", of: Some(Method::Mar), least: 0.0, greatest: 1e6, words: "", asked: |w| w.output_kappa, put: Config::output_kappa },
+    Parameter { option: "--delta", of: Some(Method::Mar), least: 1e-3, greatest: 1e3, words: "", asked: |w| w.delta, put: Config::delta },
+    Parameter { option: "--prune", of: Some(Method::Mar), least: 0.0, greatest: 1.0 - f32::EPSILON / 2.0, words: ", less than 1", asked: |w| w.prune, put: Config::prune },
+    Parameter { option: "--kappa", of: Some(Method::Mar), least: 0.0, greatest: 1e6, words: "", asked: |w| w.kappa, put: Config::kappa },
+    Parameter { option: "--rho", of: Some(Method::Mar), least: 0.0, greatest: 1.0, words: "", asked: |w| w.rho, put: Config::rho },
+    Parameter { option: "--confidence", of: Some(Method::Lti), least: 1e-3, greatest: 1e6, words: "", asked: |w| w.confidence, put: Config::confidence },
+    Parameter { option: "--preference", of: Some(Method::Lti), least: 1e-3, greatest: 1e3, words: "", asked: |w| w.preference, put: Config::preference },
+    Parameter { option: "--halflife", of: Some(Method::Statistic), least: 0.0, greatest: 1e6, words: " seconds", asked: |w| w.halflife, put: Config::halflife_s },
 ];
 
 /// Style, labels and parameters, in words.
@@ -128,7 +131,8 @@ pub struct WishArgs {
     /// Weight of the ridge
     #[arg(long)]
     lambda: Option<f32>,
-    /// Variables of the ridge: raw or norm
+    /// Variables of the ridge: raw or norm. norm comes with lambda 1, where neither --lambda nor --preset normalised says
+    /// another
     #[arg(long)]
     ridge: Option<String>,
     /// How many times lambda the coefficient of the last output is penalised with
@@ -194,6 +198,8 @@ impl WishArgs {
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
+                // A preset that has it has a weight for it.
+                "norm" if config.ridge_lambda().0 == Ridge::Normalised => config,
                 "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
                 other => bail!("--ridge {other}: raw or norm"),
             };
@@ -209,16 +215,22 @@ impl WishArgs {
 
     /// Refuses options that would do nothing with this method and timing.
     fn check_use(&self, method: Method) -> Result<()> {
-        let bounded = self.timing == "bounded";
-        for (option, given, works, with) in [
-            ("--lead", self.lead.is_some(), bounded, "--timing bounded"),
-            ("--lag", self.lag.is_some(), bounded, "--timing bounded"),
-            ("--confidence", self.confidence.is_some(), method == Method::Lti, "--method lti"),
-            ("--preference", self.preference.is_some(), method == Method::Lti, "--method lti"),
-            ("--halflife", self.halflife.is_some(), method == Method::Statistic, "--method statistic"),
-        ] {
-            if given && !works {
-                bail!("{option} does nothing without {with}: give both, or neither");
+        let refused = |option: &str, with: &str| -> Result<()> {
+            bail!("{option} does nothing without {with}: give both, or neither")
+        };
+        for (option, given) in [("--lead", self.lead.is_some()), ("--lag", self.lag.is_some())] {
+            if given && self.timing != "bounded" {
+                return refused(option, "--timing bounded");
+            }
+        }
+        let numbers = PARAMETERS.iter().map(|p| (p.option, (p.asked)(self).is_some(), p.of));
+        let others = [
+            ("--mask", !self.mask.is_empty(), Some(Method::Mar)),
+            ("--ridge", self.ridge.is_some(), Some(Method::Mar)),
+        ];
+        for (option, given, of) in numbers.chain(others) {
+            if let Some((name, _)) = METHODS.iter().find(|(_, m)| given && Some(*m) == of && *m != method) {
+                return refused(option, &format!("--method {name}"));
             }
         }
         Ok(())
@@ -284,12 +296,7 @@ impl WishArgs {
     /// Names that the database does not know, and numbers that are none; the message lists what there is.
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
         let manifest = database.manifest()?;
-        let named = self
-            .style
-            .split(',')
-            .filter(|s| !s.trim().is_empty())
-            .map(|part| weighted(part, manifest.styles, "style"))
-            .collect::<Result<Vec<_>>>()?;
+        let named = named(&self.style, manifest.styles)?;
         let style = match &self.effort {
             Some(wanted) => self.dialled(database, wanted)?,
             None => named,
@@ -358,6 +365,15 @@ fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
         .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
 }
 
+/// `proud=1,old=0.5`, in the database's numbers. A whole name goes first: older databases may have styles with a comma.
+fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
+    if let Some(style) = styles.find(words.trim()) {
+        return Ok(vec![(style, 1.0)]);
+    }
+    let parts = words.split(',').filter(|s| !s.trim().is_empty());
+    parts.map(|part| weighted(part, styles, "style")).collect()
+}
+
 /// `left-arm=proud:2+old:1`, in the database's numbers.
 fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
     let (group, mix) =
@@ -392,7 +408,10 @@ fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()
 }
 
 fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
-    let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
+    if let Some(number) = names.find(part.trim()) {
+        return Ok((number, 1.0));
+    }
+    let (name, weight) = part.rsplit_once('=').unwrap_or((part, "1"));
     let number: f32 = weight
         .trim()
         .parse()
@@ -418,7 +437,11 @@ mod tests {
     }
 
     fn blob() -> Vec<u8> {
-        let corpus = synth::corpus(&synth::Options {
+        blob_with(false, ["neutral", "proud"])
+    }
+
+    fn blob_with(models: bool, styles: [&str; 2]) -> Vec<u8> {
+        let mut corpus = synth::corpus(&synth::Options {
             actions: vec!["walk".into()],
             styles: vec!["neutral".into(), "proud".into()],
             clips: 1,
@@ -426,7 +449,66 @@ mod tests {
             ..synth::Options::default()
         })
         .unwrap();
-        build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap().bytes
+        corpus.styles = styles.map(str::to_owned).to_vec();
+        build(&corpus, &BuildOptions { models, ..BuildOptions::default() }).unwrap().bytes
+    }
+
+    /// What is asked for by those words.
+    fn asked(database: &Database<'_>, words: &str) -> std::result::Result<Request, String> {
+        let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
+        Line::parse_from(words).wish.request(database).map_err(|e| format!("{e:#}"))
+    }
+
+    /// A linear model looks for no neighbors and fits no ridge: what is about these was passed over without a word.
+    #[test]
+    fn what_a_method_does_not_look_at_is_refused() {
+        let blob = blob_with(true, ["neutral", "proud"]);
+        let database = Database::open(&blob).unwrap();
+        for method in ["lti", "statistic"] {
+            for parameter in PARAMETERS.iter().filter(|p| p.of == Some(Method::Mar)) {
+                let (option, value) = (parameter.option, parameter.greatest);
+                let message = asked(&database, &format!("--method {method} {option} {value}")).unwrap_err();
+                assert!(message.starts_with(option) && message.contains("without --method mar"), "{message}");
+                assert!(asked(&database, &format!("{option} {value}")).is_ok(), "{option}");
+            }
+            for words in ["--mask left-arm", "--ridge norm"] {
+                let message = asked(&database, &format!("--method {method} {words}")).unwrap_err();
+                assert!(message.contains("does nothing without --method mar"), "{message}");
+            }
+            // A board has room for so many neighbors, whatever it does with them.
+            assert!(asked(&database, &format!("--method {method} --k 8 --speed-limit 2")).is_ok());
+        }
+    }
+
+    #[test]
+    fn a_ridge_on_normalised_variables_keeps_the_weight_that_was_said() {
+        let blob = blob();
+        let database = Database::open(&blob).unwrap();
+        for (words, lambda) in [
+            ("--ridge norm", 1.0),
+            ("--ridge norm --lambda 0.3", 0.3),
+            ("--preset paper --ridge norm", 1.0),
+            ("--preset normalised --ridge norm", 0.1),
+            ("--preset normalised --ridge norm --lambda 2", 2.0),
+        ] {
+            let (ridge, found) = asked(&database, words).unwrap().config.ridge_lambda();
+            assert_eq!((ridge, found), (Ridge::Normalised, lambda), "{words}");
+        }
+    }
+
+    #[test]
+    fn a_name_is_looked_for_before_it_is_split() {
+        let blob = blob_with(false, ["a,b=c", "d=1"]);
+        let database = Database::open(&blob).unwrap();
+        let ask = |words: &[&str]| {
+            let words = ["gestus"].iter().chain(words).copied();
+            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+        };
+        assert_eq!(ask(&["--style", "a,b=c"]).unwrap().style, [(0, 1.0)]);
+        assert_eq!(ask(&["--style", "d=1=0.5"]).unwrap().style, [(1, 0.5)]);
+        assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
+        let message = ask(&["--style", "d=x"]).unwrap_err();
+        assert!(message.contains("`x` is no number"), "{message}");
     }
 
     #[test]

@@ -128,7 +128,32 @@ fn every_error_names_its_place_and_what_to_do() {
             (16, 7),
             "has no frames",
         ),
-        ("zero time", SMALL.replace("0.0333333", "0"), (18, 13), "frame time above zero"),
+        ("zero time", SMALL.replace("0.0333333", "0"), (18, 13), "frame time from 0.000001 to 1 second"),
+        (
+            "short time",
+            SMALL.replace("0.0333333", "1e-12"),
+            (18, 13),
+            "from 0.000001 to 1 second, found `1e-12`",
+        ),
+        (
+            "no time",
+            SMALL.replace(" 0.0333333\n1 91", "\n-1.367468 91"),
+            (18, 12),
+            "expected a frame time in seconds, found the end of the line; 30 frames",
+        ),
+        (
+            "no time before a value that would be one",
+            SMALL.replace(" 0.0333333\n1 91", "\n0.5 91"),
+            (18, 12),
+            "expected a frame time in seconds, found the end of the line",
+        ),
+        (
+            "no count",
+            SMALL.replace("Frames: 2", "Frames:"),
+            (17, 8),
+            "expected a number of frames, found the end of the line",
+        ),
+        ("no MOTION line", SMALL.replace("MOTION\n", ""), (16, 1), "write a line MOTION before it"),
         ("milliseconds", SMALL.replace("0.0333333", "33.3333"), (18, 13), "is it in milliseconds"),
         ("negative time", SMALL.replace("0.0333333", "-0.03"), (18, 13), "found `-0.03`"),
         ("comma time", SMALL.replace("0.0333333", "0,0333333"), (18, 13), "decimal comma"),
@@ -141,6 +166,13 @@ fn every_error_names_its_place_and_what_to_do() {
         ("overflow", SMALL.replace("92", "1e999"), (20, 3), "too large"),
         ("comma", SMALL.replace("92", "92,5"), (20, 3), "decimal comma"),
         ("word", SMALL.replace("92", "9z2"), (20, 3), "expected a number, found `9z2`"),
+        ("two points", SMALL.replace("92", "1.2.3"), (20, 3), "expected a number, found `1.2.3`"),
+        ("lone sign", SMALL.replace("92", "-"), (20, 3), "expected a number, found `-`"),
+        ("far", SMALL.replace("92", "1e10"), (20, 3), "the length `1e10` is beyond 1e9"),
+        ("farther", SMALL.replace("92", "-1e300"), (20, 3), "the length `-1e300`"),
+        ("long bone", SMALL.replace("-85", "1e10"), (8, 12), "the length `1e10`"),
+        ("long end", SMALL.replace("-5", "1e10"), (12, 13), "the length `1e10`"),
+        ("turned", SMALL.replace(" 31 ", " 1e39 "), (20, 14), "the angle `1e39` is beyond 1e7 degrees"),
     ];
     let mut wrong = Vec::new();
     for (what, text, (line, column), words) in cases {
@@ -223,6 +255,37 @@ fn another_skeleton_or_document_is_refused() {
     let (paw, _) = to_clip(&other, &Options::default()).unwrap();
     let message = binding.write(&parse(SMALL), &paw).unwrap_err().to_string();
     assert!(message.contains("joint 1 is `Paw` against `Foot`"), "{message}");
+}
+
+/// The file's name is said by whoever reads it: `bad.bvh: bad.bvh: frame 2 ...` was said once.
+#[test]
+fn what_is_too_large_for_its_unit_is_refused_without_the_files_name() {
+    let metres = Options { unit: Some(Unit::Metres), root: None };
+    for (text, said) in [
+        (SMALL.replace("92", "1e8"), "frame 2 is 1.0e8 m from the origin, expected at most 1e6"),
+        (SMALL.replace("-85", "-850"), "to joint `Foot` is 8.5e2 m long, expected at most 100"),
+    ] {
+        let message = to_clip(&parse(&text), &metres).unwrap_err().to_string();
+        assert!(message.contains(said) && !message.contains("small.bvh"), "{message}");
+    }
+    let whole = SMALL.replace(" 31 ", " 3600031 ");
+    assert!(to_clip(&parse(&whole), &Options::default()).is_ok(), "many turns are motion");
+}
+
+/// macOS puts a `._walk.bvh` beside a `walk.bvh` on foreign discs; it is no motion.
+#[test]
+fn hidden_files_and_folders_are_no_clips() {
+    let folder = std::env::temp_dir().join(format!("gestus-hidden-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join(".trash")).unwrap();
+    for (name, text) in [("a.bvh", SMALL), ("._a.bvh", "\0\u{5}"), (".b.bvh", SMALL), (".trash/c.bvh", SMALL)]
+    {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let read = read_folder(&folder, true).unwrap();
+    assert_eq!(read.documents.len(), 1);
+    // A folder that is named is read, whatever its name.
+    assert_eq!(read_folder(&folder.join(".trash"), true).unwrap().documents.len(), 1);
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

@@ -5,7 +5,10 @@ mod common;
 
 use std::{fs, path::Path, process::Command};
 
-use gestus_builder::bvh::{Bvh, Unit};
+use gestus_builder::{
+    bvh::{Bvh, Unit},
+    motion::Clip,
+};
 
 /// Runs it: did it succeed, and what did it say on standard error.
 fn gestus(arguments: &[&str]) -> (bool, String) {
@@ -36,6 +39,7 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", clip]].concat(), "-o "),
         ([&translate[..], &["-o", db]].concat(), "-o "),
         ([&translate[..], &["-o", "out.glb"]].concat(), "-o out.glb: glTF is read and not written"),
+        (vec!["build", "--data", data, "-o", "k.glb"], "choose a name that ends otherwise"),
         ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
         ([&translate[..], &["-o", page, "--robot", robot]].concat(), "nothing is asked of it"),
@@ -53,4 +57,181 @@ fn no_input_is_written_over() {
     assert_eq!(fs::read_to_string(clip).unwrap(), text);
     let (ok, stderr) = gestus(&[&translate[..], &["-o", folder.join("out.bvh").to_str().unwrap()]].concat());
     assert!(ok, "{stderr}");
+}
+
+/// A whole clip of blended fragments has no steps, no feet that are held and no robot: options that are about these were
+/// passed over without a word.
+#[test]
+fn a_whole_clip_takes_no_options_of_streams() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole");
+    fs::create_dir_all(&folder).unwrap();
+    let [db, clip, robot, angles, out, page] =
+        ["k.gestus", "walk.bvh", "toy.urdf", "a.csv", "out.bvh", "out.html"].map(|n| folder.join(n));
+    fs::write(&db, common::blob()).unwrap();
+    fs::write(&clip, Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text()).unwrap();
+    fs::write(&robot, include_str!("../assets/toy.urdf")).unwrap();
+    let [db, clip, robot, angles, out, page] =
+        [&db, &clip, &robot, &angles, &out, &page].map(|p| p.to_str().unwrap());
+    let whole = ["translate", "--db", db, "--input", clip, "-o", out, "--method", "effort"];
+    let wanted = [&whole[..], &["--effort", "weight=1"]].concat();
+    for (options, named) in [
+        (&["--robot", robot, "--csv", angles][..], "--robot, --csv would do nothing"),
+        (&["--robot", robot, "--trajectory", angles, "--json"], "--robot, --trajectory would"),
+        (&["--clean-up"], "--clean-up would"),
+        (&["--trace", angles], "--trace would"),
+        (&["--no-contact"], "--no-contact would"),
+        (&["--action", "walk", "--input-style", "proud"], "--action, --input-style would"),
+        (&["--timing", "sync"], "--timing would"),
+        (&["--timing", "bounded", "--lead", "0.1", "--lag", "0.1"], "--timing, --lead, --lag would"),
+        (&["--safety", "hold"], "--safety would"),
+        (&["--preset", "paper"], "--preset would"),
+        (&["--mask", "left-arm"], "--mask would"),
+        (&["--strength", "left-arm=0.5"], "--strength would"),
+        (&["--group-style", "left-arm=proud"], "--group-style would"),
+        (&["--ridge", "norm"], "--ridge would"),
+        (&["--k", "20"], "--k would"),
+        (&["--speed-limit", "0"], "--speed-limit would"),
+        (&["--halflife", "1"], "--halflife would"),
+    ] {
+        let (ok, stderr) = gestus(&[&wanted[..], options].concat());
+        assert!(!ok && stderr.contains(named) && stderr.contains("leave out"), "{options:?}: {stderr}");
+    }
+    assert!(!Path::new(angles).exists() && !Path::new(out).exists());
+    let (ok, stderr) = gestus(&whole);
+    assert!(!ok && stderr.contains("say which with --effort"), "{stderr}");
+    let plain = ["translate", "--db", db, "--input", clip, "-o", out, "--style", "proud", "--labels", angles];
+    let (ok, stderr) = gestus(&plain);
+    assert!(!ok && stderr.contains("--labels does nothing without --method effort"), "{stderr}");
+    // What is so anyway may be said.
+    let said =
+        ["--timing", "free", "--safety", "follow", "--preset", "default", "--unit", "cm", "--page", page];
+    let (ok, stderr) = gestus(&[&wanted[..], &said].concat());
+    assert!(ok, "{stderr}");
+    assert!(Path::new(out).exists() && Path::new(page).exists());
+}
+
+/// An action that lacks a style is left out of a database; the dial of the others was lost with it.
+#[test]
+fn a_database_without_one_of_its_actions_has_a_dial() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("dial");
+    let _ = fs::remove_dir_all(&folder);
+    let [data, db] = ["data", "k.gestus"].map(|n| folder.join(n));
+    fs::create_dir_all(&data).unwrap();
+    let run = Clip { name: "run_neutral_1".into(), ..common::walk().clone() };
+    for clip in common::corpus().examples.iter().map(|e| &e.clip).chain([&run]) {
+        let text = Bvh::from_clip(clip, Unit::Centimetres).unwrap().to_text();
+        fs::write(data.join(format!("{}.bvh", clip.name)), text).unwrap();
+    }
+    let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
+    let (ok, stderr) = gestus(&["build", "--data", data, "-o", db, "--no-models"]);
+    assert!(ok && stderr.contains("left out: action run lacks proud"), "{stderr}");
+    assert!(!stderr.contains("no effort dial"), "{stderr}");
+    let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(["inspect", db, "--json"]).output().unwrap();
+    let figures: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    // The names of the styles stand under `styles`; what the dial has of each goes by another name.
+    assert_eq!(figures["styles"].as_array().unwrap().len(), 2);
+    assert!(figures["effort"]["styles"].is_null());
+    for style in ["neutral", "proud"] {
+        assert!(figures["effort"]["of_styles"][style]["weight"].is_number(), "{}", figures["effort"]);
+    }
+}
+
+/// A folder of generated walks in two styles, and the database of them.
+fn walks(name: &str) -> [std::path::PathBuf; 3] {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    let [data, db] = ["data", "k.gestus"].map(|n| folder.join(n));
+    fs::create_dir_all(&data).unwrap();
+    for clip in common::corpus().examples.iter().map(|e| &e.clip) {
+        let text = Bvh::from_clip(clip, Unit::Centimetres).unwrap().to_text();
+        fs::write(data.join(format!("{}.bvh", clip.name)), text).unwrap();
+    }
+    fs::write(&db, common::blob()).unwrap();
+    [folder, data, db]
+}
+
+/// Options that do nothing were passed over without a word, and names that nothing has with them.
+#[test]
+fn measures_say_what_they_do_not_use() {
+    let [folder, data, db] = walks("measures");
+    let text = Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text();
+    fs::write(data.join("09.bvh"), text).unwrap();
+    let out = folder.join("out");
+    let [data, db, out] = [&data, &db, &out].map(|p| p.to_str().unwrap());
+    let measure = |what: &str, options: &[&str]| {
+        gestus(&[&["evaluate", what, "--data", data, "-o", out][..], options].concat())
+    };
+    for (what, options, said) in [
+        (
+            "skate",
+            &["--robot", "nofile"][..],
+            "--robot does nothing in skate: leave it out (it is for servo)",
+        ),
+        ("loo", &["--splits", "3"], "--splits does nothing in loo: leave it out (it is for effort)"),
+        (
+            "servo",
+            &["--db", db, "--rate", "30"],
+            "--rate does nothing in servo: leave it out (it is for loo,",
+        ),
+        ("loo", &["--from", "nosuch"], "no style `nosuch`"),
+        ("loo", &["--to", "nosuch"], "no style `nosuch`"),
+        ("loo", &["--actions", "nosuch"], "no action is called `nosuch`"),
+        ("loo", &["--folds", "-1"], "invalid value '-1' for '--folds"),
+        ("timing", &["--lead", "-1"], "--lead -1: seconds from 0 to 10"),
+    ] {
+        let (ok, stderr) = measure(what, options);
+        assert!(!ok && stderr.contains(said), "{what} {options:?}: {stderr}");
+    }
+    // Those that every measure can be called with are never refused.
+    let common = ["--actions", "nosuch", "--styles", "nosuch", "--folds", "0", "--from", "no", "--to", "no"];
+    for what in ["retarget", "servo"] {
+        let (ok, stderr) = measure(what, &[&["--db", db][..], &common].concat());
+        assert!(ok, "{stderr}");
+        for option in ["--actions", "--styles", "--folds", "--from", "--to"] {
+            assert_eq!(stderr.matches(&format!("{option} is not used by {what}")).count(), 1, "{stderr}");
+        }
+        // Each clip is of the class that its name says, and of none where it says nothing.
+        let json = fs::read_to_string(Path::new(out).join(format!("{what}.json"))).unwrap();
+        let table: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let rows = table["rows"].as_array().unwrap();
+        assert!(rows.iter().any(|row| row["clip"] == "09"));
+        for row in rows {
+            let named = row["clip"] != "09";
+            assert_eq!(row["action"] == "walk", named, "{row}");
+            assert_eq!(row["style"].is_string(), named, "{row}");
+        }
+    }
+    let (ok, stderr) = measure("knn", &["--db", "nosuch.gestus", "--to", "nosuch", "--folds", "5"]);
+    assert!(ok, "{stderr}");
+    for said in [
+        "--db is not used by knn: it builds its own",
+        "--to is not used by knn",
+        "--folds 5: walk has 2 clips in the style neutral",
+    ] {
+        assert!(stderr.contains(said), "{said}: {stderr}");
+    }
+}
+
+/// `--rate -5` was "unexpected argument '-5'", and `build --config FILE` read the folder that one stood in.
+#[test]
+fn builds_take_numbers_as_numbers_and_a_configuration_for_its_folder() {
+    let [folder, data, db] = walks("build");
+    fs::write(data.join("mine.toml"), "[build]\nmodels = false\n").unwrap();
+    let elsewhere = folder.join("elsewhere");
+    fs::create_dir_all(&elsewhere).unwrap();
+    let build = |config: &str, options: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gestus"));
+        command.current_dir(&elsewhere).args(["build", "--config", config, "--no-effort", "-o"]).arg(&db);
+        let output = command.args(options).output().unwrap();
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (ok, stderr) = build("../data/mine.toml", &["--actions", "walk, walk"]);
+    assert!(ok, "{stderr}");
+    for (options, said) in [
+        (["--rate", "-5"], "--rate -5: frames a second from 1 to 1000"),
+        (["--limit", "-1"], "invalid value '-1' for '--limit"),
+    ] {
+        let (ok, stderr) = build("../data/mine.toml", &options);
+        assert!(!ok && stderr.contains(said), "{stderr}");
+    }
 }

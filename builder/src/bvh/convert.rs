@@ -27,21 +27,21 @@ pub struct Options {
     pub root: Option<String>,
 }
 
-/// A document and a clip that don't go together.
+/// A document and a clip that don't go together. Whoever reads the file names it before the message.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ConvertError {
-    #[error("{file}: no joint is called `{name}`; the joints are {joints}")]
-    NoSuchRoot { file: String, name: String, joints: String },
+    #[error("no joint is called `{name}`; the joints are {joints}")]
+    NoSuchRoot { name: String, joints: String },
     #[error(
-        "{file}: frame {frame} is {metres:e} m from the origin, expected at most 1e7; check the values and the unit"
+        "frame {frame} is {metres:.1e} m from the origin, expected at most 1e6; check the values and the unit"
     )]
-    TooFar { file: String, frame: usize, metres: f64 },
+    TooFar { frame: usize, metres: f64 },
     #[error(
-        "{file}: the bones of joint `{joint}` are {metres:e} m long, expected at most 1e7; check OFFSET and unit"
+        "the bone from the parent to joint `{joint}` is {metres:.1e} m long, expected at most 100; check OFFSET and unit"
     )]
-    TooLong { file: String, joint: String, metres: f64 },
+    TooLong { joint: String, metres: f64 },
     #[error("the document has other joints than {file}, which this binding was made for: {difference}")]
     OtherDocument { file: String, difference: String },
     #[error("clip {clip} is on another skeleton than {file}: {difference}; retarget it first")]
@@ -56,8 +56,10 @@ pub enum ConvertError {
     BadName { name: String },
 }
 
-/// Farthest that a body or joint may be from where it hangs, metres.
-const FAR_M: f64 = 1e7;
+/// Farthest that a body may be from the origin, metres: in millimetres it can still be written and read.
+const FAR_M: f64 = 1e6;
+/// Longest bone, metres: what a database and the map of a skeleton have room for.
+const LONG_M: f64 = 100.0;
 /// Movement of an inner joint's translation that is worth a note, metres.
 const STRETCH_M: f64 = 0.01;
 
@@ -86,7 +88,6 @@ impl Binding {
             None => find_hips(document),
             Some(name) => {
                 all.iter().position(|j| &j.name == name).ok_or_else(|| ConvertError::NoSuchRoot {
-                    file: file.clone(),
                     name: name.clone(),
                     joints: all.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
                 })?
@@ -121,8 +122,8 @@ impl Binding {
         for (s, &j) in joints.iter().enumerate() {
             let offset = if s == 0 { Vector3::zeros() } else { means[s] * scale };
             let metres = offset.norm();
-            if metres.is_nan() || metres > FAR_M {
-                return Err(ConvertError::TooLong { file, joint: all[j].name.clone(), metres });
+            if metres.is_nan() || metres > LONG_M {
+                return Err(ConvertError::TooLong { joint: all[j].name.clone(), metres });
             }
             offsets.push(offset);
             let moves = if s == 0 { 0.0 } else { translation_range(document, j) * scale };
@@ -181,7 +182,7 @@ impl Binding {
             let root = hips.translation.vector * scale;
             let metres = root.norm();
             if metres.is_nan() || metres > FAR_M {
-                return Err(ConvertError::TooFar { file: document.name().to_string(), frame: f + 1, metres });
+                return Err(ConvertError::TooFar { frame: f + 1, metres });
             }
             let mut rotations = Vec::with_capacity(self.joints.len());
             rotations.push(hips.rotation);

@@ -84,14 +84,21 @@ pub enum BvhErrorKind {
     )]
     Overflow { found: String },
     #[error(
+        "the length `{found}` is beyond 1e9, which no body's is in any unit; the exporter failed here, correct the value"
+    )]
+    Length { found: String },
+    #[error(
+        "the angle `{found}` is beyond 1e7 degrees; the exporter failed here, correct the value or cut the frame"
+    )]
+    Angle { found: String },
+    #[error(
         "expected a whole number of frames, found `{found}`; write `Frames: N` with the number of lines below it"
     )]
     FrameCount { found: String },
     #[error(
-        "expected a frame time above zero and at most 1 second, found `{found}`; is it in milliseconds? 30 frames a second are \
-         0.0333333"
+        "expected a frame time from 0.000001 to 1 second, found `{found}`; {advice}30 frames a second are 0.0333333"
     )]
-    FrameTime { found: String },
+    FrameTime { found: String, advice: &'static str },
     #[error(
         "frame {frame} has {found} values, expected {expected} (one a channel); complete the line or cut the frame"
     )]

@@ -12,6 +12,10 @@ use super::{Bvh, Channel, Joint};
 
 /// Deepest nesting of joints that is read.
 pub const MAX_DEPTH: usize = 256;
+/// Greatest length, file units: a thousand kilometres in millimetres. What is beyond is no body's in any unit.
+const MOST_LENGTH: f64 = 1e9;
+/// Greatest angle, degrees: a top that spins all day. What is beyond is an exporter's failure.
+const MOST_DEGREES: f64 = 1e7;
 
 impl Bvh {
     /// Reads a document. `file` is its name, for messages and for naming the clip.
@@ -78,6 +82,9 @@ impl<'t> Parser<'t> {
         match self.lexer.next() {
             Some(t) if is(t, "MOTION") => {}
             Some(t) if is(t, "ROOT") => return Err(self.error(t, Kind::SeveralRoots)),
+            Some(t) if is(t, "Frames") => {
+                return Err(self.unexpected(Some(t), "MOTION", "write a line MOTION before it"));
+            }
             None => return Err(self.error_here(Kind::NoMotion)),
             other => {
                 return Err(self.unexpected(
@@ -227,9 +234,30 @@ impl<'t> Parser<'t> {
             let Some(token) = self.lexer.next() else {
                 return Err(self.unexpected(None, "a number", "the file was cut"));
             };
-            *value = self.number(token)?;
+            *value = self.length(token)?;
         }
         Ok(triple)
+    }
+
+    /// A number of file units.
+    fn length(&self, token: Token) -> Result<f64, BvhError> {
+        let value = self.number(token)?;
+        if value.abs() > MOST_LENGTH {
+            return Err(self.error(token, Kind::Length { found: shown_name(token.text) }));
+        }
+        Ok(value)
+    }
+
+    /// A value of the motion table.
+    fn value(&self, token: Token, channel: Channel) -> Result<f64, BvhError> {
+        if let Channel::Position(_) = channel {
+            return self.length(token);
+        }
+        let value = self.number(token)?;
+        if value.abs() > MOST_DEGREES {
+            return Err(self.error(token, Kind::Angle { found: shown_name(token.text) }));
+        }
+        Ok(value)
     }
 
     fn number(&self, token: Token) -> Result<f64, BvhError> {
@@ -248,7 +276,10 @@ impl<'t> Parser<'t> {
             {
                 Err(self.error(token, Kind::NotFinite { found: found() }))
             }
-            Err(_) if token.text.replace(',', ".").trim_end_matches('.').split('.').all(is_digits) => {
+            Err(_)
+                if token.text.contains(',')
+                    && token.text.replace(',', ".").trim_end_matches('.').split('.').all(is_digits) =>
+            {
                 Err(self.error(token, Kind::CommaDecimal { found: found() }))
             }
             Err(_) => Err(self.error(token, Kind::NotANumber { found: found() })),
@@ -261,23 +292,16 @@ impl<'t> Parser<'t> {
             return Err(self.error_here(Kind::NoFrames));
         }
         self.expect("Frames", HEAD)?;
-        self.expect(":", HEAD)?;
+        let colon = self.expect(":", HEAD)?;
         let count = self.lexer.next();
         let Some(count) = count else { return Err(self.unexpected(None, "a number of frames", HEAD)) };
-        let promised: u64 = count
-            .text
-            .parse()
-            .map_err(|_| self.error(count, Kind::FrameCount { found: shown_name(count.text) }))?;
+        let promised: u64 = count.text.parse().map_err(|_| match count.line == colon.line {
+            true => self.error(count, Kind::FrameCount { found: shown_name(count.text) }),
+            false => self.nothing_behind(colon, "a number of frames", "write how many lines follow below"),
+        })?;
         self.expect("Frame", HEAD)?;
         self.expect("Time", HEAD)?;
-        self.expect(":", HEAD)?;
-        let Some(time) = self.lexer.next() else {
-            return Err(self.unexpected(None, "a frame time in seconds", HEAD));
-        };
-        let frame_time_s = self.number(time)?;
-        if !(1e-6..=1.0).contains(&frame_time_s) {
-            return Err(self.error(time, Kind::FrameTime { found: shown_name(time.text) }));
-        }
+        let (time, frame_time_s) = self.frame_time(HEAD)?;
         let values = self.rows(time.line)?;
         let found = values.len() / self.channels;
         if found == 0 {
@@ -291,9 +315,38 @@ impl<'t> Parser<'t> {
         Ok(Bvh { name, joints, channels, frame_time_s, values, unit: None, notes: Vec::new() })
     }
 
+    /// Seconds a frame, behind the colon, and where they stand.
+    fn frame_time(&mut self, advice: &'static str) -> Result<(Token<'t>, f64), BvhError> {
+        const EXPECTED: &str = "a frame time in seconds";
+        let colon = self.expect(":", advice)?;
+        let Some(time) = self.lexer.next() else {
+            return Err(self.unexpected(None, EXPECTED, advice));
+        };
+        let seconds = self.number(time);
+        let fits = seconds.as_ref().is_ok_and(|s| (1e-6..=1.0).contains(s));
+        // Numbers of a line below are those of the first frame.
+        let below = time.line != colon.line;
+        if below && (!fits || self.lexer.peek().is_some_and(|t| t.line == time.line)) {
+            return Err(self.nothing_behind(colon, EXPECTED, "30 frames a second are 0.0333333"));
+        }
+        let seconds = seconds?;
+        if !fits {
+            let advice = if seconds > 1.0 { "is it in milliseconds? " } else { "" };
+            return Err(self.error(time, Kind::FrameTime { found: shown_name(time.text), advice }));
+        }
+        Ok((time, seconds))
+    }
+
+    /// A colon with nothing behind it on its line.
+    fn nothing_behind(&self, colon: Token, expected: &'static str, advice: &'static str) -> BvhError {
+        let found = "the end of the line".to_string();
+        self.error_at(colon.line, colon.column + 1, Kind::Unexpected { expected, found, advice })
+    }
+
     /// The table: one line a frame; blank lines count for nothing.
     fn rows(&mut self, header: usize) -> Result<Vec<f64>, BvhError> {
         let expected = self.channels;
+        let channels: Vec<Channel> = self.joints.iter().flat_map(|j| j.channels.iter().copied()).collect();
         let mut values = Vec::new();
         let mut last: Option<Token> = None;
         while let Some(token) = self.lexer.next() {
@@ -308,7 +361,7 @@ impl<'t> Parser<'t> {
                 let kind = Kind::TooFewValues { frame: frame + 1, found, expected };
                 return Err(self.error_at(l.line, column, kind));
             }
-            values.push(self.number(token)?);
+            values.push(self.value(token, channels[found])?);
             last = Some(token);
         }
         let (frame, found) = (values.len() / expected + 1, values.len() % expected);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
 use gestus_builder::{
     build::BuildOptions,
     corpus::Corpus,
@@ -18,6 +19,9 @@ use gestus_core::{Database, retime::Bounds};
 use serde_json::json;
 
 use super::build::Selection;
+
+/// Most lead and lag, seconds.
+const MOST_BOUND_S: f32 = 10.0;
 
 /// What can be measured.
 #[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +54,65 @@ enum What {
     Retarget,
     /// A robot that does what comes out of --db
     Servo,
+}
+
+impl What {
+    /// The word for it.
+    fn name(self) -> String {
+        self.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default()
+    }
+
+    /// Whether it judges a database that is there, with clips of any skeleton; others build theirs of the folder.
+    fn on_database(self) -> bool {
+        matches!(self, What::Retarget | What::Servo)
+    }
+
+    /// Whether it holds out clips of one style and looks at what they become in others.
+    fn translates(self) -> bool {
+        use What::{Ablation, Contacts, GaussianProcess, Loo, Methods, Skate, Timing};
+        matches!(self, Loo | Ablation | Methods | GaussianProcess | Contacts | Skate | Timing)
+    }
+
+    /// Whether an option, by the name of its argument, does anything in this measure.
+    fn takes(self, option: &str) -> bool {
+        match option {
+            "actions" | "styles" | "joints" | "rate" | "limit" | "strict" => !self.on_database(),
+            "groups" => !self.on_database() && self != What::Correspondence,
+            "from" => !self.on_database() && self != What::Compression,
+            "to" => self.translates(),
+            "folds" => self.translates() || matches!(self, What::Exact | What::Knn | What::Effort),
+            "db" => self.on_database(),
+            "labels" | "splits" => self == What::Effort,
+            "gaussian_process" => matches!(self, What::Loo | What::Exact | What::Methods),
+            "lead" | "lag" => self == What::Timing,
+            "robot" | "robot_map" => self == What::Servo,
+            _ => true,
+        }
+    }
+}
+
+/// Options that every measure can be called with, so that one line does for several: where one of them does nothing, that
+/// is said and no more.
+const COMMON: [&str; 6] = ["actions", "styles", "from", "to", "folds", "db"];
+
+/// Says which of the options that were given do nothing in this measure, and refuses those that nobody gives by habit.
+fn check_use(what: What, given: &[String]) -> Result<()> {
+    let name = what.name();
+    for option in given.iter().map(String::as_str).filter(|option| !what.takes(option)) {
+        let words = option.replace('_', "-");
+        if !COMMON.contains(&option) {
+            let takers = What::value_variants().iter().filter(|w| w.takes(option));
+            let takers = takers.map(|w| w.name()).collect::<Vec<_>>().join(", ");
+            bail!("--{words} does nothing in {name}: leave it out (it is for {takers})");
+        }
+        let why = match option {
+            "db" => ": it builds its own",
+            "actions" | "styles" => ": it takes every clip of the folder",
+            _ => "",
+        };
+        eprintln!("--{words} is not used by {name}{why}");
+    }
+    Ok(())
 }
 
 /// Measure: errors, ablations, search, compression.
@@ -103,8 +166,14 @@ pub struct Args {
     json: bool,
 }
 
-/// Runs the command.
-pub fn run(args: &Args) -> Result<()> {
+/// Runs the command. `given` are the arguments that were said, by name.
+pub fn run(args: &Args, given: &[String]) -> Result<()> {
+    check_use(args.what, given)?;
+    for (option, seconds) in [("--lead", args.lead), ("--lag", args.lag)] {
+        if !(0.0..=MOST_BOUND_S).contains(&seconds) {
+            bail!("{option} {seconds}: seconds from 0 to {MOST_BOUND_S}");
+        }
+    }
     // Hours of looking go into such a table; the measure of that name writes one beside its report.
     let table = args.output.join("effort.csv");
     super::apart([args.labels.as_ref()], [("-o", Some(&table))])?;
@@ -144,17 +213,20 @@ fn on_corpus(
     }
     let corpus = &loaded.corpus;
     let style = |name: &str| corpus.style(name).with_context(|| args.data.display().to_string());
-    let from = match &args.from {
-        Some(name) => style(name)?,
+    let from = match args.from.as_ref().filter(|_| args.what.takes("from")) {
+        Some(name) => style(name.trim())?,
         None => corpus.plain_style(),
     };
-    let to = if args.to.is_empty() {
+    let to = if args.to.is_empty() || !args.what.takes("to") {
         (0..corpus.styles.len()).filter(|&s| s != from).collect()
     } else {
         args.to.iter().map(|n| style(n)).collect::<Result<Vec<_>>>()?
     };
-    if args.folds == 0 {
-        bail!("--folds 0: at least one test clip an action");
+    if args.what.takes("folds") {
+        if args.folds == 0 {
+            bail!("--folds 0: at least one test clip an action");
+        }
+        say_few(corpus, from, args.folds);
     }
     make_output(args)?;
     let options = LooOptions {
@@ -173,6 +245,17 @@ fn on_corpus(
         bail!("{}: nothing was measured: {}", args.data.display(), why_nothing(corpus, &options));
     }
     Ok(evaluation)
+}
+
+/// Names the actions that have fewer test clips than were asked for.
+fn say_few(corpus: &Corpus, from: usize, folds: usize) {
+    let tests = test_clips(corpus, from, folds);
+    for (action, name) in corpus.actions.iter().enumerate() {
+        let have = tests.iter().filter(|&&i| corpus.examples[i].action == action).count();
+        if have < folds {
+            eprintln!("--folds {folds}: {name} has {have} clips in the style {}", corpus.styles[from]);
+        }
+    }
 }
 
 /// Why no fold is left.

@@ -12,8 +12,10 @@ mod retarget;
 mod transfer;
 mod translate;
 
+use std::convert::Infallible;
+
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
 use gestus_builder::outputs::{apart, say};
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
@@ -54,9 +56,35 @@ enum Command {
     Evaluate(evaluate::Args),
 }
 
+/// The command line as it is taken: what all options have in common is said here, once.
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| command.mut_args(lenient))
+}
+
+/// An option that takes a number below zero as a number, so that its range is what refuses it, and the items of a list
+/// without the spaces around them.
+fn lenient(option: Arg) -> Arg {
+    if option.is_positional() || !option.get_action().takes_values() {
+        return option;
+    }
+    let words = option.get_value_parser().type_id() == std::any::TypeId::of::<String>();
+    let list = words && option.get_value_delimiter().is_some();
+    let option = option.allow_negative_numbers(true);
+    if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
+}
+
+/// What was said on the command line, by the names of the arguments, rather than left as it is.
+fn given(matches: &ArgMatches) -> Vec<String> {
+    let said = |id: &&clap::Id| matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
+    matches.ids().filter(said).map(ToString::to_string).collect()
+}
+
 /// Runs the command that was asked for.
 pub fn run() -> Result<()> {
-    match Cli::parse().command {
+    let matches = command().get_matches();
+    let given = matches.subcommand().map(|(_, matches)| given(matches)).unwrap_or_default();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command()).exit());
+    match cli.command {
         Command::Demo(args) => demo::demo(&args),
         Command::Synth(args) => demo::synth(&args),
         Command::Build(args) => build::run(&args),
@@ -68,7 +96,7 @@ pub fn run() -> Result<()> {
         Command::Loop(args) => cycle::run(&args),
         Command::Retarget(args) => retarget::run(&args),
         Command::Effort(args) => effort::run(&args),
-        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args, &given),
     }
 }
 
@@ -81,4 +109,31 @@ pub fn read_blob(path: &std::path::Path) -> Result<Vec<u8>> {
 /// Opens a database, naming its file where that fails.
 pub fn open<'a>(path: &std::path::Path, bytes: &'a [u8]) -> Result<gestus_core::Database<'a>> {
     gestus_core::Database::open(bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_in_order() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn items_of_lists_are_trimmed() {
+        let words = ["gestus", "build", "--data", "d", "-o", "k", "--actions", "walk, run ", "--rate", "-5"];
+        let matches = command().try_get_matches_from(words).unwrap();
+        let (_, build) = matches.subcommand().unwrap();
+        let actions: Vec<&String> = build.get_many("actions").unwrap().collect();
+        assert_eq!(actions, ["walk", "run"]);
+        assert_eq!(build.get_one::<f64>("rate"), Some(&-5.0));
+        assert!(Cli::from_arg_matches(&matches).is_ok());
+        let said = given(build);
+        assert!(
+            ["data", "output", "actions", "rate"].iter().all(|id| said.iter().any(|s| s == id)),
+            "{said:?}"
+        );
+        assert!(!said.iter().any(|s| s == "limit"), "{said:?}");
+    }
 }

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::Evaluation;
 use crate::{
+    annotate::Config,
     bvh::{Binding, Options},
     capture::read_folder,
     contact::contacts,
@@ -117,8 +118,10 @@ pub fn offsets(a: &[[bool; 2]], b: &[[bool; 2]], window: usize) -> Offsets {
 /// Evaluates every clip of a folder that has another skeleton than the database, or the same.
 ///
 /// # Errors
-/// Where nothing in the folder can be mapped.
+/// Where nothing in the folder can be mapped, or its `gestus.toml` can't be read.
 pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
+    let config = Config::of_folder(folder)?;
+    let options = Options { unit: config.unit(), ..Options::default() };
     let files = read_folder(folder, false)?;
     let target = Body::of_database(database)?;
     let mut rows: Vec<table::Row> = Vec::new();
@@ -126,16 +129,18 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
     let bar = progress::bar(files.documents.len(), "retarget");
     for (path, document) in &files.documents {
         bar.inc(1);
-        let clip = Binding::new(document, &Options::default()).and_then(|b| b.to_clip(document));
+        let clip = Binding::new(document, &options).and_then(|b| b.to_clip(document));
         let clip = match clip {
             Ok(clip) => clip,
             Err(e) => {
-                notes.push(e.to_string());
+                notes.push(format!("{}: {e}", path.display()));
                 continue;
             }
         };
         match Retarget::onto(database, target.clone(), &clip, &MapFile::default()) {
-            Ok(retarget) => rows.extend(judge(database, &retarget, &clip)),
+            Ok(retarget) => {
+                rows.extend(judge(database, &retarget, &clip, config.class(folder, path).unzip()));
+            }
             Err(e) => notes.push(format!("{}: {e}", path.display())),
         }
     }
@@ -173,8 +178,13 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
     })
 }
 
-/// The two rows of a clip.
-fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<table::Row> {
+/// The two rows of a clip of that action and style, where they are known.
+fn judge(
+    database: &Database<'_>,
+    retarget: &Retarget,
+    original: &Clip,
+    (action, style): (Option<String>, Option<String>),
+) -> Vec<table::Row> {
     let clip = original.resampled(f64::from(database.rate_hz()));
     // In an upright world, where the database's body is.
     let lift = |frame: &Frame| {
@@ -198,7 +208,7 @@ fn judge(database: &Database<'_>, retarget: &Retarget, original: &Clip) -> Vec<t
         .into_iter()
         .map(|(method, body, frames)| {
             let mut row = super::row(json!({
-                "method": method, "action": null, "style": null, "clip": original.name, "frames": clip.frames.len(),
+                "method": method, "action": action, "style": style, "clip": original.name, "frames": clip.frames.len(),
                 "joints": source.skeleton.joints(), "scale": retarget.scale,
                 "doubts": retarget.doubts().len(),
             }));

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::Evaluation;
 use crate::{
+    annotate::Config,
     bvh::{Binding, Options},
     capture::read_folder,
     motion::Frame,
@@ -37,7 +38,7 @@ const CLIPS: usize = 24;
 /// Drives a robot with clips of a folder.
 ///
 /// # Errors
-/// Where the robot or its map can't be used, or no clip of the folder.
+/// Where the robot or its map can't be used, or no clip of the folder, or its `gestus.toml` can't be read.
 pub fn evaluate(
     database: &Database<'_>,
     folder: &Path,
@@ -54,6 +55,8 @@ pub fn evaluate(
     for doubt in &machine.doubts {
         eprintln!("robot {name}: doubt: {doubt}");
     }
+    let config = Config::of_folder(folder)?;
+    let options = Options { unit: config.unit(), ..Options::default() };
     let files = read_folder(folder, false)?;
     let step = files.documents.len().div_ceil(CLIPS).max(1);
     let mut rows: Vec<table::Row> = Vec::new();
@@ -61,7 +64,7 @@ pub fn evaluate(
     let bar = progress::bar(files.documents.len().div_ceil(step), "servo");
     for (path, document) in files.documents.iter().step_by(step) {
         bar.inc(1);
-        let clip = Binding::new(document, &Options::default()).and_then(|b| b.to_clip(document));
+        let clip = Binding::new(document, &options).and_then(|b| b.to_clip(document));
         let clip = match clip.map_err(anyhow::Error::from).and_then(|c| onto(database, &c)) {
             Ok(clip) => clip,
             Err(e) => {
@@ -71,9 +74,10 @@ pub fn evaluate(
         };
         let played = play(&machine, &clip);
         let (reached, wanted) = end_effectors(&machine, &played, &clip);
+        let (action, style) = config.class(folder, path).unzip();
         let row = |method: &str, figures: Value| {
             let mut row = super::row(
-                json!({ "method": method, "action": null, "style": null, "clip": clip.name, "robot": name }),
+                json!({ "method": method, "action": action, "style": style, "clip": clip.name, "robot": name }),
             );
             row.extend(super::row(figures));
             row
