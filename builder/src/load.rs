@@ -407,7 +407,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_named() {
-        let folder = Folder::new("names");
+        let folder = Folder::new("not-there");
         folder.walk("walk_a_1.bvh", 120, |_| ());
         let message = |more: &str| folder.load(more).unwrap_err().to_string();
         assert!(message("styles = ['proud']").contains("no style is called `proud`: there are a"));

@@ -64,6 +64,7 @@ fn no_input_is_written_over() {
 #[test]
 fn a_whole_clip_takes_no_options_of_streams() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole");
+    let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     let [db, clip, robot, angles, out, page] =
         ["k.gestus", "walk.bvh", "toy.urdf", "a.csv", "out.bvh", "out.html"].map(|n| folder.join(n));
