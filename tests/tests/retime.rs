@@ -244,8 +244,9 @@ fn in_a_room(
 
 #[test]
 fn frames_that_never_come_are_not_waited_for() {
+    type Lost = fn(usize) -> bool;
     // One frame, a stall, and frames at random; at the input's rate and at others.
-    let lost: [(&str, fn(usize) -> bool); 3] = [
+    let lost: [(&str, Lost); 3] = [
         ("one", |t| t == 100),
         ("three seconds", |t| (100..190).contains(&t)),
         ("one in thirty", |t| t < 700 && t * 7919 % 30 == 0),

@@ -186,7 +186,8 @@ fn what_is_put_out_again_stands_where_it_stood() {
     let whole = run(Safety::Follow, |t, p| Some((p, t as u32)));
     let standing =
         (40..120).find(|&t| whole[t].1.contacts == [true, false]).expect("a step on the left foot");
-    let faults: [fn(Pose<22>, u32) -> Option<(Pose<22>, u32)>; 3] =
+    type Fault = fn(Pose<22>, u32) -> Option<(Pose<22>, u32)>;
+    let faults: [Fault; 3] =
         [|_, _| None, |p, t| Some((p, t - 1)), |p, t| Some((Pose { position: [f32::NAN; 3], ..p }, t))];
     for safety in [Safety::Follow, Safety::Hold] {
         for fault in faults {
