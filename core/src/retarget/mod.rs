@@ -18,8 +18,8 @@
 //! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, "Using an intermediate skeleton and inverse kinematics
 //! for motion retargeting", which paper 000 (section 4) names for input on another skeleton.
 //!
-//! Cost: two quaternion products a joint of either skeleton, four angles a limb; 31 joints to 21 take about 19,000
-//! instructions, and the way back 21,000, on a Cortex-M4F (`docs/PERFORMANCE.md`).
+//! Cost: two quaternion products a joint of either skeleton, four angles a limb; 31 joints to 21 take about 25,000
+//! instructions, and the way back 29,000, on a Cortex-M4F (`docs/PERFORMANCE.md`).
 
 pub mod layout;
 pub mod limb;
