@@ -20,6 +20,7 @@ use crate::{
     export,
     landmarks::{LandmarkError, Landmarks},
     motion::{Frame, Skeleton},
+    register::GAIT_KNOTS,
     segment::smooth,
     translate::skeleton,
 };
@@ -32,8 +33,6 @@ const REST_S: f64 = 0.3;
 const SHORTEST_S: f64 = 0.4;
 /// A cycle of fewer frames has no timing to speak of.
 pub const FEWEST: usize = 8;
-/// Knots of a gait cycle: left strike, right strike, left strike.
-const GAIT_KNOTS: usize = 3;
 
 /// A stretch of a clip.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,9 +11,8 @@
 //!
 //! On the walks, runs and turns of METHODS: walk and turns 1.4, a run and any of them 4.4 and more.
 
-use gestus_core::blob::layout::dof;
-
 use super::{ClassName, CycleData, at, distance2};
+use crate::{register::GAIT_KNOTS, warp};
 
 /// Most that the nearest cycle of a kin action is farther than the nearest of the same action.
 const KIN: f64 = 2.0;
@@ -21,8 +20,6 @@ const KIN: f64 = 2.0;
 const PHASES: usize = 8;
 /// Most cycles of a class that are looked at.
 const SAMPLE: usize = 64;
-/// Knots of a gait cycle.
-const GAIT_KNOTS: usize = 3;
 
 /// For every class the cycles of its style in all kin actions, its own among them.
 pub(super) fn pools(
@@ -69,13 +66,7 @@ pub(super) fn pools(
 
 /// Dofs of the pose at uniform phases; the root's velocities say how fast, not which way of moving it is.
 fn shape(cycle: &CycleData<'_>) -> Vec<f64> {
-    (0..PHASES)
-        .flat_map(|p| {
-            let mut row = at(cycle, p as f64 / PHASES as f64);
-            row.drain(dof::FORWARD..dof::JOINTS);
-            row
-        })
-        .collect()
+    (0..PHASES).flat_map(|p| warp::shape(&at(cycle, p as f64 / PHASES as f64))).collect()
 }
 
 /// Mean distance of cycles to their nearest among others, of another clip; `None` where there is none, or no distance.
@@ -94,6 +85,8 @@ fn apart(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Option<f64> 
 
 #[cfg(test)]
 mod tests {
+    use gestus_core::blob::layout::dof;
+
     use super::*;
     use crate::corpus::Cycle;
 
