@@ -327,7 +327,7 @@ fn bones_that_stretch_and_scales_that_move_are_said() {
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     type Change = fn(&mut Value);
-    let cases: [(&str, Change, &str); 13] = [
+    let cases: [(&str, Change, &str); 14] = [
         ("no animation", |j| j["animations"] = json!([]), "so nothing moves"),
         (
             "faces",
@@ -358,6 +358,11 @@ fn what_is_wrong_is_said_with_its_place() {
             "flat",
             |j| j["nodes"][0]["scale"] = json!([1.0, 0.5, 1.0]),
             "node `hips` is scaled by [1.0, 0.5, 1.0]",
+        ),
+        (
+            "far off",
+            |j| j["nodes"][1]["translation"] = json!([0.0, 1.4e21, 0.0]),
+            "too large in frame 1, joint `leg`",
         ),
         ("packed", |j| j["extensionsRequired"] = json!(["EXT_meshopt_compression"]), "without compression"),
     ];

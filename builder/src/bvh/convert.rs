@@ -15,7 +15,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use super::{Bvh, Channel, Joint, Unit, euler};
+use super::{Bvh, Channel, Joint, Unit, euler, parse::MOST_LENGTH};
 use crate::motion::{Clip, Frame, Skeleton};
 
 /// How to read a document.
@@ -307,6 +307,9 @@ impl Bvh {
 
     /// A document of joints in depth-first order, and their local poses frame by frame, metres. A pose's translation
     /// counts where the joint moves.
+    ///
+    /// # Errors
+    /// [`ConvertError`] where it could not be written and read again.
     pub(crate) fn from_poses(
         name: &str,
         rate_hz: f64,
@@ -344,7 +347,7 @@ impl Bvh {
                 pose.translation.vector /= scale;
                 put(joint, &pose, scale, &mut row);
                 let own = &row[joint.first_channel..joint.first_channel + joint.channels.len()];
-                if !own.iter().chain(&joint.offset).all(|x| x.is_finite()) {
+                if !own.iter().chain(&joint.offset).all(|x| x.abs() <= MOST_LENGTH) {
                     let (clip, joint) = (name.to_string(), joint.name.clone());
                     return Err(ConvertError::NotFinite { clip, frame: f + 1, joint });
                 }

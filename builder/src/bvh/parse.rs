@@ -13,7 +13,7 @@ use super::{Bvh, Channel, Joint};
 /// Deepest nesting of joints that is read.
 pub const MAX_DEPTH: usize = 256;
 /// Greatest length, file units: a thousand kilometres in millimetres. What is beyond is no body's in any unit.
-const MOST_LENGTH: f64 = 1e9;
+pub(super) const MOST_LENGTH: f64 = 1e9;
 /// Greatest angle, degrees: a top that spins all day. What is beyond is an exporter's failure.
 const MOST_DEGREES: f64 = 1e7;
 
