@@ -327,7 +327,7 @@ fn bones_that_stretch_and_scales_that_move_are_said() {
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     type Change = fn(&mut Value);
-    let cases: [(&str, Change, &str); 14] = [
+    let cases: [(&str, Change, &str); 15] = [
         ("no animation", |j| j["animations"] = json!([]), "so nothing moves"),
         (
             "faces",
@@ -354,6 +354,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ),
         ("backwards", |j| j["animations"][0]["samplers"][0]["input"] = json!(2), "its times do not grow"),
         ("for years", |j| j["animations"][0]["samplers"][0]["input"] = json!(3), "would fill the memory"),
+        ("for days", |j| j["animations"][0]["samplers"][0]["input"] = json!(4), "would fill the memory"),
         (
             "flat",
             |j| j["nodes"][0]["scale"] = json!([1.0, 0.5, 1.0]),
@@ -370,6 +371,7 @@ fn what_is_wrong_is_said_with_its_place() {
         let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
         made.floats("SCALAR", &[1.0, 0.5]);
         made.floats("SCALAR", &[0.0, 1e9]);
+        made.floats("SCALAR", &[0.0, 1e5]);
         change(&mut made.json);
         let error = one(&made.glb()).expect_err(what).to_string();
         assert!(error.starts_with("hero.glb: ") && error.contains(said), "{what}: {error}");

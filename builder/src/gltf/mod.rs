@@ -161,11 +161,20 @@ impl Curves {
         }
     }
 
+    /// The times of every curve of those nodes.
+    fn times<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = &'a [f64]> {
+        let translations = nodes.iter().filter_map(|n| self.translations.get(n).map(Curve::times));
+        translations.chain(nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times)))
+    }
+
+    /// Keys of the curve that has most.
+    fn most_keys(&self, nodes: &[usize]) -> usize {
+        self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
+    }
+
     /// First and last time, and the rate: all of what moves the body.
     fn timeline(&self, nodes: &[usize]) -> (f64, f64, f64) {
-        let translations = nodes.iter().filter_map(|n| self.translations.get(n).map(Curve::times));
-        let rotations = nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times));
-        let all: Vec<&[f64]> = translations.chain(rotations).collect();
+        let all: Vec<&[f64]> = self.times(nodes).collect();
         let start = all.iter().map(|t| t[0]).fold(f64::INFINITY, f64::min);
         let end = all.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
         // Half of the spacings are no longer than this: a stray key between two frames decides nothing.
@@ -201,7 +210,9 @@ impl Curves {
         }
         let seconds = end - start;
         let frames = (seconds * rate_hz + 1e-3).floor();
-        if frames * body.len() as f64 > MOST_POSES {
+        // Two keys may lie a day apart.
+        let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
+        if frames > most || frames * body.len() as f64 > MOST_POSES {
             let (animation, joints) = (name.to_owned(), body.len());
             return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
         }
