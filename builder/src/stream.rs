@@ -52,6 +52,23 @@ impl Request {
             bounds: None,
         }
     }
+
+    /// Output styles that have weight in each mix that a frame is answered in: in the body's, and in those that joint
+    /// groups have of their own. Each costs the unpacking and the regression of a frame once more.
+    pub fn mixes(&self, groups: usize) -> Vec<usize> {
+        let own = |group: usize| {
+            let set = self.group_styles.iter().rfind(|(g, _)| usize::from(*g) == group);
+            set.map(|(_, weights)| weights).filter(|weights| !weights.is_empty()).unwrap_or(&self.style)
+        };
+        let mut mixes: Vec<&Vec<(u16, f32)>> = Vec::new();
+        for mix in (0..groups).map(own) {
+            if !mixes.contains(&mix) {
+                mixes.push(mix);
+            }
+        }
+        let heard = |mix: &Vec<(u16, f32)>| mix.iter().filter(|(_, weight)| *weight > 0.0).count();
+        mixes.into_iter().map(heard).collect()
+    }
 }
 
 /// One frame of what came out.

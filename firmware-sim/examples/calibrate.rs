@@ -73,9 +73,8 @@ fn main() -> Result<()> {
         for request in &requests {
             let job = Job { path, database, clip: &clip, request, robot: None };
             let measured = measure(board, &image, job, || ())?;
-            let (labels, k) = ((request.action, request.input_style), request.config.neighborhood().0);
             for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
-                let units = units(&database, labels, k, &step.report);
+                let units = units(&database, request, &step.report);
                 samples.push(Sample { units, stages: stages.iter().map(|&s| f64::from(s)).collect() });
             }
         }
@@ -108,10 +107,9 @@ fn worst(board: &'static boards::Board) -> Result<()> {
                 Job { path: &path, database, clip: &clip, request, robot: None },
                 || (),
             )?;
-            let (labels, k) = ((request.action, request.input_style), request.config.neighborhood().0);
             for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
                 // A first frame unpacks the nearest class twice, which its report does not say.
-                let units = units(&database, labels, k, &step.report);
+                let units = units(&database, request, &step.report);
                 if samples.len() % clip.frames.len() > 0 {
                     for ((ratio, &counted), modelled) in
                         ratios.iter_mut().zip(stages).zip(prices.stages(&units))
@@ -143,7 +141,7 @@ fn compare_m0() -> Result<()> {
     let prices = Isa::RiscV.calibration().prices;
     let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
     for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
-        let units = units(&database, (None, None), request.config.neighborhood().0, &step.report);
+        let units = units(&database, &request, &step.report);
         let modelled = prices.stages(&units);
         for ((sums, &counted), modelled) in by_stage.iter_mut().zip(stages).zip(modelled) {
             sums[0] += f64::from(counted);

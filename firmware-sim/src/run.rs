@@ -85,13 +85,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         std::fs::write(path, document.to_text())
             .with_context(|| format!("{} can't be written", path.display()))?;
     }
-    let stream = Stream {
-        database: &database,
-        blob_bytes: bytes.len() as u64,
-        labels: (request.action, request.input_style),
-        config: request.config,
-        styles: request.style.iter().filter(|(_, weight)| *weight > 0.0).count(),
-    };
+    let stream = Stream { database: &database, blob_bytes: bytes.len() as u64, request: &request };
     let reports = || streamed.steps.iter().map(|s| &s.report);
     let estimates: Vec<Estimate> = parts.iter().map(|part| Estimate::new(part, &stream, reports())).collect();
     let mut figures = figures(&streamed);

@@ -74,7 +74,7 @@ pub struct BoardArgs {
     long_stream: bool,
     /// Most frames of the clip
     #[arg(long)]
-    frames: Option<usize>,
+    frames: Option<NonZero<usize>>,
     /// An image that is built already, an ELF file for the board
     #[arg(long, conflicts_with = "all")]
     image: Option<PathBuf>,
@@ -231,7 +231,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
 
 fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured> {
     let mut clip = job.clip.clone();
-    clip.frames.truncate(args.frames.unwrap_or(usize::MAX));
+    clip.frames.truncate(args.frames.map_or(usize::MAX, NonZero::get));
     let image = image_of(args, board, job.path)?;
     let bar = progress::bar(clip.frames.len(), "frames");
     let measured = measure(board, &image, Job { clip: &clip, ..job }, || bar.inc(1)).context(board.name)?;
@@ -256,7 +256,7 @@ fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Repla
     let path = image::target_folder().join("long-stream.gestus");
     let database = open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
-    let recording = Recording::long(&database, args.frames.unwrap_or(frames), change);
+    let recording = Recording::long(&database, args.frames.map_or(frames, NonZero::get), change);
     let host_digest = recording.digest(&database)?;
     let file = image::with_behind(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
     let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;

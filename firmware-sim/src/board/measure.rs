@@ -200,12 +200,10 @@ impl Replayed {
 
 /// The most that a frame of a job can take, on the board whose prices were tried on hard streams.
 fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
-    let Request { config, action, input_style, style, .. } = job.request;
-    if board.name != "m4f" || config.method_chosen() != Method::Mar {
+    if board.name != "m4f" || job.request.config.method_chosen() != Method::Mar {
         return None;
     }
-    let styles = style.iter().filter(|(_, weight)| *weight > 0.0).count();
-    Shape::of(&job.database, config, (*action, *input_style), styles).most(Isa::Armv7MFpu)
+    Shape::of(&job.database, job.request).most(Isa::Armv7MFpu)
 }
 
 /// Bytes of the section that the method reads.

@@ -7,16 +7,21 @@
 //! ```text
 //! query       q · J W F                        J joints, W frames of the window, F features
 //! search      s₁ · visits F + s₂ · classes searched
-//! decode      d · n D                          n examples over all classes used, D dofs
-//! regression  r₁ · n D + r₂ · c D              c classes used
-//! timing      t₁ · n + t₂ · c
-//! rest        e₁ · J + e₂ · n + e₃ · classes searched
+//! decode      d · n D · Σ (2 + 3 S) / 5        n examples over all classes used, D dofs, S output styles of a mix
+//! regression  (r₁ · n D + r₂ · c D) · M        c classes used, M mixes of output styles
+//! timing      (t₁ · n + t₂ · c) · M
+//! rest        e₁ · J + e₂ · n M + e₃ · classes searched
 //! contacts    v · voters       the nearest of them, 160 at most
 //! lock        f
 //! ```
 //!
+//! Examples are unpacked and fitted once for each mix: the body's styles, and those that joint groups have of their own
+//! ([`Request::mixes`](gestus_builder::stream::Request::mixes)). Of an example's rows two are the input's and three,
+//! sometimes four, those of an output style.
+//!
 //! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
+use gestus_builder::stream::Request;
 use gestus_core::{Database, Report, Stage, contact};
 
 /// Terms of the sums above.
@@ -38,6 +43,10 @@ pub const STAGE_OF: [Stage; TERMS] = [
     Stage::Contacts,
     Stage::Lock,
 ];
+
+/// Rows that an example unpacks: of the input, and of each output style.
+const ROWS_INPUT: f64 = 2.0;
+const ROWS_OUTPUT: f64 = 3.0;
 
 /// Units of work of a step, term by term.
 pub type Units = [f64; TERMS];
@@ -63,24 +72,33 @@ pub struct Work {
     pub examples: f64,
     /// Examples that vote for contacts.
     pub voters: f64,
-    /// Rows of an example, in those of an example with one output style.
+    /// Mixes of output styles.
+    pub mixes: f64,
+    /// Rows of an example in all of them, in those of an example with one output style.
     pub rows: f64,
+}
+
+/// Rows of an example in mixes of so many output styles, in those of an example with one.
+pub fn rows(mixes: &[usize]) -> f64 {
+    let of_mix = |&styles: &usize| ROWS_INPUT + ROWS_OUTPUT * styles as f64;
+    mixes.iter().map(of_mix).sum::<f64>() / (ROWS_INPUT + ROWS_OUTPUT)
 }
 
 impl Work {
     /// The units, term by term.
     pub fn units(&self) -> Units {
+        let (fitted, used) = (self.examples * self.mixes, self.used * self.mixes);
         [
             self.joints * self.window * self.features,
             self.visits * self.features,
             self.searched,
             self.examples * self.dofs * self.rows,
-            self.examples * self.dofs,
-            self.used * self.dofs,
-            self.examples,
-            self.used,
+            fitted * self.dofs,
+            used * self.dofs,
+            fitted,
+            used,
             self.joints,
-            self.examples,
+            fitted,
             self.searched,
             self.voters,
             1.0,
@@ -88,8 +106,9 @@ impl Work {
     }
 }
 
-/// The units of a step. `labels` are those in force, `k` the neighbors a class.
-pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16, report: &Report) -> Units {
+/// The units of a step under a request.
+pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Units {
+    let (labels, k) = ((request.action, request.input_style), request.config.neighborhood().0);
     let counts = database.counts();
     let number = |value: usize| value as f64;
     let allowed = |class: &gestus_core::blob::Class| {
@@ -97,6 +116,7 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
     };
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
+    let mixes = request.mixes(counts.groups);
     let voters = contact::voters(report.classes.len());
     let examples: usize = each().sum();
     let work = Work {
@@ -109,7 +129,8 @@ pub fn units(database: &Database<'_>, labels: (Option<u16>, Option<u16>), k: u16
         used: number(report.classes.len()),
         examples: number(examples),
         voters: number(each().map(|n| n.min(voters)).sum()),
-        rows: 1.0,
+        mixes: number(mixes.len()),
+        rows: rows(&mixes),
     };
     work.units()
 }

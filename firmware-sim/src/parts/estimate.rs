@@ -9,7 +9,8 @@
 //! run from RAM or a cache, and whatever else the board does. The range says what the cycles an instruction leave open,
 //! with half and twice the bytes read, since a cache may save some and lines may fetch too many.
 
-use gestus_core::{Config, Database, Method, Report};
+use gestus_builder::stream::Request;
+use gestus_core::{Database, Method, Report};
 use serde_json::{Value, json};
 
 use super::{
@@ -171,12 +172,8 @@ pub struct Stream<'a> {
     pub database: &'a Database<'a>,
     /// Bytes of its file.
     pub blob_bytes: u64,
-    /// Labels of action and input style.
-    pub labels: (Option<u16>, Option<u16>),
-    /// The parameters.
-    pub config: Config,
-    /// Output styles that have weight at once.
-    pub styles: usize,
+    /// Styles, labels and parameters.
+    pub request: &'a Request,
 }
 
 impl Estimate {
@@ -186,11 +183,11 @@ impl Estimate {
         stream: &Stream<'_>,
         reports: impl Iterator<Item = &'r Report>,
     ) -> Self {
-        let (k, _) = stream.config.neighborhood();
+        let (k, _) = stream.request.config.neighborhood();
         let fit = Fit::new(part, stream.database, stream.blob_bytes, k);
         let prices = part.core.isa().calibration().prices;
         let cost = |report: &Report| {
-            let units = units(stream.database, stream.labels, k, report);
+            let units = units(stream.database, stream.request, report);
             Cost::new(part, fit.place, prices.total(&units), f64::from(report.bytes_read))
         };
         let mut costs: Vec<Cost> = reports.map(cost).collect();
@@ -201,8 +198,8 @@ impl Estimate {
             fit,
             median: costs.get(costs.len() / 2).copied().unwrap_or(nothing),
             worst: costs.last().copied().unwrap_or(nothing),
-            bound: (stream.config.method_chosen() == Method::Mar)
-                .then(|| Shape::of(stream.database, &stream.config, stream.labels, stream.styles))
+            bound: (stream.request.config.method_chosen() == Method::Mar)
+                .then(|| Shape::of(stream.database, stream.request))
                 .and_then(|shape| shape.most(part.core.isa())),
             rate_hz: f64::from(stream.database.rate_hz()),
         }

@@ -11,22 +11,24 @@
 //! follow      C V + 448 visits        G
 //! ```
 //!
-//! and costs at most the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted
+//! with every example unpacked and fitted once for each mix of output styles (the body's, and those of joint groups), and
+//! costs at most the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted
 //! to modelled instructions that was seen on streams made to be hard (`Calibration::worst`; `docs/PORTING.md`, "The
 //! worst frame"). So the counts are proven and the prices are measured, with a margin; `cargo xtask budget` holds the
 //! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
 
+use gestus_builder::stream::Request;
 use gestus_core::{Config, Database, contact::MOST_VOTERS, knn::MAX_VISITS};
 
-use super::{cost::Work, prices::Isa};
+use super::{
+    cost::{Work, rows},
+    prices::Isa,
+};
 
 /// Classes that are kept where the stream begins or has jumped: the core's.
 const KEPT_ANEW: usize = 4;
 /// Visits that a frame has to spare: the core's.
 const SPARE: usize = MAX_VISITS as usize;
-/// Rows that an example unpacks with one output style: two of the input's and three of the output's, or four.
-const ROWS_INPUT: f64 = 2.0;
-const ROWS_OUTPUT: f64 = 3.0;
 
 /// What is chosen for a board: the capacities in use, and what limits a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,8 +49,8 @@ pub struct Shape {
     pub visits: usize,
     /// Most classes of a frame ([`Config::classes`]).
     pub kept: usize,
-    /// Output styles that have weight at once.
-    pub styles: usize,
+    /// Output styles that have weight in each mix: the body's, and those that joint groups have of their own.
+    pub mixes: Vec<usize>,
 }
 
 impl Shape {
@@ -65,20 +67,16 @@ impl Shape {
             k,
             visits: usize::from(visits),
             kept: gestus_core::mixture::MAX_KEPT,
-            styles: 1,
+            mixes: vec![1],
         }
     }
 
-    /// Of a database under a configuration, with labels of action and input style, and so many output styles at once.
-    pub fn of(
-        database: &Database<'_>,
-        config: &Config,
-        labels: (Option<u16>, Option<u16>),
-        styles: usize,
-    ) -> Self {
+    /// Of a database under a request.
+    pub fn of(database: &Database<'_>, request: &Request) -> Self {
+        let Request { config, action, input_style, .. } = request;
         let counts = database.counts();
         let allowed = |class: &gestus_core::blob::Class| {
-            labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
+            action.is_none_or(|a| a == class.action) && input_style.is_none_or(|s| s == class.style)
         };
         let (k, _, visits, _) = config.search_limits();
         Self {
@@ -90,7 +88,7 @@ impl Shape {
             k: usize::from(k),
             visits: usize::from(visits),
             kept: usize::from(config.classes_kept()),
-            styles,
+            mixes: request.mixes(counts.groups),
         }
     }
 
@@ -113,7 +111,8 @@ impl Shape {
             used: used as f64,
             examples: (used * self.k) as f64,
             voters: (used * self.k).min(MOST_VOTERS) as f64,
-            rows: (ROWS_INPUT + ROWS_OUTPUT * self.styles as f64) / (ROWS_INPUT + ROWS_OUTPUT),
+            mixes: self.mixes.len() as f64,
+            rows: rows(&self.mixes),
         };
         let first = kept.min(KEPT_ANEW) + usize::from(searched > 0);
         [work(visits, first), work(visits + again, kept)]
@@ -168,10 +167,10 @@ mod tests {
         let lines = [
             format!("query {q} · J W F"),
             format!("search {s} · distances · F"),
-            format!("decode {d} · n D · (2 + 3 S) / 5"),
-            format!("regression {r} · n D + {r_class} · classes unpacked · D"),
-            format!("timing {t} · n + {t_class} · classes unpacked"),
-            format!("rest {joint} · J + {e} · n + {class} · C"),
+            format!("decode {d} · n D · Σ (2 + 3 S) / 5"),
+            format!("regression ({r} · n D + {r_class} · classes unpacked · D) · M"),
+            format!("timing ({t} · n + {t_class} · classes unpacked) · M"),
+            format!("rest {joint} · J + {e} · n M + {class} · C"),
             format!("contacts {c} · the smaller of n and {MOST_VOTERS}"),
             format!("lock {l}"),
         ];
@@ -185,6 +184,21 @@ mod tests {
     }
 
     #[test]
+    fn every_mix_that_is_heard_is_counted_once() {
+        let own = |styles: &[u16]| styles.iter().map(|&s| (s, 0.5)).collect::<Vec<_>>();
+        let mut request =
+            Request { group_styles: vec![(1, own(&[2, 3])), (2, own(&[2, 3]))], ..Request::style(1) };
+        assert_eq!(request.mixes(3), [1, 2]);
+        // What is set last counts, none gives the group back, and of what no group takes there is nothing to pay.
+        request.group_styles.push((2, Vec::new()));
+        assert_eq!(request.mixes(3), [1, 2]);
+        request.group_styles.extend([(0, own(&[4])), (2, own(&[4, 5, 6]))]);
+        assert_eq!(request.mixes(3), [1, 2, 3]);
+        let [_, follow] = Shape { mixes: request.mixes(3), ..Shape::new(21, 40, 28) }.work();
+        assert_eq!((follow.mixes, follow.rows), (3.0, (5.0 + 8.0 + 11.0) / 5.0));
+    }
+
+    #[test]
     fn the_bound_grows_with_what_is_asked_and_falls_with_labels() {
         let most = |shape: &Shape| shape.most(Isa::Armv7MFpu).expect("it was calibrated");
         let all = Shape::new(21, 40, 28);
@@ -192,7 +206,8 @@ mod tests {
             Shape { k: 48, ..all.clone() },
             Shape { visits: 400, ..all.clone() },
             Shape { joints: 22, ..all.clone() },
-            Shape { styles: 2, ..all.clone() },
+            Shape { mixes: vec![2], ..all.clone() },
+            Shape { mixes: vec![1, 1], ..all.clone() },
             Shape::new(21, 40, 29),
         ] {
             assert!(most(&more) > most(&all), "{more:?}");
