@@ -21,6 +21,15 @@ use crate::{
     register::{Performance, has_cycles, no_cycle, register},
 };
 
+/// How many times as large as another a body may be to share a skeleton with it: a man and a child.
+const LARGER: f64 = 2.0;
+/// How much larger than another a body is that takes longer steps, as a fraction.
+const SAME_SIZE: f64 = 0.01;
+/// How far off a bone may lie where nothing is turned, degrees: between one actor's shoulders and another's.
+const TURNED_DEG: f64 = 30.0;
+/// Bones that have no direction to speak of, metres.
+const SHORT_M: f64 = 0.03;
+
 /// What was read, and what was not.
 #[derive(Debug)]
 pub struct Loaded {
@@ -242,12 +251,30 @@ fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
     if a.joints() != b.joints() {
         return Some(format!("{} joints against {}", b.joints(), a.joints()));
     }
-    (0..a.joints())
-        .find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j])
-        .map(|j| format!("joint {j} is `{}` against `{}`", b.names[j], a.names[j]))
+    let named = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j]);
+    if let Some(j) = named {
+        return Some(format!("joint {j} is `{}` against `{}`", b.names[j], a.names[j]));
+    }
+    let times = size(b) / size(a);
+    if !(1.0 / LARGER..=LARGER).contains(&times) {
+        return Some(format!("its bones are {times:.2} times as long; is its unit another?"));
+    }
+    (1..a.joints()).find_map(|j| {
+        let (one, other) = (a.offsets[j], b.offsets[j]);
+        let degrees = one.angle(&other).to_degrees();
+        (one.norm().min(other.norm()) > SHORT_M && degrees > TURNED_DEG).then(|| {
+            let name = &a.names[j];
+            format!("`{name}` lies {degrees:.0} degrees off at rest, so that rotations mean something else")
+        })
+    })
 }
 
-/// Gives all clips one skeleton: the mean of their offsets.
+/// Length of all bones, metres.
+fn size(skeleton: &Skeleton) -> f64 {
+    skeleton.offsets.iter().skip(1).map(Vector3::norm).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+/// Gives all clips one skeleton, the mean of their offsets, and each the ways of a body of that size.
 fn unify(performances: &mut [Performance]) {
     let Some(first) = performances.first() else { return };
     let mut skeleton = (*first.clip.skeleton).clone();
@@ -256,9 +283,13 @@ fn unify(performances: &mut [Performance]) {
         *offset = performances.iter().map(|p| p.clip.skeleton.offsets[j]).sum::<Vector3<f64>>() / count;
     }
     let skeleton = Arc::new(skeleton);
-    for performance in performances {
-        let clip = &mut performance.clip;
-        *clip = Clip { skeleton: skeleton.clone(), ..clip.clone() };
+    for Performance { clip, .. } in performances {
+        let scale = size(&skeleton) / size(&clip.skeleton);
+        // Less is the noise of one body's markers.
+        if (scale - 1.0).abs() > SAME_SIZE {
+            clip.frames.iter_mut().for_each(|frame| frame.root *= scale);
+        }
+        clip.skeleton = skeleton.clone();
     }
 }
 
@@ -272,6 +303,24 @@ mod tests {
         bvh::Unit,
         synth::performance,
     };
+
+    fn generated() -> Clip {
+        performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip
+    }
+
+    /// The first joint of a long bone.
+    fn long_bone() -> usize {
+        let skeleton = generated().skeleton;
+        (1..skeleton.joints())
+            .find(|&j| skeleton.offsets[j].norm() > 0.2 && skeleton.parents[j] != Some(0))
+            .unwrap()
+    }
+
+    /// The same motion by a body of another size.
+    fn scale(clip: &mut Clip, times: f64) {
+        Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= times);
+        clip.frames.iter_mut().for_each(|frame| frame.root *= times);
+    }
 
     /// A folder of generated clips, which goes when it is dropped.
     struct Folder(PathBuf);
@@ -348,6 +397,43 @@ mod tests {
             said.contains("walk_a_1.bvh: its skeleton differs from that of walk_b_1 and 1 more"),
             "{said}"
         );
+    }
+
+    /// Of a skeleton of the same joints rotations may mean something else, or lengths.
+    #[test]
+    fn a_body_in_another_rest_pose_or_unit_is_left_out_and_named() {
+        let folder = Folder::new("rest");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let arm = long_bone();
+        folder.walk("walk_c_1.bvh", 120, |clip| {
+            let offset = &mut Arc::make_mut(&mut clip.skeleton).offsets[arm];
+            *offset = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, 1.0) * *offset;
+        });
+        folder.walk("walk_d_1.bvh", 120, |clip| scale(clip, 0.01));
+        let loaded = folder.load("unit = 'cm'").unwrap();
+        assert_eq!(loaded.corpus.styles, ["a", "b"]);
+        let said = loaded.notes.join("\n");
+        for wanted in ["lies 57 degrees off at rest", "its bones are 0.01 times as long"] {
+            assert!(said.contains(wanted), "{said}");
+        }
+    }
+
+    /// A tall actor's steps are a tall body's, and his feet are where its feet are.
+    #[test]
+    fn a_larger_body_takes_the_steps_of_the_common_one() {
+        let folder = Folder::new("tall");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |clip| scale(clip, 1.2));
+        let corpus = folder.load("").unwrap().corpus;
+        let [one, other] = &corpus.examples[..] else { panic!("both are used") };
+        assert_eq!(one.clip.skeleton, other.clip.skeleton);
+        let apart = one.clip.frames.iter().zip(&other.clip.frames).map(|(a, b)| (a.root - b.root).norm());
+        let most = apart.fold(0.0, f64::max);
+        // Both are the same performance; files hold some digits.
+        assert!(most < 1e-4, "{most}");
+        let middle = (size(&one.clip.skeleton) / size(&generated().skeleton) - 1.1).abs();
+        assert!(middle < 1e-4, "{middle}");
     }
 
     #[test]
