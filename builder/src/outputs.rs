@@ -12,9 +12,10 @@ use crate::{
     capture::{is_capture, is_gltf},
 };
 
-/// Refuses outputs that would be written over what is read, or over each other: before any work is done, since a
-/// capture that is written over is gone. A folder that is read stands for its clips and its `gestus.toml`. Outputs
-/// come with the option that names them; what is not asked for is `None`.
+/// Refuses outputs that would be written over what is read, or over each other, and those that have no place: before any
+/// work is done, since a capture that is written over is gone, and so are minutes of building. A folder that is read
+/// stands for its clips and its `gestus.toml`. Outputs come with the option that names them; what is not asked for is
+/// `None`.
 ///
 /// # Errors
 /// The option and the file.
@@ -31,8 +32,17 @@ pub fn apart<'a>(
                 path.display()
             );
         }
+        let Some(place) = place(path) else {
+            let folder = path.parent().unwrap_or(path);
+            bail!("{option} {}: there is no folder {}: make it first", path.display(), folder.display());
+        };
+        if place.is_dir() {
+            bail!("{option} {}: this is a folder: give a file in it", path.display());
+        }
         // Nothing is lost in a device: /dev/null is put out to twice.
-        let Some(place) = place(path).filter(|p| p.is_file() || !p.exists()) else { continue };
+        if place.exists() && !place.is_file() {
+            continue;
+        }
         if let Some(input) = read.iter().find(|input| holds(input, &place)) {
             let of = if input.is_dir() { format!(" of {}", input.display()) } else { String::new() };
             bail!("{option} {}: it would be written over an input{of}: choose another file", path.display());
@@ -60,7 +70,7 @@ fn place(path: &Path) -> Option<PathBuf> {
         return Some(place);
     }
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    Some(folder.canonicalize().ok().filter(|f| f.is_dir())?.join(path.file_name()?))
 }
 
 /// Prints a line to standard output. A reader that has gone away (`| head`) is no error.
@@ -72,6 +82,13 @@ pub fn say(line: impl std::fmt::Display) -> Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
         _ => Ok(()),
+    }
+}
+
+/// Says on standard error what there is to know of a file.
+pub fn tell(file: &Path, notes: impl IntoIterator<Item = impl std::fmt::Display>) {
+    for note in notes {
+        eprintln!("{}: {note}", file.display());
     }
 }
 
@@ -108,6 +125,13 @@ mod tests {
         // What is written may be no clip, and is not told to be one.
         let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
         assert!(message.contains("ends otherwise, .bvh where it is a clip"), "{message}");
+        let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
+        assert!(
+            message.contains("there is no folder ") && message.ends_with("none: make it first"),
+            "{message}"
+        );
+        let message = refused(&[&db], &[("--page", &data)]).unwrap();
+        assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
         // New files anywhere, other files of the folder, and devices.
         let null = PathBuf::from("/dev/null");
         let fresh = data.join("b.bvh");

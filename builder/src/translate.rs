@@ -131,6 +131,14 @@ impl Input {
         streamed.clip(&self.mapped, rate_hz)
     }
 
+    /// What a user should know of how it was read: a unit that was guessed, translations that were averaged, and what is
+    /// in doubt of the map between the skeletons.
+    pub fn notes(&self) -> impl Iterator<Item = String> {
+        let doubts = self.retarget().map(Retarget::doubts).unwrap_or_default();
+        let doubts = doubts.into_iter().map(|doubt| format!("retargeted; doubt: {doubt}"));
+        self.binding.notes().iter().cloned().chain(doubts)
+    }
+
     /// The map between the skeletons, where they are not one.
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.way {

@@ -1,6 +1,9 @@
 //! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
 
+use std::convert::Infallible;
+
 use anyhow::{Context, Result, bail};
+use clap::Arg;
 use gestus_core::{
     Config, ConfigError, Database, Effort, MAX_OWN, Method, Safety,
     blob::Names,
@@ -23,6 +26,18 @@ const MOST_BOUND_S: f32 = 10.0;
 const MOST_STRENGTH: f32 = 2.0;
 /// Greatest weight of a style.
 const MOST_WEIGHT: f32 = 1e6;
+
+/// An option that takes a number below zero as a number, so that its range is what refuses it, and the items of a list
+/// without the spaces around them.
+pub fn lenient(option: Arg) -> Arg {
+    if option.is_positional() || !option.get_action().takes_values() {
+        return option;
+    }
+    let words = option.get_value_parser().type_id() == std::any::TypeId::of::<String>();
+    let list = words && option.get_value_delimiter().is_some();
+    let option = option.allow_negative_numbers(true);
+    if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
+}
 
 /// A parameter that is a number: its option, the method that looks at it, what the core takes, and where it goes.
 struct Parameter {

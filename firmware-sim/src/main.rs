@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use gestus_builder::wish::lenient;
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs, ProbeArgs},
@@ -54,8 +55,14 @@ fn ended(outcome: anyhow::Result<()>) -> ExitCode {
     }
 }
 
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| command.mut_args(lenient))
+}
+
 fn run_command() -> anyhow::Result<()> {
-    match Cli::parse().command {
+    let cli =
+        Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|e| e.format(&mut command()).exit());
+    match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Link(args) => link::run(&args),
         Command::Board(args) => board::run(&args),

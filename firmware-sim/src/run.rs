@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     bvh::Unit,
-    outputs::{apart, say},
+    outputs::{apart, say, tell},
     retarget::MapFile,
     stream::{Request, Streamed},
     translate::{Input, degraded_words, figures, skeleton, translate},
@@ -69,6 +69,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
     let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit)?;
+    tell(&args.input, input.notes());
     let request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
     let (streamed, disturbed) = match &args.faults {
         Some(faults) => {

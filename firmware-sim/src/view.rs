@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use gestus_builder::{
     bvh::Unit,
-    outputs::{apart, say},
+    outputs::{apart, say, tell},
     report::{
         escape, fill,
         page::{DRAW, STYLE, script_safe},
@@ -87,6 +87,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let (recording, what) = match &args.input {
         Some(path) => {
             let input = Input::read_with(path, &database, &MapFile::default(), args.unit)?;
+            tell(path, input.notes());
             (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
         }
         None => Recording::sample(&database, settings, SECONDS)?,

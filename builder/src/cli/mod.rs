@@ -12,11 +12,12 @@ mod retarget;
 mod transfer;
 mod translate;
 
-use std::convert::Infallible;
-
 use anyhow::Result;
-use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
-use gestus_builder::outputs::{apart, say};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
+use gestus_builder::{
+    outputs::{apart, say, tell},
+    wish::lenient,
+};
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
 #[derive(Parser)]
@@ -59,18 +60,6 @@ enum Command {
 /// The command line as it is taken: what all options have in common is said here, once.
 fn command() -> clap::Command {
     Cli::command().mut_subcommands(|command| command.mut_args(lenient))
-}
-
-/// An option that takes a number below zero as a number, so that its range is what refuses it, and the items of a list
-/// without the spaces around them.
-fn lenient(option: Arg) -> Arg {
-    if option.is_positional() || !option.get_action().takes_values() {
-        return option;
-    }
-    let words = option.get_value_parser().type_id() == std::any::TypeId::of::<String>();
-    let list = words && option.get_value_delimiter().is_some();
-    let option = option.allow_negative_numbers(true);
-    if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
 }
 
 /// What was said on the command line, by the names of the arguments, rather than left as it is.

@@ -53,9 +53,7 @@ pub fn run(args: &Args) -> Result<()> {
     let database = super::open(&args.db, &bytes)?;
     let file = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let (_, binding, clip) = read_clip(&args.input, &database, args.unit)?;
-    for note in binding.notes() {
-        eprintln!("{}: {note}", args.input.display());
-    }
+    super::tell(&args.input, binding.notes());
     let place = || args.input.display().to_string();
     let retarget = Retarget::new(&database, &clip, &file).with_context(place)?;
     if let Some(path) = &args.output {

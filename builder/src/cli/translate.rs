@@ -15,7 +15,7 @@ use gestus_builder::{
         sheet, synthesize,
     },
     report::page,
-    retarget::{MapFile, Retarget},
+    retarget::MapFile,
     robot::{Machine, RobotMap, play},
     stream::Streamed,
     trace::Trace,
@@ -218,12 +218,7 @@ pub fn run(args: &Args) -> Result<()> {
     let database = super::open(&args.db, &bytes)?;
     let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let input = Input::read_with(&args.input, &database, &map, args.unit)?;
-    for note in input.binding.notes() {
-        eprintln!("{}: {note}", args.input.display());
-    }
-    for doubt in input.retarget().map(Retarget::doubts).unwrap_or_default() {
-        eprintln!("{}: retargeted; doubt: {doubt}", args.input.display());
-    }
+    super::tell(&args.input, input.notes());
     if let Some(wanted) = args.wish.effort.as_ref().filter(|_| whole_clip) {
         return whole(args, wanted, &database, &input);
     }

@@ -14,7 +14,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use gestus_builder::{
     bvh::Unit,
-    outputs::{apart, say},
+    outputs::{apart, say, tell},
     report::progress,
     retarget::MapFile,
     stream::Request,
@@ -197,7 +197,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         (Some(path), Some(input)) if !own => {
             let bytes = read(path)?;
             let database = open(path, &bytes)?;
-            let clip = Input::read_with(input, &database, &MapFile::default(), args.unit)?.mapped;
+            let read = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
+            tell(input, read.notes());
+            let clip = read.mapped;
             let request = args.wish.request(&database).with_context(|| path.display().to_string())?;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;

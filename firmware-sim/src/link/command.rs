@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use gestus_builder::{
     bvh::Unit,
-    outputs::{apart, say},
+    outputs::{apart, say, tell},
     report::progress,
     retarget::MapFile,
     stream::Request,
@@ -168,6 +168,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
+    tell(&args.input, input.notes());
     let request = wish.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
