@@ -265,9 +265,14 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
         clips: clip_table.len(),
     };
     let (cycle_bytes, knot_bytes) = cycle_sections(&cycle_table, &clip_table);
-    let pairs = (0..cycle_table.len()).flat_map(|i| {
-        let outputs = pairing.outputs.get(i);
-        (0..corpus.styles.len()).map(move |s| outputs.and_then(|o| o[s]).map_or(NONE, |o| o as u16))
+    // Of the second table each entry is there, looked at or not.
+    let tables = [(&pairing.outputs, true), (&pairing.second, false)];
+    let pairs = tables.into_iter().filter(|(table, _)| !table.is_empty()).flat_map(|(table, may_lack)| {
+        (0..cycle_table.len()).flat_map(move |i| {
+            let outputs = table.get(i);
+            let none = if may_lack { NONE } else { i as u16 };
+            (0..corpus.styles.len()).map(move |s| outputs.and_then(|o| o[s]).map_or(none, |o| o as u16))
+        })
     });
     let names: Vec<String> = examples.iter().map(|e| e.clip.name.clone()).collect();
     let manifest = manifest(corpus, &examples, &groups, names, pairing.prototypes.len(), options);

@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use anyhow::{Context, Result, bail};
 use gestus_core::{
     Database,
-    blob::{Moment, layout::flag},
+    blob::{Counterpart, Moment, layout::flag},
     contact::Stands,
 };
 use serde_json::{Value, json};
@@ -83,24 +83,22 @@ fn outputs(
     for (r, &class) in class_of.iter().enumerate() {
         let searchable = database.flags(r) & flag::SEARCHABLE != 0;
         let cycle = database.cycle_of(class as usize, r).filter(|_| searchable);
-        match cycle.and_then(|c| database.counterpart(c, r, style)) {
-            Some(counterpart) => {
-                now.extend(blend(counterpart.now));
-                before.extend(blend(counterpart.before));
-                step.push(counterpart.step_s);
-                let mut stands = Stands::default();
-                stands.add(database, counterpart.now, r, 1.0);
-                contacts.extend(stands.0.map(|s| s as u8));
-                valid.push(1u8);
+        let found: Vec<Counterpart> =
+            cycle.map_or_else(Vec::new, |c| database.counterparts(c, r, style).collect());
+        valid.push(u8::from(!found.is_empty()));
+        let mean = |of: &dyn Fn(&Counterpart) -> Vec<f32>| {
+            let mut sum = vec![0.0; d];
+            for counterpart in &found {
+                sum.iter_mut().zip(of(counterpart)).for_each(|(s, v)| *s += v / found.len() as f32);
             }
-            None => {
-                now.resize(now.len() + d, 0.0);
-                before.resize(before.len() + d, 0.0);
-                step.push(0.0);
-                contacts.extend([0, 0]);
-                valid.push(0);
-            }
-        }
+            sum
+        };
+        now.extend(mean(&|c| blend(c.now)));
+        before.extend(mean(&|c| blend(c.before)));
+        step.push(found.iter().map(|c| c.step_s / found.len() as f32).sum::<f32>());
+        let mut stands = Stands::default();
+        found.iter().for_each(|c| stands.add(database, c.now, r, 1.0 / found.len() as f32));
+        contacts.extend(stands.0);
     }
     let names = arrays_of(database.manifest()?.styles.get(style).unwrap_or_default());
     let [outputs, outputs_before, steps, stands, valids] = &names;

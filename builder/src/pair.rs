@@ -7,6 +7,7 @@
 //! | scheme | output of a cycle |
 //! |---|---|
 //! | [`Scheme::Spread`] | one real cycle, out of those of all kin actions; near inputs share out the near outputs by kernel weight |
+//! | [`Scheme::Both`] | two real cycles, that of `Spread` and that of `Viterbi`: the output is their mean |
 //! | [`Scheme::Viterbi`] | one real cycle; the sequence that fits best and continues best |
 //! | [`Scheme::Nearest`] | one real cycle, the best fit |
 //! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles around it, a few dozen a class |
@@ -14,7 +15,7 @@
 //! | [`Scheme::Take`] | the same cycle of the clip of the same take: for motion recorded or made in pairs |
 //!
 //! The linear models learn from stretches of motion and are always given outputs that continue: where the scheme is
-//! [`Scheme::Spread`], theirs is [`Scheme::Viterbi`].
+//! [`Scheme::Spread`] or [`Scheme::Both`], theirs is [`Scheme::Viterbi`].
 //!
 //! Averages lie nearer to any one real cycle than another real cycle does, and move less than any: every step
 //! becomes the same step. `gestus evaluate ablation` shows the trade.
@@ -41,6 +42,8 @@ pub enum Scheme {
     /// Real cycles of kin actions, shared out by kernel weight.
     #[default]
     Spread,
+    /// That and the sequence that fits and continues best: two outputs, of which a board takes the mean.
+    Both,
     /// The sequence of real cycles that fits and continues best.
     Viterbi,
     /// The real cycle that fits best.
@@ -55,8 +58,9 @@ pub enum Scheme {
 
 impl Scheme {
     /// All, with their names.
-    pub const ALL: [(&'static str, Scheme); 6] = [
+    pub const ALL: [(&'static str, Scheme); 7] = [
         ("spread", Self::Spread),
+        ("both", Self::Both),
         ("viterbi", Self::Viterbi),
         ("nearest", Self::Nearest),
         ("kernel", Self::Kernel),
@@ -71,7 +75,7 @@ impl Scheme {
 
     /// The scheme that the linear models' pairs are of.
     pub fn of_models(self) -> Self {
-        if self == Self::Spread { Self::Viterbi } else { self }
+        if matches!(self, Self::Spread | Self::Both) { Self::Viterbi } else { self }
     }
 
     /// Its name.
@@ -113,6 +117,8 @@ pub struct Prototype {
 pub struct Pairing {
     /// For every cycle and style: index of the output cycle. Prototypes are numbered behind the cycles.
     pub outputs: Vec<Vec<Option<usize>>>,
+    /// The same of their second outputs; empty where there are none.
+    pub second: Vec<Vec<Option<usize>>>,
     /// The averaged cycles.
     pub prototypes: Vec<Prototype>,
 }
@@ -122,7 +128,12 @@ pub type ClassName = (usize, usize);
 
 /// Pairs all cycles, which are sorted by class, clip and time.
 pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, scheme: Scheme) -> Pairing {
-    let mut pairing = Pairing { outputs: vec![vec![None; styles]; cycles.len()], prototypes: Vec::new() };
+    if scheme == Scheme::Both {
+        let second = pair(cycles, classes, styles, Scheme::Viterbi).outputs;
+        return Pairing { second, ..pair(cycles, classes, styles, Scheme::Spread) };
+    }
+    let outputs = vec![vec![None; styles]; cycles.len()];
+    let mut pairing = Pairing { outputs, second: Vec::new(), prototypes: Vec::new() };
     let members: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();
     let content: Vec<Vec<f64>> = standard(cycles, &members);
@@ -162,7 +173,8 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
                         }
                         continue;
                     }
-                    Scheme::Spread => spread::spread(inputs, &pools[target], &content),
+                    // Both are taken one by one.
+                    Scheme::Spread | Scheme::Both => spread::spread(inputs, &pools[target], &content),
                     Scheme::Viterbi => viterbi(cycles, inputs, &members[target], &content),
                     Scheme::Nearest => inputs
                         .iter()

@@ -2,10 +2,10 @@
 //! of styles.
 //!
 //! Outputs are not stored: they are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each
-//! between two rows. Style weights blend them here, before the fit, so that any number of styles costs one
-//! regression (METHODS, "Regression").
+//! between two rows; where the blob names two for a style, half of each. Style weights blend them here, before the
+//! fit, so that any number of styles costs one regression (METHODS, "Regression").
 //!
-//! Cost: a run of two rows for the input, and one of two to four rows for each style that has weight. The rows of
+//! Cost: a run of two rows for the input, and one of two to four rows for each output that has weight. The rows of
 //! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them, and
 //! where a style is not the first.
 
@@ -71,13 +71,17 @@ pub(crate) fn read(
         one(before, X_PREV, variables) + one(row, X, variables)
     });
     let mut first = true;
-    for style in heard.iter().map(|&style| usize::from(style)) {
-        let Some(counterpart) = database.counterpart(cycle, row, style) else { continue };
-        let weight = mix.weight(style);
-        read.step_s += weight * counterpart.step_s;
-        read.stands.add(database, counterpart.now, row, weight);
-        read.bytes += blend(database, &counterpart, weight, first, variables);
-        first = false;
+    let outputs = database.outputs();
+    let share = if outputs > 1 { 0.5 } else { 1.0 };
+    for table in 0..outputs {
+        for style in heard.iter().map(|&style| usize::from(style)) {
+            let Some(counterpart) = database.counterpart(cycle, row, style, table) else { continue };
+            let weight = share * mix.weight(style);
+            read.step_s += weight * counterpart.step_s;
+            read.stands.add(database, counterpart.now, row, weight);
+            read.bytes += blend(database, &counterpart, weight, first, variables);
+            first = false;
+        }
     }
     read
 }

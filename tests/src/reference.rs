@@ -189,8 +189,12 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
         step_s: 0.0,
     };
     let frame = (at - clip(input).0) as f64;
-    for (style, &weight) in styles.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-        let output = u16_at(bytes(db, section::PAIRS), 2 * (input * db.counts().styles + style));
+    let (pairs, table) = (bytes(db, section::PAIRS), db.counts().cycles * db.counts().styles);
+    let tables = pairs.len() / (2 * table);
+    let heard = styles.iter().enumerate().filter(|(_, w)| **w > 0.0);
+    for ((style, &weight), second) in heard.flat_map(|style| (0..tables).map(move |t| (style, t))) {
+        let weight = weight / tables as f64;
+        let output = u16_at(pairs, 2 * (second * table + input * db.counts().styles + style));
         assert_ne!(output, NONE, "row {at} has no output in style {style}");
         let output = usize::from(output);
         let (now, before) = if output == input {
@@ -264,10 +268,14 @@ fn output_label(db: &Database<'_>, class: usize, row: usize, styles: &[f64]) -> 
     let cycle = db.cycle_of(class, row).expect("a frame lies in a cycle");
     let mut sum = [0.0; 2];
     for (style, weight) in styles.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-        let now = db.counterpart(cycle, row, style).expect("a frame that is found has outputs").now;
-        let nearest = now.row + usize::from(now.fraction > 0.5);
-        let label = label(db, if nearest < db.counts().frames { nearest } else { row });
-        sum = [sum[0] + weight * label[0], sum[1] + weight * label[1]];
+        let found: Vec<_> = db.counterparts(cycle, row, style).collect();
+        assert!(!found.is_empty(), "a frame that is found has outputs");
+        for now in found.iter().map(|c| c.now) {
+            let nearest = now.row + usize::from(now.fraction > 0.5);
+            let label = label(db, if nearest < db.counts().frames { nearest } else { row });
+            let weight = weight / found.len() as f64;
+            sum = [sum[0] + weight * label[0], sum[1] + weight * label[1]];
+        }
     }
     sum
 }

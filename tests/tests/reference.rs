@@ -1,7 +1,9 @@
 //! The core against the slow `f64` reference, on every frame of streams under many settings.
 
 use gestus_builder::{
+    build::{BuildOptions, build},
     motion::Clip,
+    pair::Scheme,
     stream::{Request, stream},
 };
 use gestus_core::{Config, Database, Degraded, blob::layout::dof, regress::Ridge, timing::Timing};
@@ -317,6 +319,28 @@ fn small_classes_agree_under_every_setting() {
     ];
     for case in cases {
         let recall = check(&db, &input(24), &case);
+        assert_eq!(recall.found, recall.wanted, "{}", case.name);
+    }
+}
+
+/// Where the database names two outputs a cycle, an example has the mean of both.
+#[test]
+fn two_outputs_a_cycle_agree() {
+    let options = BuildOptions { pairing: Scheme::Both, ..BuildOptions::default() };
+    let blob = build(&motion::corpus(motion::SMALL), &options).unwrap().bytes;
+    let db = Database::open(&blob).unwrap();
+    assert_eq!((db.outputs(), Database::open(motion::small()).unwrap().outputs()), (2, 1));
+    let differ = |row: &usize| {
+        let cycle = db.cycle_of(0, *row).expect("the rows of a class after its first cycle");
+        let found: Vec<_> = db.counterparts(cycle, *row, 1).collect();
+        assert_eq!(found.len(), 2);
+        found[0] != found[1]
+    };
+    let last = db.class(0).rows - 1;
+    assert!((last / 2..last).any(|row| differ(&row)), "both schemes choose the same");
+    let one = Case::new("two outputs");
+    for case in [one.clone(), Case { style: vec![(0, 1.0), (2, 3.0)], ..one }] {
+        let recall = check(&db, &input(40), &case);
         assert_eq!(recall.found, recall.wanted, "{}", case.name);
     }
 }

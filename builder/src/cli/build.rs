@@ -39,7 +39,7 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     selection: Selection,
-    /// How output cycles are chosen: spread (the default), viterbi, nearest, kernel, mean or take
+    /// How output cycles are chosen: spread (the default), both, viterbi, nearest, kernel, mean or take
     #[arg(long)]
     pairing: Option<String>,
     /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
@@ -144,8 +144,9 @@ pub fn run(args: &Args) -> Result<()> {
         [("-o", Some(&args.output))],
     )?;
     if let Some(name) = &args.pairing {
-        config.build.pairing = Scheme::named(name)
-            .with_context(|| format!("--pairing {name}: spread, viterbi, nearest, kernel, mean or take"))?;
+        config.build.pairing = Scheme::named(name).with_context(|| {
+            format!("--pairing {name}: spread, both, viterbi, nearest, kernel, mean or take")
+        })?;
     }
     config.build.models &= !args.no_models;
     config.build.from = args.from.clone().or(config.build.from);

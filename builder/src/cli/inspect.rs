@@ -88,6 +88,7 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "groups": manifest.groups.iter().collect::<Vec<_>>(),
         "clips": counts.clips,
         "cycles": counts.cycles,
+        "outputs_per_cycle": database.outputs(),
         "licences": manifest.licences.iter().collect::<Vec<_>>(),
         "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
         "builder": manifest.builder,

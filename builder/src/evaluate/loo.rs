@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     body::{Body, row_at},
-    build::{BuildError, BuildOptions},
+    build::{BuildError, BuildOptions, build},
     corpus::Corpus,
     pair::Scheme,
     report::{
@@ -33,6 +33,9 @@ pub fn default_configs() -> Vec<(String, Config)> {
         ("mixture-normalised".into(), Config::normalised()),
     ]
 }
+
+/// What near neighbors with two outputs each ([`Scheme::Both`]) are called.
+const BOTH: &str = "mixture-both";
 
 /// Runs the evaluation and draws its plots.
 ///
@@ -245,32 +248,52 @@ fn fold(
             .flatten();
         rows.extend(own.into_iter().chain(all.map(|g| g.0)));
     }
-    let example = &corpus.examples[test];
-    let (action, from) = (Some(example.action as u16), Some(example.style as u16));
     for (name, config) in &options.configs {
-        let conditions = [
-            ("", None, None),
-            ("-action-known", action, None),
-            ("-style-known", None, from),
-            ("-labelled", action, from),
-        ];
-        for (suffix, action, input_style) in conditions {
-            let method = if suffix == "-labelled" {
-                name.replace("mixture", "local-ar")
-            } else {
-                format!("{name}{suffix}")
-            };
-            let request = Request { config: *config, action, input_style, ..Request::style(style as u16) };
-            let mut record = Record::of(&database);
-            let Ok(streamed) = stream(&database, &example.clip, &request, &mut record) else { continue };
-            let predicted = own_dofs(&fold, &database, &record.predicted);
-            rows.push(fold.row(&method, &predicted, Some(&streamed)));
-            if name == "mixture" && !options.mixtures_only {
-                neighbors(&fold, &database, &record, suffix, &mut rows);
-            }
-        }
+        let compared = name == "mixture" && !options.mixtures_only;
+        mixtures(&fold, &database, name, config, compared, &mut rows);
+    }
+    // Where the database is the shipped one, beside it one with two outputs a cycle.
+    if !options.mixtures_only && options.build.pairing == Scheme::Spread {
+        let wanted = BuildOptions { models: false, pairing: Scheme::Both, ..options.build.clone() };
+        let built = build(&corpus.without(&[test, fold.truth]), &wanted)?;
+        mixtures(&fold, &Database::open(&built.bytes)?, BOTH, &Config::near(), false, &mut rows);
     }
     Ok(rows)
+}
+
+/// The rows of a configuration under each labelling condition; and of interpolation of its neighbors, where they are to
+/// be compared.
+fn mixtures(
+    fold: &Fold<'_>,
+    database: &Database<'_>,
+    name: &str,
+    config: &Config,
+    compared: bool,
+    rows: &mut Vec<Row>,
+) {
+    let example = &fold.corpus.examples[fold.test];
+    let (action, from) = (Some(example.action as u16), Some(example.style as u16));
+    let conditions = [
+        ("", None, None),
+        ("-action-known", action, None),
+        ("-style-known", None, from),
+        ("-labelled", action, from),
+    ];
+    for (suffix, action, input_style) in conditions {
+        let method = if suffix == "-labelled" {
+            name.replace("mixture", "local-ar")
+        } else {
+            format!("{name}{suffix}")
+        };
+        let request = Request { config: *config, action, input_style, ..Request::style(fold.style as u16) };
+        let mut record = Record::of(database);
+        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+        let predicted = own_dofs(fold, database, &record.predicted);
+        rows.push(fold.row(&method, &predicted, Some(&streamed)));
+        if compared {
+            neighbors(fold, database, &record, suffix, rows);
+        }
+    }
 }
 
 fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {

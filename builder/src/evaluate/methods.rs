@@ -1,6 +1,10 @@
 //! The methods that the mixture is held against, in `f64` and without hurry.
 
-use gestus_core::{Database, blob::Moment, knn::Neighbor};
+use gestus_core::{
+    Database,
+    blob::{Counterpart, Moment},
+    knn::Neighbor,
+};
 
 use crate::{export, stream::Watcher};
 
@@ -76,8 +80,16 @@ pub fn output(
     row: usize,
     style: usize,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
-    let counterpart = database.counterpart(database.cycle_of(class, row)?, row, style)?;
-    Some((moment(database, counterpart.now), moment(database, counterpart.before)))
+    let found: Vec<Counterpart> = database.counterparts(database.cycle_of(class, row)?, row, style).collect();
+    let mean = |of: &dyn Fn(&Counterpart) -> Moment| {
+        let mut sum = vec![0.0; database.counts().dofs];
+        for counterpart in &found {
+            let value = moment(database, of(counterpart));
+            sum.iter_mut().zip(value).for_each(|(s, v)| *s += v / found.len() as f64);
+        }
+        sum
+    };
+    (!found.is_empty()).then(|| (mean(&|c| c.now), mean(&|c| c.before)))
 }
 
 /// The output in a style that neighbors are interpolated to, by the inverse of their distances: the `most` nearest of

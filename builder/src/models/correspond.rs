@@ -175,8 +175,11 @@ mod tests {
         let (own, other) = (cycle(frames), cycle(longer));
         let data = |class, clip, cycle, dofs| CycleData { class, clip, take: "", index: 0, cycle, dofs };
         let cycles = [data(0, 0, &own, &input[..]), data(1, 1, &other, &output[..])];
-        let pairing =
-            Pairing { outputs: vec![vec![Some(0), Some(1)], vec![None, Some(1)]], prototypes: vec![] };
+        let pairing = Pairing {
+            outputs: vec![vec![Some(0), Some(1)], vec![None, Some(1)]],
+            second: vec![],
+            prototypes: vec![],
+        };
         let contacts = [vec![[true, false]; frames], vec![[false, true]; longer]];
         let pairs = Pairs {
             cycles: &cycles,

@@ -4,6 +4,9 @@
 //! time. For every cycle and style the blob names one output cycle; a frame's counterpart is that cycle at the
 //! frame's canonical time, between two rows. Nothing is copied: a pair costs two bytes.
 //!
+//! A blob may name a **second** output cycle, in a second table behind the first one: the frame's output is then the mean
+//! of both. No recorded performance is the answer to another, and two are nearer to it than one is.
+//!
 //! The counterpart of the frame *before* comes from the same output cycle (an autoregressive model needs a
 //! `y[t-1]` that leads to `y[t]`), a little below phase 0 where the cycle has just begun.
 
@@ -113,10 +116,29 @@ impl<'db> Database<'db> {
         Some(class.first_cycle + low.checked_sub(1)?)
     }
 
-    /// The counterpart in `style` of a row that lies in cycle `cycle`; `None` where the cycle has none.
+    /// Outputs of a cycle in a style: one, or two.
+    #[inline]
+    pub fn outputs(&self) -> usize {
+        1 + usize::from(self.pairs.len() > 2 * self.counts.cycles * self.counts.styles)
+    }
+
+    /// The counterparts in `style` of a row that lies in cycle `cycle`, one or two; none where the cycle has none. The
+    /// row's output is their mean.
+    pub fn counterparts(&self, cycle: usize, row: usize, style: usize) -> impl Iterator<Item = Counterpart> {
+        (0..self.outputs()).filter_map(move |table| self.counterpart(cycle, row, style, table))
+    }
+
+    /// The counterpart that a table of pairs names, 0 or 1.
     #[inline(never)]
-    pub fn counterpart(&self, cycle: usize, row: usize, style: usize) -> Option<Counterpart> {
-        let output = u16_at(self.pairs, 2 * (cycle * self.counts.styles + style));
+    pub(crate) fn counterpart(
+        &self,
+        cycle: usize,
+        row: usize,
+        style: usize,
+        table: usize,
+    ) -> Option<Counterpart> {
+        let place = (table * self.counts.cycles + cycle) * self.counts.styles + style;
+        let output = u16_at(self.pairs, 2 * place);
         if output == NONE {
             return None;
         }
@@ -124,23 +146,17 @@ impl<'db> Database<'db> {
         let seconds = 1.0 / self.rate_hz;
         let input = self.cycle(cycle);
         let position = row.saturating_sub(input.first_row) as f32;
-        if output == cycle {
-            // Where input and output style are the same, the output is the input.
-            return Some(Counterpart {
-                now: input.moment(position),
-                before: input.moment(position - 1.0),
-                step_s: seconds,
-            });
-        }
-        let output = self.cycle(output);
-        let scale = output.segments as f32 / input.segments as f32;
-        let now = output.position(input.canonical(position) * scale);
-        let before = output.position(input.canonical(position - 1.0) * scale);
-        Some(Counterpart {
-            now: output.moment(now),
-            before: output.moment(before),
-            step_s: (now - before) * seconds,
-        })
+        // Where input and output style are the same, the output is the input.
+        let (there, now, before, step_s) = if output == cycle {
+            (input, position, position - 1.0, seconds)
+        } else {
+            let there = self.cycle(output);
+            let scale = there.segments as f32 / input.segments as f32;
+            let now = there.position(input.canonical(position) * scale);
+            let before = there.position(input.canonical(position - 1.0) * scale);
+            (there, now, before, (now - before) * seconds)
+        };
+        Some(Counterpart { now: there.moment(now), before: there.moment(before), step_s })
     }
 
     /// True where every style in `styles` has a counterpart of the cycle.

@@ -213,7 +213,8 @@ fn lengths(db: &Database<'_>) -> Checked {
         (section::CLASSES, db.classes, c.classes * class::LENGTH),
         (section::CLIPS, db.clips, c.clips * clip::LENGTH),
         (section::CYCLES, db.cycles, c.cycles * cycle::LENGTH),
-        (section::PAIRS, db.pairs, c.cycles * c.styles * 2),
+        // One table, or two.
+        (section::PAIRS, db.pairs, c.cycles * c.styles * 2 * db.outputs()),
         (section::BLOCKS, db.blocks, blocks_of(db) * 4),
         (section::FEATURES, db.features, c.frames * c.features),
         (section::GRAPH, db.graph, c.frames * 2 * DEGREE),
@@ -401,9 +402,11 @@ fn cycles(db: &Database<'_>) -> Checked {
             before = knot;
         }
     }
-    for i in 0..c.cycles * c.styles {
+    let table = c.cycles * c.styles;
+    for i in 0..db.pairs.len() / 2 {
         let output = u16_at(db.pairs, 2 * i);
-        check(section::PAIRS, i, output == NONE || usize::from(output) < c.cycles)?;
+        // A second output is there wherever it is looked for.
+        check(section::PAIRS, i, usize::from(output) < c.cycles || (output == NONE && i < table))?;
     }
     Ok(())
 }

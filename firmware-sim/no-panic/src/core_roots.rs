@@ -183,7 +183,7 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     database.decode(index, dofs.split_at_mut(index % 196).1);
     sum ^= dofs.iter().fold(0, |sum, d| sum ^ d.to_bits()) as usize;
     sum ^= database.cycle_of(index, index).unwrap_or(0) ^ usize::from(database.paired(index));
-    sum ^= database.counterpart(index, index, index).map_or(0, |c| c.now.row ^ c.before.row);
+    sum ^= database.counterparts(index, index, index).map(|c| c.now.row ^ c.before.row).sum::<usize>();
     let (model, table) = (database.linear_model(index), database.table(index));
     sum ^= database.linear_model_of(index as u16, Some(index as u16)).unwrap_or(0);
     sum ^= model.units().count() ^ model.dof(index)[0].to_bits() as usize ^ model.foot(index).1.count();

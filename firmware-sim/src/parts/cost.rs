@@ -7,7 +7,8 @@
 //! ```text
 //! query       q · J W F                        J joints, W frames of the window, F features
 //! search      s₁ · visits F + s₂ · classes searched
-//! decode      d · n D · Σ (2 + 3 S) / 5        n examples over all classes used, D dofs, S output styles of a mix
+//! decode      d · n D · Σ (2 + 3 S) / 5        n examples over all classes used, D dofs, S outputs of a mix: of each
+//!                                               style one, or two where the database has two
 //! regression  (r₁ · n D + r₂ · c D) · M        c classes used, M mixes of output styles
 //! timing      (t₁ · n + t₂ · c) · M
 //! rest        e₁ · J + e₂ · n M + e₃ · classes searched
@@ -78,6 +79,12 @@ pub struct Work {
     pub rows: f64,
 }
 
+/// Outputs that an example has in each mix of styles under a request: one a style, or two where the database has two.
+pub fn outputs(database: &Database<'_>, request: &Request) -> Vec<usize> {
+    let styles = request.mixes(database.counts().groups).into_iter();
+    styles.map(|styles| styles * database.outputs()).collect()
+}
+
 /// Rows of an example in mixes of so many output styles, in those of an example with one.
 pub fn rows(mixes: &[usize]) -> f64 {
     let of_mix = |&styles: &usize| ROWS_INPUT + ROWS_OUTPUT * styles as f64;
@@ -116,7 +123,7 @@ pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Uni
     };
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
-    let mixes = request.mixes(counts.groups);
+    let mixes = outputs(database, request);
     let voters = contact::voters(report.classes.len());
     let examples: usize = each().sum();
     let work = Work {

@@ -21,7 +21,7 @@ use gestus_builder::stream::Request;
 use gestus_core::{Config, Database, contact::MOST_VOTERS, knn::MAX_VISITS};
 
 use super::{
-    cost::{Work, rows},
+    cost::{Work, outputs, rows},
     prices::Isa,
 };
 
@@ -49,7 +49,7 @@ pub struct Shape {
     pub visits: usize,
     /// Most classes of a frame ([`Config::classes`]).
     pub kept: usize,
-    /// Output styles that have weight in each mix: the body's, and those that joint groups have of their own.
+    /// Outputs of an example in each mix of styles: the body's, and those that joint groups have of their own.
     pub mixes: Vec<usize>,
 }
 
@@ -88,7 +88,7 @@ impl Shape {
             k: usize::from(k),
             visits: usize::from(visits),
             kept: usize::from(config.classes_kept()),
-            mixes: request.mixes(counts.groups),
+            mixes: outputs(database, request),
         }
     }
 

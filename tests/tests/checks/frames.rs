@@ -53,6 +53,23 @@ fn cycles_knots_and_pairs() {
     let id = section::PAIRS;
     refuses_value("pair", id, 2, &(c.cycles as u16).to_le_bytes(), 1);
     refuses_value("pair", id, 2, &(NONE - 1).to_le_bytes(), 1);
+    // A second output for each: all of them are there.
+    let table = c.cycles * c.styles;
+    let twice = with_section(blob(), id, |pairs| {
+        let second =
+            pairs.chunks_exact(2).map(|pair| if pair == [255; 2] { [0; 2] } else { [pair[0], pair[1]] });
+        let second: Vec<u8> = second.flatten().collect();
+        pairs.extend(second);
+    });
+    assert_eq!(Database::open(&twice).map(|db| db.outputs()), Ok(2));
+    refuses("no second", &patched(&twice, id, 2 * table + 2, &NONE.to_le_bytes()), value(id, table + 1));
+    let beyond = (c.cycles as u16).to_le_bytes();
+    refuses("second", &patched(&twice, id, 2 * table + 2, &beyond), value(id, table + 1));
+    for more in [2, 2 * table as u32 + 2] {
+        let odd = with_section(blob(), id, |pairs| pairs.resize(pairs.len() + more as usize, 0));
+        let need = 4 * table as u32;
+        refuses("half a table", &odd, BlobError::Length { section: id, need, have: 2 * table as u32 + more });
+    }
     // Both cycles of a class from the same row.
     let class = database().class(0);
     assert!(class.cycles > 1, "a class of one cycle can't show that they ascend");
