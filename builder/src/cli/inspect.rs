@@ -136,6 +136,7 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         "dofs",
         "clips",
         "cycles",
+        "outputs_per_cycle",
         "actions",
         "styles",
         "methods",
