@@ -6,8 +6,8 @@
 //!
 //! Motion goes on: the successors of the last frame's neighbors are most of this frame's neighbors (82% on real
 //! clips), so the pool starts with them and a few fixed entry points. Where they turn out far away (the input
-//! has jumped), or few of the neighbors found come from them (the stream has come from elsewhere), the search goes on
-//! from frames spread evenly over the class.
+//! has jumped), or few of them are left in the pool (the stream has come from elsewhere), the search goes on from
+//! frames spread evenly over the class.
 //!
 //! Cost: at most `visits` distances a class, and after a jump as many again, as far as the frame has them to spare
 //! ([`Limits::spare`]); a distance reads one byte a component.
@@ -30,7 +30,7 @@ pub const MAX_VISITS: u16 = 448;
 const SLOTS: usize = 512;
 /// Frames that a search without neighbors to go on from starts with.
 const SPREAD: usize = 96;
-/// A stream is lost where fewer than one in so many neighbors are the successors of the last ones.
+/// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
 
 /// A frame seen by the search.
@@ -245,7 +245,7 @@ impl Searcher {
                 walk.following = false;
                 walk.seed_all(database.entries(class));
                 walk.run();
-                fresh = mean(walk.pool, k) > limits.jump * last_mean || walk.is_lost(k);
+                fresh = mean(walk.pool, k) > limits.jump * last_mean || walk.is_lost(last.len());
                 walk.effort.restarted = fresh;
             }
             if fresh {
@@ -344,10 +344,9 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Hardly any neighbor is where those of the last frame went: the stream has come from elsewhere.
-    fn is_lost(&self, k: usize) -> bool {
-        let nearest = self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]);
-        nearest.iter().filter(|n| n.followed).count() * LOST < k
+    /// Few of the last frame's neighbors have a successor in sight: the stream has come from elsewhere.
+    fn is_lost(&self, seeds: usize) -> bool {
+        self.pool.iter().filter(|n| n.followed).count() * LOST < seeds
     }
 
     fn run(&mut self) {
