@@ -40,9 +40,9 @@ const CONTINUITY: f64 = 10.0;
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Real cycles of kin actions, shared out by kernel weight.
-    #[default]
     Spread,
     /// That and the sequence that fits and continues best: two outputs, of which a board takes the mean.
+    #[default]
     Both,
     /// The sequence of real cycles that fits and continues best.
     Viterbi,
@@ -59,8 +59,8 @@ pub enum Scheme {
 impl Scheme {
     /// All, with their names.
     pub const ALL: [(&'static str, Scheme); 7] = [
-        ("spread", Self::Spread),
         ("both", Self::Both),
+        ("spread", Self::Spread),
         ("viterbi", Self::Viterbi),
         ("nearest", Self::Nearest),
         ("kernel", Self::Kernel),

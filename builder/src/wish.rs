@@ -134,7 +134,7 @@ pub struct WishArgs {
     /// left-arm=proud:2+old:1
     #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
     group_style: Vec<String>,
-    /// Named parameters to start from: default, paper, near (half as many neighbors) or normalised
+    /// Named parameters to start from: default, paper or normalised
     #[arg(long, default_value = "default")]
     preset: String,
     /// Neighbors a class
@@ -197,9 +197,8 @@ impl WishArgs {
         let mut config = match self.preset.as_str() {
             "default" => Config::new(),
             "paper" => Config::paper(),
-            "near" => Config::near(),
             "normalised" => Config::normalised(),
-            other => bail!("--preset {other}: default, paper, near or normalised"),
+            other => bail!("--preset {other}: default, paper or normalised"),
         }
         .timing(policy)
         .method(method(name, database)?)

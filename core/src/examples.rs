@@ -6,8 +6,7 @@
 //! fit, so that any number of styles costs one regression (METHODS, "Regression").
 //!
 //! Cost: a run of two rows for the input, and one of two to four rows for each output that has weight. The rows of
-//! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them, and
-//! where a style is not the first.
+//! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them.
 
 use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
@@ -60,17 +59,19 @@ pub(crate) fn read(
     let (Some(cycle), Some(before)) = (database.cycle_of(class, row), row.checked_sub(1)) else {
         return read;
     };
+    // Outputs are added up, from 0.
     let both = database.unpack(before, variables, |slot, [x_prev, x]| {
+        *slot = [0.0; 4];
         slot[X_PREV] = x_prev;
         slot[X] = x;
     });
     read.bytes += both.unwrap_or_else(|| {
+        variables.fill([0.0; 4]);
         let one = |row, place: usize, variables: &mut [[f32; 4]]| {
             database.unpack(row, variables, |slot, [value]| slot[place & 3] = value).unwrap_or(0)
         };
         one(before, X_PREV, variables) + one(row, X, variables)
     });
-    let mut first = true;
     let outputs = database.outputs();
     let share = if outputs > 1 { 0.5 } else { 1.0 };
     for table in 0..outputs {
@@ -79,33 +80,26 @@ pub(crate) fn read(
             let weight = share * mix.weight(style);
             read.step_s += weight * counterpart.step_s;
             read.stands.add(database, counterpart.now, row, weight);
-            read.bytes += blend(database, &counterpart, weight, first, variables);
-            first = false;
+            read.bytes += blend(database, &counterpart, weight, variables);
         }
     }
     read
 }
 
-/// Adds a counterpart to the outputs; the first one takes their place.
-fn blend(
-    database: &Database<'_>,
-    counterpart: &Counterpart,
-    weight: f32,
-    first: bool,
-    variables: &mut [[f32; 4]],
-) -> u32 {
+/// Adds a counterpart to the outputs. Returns the bytes read.
+fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: f32, variables: &mut [[f32; 4]]) -> u32 {
     let Counterpart { before, now, .. } = counterpart;
     let mut run = Run { start: before.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
     run.mark(before, weight, 0);
     if now.row >= before.row && now.row + 1 < before.row + MAX_RUN {
         // Next to each other, as good as always: one run, of three rows for the most part.
         run.mark(now, weight, 1);
-        return run.add(database, first, variables);
+        return run.add(database, variables);
     }
-    let bytes = run.add(database, first, variables);
+    let bytes = run.add(database, variables);
     run = Run { start: now.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
     run.mark(now, weight, 1);
-    bytes + run.add(database, false, variables)
+    bytes + run.add(database, variables)
 }
 
 /// Rows that follow each other, and their weights in `y[t-1]` and `y[t]`.
@@ -128,36 +122,33 @@ impl Run {
         }
     }
 
-    /// Unpacks the rows into the outputs. Returns the bytes read.
-    fn add(&self, database: &Database<'_>, first: bool, variables: &mut [[f32; 4]]) -> u32 {
+    /// Adds the rows to the outputs. Returns the bytes read.
+    fn add(&self, database: &Database<'_>, variables: &mut [[f32; 4]]) -> u32 {
         let count = self.count.min(MAX_RUN);
         // Weights for `y[t-1]` and for `y[t]`, by row. `y[t-1]` begins in row 0 of the run and has two rows at most: of
         // a run of three or four rows the others have no weight in it, nor have the first ones in `y[t]`.
         let [[p0, n0], [p1, n1], [_, n2], [_, n3]] = self.weights;
-        let whole = match if first { count } else { 0 } {
+        let whole = match count {
             2 => database.unpack(self.start, variables, |slot, [a, b]| {
-                slot[Y_PREV] = p0 * a + p1 * b;
-                slot[Y] = n0 * a + n1 * b;
+                slot[Y_PREV] += p0 * a + p1 * b;
+                slot[Y] += n0 * a + n1 * b;
             }),
             3 => database.unpack(self.start, variables, |slot, [a, b, c]| {
-                slot[Y_PREV] = p0 * a + p1 * b;
-                slot[Y] = n1 * b + n2 * c;
+                slot[Y_PREV] += p0 * a + p1 * b;
+                slot[Y] += n1 * b + n2 * c;
             }),
             4 => database.unpack(self.start, variables, |slot, [a, b, c, d]| {
-                slot[Y_PREV] = p0 * a + p1 * b;
-                slot[Y] = n2 * c + n3 * d;
+                slot[Y_PREV] += p0 * a + p1 * b;
+                slot[Y] += n2 * c + n3 * d;
             }),
             _ => None,
         };
-        whole.unwrap_or_else(|| self.add_row_by_row(database, first, variables))
+        whole.unwrap_or_else(|| self.add_row_by_row(database, variables))
     }
 
-    /// The same for rows of two blocks, and for styles behind the first.
+    /// The same for rows of two blocks.
     #[inline(never)]
-    fn add_row_by_row(&self, database: &Database<'_>, first: bool, variables: &mut [[f32; 4]]) -> u32 {
-        if first {
-            variables.iter_mut().for_each(|slot| (slot[Y_PREV], slot[Y]) = (0.0, 0.0));
-        }
+    fn add_row_by_row(&self, database: &Database<'_>, variables: &mut [[f32; 4]]) -> u32 {
         let rows = self.weights.iter().enumerate().take(self.count);
         rows.map(|(i, &weights)| add_row(database, self.start + i, weights, variables)).sum()
     }

@@ -9,7 +9,7 @@
 //! With the board `m0` alone, generated motion that fits it is streamed, and compared with the prices of RISC-V without
 //! FPU: what comes out is the factor between the two.
 //!
-//! The clip is streamed unlabelled, with its action, with action and style, and with half of the neighbors. Two
+//! The clip is streamed unlabelled, with its action, with action and style, and with 40 neighbors. Two
 //! frames of three are fitted, the third is predicted.
 
 use std::path::Path;
@@ -62,7 +62,7 @@ fn main() -> Result<()> {
         base.clone(),
         Request { action: Some(action), ..base.clone() },
         Request { action: Some(action), input_style: Some(input_style), ..base.clone() },
-        Request { config: Config::new().k(20).pool(20), ..base },
+        Request { config: Config::new().k(40), ..base },
     ];
     let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac"].map(str::to_owned).to_vec();
     for name in if names.is_empty() { &all[..] } else { names } {
@@ -93,7 +93,7 @@ fn worst(board: &'static boards::Board) -> Result<()> {
     let requests = [
         base.clone(),
         Request { action: Some(0), ..base.clone() },
-        Request { config: Config::new().k(20).pool(20).visits(160), ..base },
+        Request { config: Config::new().k(40).visits(160), ..base },
     ];
     let prices = Isa::Armv7MFpu.calibration().prices;
     let mut ratios = [0.0f64; Stage::NAMES.len()];

@@ -243,7 +243,7 @@ mod tests {
         assert!(governed[1].visits < 160 && governed[1].capped > 15, "{governed:?}");
         // Nothing is late before and after, and the cap comes back whole.
         assert!(governed[2..].iter().all(|s| s.late == 0), "{governed:?}");
-        assert_eq!(governed.last().map(|s| (s.visits, s.capped)), Some((320, 0)), "{governed:?}");
+        assert_eq!(governed.last().map(|s| (s.visits, s.capped)), Some((256, 0)), "{governed:?}");
     }
 
     /// What the loop makes of a walk of which some frames do not come: how far the body goes in each tick, metres, and

@@ -2,12 +2,13 @@
 //! every capacity, and in every later version that does not mean to change them.
 //!
 //! `golden/blob-v1.gestus` is a small generated database of format version 1, as the first builder made it, and
-//! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held. They are kept, not
-//! rebuilt: the builder may change, and old blobs have to open. The input comes from the core's own sine, which has the
+//! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held;
+//! `blob-v1-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and old
+//! blobs have to open. The input comes from the core's own sine, which has the
 //! same bits everywhere.
 //!
 //! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the
-//! second blob too.
+//! last blob too.
 
 use std::{fs, path::PathBuf};
 
@@ -41,7 +42,12 @@ fn first() -> Vec<u8> {
 
 /// The blob with legs.
 fn with_legs() -> Vec<u8> {
-    let path = golden("blob-v1-legs.gestus");
+    fs::read(golden("blob-v1-legs.gestus")).unwrap()
+}
+
+/// The blob with two outputs a cycle.
+fn with_outputs() -> Vec<u8> {
+    let path = golden("blob-v1-outputs.gestus");
     if record().as_deref() == Some("blob") {
         fs::write(&path, motion::blob(KEPT)).unwrap();
     }
@@ -142,7 +148,7 @@ fn digest<const J: usize, const K: usize, const C: usize>(blob: &[u8], config: C
 
 #[test]
 fn digests_are_as_recorded() {
-    let (first, with_legs) = (first(), with_legs());
+    let (first, with_legs, with_outputs) = (first(), with_legs(), with_outputs());
     let cases = [
         ("default", Config::new()),
         ("paper", Config::paper()),
@@ -160,8 +166,10 @@ fn digests_are_as_recorded() {
         ("legs-statistic", Config::new().method(Method::Statistic)),
     ];
     let mut found = String::new();
-    let of_first = cases.map(|(name, config)| (name, config, &first));
-    for (name, config, blob) in of_first.into_iter().chain(legs.map(|(n, c)| (n, c, &with_legs))) {
+    let outputs = [("outputs", Config::new()), ("outputs-few", Config::new().k(5).delta(0.7))];
+    let of = |blob, cases: &[(&'static str, Config)]| cases.iter().map(|&(n, c)| (n, c, blob)).collect();
+    let all: [Vec<_>; 3] = [of(&first, &cases), of(&with_legs, &legs), of(&with_outputs, &outputs)];
+    for (name, config, blob) in all.into_iter().flatten() {
         let small = digest::<22, 40, 28>(blob, config, false);
         assert_eq!(small, digest::<22, 40, 28>(blob, config, true), "{name}: looked into");
         assert_eq!(small, digest::<64, 64, 256>(blob, config, false), "{name}: larger capacities");
@@ -179,12 +187,12 @@ fn digests_are_as_recorded() {
 /// Every blob that was ever kept opens, and says what is in it.
 #[test]
 fn kept_blobs_open() {
-    for (blob, legs) in [(first(), false), (with_legs(), true)] {
+    for (blob, legs, outputs) in [(first(), false, 1), (with_legs(), true, 1), (with_outputs(), true, 2)] {
         let database = Database::open(&blob).unwrap();
         let manifest = database.manifest().unwrap();
         assert_eq!(manifest.styles.iter().collect::<Vec<_>>(), motion::STYLES);
         assert_eq!(manifest.actions.iter().collect::<Vec<_>>(), motion::ACTIONS);
         assert_eq!(database.counts().frames, 600);
-        assert_eq!(database.legs().is_some(), legs);
+        assert_eq!((database.legs().is_some(), database.outputs()), (legs, outputs));
     }
 }

@@ -49,7 +49,7 @@ type Bounds = Vec<(String, f64, f64)>;
 /// what the bound of a frame is held against from below as well.
 const HARD: [(&str, &[&str]); 5] = [
     ("hard.shipped", &[]),
-    ("hard.k20", &["--k", "20"]),
+    ("hard.k40", &["--k", "40"]),
     ("hard.visits160", &["--visits", "160"]),
     ("hard.action", &["--action", "walk"]),
     ("hard.groups", &["--group-style", "left-arm=old", "--group-style", "right-arm=proud"]),

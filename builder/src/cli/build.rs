@@ -39,7 +39,7 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     selection: Selection,
-    /// How output cycles are chosen: spread (the default), both, viterbi, nearest, kernel, mean or take
+    /// How output cycles are chosen: both (the default), spread, viterbi, nearest, kernel, mean or take
     #[arg(long)]
     pairing: Option<String>,
     /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
@@ -145,7 +145,7 @@ pub fn run(args: &Args) -> Result<()> {
     )?;
     if let Some(name) = &args.pairing {
         config.build.pairing = Scheme::named(name).with_context(|| {
-            format!("--pairing {name}: spread, both, viterbi, nearest, kernel, mean or take")
+            format!("--pairing {name}: both, spread, viterbi, nearest, kernel, mean or take")
         })?;
     }
     config.build.models &= !args.no_models;

@@ -112,7 +112,7 @@ fn variants(options: &LooOptions) -> Vec<Variant> {
             add("kappa, rho", format!("{kappa}, {rho}"), base.kappa(kappa).rho(rho), None, 1);
         }
     }
-    for k in [10, 20, 30] {
+    for k in [8, 12, 20, 30, 40] {
         add("k", k.to_string(), base.k(k), None, 1);
     }
     for (ridge, name) in [(Ridge::Raw, "raw"), (Ridge::Normalised, "norm")] {

@@ -22,7 +22,7 @@ use super::{
     fold::{Fold, LooOptions, Row, class_of, classes_of, folds, own_dofs, say_left_out, test_clips},
     gaussian_process::{self, Editor, Pairs},
     loo,
-    methods::{ClassNeighbors, GlobalModel, Record, interpolated},
+    methods::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
 };
 use crate::{
     body::{Body, about_y},
@@ -204,7 +204,7 @@ fn one_stream(
             // Every class is searched, so that neighbors of the right one are among them.
             let most = usize::from(config.neighborhood().0);
             let all = |near: &[ClassNeighbors]| {
-                interpolated(&database, &near.iter().collect::<Vec<_>>(), most, style)
+                interpolated(&database, &near.iter().collect::<Vec<_>>(), most, style, Outputs::One)
             };
             add("knn-unlabelled", &record.each(all), None);
             for (name, most) in [("nearest", 1), ("knn", most)] {
@@ -213,7 +213,7 @@ fn one_stream(
                     let class = class_of(&database, *action, options.from);
                     let own = record.each(|near: &[ClassNeighbors]| {
                         let of: Vec<&ClassNeighbors> = near.iter().filter(|n| Some(n.0) == class).collect();
-                        interpolated(&database, &of, most, style)
+                        interpolated(&database, &of, most, style, Outputs::One)
                     });
                     output[frames.clone()].clone_from_slice(&own[frames.clone()]);
                 }
@@ -229,8 +229,9 @@ fn one_stream(
         let pairs = Pairs::of(&database, classes, style).thinned(settings.most);
         Editor::fit(&pairs, &settings).map(|editor| editor.run(x))
     };
-    let affine =
-        |classes: &[usize], x: &[Vec<f64>]| GlobalModel::fit(&database, classes, style, false).run(x, &x[0]);
+    let affine = |classes: &[usize], x: &[Vec<f64>]| {
+        GlobalModel::fit(&database, classes, style, false, Outputs::One).run(x, &x[0])
+    };
     add("global-affine-unlabelled", &affine(&every, &x), None);
     if let Some(output) = process(&every, &x) {
         add("gaussian-process-unlabelled", &output, None);

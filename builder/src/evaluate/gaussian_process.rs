@@ -26,7 +26,7 @@ use std::time::Instant;
 use gestus_core::{Database, blob::layout::flag};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
-use super::methods::{output, row};
+use super::methods::{Outputs, output, row};
 
 /// How a process is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -324,7 +324,7 @@ impl Pairs {
                     continue;
                 }
                 let (x, x_prev) = (row(database, r), row(database, r - 1));
-                let Some((y, y_prev)) = output(database, class, r, style) else { continue };
+                let Some((y, y_prev)) = output(database, class, r, style, Outputs::One) else { continue };
                 pairs.differences.push([less(&y, &x), less(&y_prev, &x_prev)]);
                 pairs.inputs.push([x, x_prev]);
             }

@@ -7,12 +7,12 @@ use super::{
     Evaluation,
     fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, folds, held_out, own_dofs, say_left_out},
     gaussian_process, growth,
-    methods::{ClassNeighbors, GlobalModel, Record, interpolated},
+    methods::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
     metrics::{best_shift, matched},
 };
 use crate::{
     body::{Body, row_at},
-    build::{BuildError, BuildOptions, build},
+    build::{BuildError, BuildOptions},
     corpus::Corpus,
     pair::Scheme,
     report::{
@@ -24,18 +24,14 @@ use crate::{
     synth::affine,
 };
 
-/// The configurations that are compared: the shipped one, the paper's own, fewer neighbors, and the normalised ridge.
+/// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
 pub fn default_configs() -> Vec<(String, Config)> {
     vec![
         ("mixture".into(), Config::new()),
         ("mixture-paper".into(), Config::paper()),
-        ("mixture-near".into(), Config::near()),
         ("mixture-normalised".into(), Config::normalised()),
     ]
 }
-
-/// What near neighbors with two outputs each ([`Scheme::Both`]) are called.
-const BOTH: &str = "mixture-both";
 
 /// Runs the evaluation and draws its plots.
 ///
@@ -186,7 +182,7 @@ pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Fi
     ];
     if let Some(class) = class_of(&database, example.action, example.style) {
         for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
-            let model = GlobalModel::fit(&database, &[class], style, autoregressive);
+            let model = GlobalModel::fit(&database, &[class], style, autoregressive, Outputs::One);
             all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
         }
     }
@@ -252,12 +248,6 @@ fn fold(
         let compared = name == "mixture" && !options.mixtures_only;
         mixtures(&fold, &database, name, config, compared, &mut rows);
     }
-    // Where the database is the shipped one, beside it one with two outputs a cycle.
-    if !options.mixtures_only && options.build.pairing == Scheme::Spread {
-        let wanted = BuildOptions { models: false, pairing: Scheme::Both, ..options.build.clone() };
-        let built = build(&corpus.without(&[test, fold.truth]), &wanted)?;
-        mixtures(&fold, &Database::open(&built.bytes)?, BOTH, &Config::near(), false, &mut rows);
-    }
     Ok(rows)
 }
 
@@ -315,16 +305,22 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     let Some(class) = class_of(database, example.action, example.style) else { return };
     // The models live in the database's dofs.
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
-    let affine = GlobalModel::fit(database, &[class], fold.style, false);
-    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true);
+    let affine = GlobalModel::fit(database, &[class], fold.style, false, Outputs::One);
+    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true, Outputs::One);
     let first = affine.run(&x[..1], &x[0]);
-    for (name, model) in [("global-ar", &autoregressive), ("global-affine", &affine)] {
+    let means = GlobalModel::fit(database, &[class], fold.style, false, Outputs::Mean);
+    let mut models = vec![("global-ar", &autoregressive), ("global-affine", &affine)];
+    if database.outputs() > 1 {
+        models.push(("global-affine-both", &means));
+    }
+    for (name, model) in models {
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row(name, &predicted, None));
     }
     // Of one action both are the same.
     if fold.corpus.actions.len() > 1 {
-        let model = GlobalModel::fit(database, &classes_of(database, example.style), fold.style, false);
+        let classes = classes_of(database, example.style);
+        let model = GlobalModel::fit(database, &classes, fold.style, false, Outputs::One);
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row("global-affine-unlabelled", &predicted, None));
     }
@@ -333,15 +329,18 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
 /// Interpolation of the neighbors that were found: of the labelled class, or of all together.
 fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
     let most = usize::from(Config::new().neighborhood().0);
-    let ways: &[(&str, usize)] = match suffix {
-        "-labelled" => &[("nearest", 1), ("knn", usize::MAX)],
+    let ways: &[(&str, usize, Outputs)] = match suffix {
+        "-labelled" if database.outputs() > 1 => {
+            &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One), ("knn-both", most, Outputs::Mean)]
+        }
+        "-labelled" => &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One)],
         // Of one action both are the same.
-        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most)],
+        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most, Outputs::One)],
         _ => &[],
     };
-    for &(name, most) in ways {
+    for &(name, most, outputs) in ways {
         let of = |classes: &[ClassNeighbors]| {
-            interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style)
+            interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, outputs)
         };
         rows.push(fold.row(name, &own_dofs(fold, database, &record.each(of)), None));
     }

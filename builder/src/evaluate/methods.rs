@@ -73,14 +73,26 @@ pub fn moment(database: &Database<'_>, moment: Moment) -> Vec<f64> {
     a.iter().zip(row(database, moment.row + 1)).map(|(a, b)| a + t * (b - a)).collect()
 }
 
+/// What a method is given as the output of an example.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outputs {
+    /// One captured output, as in the papers: of two, the first.
+    One,
+    /// The mean of all, as the core fits it.
+    Mean,
+}
+
 /// `y[t]` and `y[t-1]` of a row of a class, in a style.
 pub fn output(
     database: &Database<'_>,
     class: usize,
     row: usize,
     style: usize,
+    outputs: Outputs,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
-    let found: Vec<Counterpart> = database.counterparts(database.cycle_of(class, row)?, row, style).collect();
+    let most = if outputs == Outputs::One { 1 } else { usize::MAX };
+    let found = database.counterparts(database.cycle_of(class, row)?, row, style);
+    let found: Vec<Counterpart> = found.take(most).collect();
     let mean = |of: &dyn Fn(&Counterpart) -> Moment| {
         let mut sum = vec![0.0; database.counts().dofs];
         for counterpart in &found {
@@ -99,6 +111,7 @@ pub fn interpolated(
     classes: &[&ClassNeighbors],
     most: usize,
     style: usize,
+    outputs: Outputs,
 ) -> Option<Vec<f64>> {
     let mut near: Vec<(usize, usize, f32)> =
         classes.iter().flat_map(|(class, near)| near.iter().map(|&(r, d)| (*class, r, d))).collect();
@@ -107,7 +120,7 @@ pub fn interpolated(
     let mut total = 0.0;
     for (class, row, distance2) in near.into_iter().take(most) {
         let weight = 1.0 / (f64::from(distance2).sqrt() + 1e-4);
-        let Some((y, _)) = output(database, class, row, style) else { continue };
+        let Some((y, _)) = output(database, class, row, style, outputs) else { continue };
         sum.iter_mut().zip(y).for_each(|(s, y)| *s += weight * y);
         total += weight;
     }
@@ -124,7 +137,13 @@ pub struct GlobalModel {
 
 impl GlobalModel {
     /// Fits classes: every searchable row and its output.
-    pub fn fit(database: &Database<'_>, classes: &[usize], style: usize, autoregressive: bool) -> Self {
+    pub fn fit(
+        database: &Database<'_>,
+        classes: &[usize],
+        style: usize,
+        autoregressive: bool,
+        outputs: Outputs,
+    ) -> Self {
         use nalgebra::{Matrix4, Vector4};
         let dofs = database.counts().dofs;
         let mut sums = vec![(Matrix4::<f64>::identity() * 0.1, Vector4::<f64>::zeros()); dofs];
@@ -135,7 +154,7 @@ impl GlobalModel {
                     continue;
                 }
                 let (x, x_prev) = (row(database, r), row(database, r - 1));
-                let Some((y, y_prev)) = output(database, class, r, style) else { continue };
+                let Some((y, y_prev)) = output(database, class, r, style, outputs) else { continue };
                 for d in 0..dofs {
                     let u = Self::inputs(autoregressive, x_prev[d], y_prev[d], x[d]);
                     sums[d].0 += u * u.transpose();

@@ -173,7 +173,7 @@ typedef enum GestusMethod {
 
 // Parameters of the method by number, the same as on the link (docs/LINK.md). Every value is a `float`.
 typedef enum GestusParameter {
-  // Neighbors a class, 1 to what the profile takes. Default 40 (paper 000).
+  // Neighbors a class, 1 to what the profile takes. Default 16.
   GESTUS_PARAMETER_K = 0,
   // Weight λ of the ridge. Default 0.1 on raw variables.
   GESTUS_PARAMETER_LAMBDA = 1,
@@ -241,9 +241,9 @@ typedef struct GestusStylizer GestusStylizer;
 // What a stylizer can be told when it is made. Fill it by `gestus_config_default`, then change what is to be
 // different.
 typedef struct GestusConfig {
-  // Neighbors a class, 1 to what the profile takes. Default: 40, or what the profile takes.
+  // Neighbors a class, 1 to what the profile takes. Default 16.
   uint32_t neighbors;
-  // Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 320.
+  // Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 256.
   uint32_t visits;
   // Most classes of a frame, 1 to 8. Default 8.
   uint32_t classes;

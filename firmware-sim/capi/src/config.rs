@@ -13,9 +13,9 @@ use crate::{
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GestusConfig {
-    /// Neighbors a class, 1 to what the profile takes. Default: 40, or what the profile takes.
+    /// Neighbors a class, 1 to what the profile takes. Default 16.
     pub neighbors: u32,
-    /// Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 320.
+    /// Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 256.
     pub visits: u32,
     /// Most classes of a frame, 1 to 8. Default 8.
     pub classes: u32,
@@ -55,7 +55,7 @@ pub enum GestusTiming {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GestusParameter {
-    /// Neighbors a class, 1 to what the profile takes. Default 40 (paper 000).
+    /// Neighbors a class, 1 to what the profile takes. Default 16.
     K = 0,
     /// Weight λ of the ridge. Default 0.1 on raw variables.
     Lambda = 1,
