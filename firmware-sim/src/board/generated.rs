@@ -45,7 +45,7 @@ pub const REFERENCE: Profile = Profile {
     clips: 4,
     seconds: 20.0,
     joints: &[],
-    neighbors: (40, 40),
+    neighbors: (16, 40),
 };
 
 /// Six classes on the 9 joints of trunk and legs, 16 neighbors: what fits a Cortex-M0 with 16 KB of RAM.
