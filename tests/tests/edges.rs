@@ -261,7 +261,8 @@ fn a_glitch_that_comes_again_is_no_news() {
 fn frames_lost_between_glitches_count() {
     let db = Database::open(motion::small()).unwrap();
     let still = walk(0, 0, 10)[5];
-    let mut stylizer = styled(db, Config::new().safety(Safety::Hold));
+    // So many visits search every class whole: none is searched anew.
+    let mut stylizer = styled(db, Config::new().safety(Safety::Hold).visits(320));
     let mut output = Pose::IDENTITY;
     let mut at = |x: f32, number| {
         let mut input = still;
@@ -273,7 +274,7 @@ fn frames_lost_between_glitches_count() {
     }
     assert_eq!(at(50.0, 30), Degraded::LEAP);
     // 4 m are a leap over two frames, and none over the twelve that have gone by since the last input was taken.
-    assert!(!at(4.0, 41).contains(Degraded::LEAP));
+    assert!(at(4.0, 41).is_empty());
 }
 
 #[test]

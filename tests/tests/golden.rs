@@ -3,9 +3,8 @@
 //!
 //! `golden/blob-v1.gestus` is a small generated database of format version 1, as the first builder made it, and
 //! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held;
-//! `blob-v1-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and old
-//! blobs have to open. The input comes from the core's own sine, which has the
-//! same bits everywhere.
+//! `blob-v1-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and
+//! old blobs have to open. The input comes from the core's own sine, which has the same bits everywhere.
 //!
 //! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the
 //! last blob too.

@@ -308,12 +308,10 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     let affine = GlobalModel::fit(database, &[class], fold.style, false, Outputs::One);
     let autoregressive = GlobalModel::fit(database, &[class], fold.style, true, Outputs::One);
     let first = affine.run(&x[..1], &x[0]);
-    let means = GlobalModel::fit(database, &[class], fold.style, false, Outputs::Mean);
-    let mut models = vec![("global-ar", &autoregressive), ("global-affine", &affine)];
-    if database.outputs() > 1 {
-        models.push(("global-affine-both", &means));
-    }
-    for (name, model) in models {
+    let means = (database.outputs() > 1)
+        .then(|| GlobalModel::fit(database, &[class], fold.style, false, Outputs::Mean));
+    let models = [("global-ar", &autoregressive), ("global-affine", &affine)];
+    for (name, model) in models.into_iter().chain(means.as_ref().map(|m| ("global-affine-both", m))) {
         let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
         rows.push(fold.row(name, &predicted, None));
     }
@@ -330,15 +328,15 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
 fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
     let most = usize::from(Config::new().neighborhood().0);
     let ways: &[(&str, usize, Outputs)] = match suffix {
-        "-labelled" if database.outputs() > 1 => {
+        "-labelled" => {
             &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One), ("knn-both", most, Outputs::Mean)]
         }
-        "-labelled" => &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One)],
         // Of one action both are the same.
         "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most, Outputs::One)],
         _ => &[],
     };
-    for &(name, most, outputs) in ways {
+    // The mean of one output is that.
+    for &(name, most, outputs) in ways.iter().filter(|w| w.2 == Outputs::One || database.outputs() > 1) {
         let of = |classes: &[ClassNeighbors]| {
             interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, outputs)
         };
