@@ -1,6 +1,6 @@
 //! A skeleton with what the dofs are relative to, and the way from clips to dofs, in `f64`.
 //!
-//! The same conversion as `gestus_core::pose` does in `f32` on the board; a test holds one against the other.
+//! The same conversion as `gestus_core::body::pose` does in `f32` on the board; a test holds one against the other.
 
 use std::sync::Arc;
 

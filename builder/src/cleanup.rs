@@ -7,17 +7,17 @@
 //!    takes the foot there is its offset in each frame.
 //! 2. **Root.** It takes what the standing feet have in common, between plants what lies between, all smoothed over a
 //!    window; and it comes near enough for every leg to reach.
-//! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::ik`]), the foot's
+//! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::body::two_bone_ik`]), the foot's
 //!    orientation kept.
 //! 4. **Smoothing.** Before and behind a plant the offset grows and fades over the window, so that nothing pops.
 //!
-//! A stream has [`gestus_core::lock`] instead, which knows no later frame.
+//! A stream has [`gestus_core::output::foot_lock`] instead, which knows no later frame.
 
 use gestus_core::{
     Database, Pose,
     blob::{Leg, layout::MAX_JOINTS},
-    ik::Chain,
-    quaternion,
+    body::two_bone_ik::Chain,
+    math::quaternion,
 };
 use nalgebra::Vector3;
 
@@ -230,7 +230,8 @@ pub fn above_floor(limbs: &Limbs, frames: &[Frame], deep_m: f64) -> Vec<Frame> {
             let up = -deep_m - ankle.min(toe);
             if up > 0.0 {
                 let [x, y, z] = chain.ankle;
-                let reach = gestus_core::ik::distance(chain.ankle, chain.hip).max(chain.length());
+                let reach =
+                    gestus_core::body::two_bone_ik::distance(chain.ankle, chain.hip).max(chain.length());
                 chain.place(leg, [x, y + up as f32, z], reach, &mut pose);
             }
         }

@@ -103,7 +103,7 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
 pub const GAUSSIAN_S: f64 = 0.02;
 
 /// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
-/// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::contact`.
+/// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::methods::mixture::contact_votes`.
 /// [`GAUSSIAN_S`] times the rate is the paper's.
 pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
     let reach = (3.0 * sigma).ceil() as isize;

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::{
     Database,
     blob::{Counterpart, Moment, layout::flag},
-    contact::Stands,
+    methods::mixture::contact_votes::Stands,
 };
 use serde_json::{Value, json};
 

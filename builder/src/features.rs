@@ -1,5 +1,5 @@
 //! What the search compares: windows of joint positions, brought onto a mean cloud, in principal components.
-//! `gestus_core::query` does the same on the board, in `f32`.
+//! `gestus_core::search::query` does the same on the board, in `f32`.
 
 use gestus_core::blob::layout::{MAX_FEATURES, query};
 use nalgebra::{DMatrix, SymmetricEigen, Vector3};

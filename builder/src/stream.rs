@@ -5,10 +5,9 @@ use std::time::Instant;
 use gestus_core::{
     Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,
     blob::layout,
-    knn::Neighbor,
-    pose::Dofs,
-    query::Feature,
-    retime::{Bounds, Retimer, Tick},
+    body::pose::Dofs,
+    output::retime::{Bounds, Retimer, Tick},
+    search::{graph::Neighbor, query::Feature},
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 

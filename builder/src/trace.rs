@@ -3,7 +3,7 @@
 
 use std::{io, path::Path};
 
-use gestus_core::{Database, Report, knn::Neighbor};
+use gestus_core::{Database, Report, search::graph::Neighbor};
 use serde_json::json;
 
 use crate::{
@@ -124,7 +124,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "k": k,
         "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(k))).collect::<Vec<_>>(),
         "lambda": lambda,
-        "ridge_mode": match ridge { gestus_core::regress::Ridge::Raw => "raw", gestus_core::regress::Ridge::Normalised => "norm" },
+        "ridge_mode": match ridge { gestus_core::methods::mixture::regression::Ridge::Raw => "raw", gestus_core::methods::mixture::regression::Ridge::Normalised => "norm" },
         "feedback": config.feedback_penalty(),
         "output_kappa": config.output_interval(),
         "delta": delta,
@@ -138,8 +138,8 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "input_style": request.input_style,
         "timing": match (request.bounds, config.timing_policy()) {
             (Some(_), _) => "bounded",
-            (None, gestus_core::timing::Timing::Free) => "free",
-            (None, gestus_core::timing::Timing::Sync) => "sync",
+            (None, gestus_core::config::Timing::Free) => "free",
+            (None, gestus_core::config::Timing::Sync) => "sync",
         },
     })
 }

@@ -370,7 +370,7 @@ mod tests {
         assert!(told.retarget().is_some());
 
         // Bounded time: as long as the input, tick by tick; and what was degraded is named.
-        let bounds = gestus_core::retime::Bounds { lead_s: 0.1, lag_s: 0.1 };
+        let bounds = gestus_core::output::retime::Bounds { lead_s: 0.1, lag_s: 0.1 };
         let request = Request { bounds: Some(bounds), ..Request::style(1) };
         let streamed = translate(&database, &input, &request, &mut ()).unwrap();
         let mut figures = figures(&streamed);

@@ -7,10 +7,10 @@ use clap::Arg;
 use gestus_core::{
     Config, ConfigError, Database, Effort, MAX_OWN, Method, Safety,
     blob::Names,
-    effort::Labels,
-    regress::Ridge,
-    retime::{Bounds, Retimer},
-    timing::Timing,
+    config::Timing,
+    methods::mixture::regression::Ridge,
+    output::retime::{Bounds, Retimer},
+    stylizer::effort_dial::Labels,
 };
 
 use crate::{

@@ -306,7 +306,7 @@ proptest! {
             if tick % (1 + (next() * 6.0) as usize) == 0 {
                 for q in &mut pose.rotations {
                     let v = [next(), next(), next(), next()].map(|v| v - 0.5);
-                    *q = gestus_core::quaternion::normalize(v).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+                    *q = gestus_core::math::quaternion::normalize(v).unwrap_or([0.0, 0.0, 0.0, 1.0]);
                 }
                 pose.position[0] = if next() < 0.05 { f32::NAN } else { next() };
             }

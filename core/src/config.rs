@@ -2,11 +2,9 @@
 //! `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
 
 use crate::{
-    ConfigError, Database, Safety,
-    knn::{MAX_VISITS, POOL},
-    mixture::MAX_KEPT,
-    regress::Ridge,
-    timing::Timing,
+    ConfigError, Database,
+    methods::mixture::{regression::Ridge, weights::MAX_KEPT},
+    search::graph::{MAX_VISITS, POOL},
 };
 
 /// Where the output's heading comes from.
@@ -18,6 +16,37 @@ pub enum Yaw {
     Input,
     /// The predicted rate, integrated. It drifts: some 40 degrees in a turn of 110.
     Predicted,
+}
+
+/// Policy for the output's time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Timing {
+    /// Poses carry their predicted time stamps: the output runs on its own timeline. For files.
+    #[default]
+    Free,
+    /// One pose in, one pose out, played at the input's rate. The root still covers the ground of the predicted
+    /// step, so that feet stay where the pose has them. For robots.
+    Sync,
+}
+
+/// What is put out where the input fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Safety {
+    /// The output takes on the input's posture at once, leaps included, and is moved on the ground as the model would move
+    /// it: by ρ of a leap. Where there is no input the last output is held.
+    #[default]
+    Follow,
+    /// The last output is held; the way back is eased.
+    Hold,
+    /// The output is eased to rest, the database's mean pose on the floor; the way back is eased.
+    Rest,
+}
+
+impl Safety {
+    /// Every policy, in the order of the protocol's numbers.
+    pub const ALL: [Self; 3] = [Self::Follow, Self::Hold, Self::Rest];
 }
 
 /// The method of translation, chosen when a stylizer is made. The blob has to hold what it needs.
@@ -111,7 +140,7 @@ settings! {
     /// the regression forget its last answer sooner at a small λ.
     feedback: f32;
     /// Half width κy of the interval about its neighbors' mean that an answer is put out from, in standard deviations of the
-    /// dof over the database ([`crate::regress`]), 0 to 1e6. Default 2; the paper has no such interval.
+    /// dof over the database ([`crate::methods::mixture::regression`]), 0 to 1e6. Default 2; the paper has no such interval.
     output_kappa: f32;
     /// Kernel width δ of the mixing proportions (eq. 4).
     delta: f32;
@@ -143,7 +172,7 @@ settings! {
     release_m: f32;
     /// How long a foot that goes up or steps takes back to where the prediction has it at least, seconds, 0.01 to 2.
     ease_s: f32;
-    /// How many times the input's fastest joint of the last seconds a joint of the output may turn ([`crate::limit`]), 1
+    /// How many times the input's fastest joint of the last seconds a joint of the output may turn ([`crate::output::speed_limit`]), 1
     /// to 100; 0: as fast as it does. Default 1.2.
     speed_limit: f32;
     /// The method of translation.

@@ -3,7 +3,7 @@
 use crate::{
     Pose,
     blob::crc::crc32c,
-    quaternion::{Quaternion, Vector},
+    math::quaternion::{Quaternion, Vector},
 };
 
 /// CRC-32C over the bits of every pose and time step, in order.

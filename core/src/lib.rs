@@ -5,25 +5,29 @@
 //!
 //! One frame walks through the modules in this order:
 //!
-//! 1. [`pose`] takes the [`Pose`] to degrees of freedom;
-//! 2. [`query`] takes the last few poses to a search feature;
-//! 3. [`knn`] finds the nearest frames in every class (an action in a style);
-//! 4. [`mixture`] weighs the classes;
-//! 5. [`examples`] unpacks the neighbors and their counterparts in the output style ([`blob`]);
-//! 6. [`regress`] fits a local autoregressive model a dof, solved by [`ridge`], and asks it once;
-//! 7. [`timing`] predicts how long the step takes, [`contact`] which foot stands;
-//! 8. [`pose`] takes the result back to a [`Pose`]; [`lock`] holds the feet that stand, by [`ik`]; [`limit`] keeps
-//!    joints from turning faster than the input has shown; the [`Report`] says what happened.
+//! 1. [`body::pose`] turns the [`Pose`] into degrees of freedom;
+//! 2. [`search::query`] turns the last few poses into a search feature;
+//! 3. [`search::graph`] finds the nearest frames in every class (an action in a style);
+//! 4. [`methods::mixture::weights`] weighs the classes;
+//! 5. `methods::mixture::examples` unpacks the neighbors and their counterparts in the output style ([`blob`]);
+//! 6. [`methods::mixture::regression`] fits a local autoregressive model for each dof and evaluates it once;
+//!    [`methods::mixture::ridge`] solves it;
+//! 7. [`methods::mixture::step_time`] predicts how long the step takes, [`methods::mixture::contact_votes`] which foot
+//!    stands;
+//! 8. [`body::pose`] turns the result back into a [`Pose`];
+//! 9. [`output::foot_lock`] holds the feet that stand ([`body::two_bone_ik`]), and [`output::speed_limit`] keeps joints
+//!    from turning faster than the input has shown; the [`Report`] says what happened.
 //!
-//! Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a linear model ([`lti`]) or a table of
-//! statistics, which need no frames: see [`Method`].
-//! Between frames the style may be set by name and weight, or by an [`effort`].
+//! [`stylizer`] calls them in this order. Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a
+//! linear model ([`methods::linear`]) or a table of statistics, which need no frames: see [`Method`]. Between frames the
+//! style may be set by name and weight, or by an Effort ([`stylizer::effort_dial`]).
 //!
-//! Beside that walk, [`deadline`] says how much a frame may cost by how long the last ones took, and [`link`] carries
-//! poses to a board and back over a line that loses bytes.
+//! Beside that walk, [`retarget`] and [`robot`] lead to other bodies and to servos, [`output::retime`] to a steady tick,
+//! [`output::visit_cap`] limits what a frame may cost by how long the last ones took, and [`link`] carries poses to a
+//! board and back over a line that loses bytes.
 //!
 //! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
-//! Motion", SIGGRAPH 2015 ("paper 000" in the comments).
+//! Motion", SIGGRAPH 2015 (Xia 2015 in the comments).
 //!
 //! ```no_run
 //! use gestus_core::{Config, Database, Pose, Stylizer};
@@ -45,48 +49,30 @@
 #![forbid(unsafe_code)]
 
 pub mod blob;
+pub mod body;
 pub mod config;
-pub mod contact;
-pub mod deadline;
 pub mod digest;
-pub mod effort;
 mod error;
-pub mod examples;
-mod frame;
-pub mod ik;
-pub mod knn;
-pub mod limit;
 pub mod link;
-pub mod lock;
-pub mod lti;
-mod mar;
 pub mod math;
-pub mod mixture;
+pub mod methods;
 pub mod observe;
-pub mod pose;
-pub mod quaternion;
-pub mod query;
-pub mod regress;
+pub mod output;
 pub mod report;
 pub mod retarget;
-pub mod retime;
-pub mod ridge;
 pub mod robot;
-mod settings;
-pub mod skeleton;
-mod sorted;
-mod statistic;
-mod stylizer;
-pub mod timing;
-mod vector;
+pub mod search;
+pub mod stylizer;
 
 pub use blob::Database;
-pub use config::{Config, Method};
+pub use body::pose::Pose;
+pub use config::{Config, Method, Safety};
 pub use digest::Digest;
-pub use effort::Effort;
 pub use error::{BlobError, ConfigError};
 pub use observe::{Observer, Stage};
-pub use pose::Pose;
 pub use report::{Degraded, Report};
-pub use settings::{MAX_OWN, STRENGTH_S};
-pub use stylizer::{Fit, MEND_S, Safety, Stylizer};
+pub use stylizer::{
+    Fit, MEND_S, Stylizer,
+    effort_dial::Effort,
+    style_mix::{MAX_OWN, STRENGTH_S},
+};

@@ -2,27 +2,30 @@
 //!
 //! Every method does nothing by default, and a step that nobody looks into costs nothing.
 
-use crate::{knn::Neighbor, pose::Dofs, query::Feature};
+use crate::{
+    body::pose::Dofs,
+    search::{graph::Neighbor, query::Feature},
+};
 
 /// A part of the work of a step, for its cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
-    /// Window of poses to search feature ([`crate::query`]).
+    /// Window of poses to search feature ([`crate::search::query`]).
     Query,
-    /// Nearest frames in every class ([`crate::knn`]).
+    /// Nearest frames in every class ([`crate::search::graph`]).
     Search,
-    /// Rows of the neighbors and their counterparts unpacked ([`crate::examples`]).
+    /// Rows of the neighbors and their counterparts unpacked (`crate::methods::mixture::examples`).
     Decode,
-    /// Sums and solves ([`crate::regress`]).
+    /// Sums and solves ([`crate::methods::mixture::regression`]).
     Regression,
-    /// Time step ([`crate::timing`]).
+    /// Time step ([`crate::methods::mixture::step_time`]).
     Timing,
     /// Pose to dofs and back, proportions of the classes, and what no other stage is.
     Rest,
-    /// Votes of the neighbors' legs on which foot stands ([`crate::contact`]).
+    /// Votes of the neighbors' legs on which foot stands ([`crate::methods::mixture::contact_votes`]).
     Contacts,
-    /// Feet held where they stand ([`crate::lock`], [`crate::ik`]).
+    /// Feet held where they stand ([`crate::output::foot_lock`], [`crate::body::two_bone_ik`]).
     Lock,
 }
 

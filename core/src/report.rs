@@ -1,6 +1,6 @@
 //! What a step says about itself.
 
-use crate::mixture::Shares;
+use crate::methods::mixture::weights::Shares;
 
 /// The ways in which a frame was degraded; a set of flags.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

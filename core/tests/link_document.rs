@@ -7,7 +7,7 @@ use gestus_core::{
         Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter, parameter,
         robot_buffer_length,
     },
-    mixture::MAX_KEPT,
+    methods::mixture::weights::MAX_KEPT,
     robot::{Driven, layout::MAX_HINGES},
 };
 

@@ -2,7 +2,10 @@
 //! bits are others. `cargo test -p gestus-core --features micromath`; without the feature there is nothing to test.
 #![cfg(feature = "micromath")]
 
-use gestus_core::{Config, Database, Digest, Pose, Stylizer, math::sin_cos, quaternion::exp};
+use gestus_core::{
+    Config, Database, Digest, Pose, Stylizer,
+    math::{quaternion::exp, sin_cos},
+};
 
 /// The kept database of the golden tests.
 const BLOB: &[u8] = include_bytes!("../../tests/golden/blob-v1-legs.gestus");

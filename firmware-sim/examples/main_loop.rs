@@ -12,7 +12,7 @@ use embedded_hal::{
 };
 use gestus_builder::stream::to_pose;
 use gestus_core::{
-    Config, Database, Degraded, Pose, Report, Safety, Stylizer, deadline::VisitCap, timing::Timing,
+    Config, Database, Degraded, Pose, Report, Safety, Stylizer, config::Timing, output::visit_cap::VisitCap,
 };
 use gestus_tests::motion;
 

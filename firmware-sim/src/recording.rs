@@ -28,8 +28,8 @@ use gestus_core::{
         Manifest,
         layout::{MAX_JOINTS, MAX_STYLES, ROOT_DOFS, dof},
     },
+    body::pose::{self, Anchor},
     math::wrap_angle,
-    pose::{self, Anchor},
 };
 
 /// First bytes of a recording.
@@ -85,7 +85,7 @@ impl Recording {
                 let (s, c) = gestus_core::math::sin_cos(0.4 * gestus_core::math::sin_cos(t as f32 * 0.2).0);
                 let joint = counts.joints / 2;
                 pose.rotations[joint] =
-                    gestus_core::quaternion::multiply(pose.rotations[joint], [0.0, 0.0, s, c]);
+                    gestus_core::math::quaternion::multiply(pose.rotations[joint], [0.0, 0.0, s, c]);
             }
             if t % 977 == 976 {
                 pose.position[1] = f32::NAN;

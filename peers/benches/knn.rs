@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gestus_core::{Database, knn::Limits};
+use gestus_core::{Database, search::graph::Limits};
 use gestus_peers::{
     measure::{Truth, answer, tuned},
     setup::{Setup, Task, points, streams},

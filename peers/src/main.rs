@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Result;
 use clap::Parser;
 use gestus_builder::stream::{Request, stream};
-use gestus_core::{Database, knn::Limits};
+use gestus_core::{Database, search::graph::Limits};
 use gestus_peers::{
     measure::{Truth, after_jumps, sweep, time, tuned},
     setup::{Setup, Task, export, jumps, points, streams},
@@ -82,8 +82,13 @@ fn main() -> Result<()> {
     if let Some(folder) = &arguments.export {
         export(&classes, &streams, folder)?;
     }
-    let limits =
-        Limits { k: arguments.k, pool: arguments.pool, visits: arguments.visits, spare: arguments.visits, jump: arguments.jump };
+    let limits = Limits {
+        k: arguments.k,
+        pool: arguments.pool,
+        visits: arguments.visits,
+        spare: arguments.visits,
+        jump: arguments.jump,
+    };
     let truth = Truth::new(&classes, &streams);
     let report = if arguments.sweep {
         let settings =

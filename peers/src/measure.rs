@@ -3,7 +3,10 @@
 use std::{hint::black_box, time::Instant};
 
 use anyhow::Result;
-use gestus_core::{Database, knn::Limits, query::Feature};
+use gestus_core::{
+    Database,
+    search::{graph::Limits, query::Feature},
+};
 use serde::Serialize;
 
 use crate::{

@@ -6,8 +6,10 @@ use std::num::NonZeroUsize;
 use anyhow::{Result, anyhow};
 use gestus_core::{
     Database,
-    knn::{Limits, Metric, Searcher},
-    query::Feature,
+    search::{
+        graph::{Limits, Metric, Searcher},
+        query::Feature,
+    },
 };
 use hnsw_rs::prelude::{Distance, Hnsw};
 use instant_distance::{Builder, HnswMap, Point, Search};

@@ -7,7 +7,7 @@ use gestus_builder::{annotate::Config, build, load, motion::Clip, stream::to_pos
 use gestus_core::{
     Database,
     blob::layout::{MAX_FEATURES, flag},
-    query::{ALIGNED, Feature, Window},
+    search::query::{ALIGNED, Feature, Window},
 };
 use npyz::WriterBuilder;
 

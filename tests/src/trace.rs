@@ -1,7 +1,7 @@
 //! What a stream computes, frame by frame, as the core shows it.
 
 use gestus_builder::stream::Watcher;
-use gestus_core::{Report, knn::Neighbor};
+use gestus_core::{Report, search::graph::Neighbor};
 
 /// What the search found in a class.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use gestus_builder::stream::{from_pose, to_pose};
 use gestus_core::{
-    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, query::Feature,
+    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, search::query::Feature,
 };
 use gestus_tests::motion;
 
@@ -338,7 +338,7 @@ fn arms_and_masks_leave_the_features_of_the_body_alone() {
     for pose in &poses(0, 1, 40) {
         let mut wave = *pose;
         for j in 5..13 {
-            wave.rotations[j] = gestus_core::quaternion::exp([0.9, -0.4, 0.7]);
+            wave.rotations[j] = gestus_core::math::quaternion::exp([0.9, -0.4, 0.7]);
         }
         let _ = plain.step_observed(pose, &mut outputs[0], &mut a);
         let quiet = masked.step_observed(pose, &mut outputs[1], &mut b);

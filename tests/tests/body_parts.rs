@@ -295,7 +295,7 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
     for t in 0..input.len() {
         for j in 1..21 {
             let leg = of("legs").contains(&j);
-            let angle = gestus_core::quaternion::angle;
+            let angle = gestus_core::math::quaternion::angle;
             if leg {
                 assert!(angle(without[t].rotations[j], input[t].rotations[j]) < 1e-3, "frame {t} joint {j}");
             }
@@ -309,7 +309,7 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
     let distances = |joint: usize, mask: Option<u16>| {
         let mut moved = input.clone();
         for pose in &mut moved[20..] {
-            pose.rotations[joint] = gestus_core::quaternion::exp([-0.9, 0.0, 0.0]);
+            pose.rotations[joint] = gestus_core::math::quaternion::exp([-0.9, 0.0, 0.0]);
         }
         [&input, &moved].map(|input| {
             let mut stylizer = Standard::new(database, config).unwrap();

@@ -6,7 +6,7 @@ use gestus_builder::{
 };
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
-    ik::Chain, knn::Neighbor, quaternion,
+    body::two_bone_ik::Chain, math::quaternion, search::graph::Neighbor,
 };
 use gestus_tests::{
     motion::{self, Size},

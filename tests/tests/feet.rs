@@ -18,7 +18,7 @@ use gestus_builder::{
     synth::{Options, corpus},
     translate::skeleton,
 };
-use gestus_core::{Config, Database, Pose, Stylizer, ik::Chain};
+use gestus_core::{Config, Database, Pose, Stylizer, body::two_bone_ik::Chain};
 use gestus_tests::motion;
 use nalgebra::Vector3;
 
@@ -93,7 +93,7 @@ fn a_target_out_of_reach_stretches_the_leg_and_breaks_nothing() {
         chain.place(&leg, target, 0.99 * chain.length(), &mut moved);
         assert!(moved.is_valid(21), "{target:?}");
         let stretched = Chain::of(&database, &leg, &moved);
-        let distance = gestus_core::ik::distance(stretched.hip, stretched.ankle);
+        let distance = gestus_core::body::two_bone_ik::distance(stretched.hip, stretched.ankle);
         assert!(distance <= 0.9901 * chain.length(), "{target:?}: {distance}");
     }
 }
@@ -395,6 +395,10 @@ fn the_body_follows_the_floor_smoothly() {
 
 #[test]
 fn the_state_stays_small() {
-    assert!(size_of::<gestus_core::lock::Lock>() <= 128, "{}", size_of::<gestus_core::lock::Lock>());
+    assert!(
+        size_of::<gestus_core::output::foot_lock::Lock>() <= 128,
+        "{}",
+        size_of::<gestus_core::output::foot_lock::Lock>()
+    );
     assert!(size_of::<Standard<'_>>() <= 24_576, "{}", size_of::<Standard<'_>>());
 }

@@ -13,11 +13,13 @@ use std::{fs, path::PathBuf};
 
 use gestus_core::{
     Config, Database, Digest, Method, Observer, Pose, Stylizer,
-    knn::Neighbor,
-    math::sin_cos,
-    quaternion::{self, exp},
-    regress::Ridge,
-    timing::Timing,
+    config::Timing,
+    math::{
+        quaternion::{self, exp},
+        sin_cos,
+    },
+    methods::mixture::regression::Ridge,
+    search::graph::Neighbor,
 };
 use gestus_tests::motion::{self, Size};
 

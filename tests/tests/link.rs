@@ -24,7 +24,7 @@ struct Counting {
 }
 
 impl Observer<J> for Counting {
-    fn searched(&mut self, _: usize, _: &[gestus_core::knn::Neighbor], _: f32) {
+    fn searched(&mut self, _: usize, _: &[gestus_core::search::graph::Neighbor], _: f32) {
         self.searched += 1;
     }
 }

@@ -129,7 +129,7 @@ fn running_statistics_follow_the_input() {
         });
         let all: Vec<[f32; 4]> = all.collect();
         let mean = gestus_builder::models::statistic::mean::recursive(all);
-        gestus_core::quaternion::angle(mean, target.joint(arm).0)
+        gestus_core::math::quaternion::angle(mean, target.joint(arm).0)
     };
     // Half a second is a lively estimate; the stored statistics are those of `normal`, arms down.
     let (running, stored) = (off(STATISTIC.halflife_s(3.0)), off(STATISTIC));

@@ -16,7 +16,7 @@ use gestus_builder::{
     stream::Request,
     translate::{Input, translate},
 };
-use gestus_core::{Config, Database, timing::Timing};
+use gestus_core::{Config, Database, config::Timing};
 
 fn root() -> PathBuf {
     std::env::var_os("GESTUS_DATA")

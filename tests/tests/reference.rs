@@ -6,7 +6,9 @@ use gestus_builder::{
     pair::Scheme,
     stream::{Request, stream},
 };
-use gestus_core::{Config, Database, Degraded, blob::layout::dof, regress::Ridge, timing::Timing};
+use gestus_core::{
+    Config, Database, Degraded, blob::layout::dof, config::Timing, methods::mixture::regression::Ridge,
+};
 use gestus_tests::{
     motion,
     reference::{self, Parameters, Step},

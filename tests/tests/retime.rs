@@ -8,7 +8,7 @@ use gestus_builder::{
 };
 use gestus_core::{
     ConfigError, Database, Pose,
-    retime::{Bounds, Retimer},
+    output::retime::{Bounds, Retimer},
 };
 use gestus_tests::motion;
 

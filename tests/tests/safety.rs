@@ -105,7 +105,7 @@ fn stale_input_eases_to_rest_and_comes_back() {
     let over = legs
         .iter()
         .map(|leg| {
-            let chain = gestus_core::ik::Chain::of(&database, leg, rest);
+            let chain = gestus_core::body::two_bone_ik::Chain::of(&database, leg, rest);
             (chain.ankle[1] - leg.heights[0]).min(chain.toe[1] - leg.heights[1])
         })
         .fold(f32::INFINITY, f32::min);

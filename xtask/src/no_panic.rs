@@ -135,15 +135,15 @@ const PROVED: [(&str, &str, &[&str]); 3] = [
         "Stylizer",
         "stylizer",
         &[
-            "core/src/effort.rs",
+            "core/src/stylizer/effort_dial.rs",
             "core/src/stylizer/configure.rs",
-            "core/src/stylizer/guard.rs",
+            "core/src/stylizer/fallback.rs",
             "core/src/stylizer/mod.rs",
             "core/src/stylizer/settings.rs",
         ],
     ),
-    ("Retimer", "retimer", &["core/src/retime.rs"]),
-    ("VisitCap", "cap", &["core/src/deadline.rs"]),
+    ("Retimer", "retimer", &["core/src/output/retime.rs"]),
+    ("VisitCap", "cap", &["core/src/output/visit_cap.rs"]),
 ];
 
 /// So would be a function of the core's types, or a parameter of its configuration.

@@ -14,11 +14,11 @@
 //! A pattern with a `/` is matched with the path below the folder, others with the file's name.
 //!
 //! ```
-//! use gestus_builder::annotate::{Config, Kind};
+//! use crate::annotate::{Config, Kind};
 //! let config = Config::parse(r#"patterns = ["{style}/{action}-{take}.bvh"]"#, "gestus.toml")?;
 //! let walk = config.annotate("proud/walk-7.bvh".as_ref())?;
 //! assert_eq!((walk.action.as_str(), walk.style.as_str(), walk.kind), ("walk", "proud", Kind::Gait));
-//! # Ok::<(), gestus_builder::annotate::AnnotateError>(())
+//! # Ok::<(), crate::annotate::AnnotateError>(())
 //! ```
 
 mod pattern;

@@ -25,7 +25,7 @@
 //! [`capture`](crate::capture) does the first step for files, and for folders of them.
 //!
 //! ```
-//! use gestus_builder::bvh::{Binding, Bvh, Options};
+//! use crate::bvh::{Binding, Bvh, Options};
 //! let text = "HIERARCHY ROOT Hips { OFFSET 0 90 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation
 //!   Yrotation JOINT Foot { OFFSET 0 -85 0 CHANNELS 3 Zrotation Xrotation Yrotation End Site { OFFSET 0 -5 20 } } }
 //!   MOTION

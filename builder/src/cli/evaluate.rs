@@ -15,7 +15,7 @@ use gestus_builder::{
     },
     load::load,
 };
-use gestus_core::{Database, retime::Bounds};
+use gestus_core::{Database, output::retime::Bounds};
 use serde_json::json;
 
 use super::build::Selection;

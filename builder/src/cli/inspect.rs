@@ -7,7 +7,7 @@ use gestus_builder::{export, wish::methods};
 use gestus_core::{
     Database, Effort,
     blob::layout::{ALIGNMENT, entry, section},
-    effort::{Dial, Labels},
+    stylizer::effort_dial::{Dial, Labels},
 };
 use serde_json::{Value, json};
 

@@ -1,5 +1,5 @@
 //! The effort dial: which mix of styles comes nearest to an Effort, tabled at the nodes of a grid for the core to look
-//! up (`gestus_core::effort`).
+//! up (`gestus_core::stylizer::effort_dial`).
 //!
 //! Two ways to fill the table. [`response::solve`](super::response::solve) measures: on the grid's lines through the
 //! rest, where one factor is turned alone, a node's mix is where outputs of the core showed the wanted change
@@ -232,7 +232,9 @@ impl Dial {
     pub fn filled(&self) -> f64 {
         let near = |node: &usize| {
             let (reached, wanted) = (self.reached(*node), place(&self.axes, *node));
-            (0..3).all(|k| (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::effort::TOLERANCE))
+            (0..3).all(|k| {
+                (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::stylizer::effort_dial::TOLERANCE)
+            })
         };
         (0..self.table.len()).filter(near).count() as f64 / self.table.len() as f64
     }

@@ -3,7 +3,7 @@
 //! A held-out clip is streamed to its own style, nothing labelled: the output is the input, so that its feet have a
 //! truth. The labels that vote come from other clips.
 
-use gestus_core::{Database, contact::DELAY_FRAMES};
+use gestus_core::{Database, methods::mixture::contact_votes::DELAY_FRAMES};
 use rayon::prelude::*;
 use serde_json::json;
 

@@ -304,7 +304,7 @@ fn unseen(corpus: &Corpus, model: &Model, tests: &[usize]) -> bool {
 }
 
 /// Targets of one factor that the dial reaches, the others at rest.
-fn targets(dial: &gestus_core::effort::Dial<'_>, factor: usize) -> Vec<f64> {
+fn targets(dial: &gestus_core::stylizer::effort_dial::Dial<'_>, factor: usize) -> Vec<f64> {
     let (low, high) = dial.range()[factor];
     let rest = dial.rest().factors();
     let at = |value: f32| {

@@ -6,8 +6,10 @@ use anyhow::{Result, bail};
 use gestus_core::{
     Config, Database,
     blob::layout::{MAX_FEATURES, MAX_JOINTS},
-    knn::{Limits, Metric, Searcher},
-    query::{ALIGNED, Window},
+    search::{
+        graph::{Limits, Metric, Searcher},
+        query::{ALIGNED, Window},
+    },
 };
 use serde_json::json;
 

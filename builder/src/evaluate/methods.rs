@@ -3,7 +3,7 @@
 use gestus_core::{
     Database,
     blob::{Counterpart, Moment},
-    knn::Neighbor,
+    search::graph::Neighbor,
 };
 
 use crate::{export, stream::Watcher};

@@ -1,7 +1,7 @@
 //! The output's time under each policy: how near to the style's own, and how far from the input's.
 
 use anyhow::{Context, Result};
-use gestus_core::{Database, retime::Bounds};
+use gestus_core::{Database, output::retime::Bounds};
 use rayon::prelude::*;
 use serde_json::json;
 

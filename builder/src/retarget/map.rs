@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gestus_core::{
     BlobError, Database, Pose,
     blob::{crc::crc32c, layout::MAX_JOINTS},
-    pose::{Anchor, to_pose},
+    body::pose::{Anchor, to_pose},
     retarget::{
         Map, fingerprint,
         layout::{self, MAX_SOURCES, header, joint, limb, record},

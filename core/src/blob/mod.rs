@@ -19,7 +19,10 @@ pub use manifest::{Manifest, Names};
 pub use models::{LinearModel, Numbers, Table, Unit};
 pub use pairs::{Counterpart, Moment};
 
-use crate::{BlobError, quaternion::Quaternion, quaternion::Vector};
+use crate::{
+    BlobError,
+    math::quaternion::{Quaternion, Vector},
+};
 use layout::{DEGREE, ENTRIES, section};
 use read::{Record, f32_at, floats, u16_at};
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     BlobError,
-    quaternion::{Quaternion, is_unit},
+    math::quaternion::{Quaternion, is_unit},
 };
 
 /// The numbers of a byte string, f32 after f32.

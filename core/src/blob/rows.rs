@@ -48,7 +48,7 @@ impl Database<'_> {
 
     /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps, to `put`. Returns the
     /// bytes read; `None`, with nothing done, where the rows are not of one block. Of an odd number of dofs the slot behind
-    /// the last, which a [`crate::regress::Example`] has, is given values that mean nothing.
+    /// the last, which a [`crate::methods::mixture::regression::Example`] has, is given values that mean nothing.
     #[inline]
     pub(crate) fn unpack<const N: usize, T>(
         &self,

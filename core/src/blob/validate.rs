@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     BlobError,
-    quaternion::{Quaternion, is_unit},
+    math::quaternion::{Quaternion, is_unit},
 };
 
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.

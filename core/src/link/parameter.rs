@@ -3,7 +3,11 @@
 //! Numbers are part of the protocol: a number's meaning never changes. Values travel as `f32`, which holds each of
 //! them exactly.
 
-use crate::{Config, ConfigError, Method, Safety, config::Yaw, regress::Ridge, timing::Timing};
+use crate::{
+    Config, ConfigError, Method, Safety,
+    config::{Timing, Yaw},
+    methods::mixture::regression::Ridge,
+};
 
 macro_rules! parameters {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {

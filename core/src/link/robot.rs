@@ -12,10 +12,9 @@ use serde::{Deserialize, Serialize};
 use super::{Board, Statistic};
 use crate::{
     ConfigError, Database, Observer, Pose, Report, Stage,
-    knn::Neighbor,
-    pose::Dofs,
-    query::Feature,
+    body::pose::Dofs,
     robot::{Drive, Driven, Robot, layout::MAX_HINGES},
+    search::{graph::Neighbor, query::Feature},
 };
 
 /// Bytes of a hinge on the line: its angle, f32, and its pulse, u16.

@@ -41,8 +41,8 @@ use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUP
 ///     // 505 bytes are needed.
 ///     Server::<_, 22, 40, 28, 400>::new(stylizer, ()).receive(0);
 /// }
-/// # let database = gestus_core::Database::open(&[]).unwrap();
-/// # serve(&mut Stylizer::new(database, gestus_core::Config::new()).unwrap());
+/// # let database = crate::Database::open(&[]).unwrap();
+/// # serve(&mut Stylizer::new(database, crate::Config::new()).unwrap());
 /// ```
 ///
 /// No sequence of bytes makes it panic or hang. A byte costs a bounded number of instructions: those of storing it,

@@ -1,10 +1,12 @@
 //! Two bones that reach for a point: hip, knee, ankle or shoulder, elbow, wrist. Knees and elbows keep the axis about
-//! which they are bent; the limb of [`crate::ik`], turned in the world.
+//! which they are bent; the limb of [`crate::body::two_bone_ik`], turned in the world.
 
 use crate::{
-    ik,
-    quaternion::{self, IDENTITY, Quaternion, Vector},
-    vector::{cross, dot, norm, subtract},
+    body::two_bone_ik,
+    math::{
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        vector::{cross, dot, norm, subtract},
+    },
 };
 
 /// A limb's reach in units of its length may not come nearer to straight than this: there the plane of its bend is
@@ -16,7 +18,7 @@ const NO_BEND: f32 = 1e-4;
 /// Where a limb `ours` has to reach, seen from its beginning, to point where `theirs` does and be bent as much:
 /// their reach scaled by length.
 pub fn scaled_reach(theirs: [Vector; 3], ours: [Vector; 3]) -> Vector {
-    let length = |[a, b, c]: [Vector; 3]| ik::distance(a, b) + ik::distance(b, c);
+    let length = |[a, b, c]: [Vector; 3]| two_bone_ik::distance(a, b) + two_bone_ik::distance(b, c);
     let whole = length(theirs);
     let scale = if whole > 1e-6 { length(ours) / whole } else { 0.0 };
     subtract(theirs[2], theirs[0]).map(|v| v * scale)
@@ -38,7 +40,7 @@ pub fn bend(upper: Vector, lower: Vector, side: Option<Vector>, goal: Vector) ->
     let is_bent = norm(bent) > NO_BEND * norm(upper) * norm(lower);
     let side = if is_bent && dot(bent, side) < 0.0 { side.map(|v| -v) } else { side };
     let whole = norm(upper) + norm(lower);
-    match ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
+    match two_bone_ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
         Some([swing, fold]) => [swing, quaternion::multiply(swing, fold)],
         None => [IDENTITY; 2],
     }
@@ -48,7 +50,7 @@ pub fn bend(upper: Vector, lower: Vector, side: Option<Vector>, goal: Vector) ->
 mod tests {
     use super::*;
 
-    use crate::vector::add;
+    use crate::math::vector::add;
 
     fn scaled(a: Vector, s: f32) -> Vector {
         a.map(|v| v * s)

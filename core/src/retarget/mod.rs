@@ -28,9 +28,11 @@ mod validate;
 use crate::{
     BlobError, ConfigError, Database,
     blob::{crc::crc32c, layout::section, read::Record},
-    pose::Pose,
-    quaternion::{self, IDENTITY, Quaternion, Vector},
-    vector::{add, subtract},
+    body::pose::Pose,
+    math::{
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        vector::{add, subtract},
+    },
 };
 use layout::{header, joint, limb as limb_bytes, record};
 

@@ -9,11 +9,12 @@ use super::{
 use crate::{
     ConfigError,
     blob::layout::MAX_JOINTS,
-    ik::about,
-    math::{abs, clamp},
-    pose::Pose,
-    quaternion::{self, IDENTITY, Quaternion, Vector},
-    vector::{add, subtract},
+    body::{pose::Pose, two_bone_ik::about},
+    math::{
+        abs, clamp,
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        vector::{add, subtract},
+    },
 };
 
 /// No servo is further from its middle, radians.

@@ -17,10 +17,13 @@
 //! arc tangents and cosines at most.
 
 use crate::{
-    ik::about,
-    math::{abs, acos, atan2, sqrt},
-    quaternion::{self, Quaternion, Vector},
-    vector::{cross, dot},
+    body::two_bone_ik::about,
+    math::{
+        abs, acos, atan2,
+        quaternion::{self, Quaternion, Vector},
+        sqrt,
+        vector::{cross, dot},
+    },
 };
 
 /// Angle about `axis` from `v` to `w`, and how well it is determined: the product of their distances from the axis.
@@ -192,7 +195,7 @@ mod tests {
         let bone = [0.0, 0.0, 1.0];
         let hinges = Hinges { count: 2, axes: [y, x, x], pointed: bone, ranges: FREE };
         for wanted in [unit([0.4, 0.2, 0.9]), unit([-0.8, -0.5, 0.3])] {
-            let turn = crate::ik::arc(bone, wanted);
+            let turn = crate::body::two_bone_ik::arc(bone, wanted);
             let q = hinges.solve(turn, [0.0; 3]);
             let got = quaternion::rotate(quaternion::multiply(about(y, q[0]), about(x, q[1])), bone);
             assert!(dot(got, wanted) > 0.999_99, "{wanted:?}: {got:?}");

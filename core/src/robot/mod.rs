@@ -26,7 +26,7 @@ pub use drive::{Drive, Driven};
 use crate::{
     BlobError, ConfigError, Database,
     blob::read::Record,
-    quaternion::{Quaternion, Vector},
+    math::quaternion::{Quaternion, Vector},
     retarget::fingerprint,
 };
 use hinges::Hinges;
@@ -200,7 +200,7 @@ impl<'r> Robot<'r> {
             hinges: Hinges {
                 count: usize::from(bytes.u8(group::COUNT)),
                 axes: [axis(0), axis(1), axis(2)],
-                pointed: crate::quaternion::rotate(zero, bytes.floats(group::POINTED)),
+                pointed: crate::math::quaternion::rotate(zero, bytes.floats(group::POINTED)),
                 ranges: [range(0), range(1), range(2)],
             },
         }

@@ -13,10 +13,12 @@
 
 use super::layout::MAX_CHAIN;
 use crate::{
-    ik::about,
-    math::clamp,
-    quaternion::{self, Quaternion, Vector},
-    vector::{add, cross, dot, subtract},
+    body::two_bone_ik::about,
+    math::{
+        clamp,
+        quaternion::{self, Quaternion, Vector},
+        vector::{add, cross, dot, subtract},
+    },
 };
 
 /// Steps at most.
@@ -104,7 +106,7 @@ fn solve(m: [[f32; 3]; 3], b: Vector) -> Vector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quaternion::IDENTITY;
+    use crate::math::quaternion::IDENTITY;
 
     /// Shoulder pitch and roll, elbow: an arm of 0.12 and 0.11 m that hangs.
     fn arm(angles: [f32; 3]) -> [Link; 3] {

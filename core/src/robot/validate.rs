@@ -11,7 +11,7 @@ use crate::{
         layout::{MAX_JOINTS, section},
         read::Record,
     },
-    quaternion::is_unit,
+    math::quaternion::is_unit,
 };
 
 const SECTION: u16 = section::ROBOT;

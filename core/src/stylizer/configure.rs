@@ -2,7 +2,7 @@
 //! at the other end of a link sets them all.
 
 use super::Stylizer;
-use crate::{Config, ConfigError, Method, settings::Settings};
+use crate::{Config, ConfigError, Method, stylizer::style_mix::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins

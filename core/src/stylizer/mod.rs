@@ -1,29 +1,33 @@
 //! One step: a pose in, the same pose in another style out.
 
 mod configure;
-mod guard;
+pub mod effort_dial;
+mod fallback;
 mod settings;
+pub mod style_mix;
 
-pub use guard::{MEND_S, Safety};
+pub use fallback::MEND_S;
 
-use guard::Guard;
+use fallback::Guard;
 
 use crate::{
     Config, ConfigError, Degraded, Method, Observer, Pose, Report,
     blob::{Database, layout::dof},
-    config::Yaw,
-    contact::Filter,
-    frame::{Frame, Signals},
-    limit::Limit,
-    lock::{self, Lock},
-    lti::Lti,
-    mar::Mar,
+    body::pose::{self, Anchor},
+    config::{Safety, Timing, Yaw},
     math::clamp,
+    methods::{
+        context::{Frame, Signals},
+        linear::Lti,
+        mixture::{contact_votes::Filter, step::Mar},
+        statistics::Statistic,
+    },
     observe::Stage,
-    pose::{self, Anchor},
-    settings::Settings,
-    statistic::Statistic,
-    timing::Timing,
+    output::{
+        foot_lock::{self, Lock},
+        speed_limit::Limit,
+    },
+    stylizer::style_mix::Settings,
 };
 
 /// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
@@ -258,7 +262,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     fn take_in(&mut self, input: &Pose<J>, first: bool) {
         if first {
             self.engine.begin(self.config.method);
-            let root = input.rotations.first().copied().unwrap_or(crate::quaternion::IDENTITY);
+            let root = input.rotations.first().copied().unwrap_or(crate::math::quaternion::IDENTITY);
             self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
         }
         self.input_anchor =
@@ -313,7 +317,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
         let on = self.config.contacts && root_strength > 0.0;
         if on || self.lock.is_engaged() {
-            let tuning = lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
+            let tuning =
+                foot_lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
             observer.stage(Stage::Lock);
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
             observer.stage(Stage::Rest);

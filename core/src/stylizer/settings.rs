@@ -1,10 +1,10 @@
-//! What a stylizer is told while it runs; every change is checked against the database first ([`crate::settings`]).
+//! What a stylizer is told while it runs; every change is checked against the database first ([`crate::stylizer::style_mix`]).
 
 use super::Stylizer;
 use crate::{
     ConfigError, Method,
     blob::layout::{MAX_GROUPS, MAX_STYLES},
-    settings::{MAX_OWN, MOST_STRENGTH, Own, StyleWeights, matches},
+    stylizer::style_mix::{MAX_OWN, MOST_STRENGTH, Own, StyleWeights, matches},
 };
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {

@@ -1,6 +1,6 @@
 //! Poses as C has them: flat arrays of numbers. And the digest of a stream of them.
 
-use gestus_core::{Digest, blob::layout::MAX_JOINTS, quaternion::Quaternion};
+use gestus_core::{Digest, blob::layout::MAX_JOINTS, math::quaternion::Quaternion};
 
 use crate::{
     memory::{self, Region, disjoint},

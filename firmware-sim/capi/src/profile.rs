@@ -2,7 +2,7 @@
 //! compiled.
 
 use gestus_core::{
-    ConfigError, Database, Effort, Pose, Report, Stylizer, link::parameter, quaternion::Quaternion,
+    ConfigError, Database, Effort, Pose, Report, Stylizer, link::parameter, math::quaternion::Quaternion,
 };
 
 use crate::{

@@ -2,10 +2,10 @@
 
 use gestus_core::{
     Config, Database, Digest, Effort, Method, Pose, Report, Safety, Stylizer,
-    regress::Ridge,
+    config::Timing,
+    methods::mixture::regression::Ridge,
     retarget::Map,
     robot::{Drive, Robot},
-    timing::Timing,
 };
 
 /// Calls everything, and makes one number of what comes back, so that nothing can be left out.

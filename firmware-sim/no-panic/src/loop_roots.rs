@@ -3,8 +3,10 @@
 
 use gestus_core::{
     Pose,
-    deadline::VisitCap,
-    retime::{Bounds, Retimer},
+    output::{
+        retime::{Bounds, Retimer},
+        visit_cap::VisitCap,
+    },
 };
 
 /// Pushes and ticks as numbers from outside say.

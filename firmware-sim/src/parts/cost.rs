@@ -23,7 +23,7 @@
 //! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
 use gestus_builder::stream::Request;
-use gestus_core::{Database, Report, Stage, contact};
+use gestus_core::{Database, Report, Stage, methods::mixture::contact_votes};
 
 /// Terms of the sums above.
 pub const TERMS: usize = 13;
@@ -124,7 +124,7 @@ pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Uni
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
     let mixes = outputs(database, request);
-    let voters = contact::voters(report.classes.len());
+    let voters = contact_votes::voters(report.classes.len());
     let examples: usize = each().sum();
     let work = Work {
         joints: number(counts.joints),

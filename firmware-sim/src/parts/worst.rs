@@ -18,7 +18,9 @@
 //! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
 
 use gestus_builder::stream::Request;
-use gestus_core::{Config, Database, contact::MOST_VOTERS, knn::MAX_VISITS};
+use gestus_core::{
+    Config, Database, methods::mixture::contact_votes::MOST_VOTERS, search::graph::MAX_VISITS,
+};
 
 use super::{
     cost::{Work, outputs, rows},
@@ -66,7 +68,7 @@ impl Shape {
             searched: vec![usize::MAX; classes],
             k,
             visits: usize::from(visits),
-            kept: gestus_core::mixture::MAX_KEPT,
+            kept: gestus_core::methods::mixture::weights::MAX_KEPT,
             mixes: vec![2],
         }
     }

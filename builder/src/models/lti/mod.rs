@@ -3,7 +3,7 @@
 //! Joints are independent: each is a system of its own from the input's dofs to the output's ([`n4sid`]), so that
 //! few numbers have to be found from few examples. The root is two: posture (height and tilt), and motion (ground
 //! velocities and yaw rate), and its motion drives the logarithm of the time warp too (section 4.2). Inputs and
-//! outputs are normalised, each on its own; an angle of the input that hardly moves counts as still. What is found is written by [`section`] and run by `gestus_core::lti`;
+//! outputs are normalised, each on its own; an angle of the input that hardly moves counts as still. What is found is written by [`section`] and run by `gestus_core::methods::linear`;
 //! [`clip`] runs it over a whole clip at once.
 
 pub mod clip;

@@ -3,7 +3,7 @@
 //! `θ_t = σ_r / σ_s (θ_s - θ̄_s) + θ̄_r`, angle by angle, in the order Z, X, Y; angles are taken near those of the frame
 //! before, so that they don't jump by themselves.
 
-use gestus_core::quaternion::Quaternion;
+use gestus_core::math::quaternion::Quaternion;
 use nalgebra::UnitQuaternion;
 
 use crate::{

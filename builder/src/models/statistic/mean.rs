@@ -8,7 +8,7 @@
 //!
 //! In `f32`, by the functions that the core streams with. Cost: one slerp a frame.
 
-use gestus_core::quaternion::{self, Quaternion, angle, slerp};
+use gestus_core::math::quaternion::{self, Quaternion, angle, slerp};
 
 /// Mean and standard deviation of rotations.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@
 
 use gestus_core::{
     blob::layout::{NONE, dof, statistic},
-    quaternion::Quaternion,
+    math::quaternion::Quaternion,
 };
 
 use super::mean::{self, Spread};

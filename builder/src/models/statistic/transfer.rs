@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use gestus_core::{
     blob::layout::dof,
-    quaternion::{self, Quaternion},
+    math::quaternion::{self, Quaternion},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -13,10 +13,12 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use gestus_core::{
     Database, Effort, Pose,
-    math::sin_cos,
-    quaternion::{Quaternion, normalize},
+    math::{
+        quaternion::{Quaternion, normalize},
+        sin_cos,
+    },
+    output::retime::{Bounds, Retimer},
     retarget::Map,
-    retime::{Bounds, Retimer},
     robot::{Drive, Robot},
 };
 use gestus_firmware::{
@@ -78,12 +80,17 @@ fn main() -> ! {
     count(&counter, "retarget_back", pose::<22>, |output| map.take_back(output, &like, &mut back));
     // A style that is faster and slower than its input by turns: every tick lies between two poses.
     let step_s = |frame: usize| if frame % 40 < 20 { 0.026 } else { 0.042 };
-    count(&counter, "retiming", |frame| (pose::<22>(frame), step_s(frame)), |(output, step_s)| {
-        retimer.push(output, *step_s);
-        while retimer.is_due() {
-            let _ = black_box(retimer.tick(&mut body));
-        }
-    });
+    count(
+        &counter,
+        "retiming",
+        |frame| (pose::<22>(frame), step_s(frame)),
+        |(output, step_s)| {
+            retimer.push(output, *step_s);
+            while retimer.is_due() {
+                let _ = black_box(retimer.tick(&mut body));
+            }
+        },
+    );
     count(&counter, "servo", pose::<22>, |output| {
         let _ = black_box(drive.step(output));
         for hinge in 0..robot.hinges() {
@@ -91,10 +98,15 @@ fn main() -> ! {
         }
     });
     let (rows, mut dofs) = (database.counts().rows, [0.0; 96]);
-    count(&counter, "row_decode", |frame| frame * rows / FRAMES, |row| {
-        database.decode(*row, &mut dofs);
-        black_box(&dofs);
-    });
+    count(
+        &counter,
+        "row_decode",
+        |frame| frame * rows / FRAMES,
+        |row| {
+            database.decode(*row, &mut dofs);
+            black_box(&dofs);
+        },
+    );
     if let Some(dial) = database.dial() {
         let target = |frame: usize| {
             let (flow, weight) = sin_cos(0.1 * frame as f32);

@@ -25,7 +25,7 @@ use crate::{
         layout::{dof, flag},
     },
     math::clamp,
-    regress::{X, X_PREV},
+    methods::mixture::regression::{X, X_PREV},
 };
 
 /// Seconds τ by which rates of leg dofs count against the dofs.

@@ -1,6 +1,6 @@
 //! Vectors of three numbers: metres, metres a second, or directions.
 
-use crate::{math::sqrt, quaternion::Vector};
+use crate::math::{quaternion::Vector, sqrt};
 
 /// `a + b`.
 #[inline]

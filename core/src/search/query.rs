@@ -16,10 +16,8 @@ use crate::{
         Database,
         layout::{MAX_FEATURES, MAX_GROUPS, MAX_WINDOW, query},
     },
-    math::sqrt,
-    pose::Pose,
-    quaternion::Vector,
-    skeleton,
+    body::{kinematics, pose::Pose},
+    math::{quaternion::Vector, sqrt},
 };
 
 /// A feature: the first F of its numbers are in use. Metres, weighted.
@@ -59,7 +57,7 @@ impl<const J: usize> Window<J> {
     #[inline(never)]
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
-        skeleton::positions(database, pose, &mut self.clouds[place]);
+        kinematics::positions(database, pose, &mut self.clouds[place]);
         if !self.filled {
             let cloud = self.clouds[place];
             self.clouds.fill(cloud);

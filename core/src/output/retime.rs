@@ -1,6 +1,6 @@
 //! From poses on the output style's own time to exactly one pose a tick.
 //!
-//! A step says how long its pose takes in the output style ([`crate::timing`]); a servo bus or a display wants one pose a
+//! A step says how long its pose takes in the output style ([`crate::methods::mixture::step_time`]); a servo bus or a display wants one pose a
 //! tick, at its own rate, for as long as there is input. A [`Retimer`] stands between them. It keeps the last few poses
 //! and a playhead among them, which moves at the predicted speed while its lag behind the input (a lead, where it is
 //! negative) stays within bounds, and is eased back:
@@ -27,7 +27,11 @@
 //!
 //! Source: METHODS, "Output time".
 
-use crate::{ConfigError, math::clamp, pose::Pose, quaternion};
+use crate::{
+    ConfigError,
+    body::pose::Pose,
+    math::{clamp, quaternion},
+};
 
 /// Time constant of the way back to no lag, seconds.
 const RETURN_S: f32 = 2.0;

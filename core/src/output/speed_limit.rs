@@ -18,10 +18,13 @@
 
 use crate::{
     blob::layout::dof,
-    math::{abs, acos, clamp, sin_cos},
-    pose::Pose,
-    quaternion::{Quaternion, Vector, between, exp, slerp},
-    vector::norm,
+    body::pose::Pose,
+    math::{
+        abs, acos, clamp,
+        quaternion::{Quaternion, Vector, between, exp, slerp},
+        sin_cos,
+        vector::norm,
+    },
 };
 
 /// What the input has shown is remembered for this long at least, seconds, and for twice as long at most.
@@ -116,7 +119,7 @@ pub(crate) fn turned(before: &Vector, now: &Vector) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quaternion::{IDENTITY, angle};
+    use crate::math::quaternion::{IDENTITY, angle};
 
     fn dofs(joint: [f32; 3]) -> [f32; 10] {
         let mut dofs = [0.0; 10];

@@ -17,8 +17,11 @@
 
 use crate::{
     blob::{Database, layout::dof},
-    math::{atan2, sin_cos, wrap_angle},
-    quaternion::{self, IDENTITY, Quaternion, Vector},
+    math::{
+        atan2,
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        sin_cos, wrap_angle,
+    },
 };
 
 /// A pose: metres and unit quaternions `[x, y, z, w]`, right-handed, Y up.

@@ -2,9 +2,11 @@
 
 use crate::{
     blob::Database,
-    pose::Pose,
-    quaternion::{self, IDENTITY, Quaternion, Vector},
-    vector::add,
+    body::pose::Pose,
+    math::{
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        vector::add,
+    },
 };
 
 /// World positions of the joints, metres, shape `[joints]` (the first of `positions`; the rest is left alone).

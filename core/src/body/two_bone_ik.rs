@@ -15,10 +15,13 @@
 
 use crate::{
     blob::{Database, Leg},
-    math::{acos, atan2, sin_cos, sqrt},
-    pose::Pose,
-    quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
-    vector::{add, cross, dot, norm, subtract},
+    body::pose::Pose,
+    math::{
+        acos, atan2,
+        quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
+        sin_cos, sqrt,
+        vector::{add, cross, dot, norm, subtract},
+    },
 };
 
 /// Squared length under which a direction is none, metres² (or its square).

@@ -5,25 +5,13 @@
 //! "Timing prediction"). It looks at few dofs, those that the database names. The kernel's width follows the
 //! neighbors: a multiple of their mean squared distance.
 //!
-//! What to do with the step is the caller's policy: [`Timing`].
+//! What to do with the step is the caller's policy: [`crate::config::Timing`].
 
 use crate::{
     blob::{Database, layout::MAX_TIMING},
     math::exp,
-    regress::{X, X_PREV, Y, Y_PREV},
+    methods::mixture::regression::{X, X_PREV, Y, Y_PREV},
 };
-
-/// Policy for the output's time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Timing {
-    /// Poses carry their predicted time stamps: the output runs on its own timeline. For files.
-    #[default]
-    Free,
-    /// One pose in, one pose out, played at the input's rate. The root still covers the ground of the predicted
-    /// step, so that feet stay where the pose has them. For robots.
-    Sync,
-}
 
 /// A dof of the timing metric, and what is asked of it. In quantisation steps, as examples are.
 #[derive(Debug, Clone, Copy)]
@@ -97,7 +85,7 @@ impl<const K: usize> Steps<K> {
         self.count = 0;
     }
 
-    /// Takes in a neighbor; `variables` as in [`crate::regress::Example`].
+    /// Takes in a neighbor; `variables` as in [`crate::methods::mixture::regression::Example`].
     pub fn add(&mut self, variables: &[[f32; 4]], step_s: f32) {
         let Some(memory) = self.memories.get_mut(self.count) else { return };
         self.count += 1;

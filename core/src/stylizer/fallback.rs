@@ -19,13 +19,14 @@ use super::Stylizer;
 use crate::{
     Degraded, Pose, Report,
     blob::layout::dof,
-    ik::Chain,
-    limit::{maps, turned},
-    lock::lowest,
-    math::{abs, clamp, exp},
-    pose::Anchor,
-    quaternion,
-    retime::interpolate,
+    body::{pose::Anchor, two_bone_ik::Chain},
+    config::Safety,
+    math::{abs, clamp, exp, quaternion},
+    output::{
+        foot_lock::lowest,
+        retime::interpolate,
+        speed_limit::{maps, turned},
+    },
 };
 
 /// How long the way back from a fault takes, seconds.
@@ -41,25 +42,6 @@ const ON_FLOOR_M: f32 = 0.01;
 const JOINT_SPEED: f32 = 40.0;
 const HEADING_SPEED: f32 = 20.0;
 const ROOT_SPEED: f32 = 15.0;
-
-/// What is put out where the input fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Safety {
-    /// The output takes on the input's posture at once, leaps included, and is moved on the ground as the model would move
-    /// it: by ρ of a leap. Where there is no input the last output is held.
-    #[default]
-    Follow,
-    /// The last output is held; the way back is eased.
-    Hold,
-    /// The output is eased to rest, the database's mean pose on the floor; the way back is eased.
-    Rest,
-}
-
-impl Safety {
-    /// Every policy, in the order of the protocol's numbers.
-    pub const ALL: [Self; 3] = [Self::Follow, Self::Hold, Self::Rest];
-}
 
 /// How far the joint of a dof has turned, radians: maps flip at half a turn, where rotations do not.
 #[cold]

@@ -1,10 +1,10 @@
 //! The mixture of local autoregressive models: the method of paper 000, one frame at a time.
 //!
-//! The window of poses becomes a search feature ([`crate::query`]); every class that the labels allow gives its
-//! nearest frames ([`crate::knn`]) and a proportion ([`crate::mixture`]); the neighbors of the classes kept are
-//! unpacked with their counterparts in the output style ([`crate::examples`]) and fitted ([`crate::regress`]);
-//! what each class predicts is summed by its proportion, and so are the time step ([`crate::timing`]) and the
-//! contacts ([`crate::contact`]).
+//! The window of poses becomes a search feature ([`crate::search::query`]); every class that the labels allow gives its
+//! nearest frames ([`crate::search::graph`]) and a proportion ([`crate::methods::mixture::weights`]); the neighbors of the classes kept are
+//! unpacked with their counterparts in the output style ([`crate::methods::mixture::examples`]) and fitted ([`crate::methods::mixture::regression`]);
+//! what each class predicts is summed by its proportion, and so are the time step ([`crate::methods::mixture::step_time`]) and the
+//! contacts ([`crate::methods::mixture::contact_votes`]).
 //!
 //! Cost: the searches (visits a class), then two to three rows unpacked a neighbor and one 4 × 4 solve a dof for
 //! each class kept. `docs/PERFORMANCE.md` has the instructions by stage.
@@ -14,16 +14,22 @@ use heapless::Vec;
 use crate::{
     Degraded, Observer, Pose, Report,
     blob::layout::dof,
-    contact::{self, Votes},
-    examples,
-    frame::{Frame, Signals},
-    knn::{Limits, MAX_VISITS, Metric, Searcher},
     math::clamp,
-    mixture::{self, Share},
+    methods::{
+        context::{Frame, Signals},
+        mixture::{
+            contact_votes::{self, Votes},
+            examples,
+            regression::{Examples, Parameters, ROOM},
+            step_time::Steps,
+            weights::{self, Share},
+        },
+    },
     observe::Stage,
-    query::{ALIGNED, Window},
-    regress::{Examples, Parameters, ROOM},
-    timing::Steps,
+    search::{
+        graph::{Limits, MAX_VISITS, Metric, Searcher},
+        query::{ALIGNED, Window},
+    },
 };
 
 /// Most classes of a frame in which the classes are searched anew: what bounds the worst frame.
@@ -148,7 +154,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         // A stream that begins or has jumped searches twice as long, and its classes hardly differ yet.
         let anew = 2 * jumps.iter().filter(|j| **j).count() > classes || frame.first;
         let most = if anew { most.min(CLASSES_ANEW) } else { most };
-        let cut = mixture::proportions(means, config.delta, config.prune, most, &mut report.classes);
+        let cut = weights::proportions(means, config.delta, config.prune, most, &mut report.classes);
         report.degraded.set(Degraded::CLASSES, cut);
         // Far classes are found anew all the time; that counts where it is heard.
         let jumped = report.classes.iter().any(|s| jumps.get(usize::from(s.class)).copied().unwrap_or(false));
@@ -211,7 +217,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
         let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
         observer.stage(Stage::Contacts);
         let legs = database.legs();
-        let mut asked = [contact::Asked::NOTHING; 2];
+        let mut asked = [contact_votes::Asked::NOTHING; 2];
         for (asked, leg) in asked.iter_mut().zip(legs.iter().flatten()).filter(|_| votes.asked > 0) {
             asked.ask(database, leg, x, x_prev);
         }
@@ -238,7 +244,7 @@ impl<const J: usize, const K: usize, const C: usize> Mar<J, K, C> {
                     // A blob that names no legs: the whole body.
                     [metric.distance2(database.feature(row)); 2]
                 };
-                let label = contact::label(database, row, read.stands, strength);
+                let label = contact_votes::label(database, row, read.stands, strength);
                 votes.add(label, distances, share.proportion);
             }
             observer.stage(Stage::Timing);

@@ -1,7 +1,7 @@
 //! Feet that stand stay where they are.
 //!
 //! A regression moves the feet of its output a few centimetres while they should stand. Here, behind the prediction and
-//! without a look ahead, each foot that stands ([`crate::contact`]) is held by the joint that carries it, heel (ankle) or
+//! without a look ahead, each foot that stands ([`crate::methods::mixture::contact_votes`]) is held by the joint that carries it, heel (ankle) or
 //! toes, whichever is lower:
 //!
 //! 1. At foot-down the place where the foot has come down is remembered; nothing moves yet. From then on the foot's
@@ -15,7 +15,7 @@
 //!    that has come further than `release_m` from where the prediction has it does not slide there but **steps**: it is
 //!    lifted a little, stands on nothing meanwhile, and is held again when it has come down.
 //! 5. No foot goes through the floor, in the air or held: what is lower than 1 cm under where it stands is lifted.
-//! 6. Each leg meets its target by [`crate::ik`].
+//! 6. Each leg meets its target by [`crate::body::two_bone_ik`].
 //!
 //! The prediction fed back stays as it was: this is on the way out alone.
 //! Source: paper 000, section 6; Kovar, Schreiner and Gleicher 2002 ("Footskate cleanup"), in a causal form.
@@ -23,11 +23,13 @@
 
 use crate::{
     blob::{Database, Leg},
-    ik::Chain,
-    math::{clamp, exp, sqrt},
-    pose::Pose,
-    quaternion::{IDENTITY, Vector, rotate},
-    vector::{add, norm, subtract},
+    body::{pose::Pose, two_bone_ik::Chain},
+    math::{
+        clamp, exp,
+        quaternion::{IDENTITY, Vector, rotate},
+        sqrt,
+        vector::{add, norm, subtract},
+    },
 };
 
 /// Time constant of the root's own correction of its speed, seconds of standing, and the most that it comes to, m/s.

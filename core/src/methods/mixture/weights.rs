@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use crate::{math::exp, sorted::insert};
+use crate::{math::exp, search::top_k::insert};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;

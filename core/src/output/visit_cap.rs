@@ -8,7 +8,7 @@
 //!
 //! The core has no clock: the caller measures, in ticks of whatever timer there is. `docs/PORTING.md` has the loop.
 
-use crate::{ConfigError, knn::MAX_VISITS};
+use crate::{ConfigError, search::graph::MAX_VISITS};
 
 /// Least cap: fewer visits find too few neighbors.
 pub const LEAST_VISITS: u16 = 64;

@@ -10,9 +10,11 @@
 
 use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
-    contact::Stands,
-    regress::{X, X_PREV, Y, Y_PREV},
-    settings::Mix,
+    methods::mixture::{
+        contact_votes::Stands,
+        regression::{X, X_PREV, Y, Y_PREV},
+    },
+    stylizer::style_mix::Mix,
 };
 
 /// Longest run of rows that is unpacked at once.
@@ -43,7 +45,7 @@ pub(crate) struct Read {
 }
 
 /// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their weights in
-/// `mix`; `variables` as in [`crate::regress::Example`].
+/// `mix`; `variables` as in [`crate::methods::mixture::regression::Example`].
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
 pub(crate) fn read(

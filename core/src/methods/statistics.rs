@@ -25,11 +25,14 @@ use crate::{
         Database, Table,
         layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
-    frame::{Frame, Signals},
-    math::{clamp, exp, sqrt},
-    quaternion::{self, IDENTITY, Quaternion, Vector},
-    settings::Settings,
-    vector::norm,
+    math::{
+        clamp, exp,
+        quaternion::{self, IDENTITY, Quaternion, Vector},
+        sqrt,
+        vector::norm,
+    },
+    methods::context::{Frame, Signals},
+    stylizer::style_mix::Settings,
 };
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.

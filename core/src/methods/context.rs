@@ -1,7 +1,7 @@
 //! What every method of translation is given of a frame, and where it puts its answer: the methods know this and no
 //! stylizer, the stylizer knows the methods.
 
-use crate::{Config, blob::Database, pose::Dofs, settings::Settings};
+use crate::{Config, blob::Database, body::pose::Dofs, stylizer::style_mix::Settings};
 
 /// What stays the same through a frame.
 #[derive(Clone, Copy)]

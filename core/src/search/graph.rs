@@ -19,8 +19,7 @@ use crate::{
         Class, Database,
         layout::{MAX_FEATURES, NONE, flag},
     },
-    query::Feature,
-    sorted::insert,
+    search::{query::Feature, top_k::insert},
 };
 
 /// Most frames in the pool.

@@ -24,9 +24,9 @@ use crate::{
         LinearModel,
         layout::{MAX_ORDER, dof},
     },
-    frame::{Frame, Signals},
     math::{clamp, erf, exp, pow},
-    sorted::insert,
+    methods::context::{Frame, Signals},
+    search::top_k::insert,
 };
 
 /// Most models that are blended.

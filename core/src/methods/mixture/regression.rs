@@ -36,7 +36,7 @@
 use crate::{
     blob::layout::dof,
     math::{abs, clamp, sqrt},
-    ridge::System,
+    methods::mixture::ridge::System,
 };
 
 /// Whether the ridge sees radians and metres, or dofs divided by their standard deviation.

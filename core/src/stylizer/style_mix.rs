@@ -11,7 +11,7 @@
 //! with s* the strength that was set: half of a change is there after 0.21 s, 95% after [`STRENGTH_S`]. A stream begins
 //! with its strengths as they were set. Cost: one exponential and a dozen operations a group and frame, none at rest.
 //!
-//! **Styles of joint groups.** A group takes its outputs from the body's styles or from its own ([`Mix`]): the regression,
+//! **Styles of joint groups.** A group takes its outputs from the body's styles or from its own (`Mix`): the regression,
 //! which looks at each dof alone, is then done once for each different mix. The time step, the root and the feet that
 //! stand follow the root's group.
 

@@ -1,0 +1,9 @@
+//! The mixture of local autoregressive models (Xia 2015, section 5), in the order of a frame: `step` calls the rest.
+
+pub mod contact_votes;
+pub(crate) mod examples;
+pub mod regression;
+pub mod ridge;
+pub(crate) mod step;
+pub mod step_time;
+pub mod weights;
