@@ -30,6 +30,7 @@ pub mod motion;
 pub mod outputs;
 pub mod pack;
 pub mod pair;
+pub mod parameters;
 pub mod register;
 pub mod report;
 pub mod retarget;

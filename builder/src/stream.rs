@@ -241,7 +241,7 @@ pub fn stream_told(
     watcher: &mut impl Watcher,
 ) -> Result<Streamed, ConfigError> {
     let counts = database.counts();
-    if counts.joints <= 22 && counts.classes <= 28 && request.config.neighborhood().0 <= 40 {
+    if counts.joints <= 22 && counts.classes <= 28 && request.config.k <= 40 {
         run::<22, 40, 28>(database, clip, request, actions, watcher)
     } else {
         run::<{ layout::MAX_JOINTS }, 64, MOST_CLASSES>(database, clip, request, actions, watcher)

@@ -42,7 +42,7 @@ impl Trace {
         let counts = database.counts();
         Self {
             classes: counts.classes,
-            k: usize::from(request.config.neighborhood().0),
+            k: usize::from(request.config.k),
             features: counts.features,
             dofs: counts.dofs,
             first_rows: database.classes().map(|c| c.first_row).collect(),
@@ -104,9 +104,6 @@ impl Trace {
 fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
     let counts = database.counts();
     let config = &request.config;
-    let (k, delta) = config.neighborhood();
-    let (ridge, lambda) = config.ridge_lambda();
-    let (kappa, rho) = config.bias();
     let total: f32 = request.style.iter().map(|s| s.1).sum();
     let mut weights = vec![0.0; counts.styles];
     for &(style, weight) in &request.style {
@@ -116,31 +113,23 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         |group: usize| request.strength.iter().rev().find(|s| usize::from(s.0) == group).map_or(1.0, |s| s.1);
     let searched = |group: usize| u8::from(!request.masked.iter().any(|&m| usize::from(m) == group));
     json!({
-        "method": match config.method_chosen() {
-            gestus_core::Method::Mar => "mar",
-            gestus_core::Method::Lti => "lti",
-            gestus_core::Method::Statistic => "statistic",
-        },
-        "k": k,
-        "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(k))).collect::<Vec<_>>(),
-        "lambda": lambda,
-        "ridge_mode": match ridge { gestus_core::methods::mixture::regression::Ridge::Raw => "raw", gestus_core::methods::mixture::regression::Ridge::Normalised => "norm" },
-        "feedback": config.feedback_penalty(),
-        "output_kappa": config.output_interval(),
-        "delta": delta,
-        "kappa": kappa,
-        "rho": rho,
+        "method": config.method.name(),
+        "k": config.k,
+        "k_per_class": database.classes().map(|c| c.k_cap.min(usize::from(config.k))).collect::<Vec<_>>(),
+        "lambda": config.lambda,
+        "ridge_mode": config.ridge.name(),
+        "feedback": config.feedback,
+        "output_kappa": config.output_kappa,
+        "delta": config.delta,
+        "kappa": config.kappa,
+        "rho": config.rho,
         "style_weights": weights,
         "group_styles": request.group_styles,
         "strength": (0..counts.dofs).map(|d| strength(database.group_of_dof(d))).collect::<Vec<_>>(),
         "metric_mask": (0..counts.features).map(|f| searched(database.feature_group(f))).collect::<Vec<_>>(),
         "action": request.action,
         "input_style": request.input_style,
-        "timing": match (request.bounds, config.timing_policy()) {
-            (Some(_), _) => "bounded",
-            (None, gestus_core::config::Timing::Free) => "free",
-            (None, gestus_core::config::Timing::Sync) => "sync",
-        },
+        "timing": if request.bounds.is_some() { "bounded" } else { config.timing.name() },
     })
 }
 

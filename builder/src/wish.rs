@@ -5,16 +5,16 @@ use std::convert::Infallible;
 use anyhow::{Context, Result, bail};
 use clap::Arg;
 use gestus_core::{
-    Config, ConfigError, Database, Effort, MAX_OWN, Method, Safety,
+    Config, ConfigError, Database, Effort, MAX_OWN, Method,
     blob::Names,
-    config::Timing,
-    methods::mixture::regression::Ridge,
+    config::{Ridge, Timing},
     output::retime::{Bounds, Retimer},
     stylizer::effort_dial::Labels,
 };
 
 use crate::{
     effort,
+    parameters::ParameterArgs,
     stream::{REMEMBERED, Request},
 };
 
@@ -38,50 +38,6 @@ pub fn lenient(option: Arg) -> Arg {
     let option = option.allow_negative_numbers(true);
     if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
 }
-
-/// A parameter that is a number: its option, the method that looks at it, what the core takes, and where it goes.
-struct Parameter {
-    option: &'static str,
-    /// `None`: every method.
-    of: Option<Method>,
-    least: f32,
-    greatest: f32,
-    /// Said where a value is refused, if the bounds don't say all.
-    words: &'static str,
-    asked: fn(&WishArgs) -> Option<f32>,
-    put: fn(Config, f32) -> Config,
-}
-
-impl Parameter {
-    /// A value, where the core takes it.
-    fn checked(&self, value: f32) -> Result<f32> {
-        let Self { option, least, greatest, words, .. } = self;
-        let off = *option == "--speed-limit" && value == 0.0;
-        if !(off || (*least..=*greatest).contains(&value)) {
-            bail!("{option} {value}: from {least} to {greatest}{words}");
-        }
-        Ok(value)
-    }
-}
-
-/// Every one of them; the ranges are those of `gestus_core`, which names none of them in its errors. `--k` goes with every
-/// method: a board refuses more neighbors than it has room for, whether or not it looks for any.
-#[rustfmt::skip]
-const PARAMETERS: [Parameter; 13] = [
-    Parameter { option: "--speed-limit", of: None, least: 1.0, greatest: 100.0, words: ", or 0 for no limit", asked: |w| w.speed_limit, put: Config::speed_limit },
-    Parameter { option: "--k", of: None, least: 1.0, greatest: 64.0, words: "", asked: |w| w.k.map(f32::from), put: |c, v| c.k(v as u16) },
-    Parameter { option: "--visits", of: Some(Method::Mar), least: 64.0, greatest: 448.0, words: "", asked: |w| w.visits.map(f32::from), put: |c, v| c.visits(v as u16) },
-    Parameter { option: "--lambda", of: Some(Method::Mar), least: 1e-9, greatest: 1e6, words: "", asked: |w| w.lambda, put: Config::lambda },
-    Parameter { option: "--feedback", of: Some(Method::Mar), least: 1e-3, greatest: 1e6, words: "", asked: |w| w.feedback, put: Config::feedback },
-    Parameter { option: "--output-kappa", of: Some(Method::Mar), least: 0.0, greatest: 1e6, words: "", asked: |w| w.output_kappa, put: Config::output_kappa },
-    Parameter { option: "--delta", of: Some(Method::Mar), least: 1e-3, greatest: 1e3, words: "", asked: |w| w.delta, put: Config::delta },
-    Parameter { option: "--prune", of: Some(Method::Mar), least: 0.0, greatest: 1.0 - f32::EPSILON / 2.0, words: ", less than 1", asked: |w| w.prune, put: Config::prune },
-    Parameter { option: "--kappa", of: Some(Method::Mar), least: 0.0, greatest: 1e6, words: "", asked: |w| w.kappa, put: Config::kappa },
-    Parameter { option: "--rho", of: Some(Method::Mar), least: 0.0, greatest: 1.0, words: "", asked: |w| w.rho, put: Config::rho },
-    Parameter { option: "--confidence", of: Some(Method::Lti), least: 1e-3, greatest: 1e6, words: "", asked: |w| w.confidence, put: Config::confidence },
-    Parameter { option: "--preference", of: Some(Method::Lti), least: 1e-3, greatest: 1e3, words: "", asked: |w| w.preference, put: Config::preference },
-    Parameter { option: "--halflife", of: Some(Method::Statistic), least: 0.0, greatest: 1e6, words: " seconds", asked: |w| w.halflife, put: Config::halflife_s },
-];
 
 /// Style, labels and parameters, in words.
 #[derive(clap::Args, Clone, Debug)]
@@ -115,15 +71,9 @@ pub struct WishArgs {
     /// With --timing bounded: most seconds by which a pose may come late, 0.2 where left out
     #[arg(long)]
     lag: Option<f32>,
-    /// What is put out where the input is no pose or leaps: follow, hold (the last output) or rest (ease to it)
-    #[arg(long, default_value = "follow")]
-    safety: String,
     /// Leave feet as they come out: those that stand are not held
     #[arg(long)]
     no_contact: bool,
-    /// How many times the input's fastest joint of the last seconds a joint of the output may turn; 0: no limit
-    #[arg(long)]
-    speed_limit: Option<f32>,
     /// Joint groups that the search leaves out, as the database names them: body, left-arm, right-arm
     #[arg(long, value_delimiter = ',')]
     mask: Vec<String>,
@@ -137,46 +87,12 @@ pub struct WishArgs {
     /// Named parameters to start from: default, paper or normalised
     #[arg(long, default_value = "default")]
     preset: String,
-    /// Neighbors a class
-    #[arg(long)]
-    k: Option<u16>,
-    /// Most distances of a class's search, a frame: what bounds the worst frame
-    #[arg(long)]
-    visits: Option<u16>,
-    /// Weight of the ridge
-    #[arg(long)]
-    lambda: Option<f32>,
     /// Variables of the ridge: raw or norm. norm comes with lambda 1, where neither --lambda nor --preset normalised says
     /// another
     #[arg(long)]
     ridge: Option<String>,
-    /// How many times lambda the coefficient of the last output is penalised with
-    #[arg(long)]
-    feedback: Option<f32>,
-    /// Half width of the interval about its neighbors' mean that an output lies in, in deviations of the dof
-    #[arg(long)]
-    output_kappa: Option<f32>,
-    /// Width of the mixing kernel
-    #[arg(long)]
-    delta: Option<f32>,
-    /// Weight of classes that may be dropped
-    #[arg(long)]
-    prune: Option<f32>,
-    /// Half width of the interval of trust, in standard deviations
-    #[arg(long)]
-    kappa: Option<f32>,
-    /// How much of what lies outside is kept
-    #[arg(long)]
-    rho: Option<f32>,
-    /// lti: standard deviations within which the model is trusted (kc)
-    #[arg(long)]
-    confidence: Option<f32>,
-    /// lti: how sharply it gives way to the input beyond (kp)
-    #[arg(long)]
-    preference: Option<f32>,
-    /// statistic: half-life of the input's running statistics, seconds; 0: those stored
-    #[arg(long)]
-    halflife: Option<f32>,
+    #[command(flatten)]
+    parameters: ParameterArgs,
 }
 
 impl WishArgs {
@@ -202,29 +118,18 @@ impl WishArgs {
         }
         .timing(policy)
         .method(method(name, database)?)
-        .contacts(!self.no_contact)
-        .safety(match self.safety.as_str() {
-            "follow" => Safety::Follow,
-            "hold" => Safety::Hold,
-            "rest" => Safety::Rest,
-            other => bail!("--safety {other}: follow, hold or rest"),
-        });
+        .contacts(!self.no_contact);
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
                 // A preset that has it has a weight for it.
-                "norm" if config.ridge_lambda().0 == Ridge::Normalised => config,
+                "norm" if config.ridge == Ridge::Normalised => config,
                 "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
                 other => bail!("--ridge {other}: raw or norm"),
             };
         }
-        self.check_use(config.method_chosen())?;
-        for parameter in PARAMETERS {
-            if let Some(value) = (parameter.asked)(self) {
-                config = (parameter.put)(config, parameter.checked(value)?);
-            }
-        }
-        Ok(config)
+        self.check_use(config.method)?;
+        self.parameters.apply(config)
     }
 
     /// Refuses options that would do nothing with this method and timing.
@@ -237,17 +142,11 @@ impl WishArgs {
                 return refused(option, "--timing bounded");
             }
         }
-        let numbers = PARAMETERS.iter().map(|p| (p.option, (p.asked)(self).is_some(), p.of));
-        let others = [
-            ("--mask", !self.mask.is_empty(), Some(Method::Mar)),
-            ("--ridge", self.ridge.is_some(), Some(Method::Mar)),
-        ];
-        for (option, given, of) in numbers.chain(others) {
-            if let Some((name, _)) = METHODS.iter().find(|(_, m)| given && Some(*m) == of && *m != method) {
-                return refused(option, &format!("--method {name}"));
-            }
+        let others = [("--mask", !self.mask.is_empty()), ("--ridge", self.ridge.is_some())];
+        match others.into_iter().find(|(_, given)| *given && method != Method::Mar) {
+            Some((option, _)) => refused(option, "--method mar"),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Bounds of the output's time, where they are asked for.
@@ -349,18 +248,14 @@ impl WishArgs {
     }
 }
 
-/// The methods that a pose at a time comes from, by name.
-const METHODS: [(&str, Method); 3] =
-    [("mar", Method::Mar), ("lti", Method::Lti), ("statistic", Method::Statistic)];
-
 /// Names of the methods that a database holds what is needed for.
 pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
-    METHODS.iter().filter(|(_, method)| method.is_held_by(database)).map(|(name, _)| *name).collect()
+    Method::ALL.into_iter().filter(|method| method.is_held_by(database)).map(Method::name).collect()
 }
 
 /// The method of a name, where the database holds it.
 fn method(name: &str, database: &Database<'_>) -> Result<Method> {
-    let Some(&(_, method)) = METHODS.iter().find(|(known, _)| *known == name) else {
+    let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
         bail!("--method {name}: mar, lti, statistic or effort");
     };
     if !method.is_held_by(database) {
@@ -436,7 +331,6 @@ fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use gestus_core::Stylizer;
 
     use super::*;
     use crate::{
@@ -479,12 +373,6 @@ mod tests {
         let blob = blob_with(true, ["neutral", "proud"]);
         let database = Database::open(&blob).unwrap();
         for method in ["lti", "statistic"] {
-            for parameter in PARAMETERS.iter().filter(|p| p.of == Some(Method::Mar)) {
-                let (option, value) = (parameter.option, parameter.greatest);
-                let message = asked(&database, &format!("--method {method} {option} {value}")).unwrap_err();
-                assert!(message.starts_with(option) && message.contains("without --method mar"), "{message}");
-                assert!(asked(&database, &format!("{option} {value}")).is_ok(), "{option}");
-            }
             for words in ["--mask left-arm", "--ridge norm"] {
                 let message = asked(&database, &format!("--method {method} {words}")).unwrap_err();
                 assert!(message.contains("does nothing without --method mar"), "{message}");
@@ -505,8 +393,8 @@ mod tests {
             ("--preset normalised --ridge norm", 0.1),
             ("--preset normalised --ridge norm --lambda 2", 2.0),
         ] {
-            let (ridge, found) = asked(&database, words).unwrap().config.ridge_lambda();
-            assert_eq!((ridge, found), (Ridge::Normalised, lambda), "{words}");
+            let config = asked(&database, words).unwrap().config;
+            assert_eq!((config.ridge, config.lambda), (Ridge::Normalised, lambda), "{words}");
         }
     }
 
@@ -523,32 +411,6 @@ mod tests {
         assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
         let message = ask(&["--style", "d=x"]).unwrap_err();
         assert!(message.contains("`x` is no number"), "{message}");
-    }
-
-    #[test]
-    fn ranges_are_the_cores() {
-        let blob = blob();
-        let database = Database::open(&blob).unwrap();
-        let takes = |config| Stylizer::<32, 64, 16>::new(database, config).is_ok();
-        for parameter in PARAMETERS {
-            let Parameter { option, least, greatest, put, .. } = parameter;
-            let whole = matches!(option, "--k" | "--visits");
-            let outside = if whole {
-                [least - 1.0, greatest + 1.0]
-            } else {
-                // What is 0 for one is "no limit" for another, and just below it is not.
-                [least.next_down(), greatest.next_up()]
-            };
-            for end in [least, greatest] {
-                assert!(takes(put(Config::new(), end)) && parameter.checked(end).is_ok(), "{option} {end}");
-            }
-            for value in outside.into_iter().chain([f32::NAN].into_iter().filter(|_| !whole)) {
-                assert!(!takes(put(Config::new(), value)), "{option} {value}");
-                let message = parameter.checked(value).unwrap_err().to_string();
-                assert!(message.starts_with(option) && message.contains("from"), "{message}");
-            }
-        }
-        assert!(takes(Config::new().speed_limit(0.0)));
     }
 
     #[test]
@@ -578,7 +440,7 @@ mod tests {
             ("--k 0", "--k 0: from 1 to 64"),
             ("--k 100", "--k 100: from 1 to 64"),
             ("--rho nan", "--rho NaN: from 0 to 1"),
-            ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for no limit"),
+            ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for none"),
             ("--timing bounded --lead 30", "--lead 30: seconds from 0 to 10"),
             ("--timing bounded --lead 10 --lag 10", "together they take"),
             ("--group-style left-arm=proud:0", "all weights are 0"),

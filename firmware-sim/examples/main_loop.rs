@@ -177,7 +177,7 @@ fn board(fixed: bool) -> Local<'static, MockClock, MockServo, MockLamp> {
     Local {
         stylizer,
         output: Pose::IDENTITY,
-        cap: VisitCap::new(budget_us, config().search_limits().2).expect("both are in range"),
+        cap: VisitCap::new(budget_us, config().visits).expect("both are in range"),
         clock: MockClock { now_us: u32::MAX - 5, slower: 1.0 },
         knee: MockServo(7_000),
         lamp: MockLamp(false),

@@ -2,7 +2,8 @@
 
 use gestus_builder::stream::{from_pose, to_pose};
 use gestus_core::{
-    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, search::query::Feature,
+    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, config::parameters::NAMES,
+    search::query::Feature,
 };
 use gestus_tests::motion;
 
@@ -138,10 +139,10 @@ fn what_is_refused_changes_nothing() {
     assert_eq!(stylizer.set_action(Some(2)), Err(ConfigError::Unknown { id: 2, have: 2 }));
     assert_eq!(stylizer.set_input_style(Some(u16::MAX)), Err(ConfigError::Unknown { id: u16::MAX, have: 3 }));
     assert_eq!(stylizer.set_mask(3, true), Err(ConfigError::Unknown { id: 3, have: 3 }));
-    assert_eq!(stylizer.set_mask(0, false), Err(ConfigError::Parameter), "no group would be left");
+    assert_eq!(stylizer.set_mask(0, false), Err(ConfigError::OutOfRange), "no group would be left");
     assert_eq!(stylizer.set_strength(3, 1.0), Err(ConfigError::Unknown { id: 3, have: 3 }));
     for strength in [-0.1, 2.1, f32::NAN, f32::INFINITY] {
-        assert_eq!(stylizer.set_strength(0, strength), Err(ConfigError::Parameter), "{strength}");
+        assert_eq!(stylizer.set_strength(0, strength), Err(ConfigError::OutOfRange), "{strength}");
     }
     assert_eq!(settings(&stylizer), before);
 }
@@ -182,7 +183,12 @@ fn capacities_and_parameters_are_checked() {
         ("timing_width", new().timing_width(f32::INFINITY)),
     ];
     for (name, config) in wrong {
-        assert_eq!(Standard::new(database, config).err(), Some(ConfigError::Parameter), "{name}");
+        let number = NAMES.iter().position(|n| *n == name).expect("it is a parameter");
+        assert_eq!(
+            Standard::new(database, config).err(),
+            Some(ConfigError::Parameter { number: number as u16 }),
+            "{name}"
+        );
     }
 }
 

@@ -187,14 +187,14 @@ fn styles_of_groups_are_not_dropped_by_a_method_that_has_none() {
     let mut stylizer = styled(db, Config::new());
     stylizer.set_group_style(1, &[(2, 1.0)]).unwrap();
     assert_eq!(stylizer.set_config(linear), Err(ConfigError::WholeBody));
-    assert_eq!((stylizer.config().method_chosen(), stylizer.style_of(1, 2)), (Method::Mar, 1.0));
+    assert_eq!((stylizer.config().method, stylizer.style_of(1, 2)), (Method::Mar, 1.0));
     stylizer.set_group_style(1, &[]).unwrap();
     stylizer.set_config(linear).unwrap();
     // As it was made, it has no styles of groups to lose.
     stylizer.set_config(Config::new()).unwrap();
     stylizer.set_group_style(1, &[(2, 1.0)]).unwrap();
     stylizer.restore(linear).unwrap();
-    assert_eq!(stylizer.config().method_chosen(), Method::Lti);
+    assert_eq!(stylizer.config().method, Method::Lti);
 }
 
 #[test]

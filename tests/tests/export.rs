@@ -8,7 +8,7 @@ use gestus_builder::{
     stream::{Request, stream},
     trace::Trace,
 };
-use gestus_core::{Config, Database, methods::mixture::regression::Ridge};
+use gestus_core::{Config, Database, config::Ridge};
 use gestus_tests::{
     motion,
     reference::{self, Example, Parameters},

@@ -13,12 +13,11 @@ use std::{fs, path::PathBuf};
 
 use gestus_core::{
     Config, Database, Digest, Method, Observer, Pose, Stylizer,
-    config::Timing,
+    config::{Ridge, Timing},
     math::{
         quaternion::{self, exp},
         sin_cos,
     },
-    methods::mixture::regression::Ridge,
     search::graph::Neighbor,
 };
 use gestus_tests::motion::{self, Size};

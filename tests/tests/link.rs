@@ -3,9 +3,10 @@
 use gestus_builder::stream::to_pose;
 use gestus_core::{
     Config, ConfigError, Database, Observer, Pose, Report, Stylizer,
+    config::parameters,
     link::{
         Board, Fault, Frame, Header, MAX_PAIRS, PAGE, Pairs, PoseBuffer, Receiver, Reply, Request, Server,
-        Statistic, StepReport, VERSION, buffer_length, counter, decode, parameter,
+        Statistic, StepReport, VERSION, buffer_length, counter, decode,
     },
 };
 use gestus_tests::motion;
@@ -197,7 +198,7 @@ fn only_a_hello_begins_a_session() {
     assert_eq!(fault(sent(&mut server, &framed(Header::request(7, 0), &Request::Reset))), Fault::NoSession);
     let mut host = Host::hello(&mut server, 3);
     assert!(is_done(host.ask(&mut server, &Request::Style(pairs(&[(1, 1.0)])))));
-    assert!(is_done(host.ask(&mut server, &Request::Configure(pairs(&[(parameter::K, 12.0)])))));
+    assert!(is_done(host.ask(&mut server, &Request::Configure(pairs(&[(parameters::K, 12.0)])))));
     assert!(is_done(host.ask(&mut server, &Request::Mask { group: 1, searched: false })));
     assert!(is_done(host.ask(&mut server, &Request::Strength(pairs(&[(0, 0.5)])))));
     let own = Request::GroupStyle { group: 2, weights: pairs(&[(2, 1.0), (0, 3.0)]) };
@@ -206,7 +207,7 @@ fn only_a_hello_begins_a_session() {
     // The first hello, late: it is the running session's, and stays without effect.
     let late = framed(Header::request(500, 0), &Request::Hello { session: 3 });
     assert_eq!(sent(&mut server, &late), None);
-    assert_eq!(server.stylizer().config().neighborhood().0, 12);
+    assert_eq!(server.stylizer().config().k, 12);
     assert!(!server.stylizer().searches(1));
     // Another session: everything is as it was at the start.
     Host::hello(&mut server, 4);
@@ -236,13 +237,13 @@ fn what_is_refused_changes_nothing() {
         (Request::Style(pairs(&[])), ConfigError::Weights),
         (Request::Labels { action: Some(0), input_style: Some(9) }, ConfigError::Unknown { id: 9, have: 3 }),
         (Request::Labels { action: Some(2), input_style: None }, ConfigError::Unknown { id: 2, have: 2 }),
-        (Request::Strength(pairs(&[(0, 1.0), (1, 2.5)])), ConfigError::Parameter),
+        (Request::Strength(pairs(&[(0, 1.0), (1, 2.5)])), ConfigError::OutOfRange),
         (
-            Request::Configure(pairs(&[(parameter::LAMBDA, 1.0), (parameter::K, 41.0)])),
+            Request::Configure(pairs(&[(parameters::LAMBDA, 1.0), (parameters::K, 41.0)])),
             ConfigError::Neighbors { need: 41, have: 40 },
         ),
         (
-            Request::Configure(pairs(&[(parameter::DELTA, 1.0), (99, 41.0)])),
+            Request::Configure(pairs(&[(parameters::DELTA, 1.0), (99, 41.0)])),
             ConfigError::Unknown { id: 99, have: 25 },
         ),
         (Request::Mask { group: 77, searched: true }, ConfigError::Unknown { id: 77, have: 3 }),
@@ -269,7 +270,7 @@ fn a_list_of_more_than_twenty_is_malformed() {
     let mut server = Served::new(&mut served, ());
     let mut host = Host::hello(&mut server, 3);
     // Style, strength and configuration, by their numbers on the line.
-    for (number, item) in [(1u8, (1u16, 1.0f32)), (4, (0, 0.5)), (5, (parameter::K, 12.0))] {
+    for (number, item) in [(1u8, (1u16, 1.0f32)), (4, (0, 0.5)), (5, (parameters::K, 12.0))] {
         let mut ask = |count: usize| {
             host.sequence += 1;
             let message = (number, &[item; 32][..count]);
@@ -280,7 +281,7 @@ fn a_list_of_more_than_twenty_is_malformed() {
         assert_eq!(fault(ask(MAX_PAIRS + 1)), Fault::Malformed, "{number}");
     }
     assert_eq!(MAX_PAIRS, 20);
-    assert!(parameter::NAMES.len() > MAX_PAIRS, "the document says that it takes two messages");
+    assert!(parameters::NAMES.len() > MAX_PAIRS, "the document says that it takes two messages");
 }
 
 #[test]

@@ -7,7 +7,9 @@ use gestus_builder::{
     stream::{Request, stream},
 };
 use gestus_core::{
-    Config, Database, Degraded, blob::layout::dof, config::Timing, methods::mixture::regression::Ridge,
+    Config, Database, Degraded,
+    blob::layout::dof,
+    config::{Ridge, Timing},
 };
 use gestus_tests::{
     motion,

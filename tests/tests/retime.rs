@@ -324,11 +324,11 @@ fn rates_and_bounds_are_checked() {
     let new = |i, o, lead_s, lag_s| Wide::new(i, o, Bounds { lead_s, lag_s }).err();
     assert_eq!(new(30_000, 30_000, 0.5, 0.5), None);
     for (i, o) in [(0, 30_000), (30_000, 0), (30_000, 121_000), (121_000, 30_000)] {
-        assert_eq!(new(i, o, 0.0, 0.0), Some(ConfigError::Parameter), "{i} to {o}");
+        assert_eq!(new(i, o, 0.0, 0.0), Some(ConfigError::OutOfRange), "{i} to {o}");
     }
     for bad in [-0.1, f32::NAN, 11.0] {
-        assert_eq!(new(30_000, 30_000, bad, 0.0), Some(ConfigError::Parameter));
-        assert_eq!(new(30_000, 30_000, 0.0, bad), Some(ConfigError::Parameter));
+        assert_eq!(new(30_000, 30_000, bad, 0.0), Some(ConfigError::OutOfRange));
+        assert_eq!(new(30_000, 30_000, 0.0, bad), Some(ConfigError::OutOfRange));
     }
     assert!(
         matches!(new(120_000, 120_000, 0.3, 0.3), Some(ConfigError::Poses { need, have: 48 }) if need > 48)

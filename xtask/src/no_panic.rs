@@ -146,7 +146,7 @@ const PROVED: [(&str, &str, &[&str]); 3] = [
     ("VisitCap", "cap", &["core/src/output/visit_cap.rs"]),
 ];
 
-/// So would be a function of the core's types, or a parameter of its configuration.
+/// So would be a function of the core's types.
 fn every_method_is_called() -> Result<()> {
     let read =
         |path: &str| fs::read_to_string(root().join(path)).with_context(|| format!("{path} can't be read"));
@@ -154,8 +154,7 @@ fn every_method_is_called() -> Result<()> {
         .iter()
         .map(|name| read(&format!("{CRATE}/src/{name}.rs")))
         .collect::<Result<_>>()?;
-    let mut calls: Vec<String> =
-        parameters(&read("core/src/config.rs")?).iter().map(|name| format!("        .{name}(")).collect();
+    let mut calls: Vec<String> = vec![];
     for (name, variable, files) in PROVED {
         for file in files {
             calls.extend(methods(&read(file)?, name).iter().map(|f| match f.as_str() {
@@ -187,18 +186,6 @@ fn methods(source: &str, of: &str) -> BTreeSet<String> {
             let rest = rest.strip_prefix("const ").unwrap_or(rest).strip_prefix("fn ")?;
             is_its_own.then(|| rest.split(['(', '<']).next().unwrap_or(rest).to_owned())
         })
-        .collect()
-}
-
-/// Names of the parameters in the list that the configuration's functions are made of.
-fn parameters(source: &str) -> BTreeSet<String> {
-    source
-        .lines()
-        .skip_while(|line| *line != "settings! {")
-        .skip(1)
-        .take_while(|line| *line != "}")
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .filter_map(|line| Some(line.split_once(':')?.0.trim().to_owned()))
         .collect()
 }
 
@@ -337,8 +324,6 @@ mod tests {
         every_method_is_called().unwrap();
         let source = "impl A {\n    pub const fn no() {}\n}\nimpl<T> B<T> {\n    pub fn yes<U>() {}\n    fn own() {}\n}\nimpl C for B {\n    pub fn no() {}\n}\n";
         assert_eq!(methods(source, "B").into_iter().collect::<Vec<_>>(), ["yes"]);
-        let settings = "settings! {\n    /// Of: it.\n    k: u16;\n}\nother: u8;\n";
-        assert_eq!(parameters(settings).into_iter().collect::<Vec<_>>(), ["k"]);
         assert_eq!(
             functions("// gestus_no(1);\nint gestus_yes(void);\n").into_iter().collect::<Vec<_>>(),
             ["gestus_yes"]

@@ -1,6 +1,6 @@
 //! One parameter at a time: what each is worth.
 
-use gestus_core::{Config, methods::mixture::regression::Ridge};
+use gestus_core::{Config, config::Ridge};
 use serde_json::json;
 
 use super::{

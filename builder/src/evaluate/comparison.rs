@@ -202,7 +202,7 @@ fn one_stream(
         if name == "mixture" {
             add("unchanged", &record.x, None);
             // Every class is searched, so that neighbors of the right one are among them.
-            let most = usize::from(config.neighborhood().0);
+            let most = usize::from(config.k);
             let all = |near: &[ClassNeighbors]| {
                 interpolated(&database, &near.iter().collect::<Vec<_>>(), most, style, Outputs::One)
             };

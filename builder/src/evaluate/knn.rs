@@ -34,7 +34,7 @@ const AFTER: usize = 8;
 
 /// How many neighbors are asked for, as methods: the shipped number, and the paper's 40, which the search keeps in sight.
 fn asked() -> [(&'static str, u16); 2] {
-    [("graph", Config::new().neighborhood().0), ("graph-40", 40)]
+    [("graph", Config::new().k), ("graph-40", 40)]
 }
 
 type Pose = gestus_core::Pose<MAX_JOINTS>;
@@ -185,7 +185,7 @@ fn stream(
     jump: usize,
     after_jump: &mut [(f64, f64)],
 ) -> (Outcome, Outcome) {
-    let (k, pool, visits, jump_factor) = Config::new().k(k).search_limits();
+    let Config { k, pool, visits, jump: jump_factor, .. } = Config::new().k(k);
     let limits =
         Limits { k: usize::from(k), pool: usize::from(pool), visits, spare: visits, jump: jump_factor };
     let counts = database.counts();

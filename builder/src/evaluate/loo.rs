@@ -326,7 +326,7 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
 
 /// Interpolation of the neighbors that were found: of the labelled class, or of all together.
 fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
-    let most = usize::from(Config::new().neighborhood().0);
+    let most = usize::from(Config::new().k);
     let ways: &[(&str, usize, Outputs)] = match suffix {
         "-labelled" => {
             &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One), ("knn-both", most, Outputs::Mean)]

@@ -25,7 +25,6 @@ pub mod counter;
 mod fault;
 mod frame;
 mod message;
-pub mod parameter;
 mod receiver;
 mod robot;
 mod server;

@@ -3,8 +3,9 @@
 use super::{
     Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
     PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, buffer_length,
-    counter, decode, parameter, robot_buffer_length,
+    counter, decode, robot_buffer_length,
 };
+use crate::config::parameters;
 use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
 
 /// Serves a stylizer over a line.
@@ -355,7 +356,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn configure(&mut self, parameters: &Pairs) -> Result<(), ConfigError> {
         let mut config = *self.stylizer.config();
         for &(number, value) in parameters {
-            config = parameter::set(config, number, value)?;
+            config = parameters::set(config, number, value)?;
         }
         self.stylizer.set_config(config)
     }

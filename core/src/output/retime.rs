@@ -106,7 +106,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
     /// A retimer from one rate to another, in thousandths of a hertz.
     ///
     /// # Errors
-    /// [`ConfigError::Parameter`] for rates that are 0, over 1 MHz, or whose ratio is not in 1/4 to 4, and for bounds
+    /// [`ConfigError::OutOfRange`] for rates that are 0, over 1 MHz, or whose ratio is not in 1/4 to 4, and for bounds
     /// that are negative or over 10 s; [`ConfigError::Poses`] where the bounds need more poses than `N`.
     pub fn new(input_millihz: u32, output_millihz: u32, bounds: Bounds) -> Result<Self, ConfigError> {
         let (input, output) = (u64::from(input_millihz), u64::from(output_millihz));
@@ -118,7 +118,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             && (0.0..=10.0).contains(&bounds.lead_s)
             && (0.0..=10.0).contains(&bounds.lag_s);
         if !fits {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         let rate_hz = input_millihz as f32 / 1000.0;
         // Ticks lie up to this part of an input frame behind the newest pose.

@@ -30,10 +30,10 @@ impl VisitCap {
     /// A cap for steps that may take `budget` ticks, at most `most` visits a class.
     ///
     /// # Errors
-    /// [`ConfigError::Parameter`] where `most` is not 64 to 448, or the budget is 0.
+    /// [`ConfigError::OutOfRange`] where `most` is not 64 to 448, or the budget is 0.
     pub const fn new(budget: u32, most: u16) -> Result<Self, ConfigError> {
         if budget == 0 || most < LEAST_VISITS || most > MAX_VISITS {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         Ok(Self { budget, most, cap: most, spare: 0, missed: 0 })
     }
@@ -115,7 +115,7 @@ mod tests {
             }
         }
         for (budget, most) in [(0, 320), (100, 63), (100, 449)] {
-            assert_eq!(VisitCap::new(budget, most), Err(ConfigError::Parameter));
+            assert_eq!(VisitCap::new(budget, most), Err(ConfigError::OutOfRange));
         }
     }
 }

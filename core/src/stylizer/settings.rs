@@ -110,7 +110,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // What counts is whether a component is left to compare.
         let features = self.database.counts().features;
         if !(0..features).any(|f| (mask & all) >> self.database.feature_group(f) & 1 == 1) {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         self.settings.mask = mask;
         Ok(())
@@ -129,7 +129,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
         known(Some(group), self.database.counts().groups)?;
         if !(0.0..=MOST_STRENGTH).contains(&strength) {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         if let Some(slot) = self.settings.strength.get_mut(usize::from(group)) {
             *slot = strength;
@@ -154,7 +154,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`ConfigError`] for heights beyond 10 m or that are none; those in force stay.
     pub fn set_floor(&mut self, heights: [f32; 2]) -> Result<(), ConfigError> {
         if !heights.iter().all(|h| (-10.0..=10.0).contains(h)) {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         self.lock.set_floor(heights);
         Ok(())

@@ -26,6 +26,7 @@ pub mod config;
 pub mod database;
 mod handle;
 mod memory;
+pub mod parameter;
 pub mod pose;
 mod profile;
 pub mod settings;

@@ -2,7 +2,7 @@
 //! compiled.
 
 use gestus_core::{
-    ConfigError, Database, Effort, Pose, Report, Stylizer, link::parameter, math::quaternion::Quaternion,
+    ConfigError, Database, Effort, Pose, Report, Stylizer, config::parameters, math::quaternion::Quaternion,
 };
 
 use crate::{
@@ -136,11 +136,11 @@ impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'stati
     }
 
     fn parameter(&self, number: u16) -> Option<f32> {
-        parameter::value(self.config(), number)
+        parameters::value(self.config(), number)
     }
 
     fn set_parameter(&mut self, number: u16, value: f32) -> Result<(), ConfigError> {
-        self.set_config(parameter::set(*self.config(), number, value)?)
+        self.set_config(parameters::set(*self.config(), number, value)?)
     }
 
     fn reset(&mut self) {

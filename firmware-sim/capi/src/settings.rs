@@ -143,7 +143,7 @@ pub unsafe extern "C" fn gestus_stylizer_set_effort(
 ) -> GestusStatus {
     let change = |s: &mut dyn Running| {
         if flow.is_nan() || weight.is_nan() || time.is_nan() {
-            return Err(ConfigError::Parameter);
+            return Err(ConfigError::OutOfRange);
         }
         s.set_effort(Effort { flow, weight, time })
     };

@@ -214,7 +214,7 @@ impl From<ConfigError> for GestusStatus {
             ConfigError::Unknown { .. } => Self::Unknown,
             ConfigError::NoClass => Self::NoClass,
             ConfigError::Weights => Self::Weights,
-            ConfigError::Parameter => Self::Parameter,
+            ConfigError::OutOfRange | ConfigError::Parameter { .. } => Self::Parameter,
             ConfigError::Method | ConfigError::WholeBody => Self::Method,
             ConfigError::NoDial => Self::NoDial,
             _ => Self::SettingOther,

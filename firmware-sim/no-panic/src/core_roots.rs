@@ -1,9 +1,8 @@
 //! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
 
 use gestus_core::{
-    Config, Database, Digest, Effort, Method, Pose, Report, Safety, Stylizer,
-    config::Timing,
-    methods::mixture::regression::Ridge,
+    Config, Database, Digest, Effort, Pose, Report, Stylizer,
+    config::parameters,
     retarget::Map,
     robot::{Drive, Robot},
 };
@@ -90,7 +89,7 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_floor([floats[15], floats[16]]).is_ok());
     let effort = Effort { flow: floats[17], weight: floats[18], time: floats[19] };
     sum ^= stylizer.set_effort(effort).map_or(3, |reached| u32::from(reached.is_clamped()));
-    sum ^= u32::from(stylizer.config().classes_kept()) ^ stylizer.database().identity();
+    sum ^= u32::from(stylizer.config().classes) ^ stylizer.database().identity();
 
     let mut digest = Digest::new();
     let (mut input, mut output) = (Pose::<J>::IDENTITY, Pose::<J>::IDENTITY);
@@ -126,45 +125,15 @@ fn stepped<const J: usize, const K: usize, const C: usize>(
     }
 }
 
+/// Every parameter of the table from outside.
 fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
-    Config::new()
-        .k(numbers[0] as u16)
-        .lambda(floats[0])
-        .ridge(if numbers[1] == 1 { Ridge::Raw } else { Ridge::Normalised })
-        .delta(floats[1])
-        .prune(floats[2])
-        .classes(numbers[2] as u8)
-        .kappa(floats[3])
-        .rho(floats[4])
-        .visits(numbers[3] as u16)
-        .pool(numbers[4] as u8)
-        .jump(floats[5])
-        .timing(if numbers[5] == 1 { Timing::Free } else { Timing::Sync })
-        .timing_width(floats[6])
-        .method(match numbers[7] {
-            0 => Method::Mar,
-            1 => Method::Lti,
-            _ => Method::Statistic,
-        })
-        .confidence(floats[7])
-        .preference(floats[10])
-        .halflife_s(floats[11])
-        .speed_limit(floats[12])
-        .output_kappa(floats[13])
-        .feedback(floats[20])
-        .release_m(floats[21])
-        .ease_s(floats[22])
-        .contacts(numbers[25] == 1)
-        .safety(match numbers[26] {
-            0 => Safety::Follow,
-            1 => Safety::Hold,
-            _ => Safety::Rest,
-        })
-        .yaw(if numbers[6] == 1 {
-            gestus_core::config::Yaw::Input
-        } else {
-            gestus_core::config::Yaw::Predicted
-        })
+    let mut config = Config::new();
+    for number in 0..parameters::NAMES.len() as u16 {
+        let at = usize::from(number);
+        let value = if numbers[1] >> at & 1 == 1 { numbers[at] as f32 } else { floats[at] };
+        config = parameters::set(config, number, value).unwrap_or(config);
+    }
+    config
 }
 
 /// Reads of a database with indices that refer to nothing.

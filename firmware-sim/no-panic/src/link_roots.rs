@@ -21,10 +21,7 @@ pub fn reach(line: &[u8], numbers: &[u32; 32]) -> u32 {
     fed(&mut server, line)
 }
 
-fn fed<B: Board<22>>(
-    server: &mut Server<'_, '_, B, 22, 40, 28, { buffer_length(22) }>,
-    line: &[u8],
-) -> u32 {
+fn fed<B: Board<22>>(server: &mut Server<'_, '_, B, 22, 40, 28, { buffer_length(22) }>, line: &[u8]) -> u32 {
     let mut sum = 0u32;
     for &byte in line {
         if let Some(reply) = server.receive(byte) {

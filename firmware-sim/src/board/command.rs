@@ -221,7 +221,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             // A style that is named is one of the generated database; a clip's own wish says nothing of it.
             let request = if args.generated && !args.wish.style.is_empty() {
                 let wish = args.wish.request(&database).with_context(|| path.display().to_string())?;
-                let k = wish.config.neighborhood().0.min(own.config.neighborhood().0);
+                let k = wish.config.k.min(own.config.k);
                 Request { config: wish.config.k(k), ..wish }
             } else {
                 own

@@ -200,7 +200,7 @@ impl Replayed {
 
 /// The most that a frame of a job can take, on the board whose prices were tried on hard streams.
 fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
-    if board.name != "m4f" || job.request.config.method_chosen() != Method::Mar {
+    if board.name != "m4f" || job.request.config.method != Method::Mar {
         return None;
     }
     Shape::of(&job.database, job.request).most(Isa::Armv7MFpu)
@@ -208,7 +208,7 @@ fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
 
 /// Bytes of the section that the method reads.
 fn model_bytes(job: &Job<'_>) -> usize {
-    let section = match job.request.config.method_chosen() {
+    let section = match job.request.config.method {
         Method::Mar => return 0,
         Method::Lti => section::LTI,
         Method::Statistic => section::STATISTIC,

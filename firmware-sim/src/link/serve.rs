@@ -37,7 +37,7 @@ pub fn with_robot<R>(
     run: impl FnOnce(&mut BoardFn<'_>) -> R,
 ) -> Result<R, ConfigError> {
     let counts = database.counts();
-    if counts.joints <= 22 && counts.classes <= 28 && config.neighborhood().0 <= 40 {
+    if counts.joints <= 22 && counts.classes <= 28 && config.k <= 40 {
         board::<22, 40, 28, { buffer_length(22) }, R>(database, config, robot, run)
     } else {
         board::<MAX_JOINTS, 64, 256, { buffer_length(MAX_JOINTS) }, R>(database, config, robot, run)

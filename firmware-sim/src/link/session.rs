@@ -13,9 +13,10 @@ use gestus_builder::{
 use gestus_core::{
     Config, Database, Digest, Pose,
     blob::layout::MAX_JOINTS,
+    config::parameters,
     link::{
         DriveReport, Identity, MAX_PAIRS, Pairs, PoseBuffer, Reply, Request, RobotIdentity, StepReport,
-        buffer_length, counter, parameter,
+        buffer_length, counter,
     },
     robot::Robot,
 };
@@ -222,7 +223,7 @@ impl<'t, L: Line> Session<'t, L> {
     /// What the board refuses, with what to do about it.
     pub fn wish(&mut self, wish: &Wish) -> Result<()> {
         let [_, most, _] = self.identity.capacity;
-        let (k, _) = wish.config.neighborhood();
+        let k = wish.config.k;
         if k > most {
             bail!("{} neighbors a class are more than the board has room for: give --k {most}", k);
         }
@@ -307,10 +308,7 @@ pub fn requests(wish: &Wish) -> Result<VecDeque<Request<'static>>> {
 }
 
 fn parameters(config: &Config) -> Vec<(u16, f32)> {
-    parameter::NAMES
-        .iter()
-        .filter_map(|&(number, _)| Some((number, parameter::value(config, number)?)))
-        .collect()
+    (0..).map_while(|number| Some((number, parameters::value(config, number)?))).collect()
 }
 
 fn name(request: &Request<'_>) -> &'static str {

@@ -115,7 +115,7 @@ impl Work {
 
 /// The units of a step under a request.
 pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Units {
-    let (labels, k) = ((request.action, request.input_style), request.config.neighborhood().0);
+    let (labels, k) = ((request.action, request.input_style), request.config.k);
     let counts = database.counts();
     let number = |value: usize| value as f64;
     let allowed = |class: &gestus_core::blob::Class| {

@@ -183,7 +183,7 @@ impl Estimate {
         stream: &Stream<'_>,
         reports: impl Iterator<Item = &'r Report>,
     ) -> Self {
-        let (k, _) = stream.request.config.neighborhood();
+        let k = stream.request.config.k;
         let fit = Fit::new(part, stream.database, stream.blob_bytes, k);
         let prices = part.core.isa().calibration().prices;
         let cost = |report: &Report| {
@@ -198,7 +198,7 @@ impl Estimate {
             fit,
             median: costs.get(costs.len() / 2).copied().unwrap_or(nothing),
             worst: costs.last().copied().unwrap_or(nothing),
-            bound: (stream.request.config.method_chosen() == Method::Mar)
+            bound: (stream.request.config.method == Method::Mar)
                 .then(|| Shape::of(stream.database, stream.request))
                 .and_then(|shape| shape.most(part.core.isa())),
             rate_hz: f64::from(stream.database.rate_hz()),

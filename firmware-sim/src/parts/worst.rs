@@ -59,7 +59,7 @@ impl Shape {
     /// For a board that is still to be chosen: J joints, K neighbors, C classes that are all searched, one output style,
     /// a database as `gestus build` makes it, with two outputs a cycle, and otherwise the shipped configuration.
     pub fn new(joints: usize, k: usize, classes: usize) -> Self {
-        let (_, _, visits, _) = Config::new().search_limits();
+        let visits = Config::new().visits;
         Self {
             joints,
             features: gestus_core::blob::layout::MAX_FEATURES,
@@ -80,7 +80,7 @@ impl Shape {
         let allowed = |class: &gestus_core::blob::Class| {
             action.is_none_or(|a| a == class.action) && input_style.is_none_or(|s| s == class.style)
         };
-        let (k, _, visits, _) = config.search_limits();
+        let (k, visits) = (config.k, config.visits);
         Self {
             joints: counts.joints,
             features: counts.features,
@@ -89,7 +89,7 @@ impl Shape {
             searched: database.classes().filter(allowed).map(|c| c.rows).collect(),
             k: usize::from(k),
             visits: usize::from(visits),
-            kept: usize::from(config.classes_kept()),
+            kept: usize::from(config.classes),
             mixes: outputs(database, request),
         }
     }

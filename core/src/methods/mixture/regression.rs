@@ -35,20 +35,10 @@
 
 use crate::{
     blob::layout::dof,
+    config::Ridge,
     math::{abs, clamp, sqrt},
     methods::mixture::ridge::System,
 };
-
-/// Whether the ridge sees radians and metres, or dofs divided by their standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Ridge {
-    /// Radians and metres as they are.
-    #[default]
-    Raw,
-    /// Each dof divided by its standard deviation over the database.
-    Normalised,
-}
 
 /// What a regression is told besides its data.
 #[derive(Debug, Clone, Copy, PartialEq)]

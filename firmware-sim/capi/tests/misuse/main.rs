@@ -9,7 +9,8 @@ use std::{
 };
 
 use gestus::{
-    config::{GestusConfig, GestusParameter, gestus_config_default},
+    config::{GestusConfig, gestus_config_default},
+    parameter::GestusParameter,
     database::*,
     pose::gestus_digest,
     settings::*,

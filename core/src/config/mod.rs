@@ -1,0 +1,53 @@
+//! The parameters of a stylizer. Every default was measured: see `docs/PERFORMANCE.md` and `gestus evaluate ablation`.
+//!
+//! [`parameters`] is the one table of them: [`Config`], the link, the C interface and the command line are made from it.
+
+mod choice;
+pub mod parameters;
+mod refusal;
+
+pub use choice::{Method, Ridge, Safety, Timing, Value, Yaw};
+pub use parameters::Config;
+
+use crate::{ConfigError, search::graph::POOL};
+
+impl Config {
+    /// The shipped defaults.
+    pub const fn new() -> Self {
+        Self::DEFAULTS
+    }
+
+    /// The constants that Xia 2015 states (K 40, δ 0.7, ρ 0.7), κ 2, and every class that has any weight.
+    pub const fn paper() -> Self {
+        Self::new().k(40).delta(0.7).prune(0.001).kappa(2.0).rho(0.7).output_kappa(1e6)
+    }
+
+    /// The ridge on normalised variables, for pairs that were recorded or made as pairs. A small λ lets the slopes among
+    /// the neighbors count; a heavier penalty on the feedback forgets an error within a second all the same; K is 40,
+    /// because slopes take more examples than means do. Beyond the paper.
+    pub const fn normalised() -> Self {
+        Self::new().k(40).ridge(Ridge::Normalised).lambda(0.1).feedback(30.0).kappa(4.0).rho(0.7)
+    }
+
+    /// Checks every parameter, for a stylizer that has room for so many neighbors.
+    #[inline]
+    pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
+        let have = neighbors.min(POOL);
+        if !(1..=have).contains(&usize::from(self.k)) {
+            return Err(ConfigError::Neighbors {
+                need: self.k,
+                have: u16::try_from(have).unwrap_or(u16::MAX),
+            });
+        }
+        match parameters::out_of_range(self) {
+            Some(number) => Err(ConfigError::Parameter { number }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,290 @@
+//! The table of parameters: number, name, type, default, range, the methods that use it, and its documentation.
+//!
+//! Everything that knows parameters is made from this table: the fields and setters of [`Config`], the numbers of the
+//! [`link`](crate::link) and of the C interface, the options of the command line, and the tables in the documents. A
+//! number's meaning never changes, since hosts and boards of different builds talk in them; a new parameter goes to the
+//! end. Values travel as `f32`, which holds each of them exactly.
+
+use super::choice::{Method, Ridge, Safety, Timing, Value, Yaw};
+use crate::ConfigError;
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Its number on the link and in the C interface.
+    pub number: u16,
+    /// Its name, that of the field of [`Config`].
+    pub name: &'static str,
+    /// The numbers that it takes.
+    pub range: Range,
+    /// The method that uses it; `None`: every method.
+    pub method: Option<Method>,
+    /// Names of its alternatives, by number; empty where it is a quantity.
+    pub choices: &'static [&'static str],
+    /// What it does, when to change it, and what goes wrong.
+    pub doc: &'static str,
+}
+
+/// The numbers that a parameter takes, bounds included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Smallest.
+    pub least: f32,
+    /// Greatest.
+    pub most: f32,
+    /// 0 is taken too: it switches the parameter off.
+    pub or_zero: bool,
+}
+
+impl Range {
+    /// True where the range holds a number. NaN is in no range.
+    pub fn contains(&self, number: f32) -> bool {
+        (self.least..=self.most).contains(&number) || (self.or_zero && number == 0.0)
+    }
+}
+
+impl core::fmt::Display for Range {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} to {}", self.least, self.most)?;
+        if self.or_zero { f.write_str(", or 0 for none") } else { Ok(()) }
+    }
+}
+
+macro_rules! range {
+    ($least:literal to $most:expr) => {
+        Range { least: $least, most: $most, or_zero: false }
+    };
+    (0 or $least:literal to $most:expr) => {
+        Range { least: $least, most: $most, or_zero: true }
+    };
+    ($type:ident) => {
+        Range { least: 0.0, most: (<$type as Value>::NAMES.len() - 1) as f32, or_zero: false }
+    };
+}
+
+macro_rules! parameters {
+    ($(
+        $(#[doc = $doc:literal])*
+        $number:literal $constant:ident $name:ident: $type:ident = $default:expr, [$($range:tt)*], $method:expr;
+    )*) => {
+        $(
+            #[doc = concat!("Number of [`Config::", stringify!($name), "`].")]
+            pub const $constant: u16 = $number;
+        )*
+
+        /// Names of the parameters, by number.
+        pub const NAMES: &[&str] = &[$(stringify!($name)),*];
+
+        /// Ranges of the parameters, by number.
+        pub const RANGES: &[Range] = &[$(range!($($range)*)),*];
+
+        /// Every parameter, by number. It holds all of the documentation: for hosts.
+        pub const TABLE: &[Parameter] = &[$(Parameter {
+            number: $number,
+            name: stringify!($name),
+            range: range!($($range)*),
+            method: $method,
+            choices: <$type as Value>::NAMES,
+            doc: concat!($($doc, "\n"),*),
+        }),*];
+
+        /// The parameters of a stylizer. Build one by chaining: `Config::new().k(32).lambda(0.2)`. What is out of range
+        /// is refused where a configuration is put in force.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct Config {
+            $(
+                $(#[doc = $doc])*
+                #[doc = concat!("\nDefault `", stringify!($default), "`.")]
+                pub $name: $type,
+            )*
+        }
+
+        impl Config {
+            pub(super) const DEFAULTS: Self = Self { $($name: $default),* };
+
+            $(
+                #[doc = concat!("Sets [`", stringify!($name), "`](Self#structfield.", stringify!($name), ").")]
+                #[must_use]
+                pub const fn $name(mut self, value: $type) -> Self {
+                    self.$name = value;
+                    self
+                }
+            )*
+        }
+
+        /// Value of a parameter; `None` where no parameter has that number.
+        pub fn value(config: &Config, number: u16) -> Option<f32> {
+            Some(match number {
+                $($number => config.$name.to_number(),)*
+                _ => return None,
+            })
+        }
+
+        /// The configuration with one parameter set. Ranges are checked where it is put in force
+        /// ([`Stylizer::set_config`](crate::Stylizer::set_config)).
+        ///
+        /// # Errors
+        /// [`ConfigError::Unknown`] for an unknown number, [`ConfigError::Parameter`] for a value that the parameter's
+        /// type can't hold.
+        pub fn set(config: Config, number: u16, value: f32) -> Result<Config, ConfigError> {
+            let refused = ConfigError::Parameter { number };
+            Ok(match number {
+                $($number => config.$name(Value::from_number(value).ok_or(refused)?),)*
+                id => return Err(ConfigError::Unknown { id, have: NAMES.len() as u16 }),
+            })
+        }
+
+    };
+}
+
+parameters! {
+    /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
+    /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
+    /// the stylizer's `K`.
+    0 K k: u16 = 16, [1.0 to 64.0], None;
+    /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
+    /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
+    1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], Some(Method::Mar);
+    /// Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
+    /// penalty on the feedback too, as [`Config::normalised`] does.
+    2 RIDGE ridge: Ridge = Ridge::Raw, [Ridge], Some(Method::Mar);
+    /// Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
+    /// 2015 has 0.7.
+    3 DELTA delta: f32 = 0.2, [1e-3 to 1e3], Some(Method::Mar);
+    /// Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a class
+    /// comes or goes.
+    4 PRUNE prune: f32 = 0.01, [0.0 to 1.0 - f32::EPSILON / 2.0], Some(Method::Mar);
+    /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`.
+    5 CLASSES classes: u8 = 8, [1.0 to 8.0], Some(Method::Mar);
+    /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations of
+    /// the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output.
+    6 KAPPA kappa: f32 = 0.25, [0.0 to 1e6], Some(Method::Mar);
+    /// Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
+    /// input's own character, and is further from the style.
+    7 RHO rho: f32 = 0.5, [0.0 to 1.0], Some(Method::Mar);
+    /// Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the stream
+    /// jumps; a frame that reaches the cap reports `VISITS`.
+    8 VISITS visits: u16 = 256, [64.0 to 448.0], Some(Method::Mar);
+    /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
+    /// more.
+    9 POOL pool: u8 = 40, [1.0 to 64.0], Some(Method::Mar);
+    /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a jump
+    /// sooner, and searches anew without need.
+    10 JUMP jump: f32 = 4.0, [1.0 to 1e9], Some(Method::Mar);
+    /// Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`.
+    11 TIMING timing: Timing = Timing::Free, [Timing], None;
+    /// Width of the kernel that predicts the time step, in mean squared distances of the neighbors (Xia 2015, section
+    /// 5.1). Wider averages more: time steps vary less.
+    12 TIMING_WIDTH timing_width: f32 = 0.5, [1e-3 to 1e3], Some(Method::Mar);
+    /// Where the output's heading comes from. A predicted heading drifts from the input's in turns.
+    13 YAW yaw: Yaw = Yaw::Input, [Yaw], None;
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
+    /// one is always two or three deviations out: less makes the model come and go, which is seen.
+    14 CONFIDENCE confidence: f32 = 5.0, [1e-3 to 1e6], Some(Method::Lti);
+    /// How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer mixes
+    /// the input in everywhere.
+    15 PREFERENCE preference: f32 = 8.0, [1e-3 to 1e3], Some(Method::Lti);
+    /// Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database. Short
+    /// ones follow a performer that differs from the database, and forget slow motion.
+    16 HALFLIFE halflife_s: f32 = 0.0, [0.0 to 1e6], Some(Method::Statistic);
+    /// The method of translation. The database has to hold what it needs; a running stream begins anew with it.
+    17 METHOD method: Method = Method::Mar, [Method], None;
+    /// Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s.
+    18 CONTACTS contacts: bool = true, [bool], None;
+    /// The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`.
+    19 SAFETY safety: Safety = Safety::Follow, [Safety], None;
+    /// A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps more
+    /// often, more stretches legs.
+    20 RELEASE release_m: f32 = 0.2, [0.01 to 1.0], None;
+    /// Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is seen as
+    /// a jerk, more drags feet.
+    21 EASE ease_s: f32 = 0.2, [0.01 to 2.0], None;
+    /// How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error sooner
+    /// at a small λ, and makes the output rougher.
+    22 FEEDBACK feedback: f32 = 1.0, [1e-3 to 1e6], Some(Method::Mar);
+    /// How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets no
+    /// limit. Lower holds quick gestures of the style back.
+    23 SPEED_LIMIT speed_limit: f32 = 1.2, [0 or 1.0 to 100.0], None;
+    /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the dof
+    /// over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example.
+    24 OUTPUT_KAPPA output_kappa: f32 = 2.0, [0.0 to 1e6], Some(Method::Mar);
+}
+
+impl Parameter {
+    /// Its default, as a number.
+    pub fn default(&self) -> f32 {
+        value(&Config::new(), self.number).unwrap_or(f32::NAN)
+    }
+}
+
+/// Number of the first parameter that is out of its range.
+pub(super) fn out_of_range(config: &Config) -> Option<u16> {
+    let is_outside = |range: &Range, number| !value(config, number).is_some_and(|v| range.contains(v));
+    RANGES.iter().zip(0..).find(|&(range, number)| is_outside(range, number)).map(|(_, number)| number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parameter_stands_at_its_number_and_its_default_is_in_range() {
+        for (i, parameter) in TABLE.iter().enumerate() {
+            assert_eq!(usize::from(parameter.number), i, "{}", parameter.name);
+            assert_eq!((NAMES[i], RANGES[i]), (parameter.name, parameter.range));
+            assert!(parameter.range.contains(parameter.default()), "{}", parameter.name);
+        }
+    }
+
+    #[test]
+    fn every_parameter_goes_both_ways() {
+        for parameter in TABLE {
+            let Range { least, most, .. } = parameter.range;
+            for number in [least, most] {
+                let config = set(Config::new(), parameter.number, number).expect("it is in range");
+                assert_eq!(value(&config, parameter.number), Some(number), "{}", parameter.name);
+                let others = TABLE.iter().filter(|other| other.number != parameter.number);
+                for other in others {
+                    assert_eq!(value(&config, other.number), Some(other.default()), "{}", parameter.name);
+                }
+                assert_eq!(out_of_range(&config), None);
+            }
+        }
+    }
+
+    #[test]
+    fn a_number_beyond_a_range_is_refused_by_its_parameters_name() {
+        for parameter in TABLE {
+            let Parameter { number, range, .. } = *parameter;
+            for value in [range.least.next_down().min(-1e-3), range.most.next_up(), f32::NAN, f32::INFINITY] {
+                let refused = match set(Config::new(), number, value) {
+                    Ok(config) => out_of_range(&config),
+                    Err(ConfigError::Parameter { number }) => Some(number),
+                    Err(_) => None,
+                };
+                assert_eq!(refused, Some(number), "{} {value}", parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_number_that_a_type_does_not_hold_is_refused() {
+        for (number, value) in [
+            (K, 3.5),
+            (K, -1.0),
+            (K, 7e4),
+            (K, f32::NAN),
+            (POOL, 300.0),
+            (TIMING, 2.0),
+            (YAW, 0.5),
+            (METHOD, 3.0),
+        ] {
+            let refused = Err(ConfigError::Parameter { number });
+            assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");
+        }
+        let unknown = ConfigError::Unknown { id: 25, have: 25 };
+        assert_eq!(set(Config::new(), 25, 0.0), Err(unknown));
+        assert_eq!(value(&Config::new(), 25), None);
+    }
+}

@@ -1,0 +1,87 @@
+//! Generated from the core's table of parameters by its test `parameter_documents`.
+
+/// Parameters of a stylizer by number, the same as on the link. Every value is a `float`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GestusParameter {
+    /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
+    /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
+    /// the stylizer's `K`. 1 to 64. Default 16.
+    K = 0,
+    /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
+    /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean. 0.000000001 to 1000000.
+    /// Default 0.1.
+    Lambda = 1,
+    /// Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
+    /// penalty on the feedback too, as `Config::normalised` does. 0 raw, 1 norm. Default 0.
+    Ridge = 2,
+    /// Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
+    /// 2015 has 0.7. 0.001 to 1000. Default 0.2.
+    Delta = 3,
+    /// Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a
+    /// class comes or goes. 0 to 0.99999994. Default 0.01.
+    Prune = 4,
+    /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`. 1 to
+    /// 8. Default 8.
+    Classes = 5,
+    /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations
+    /// of the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output. 0 to 1000000.
+    /// Default 0.25.
+    Kappa = 6,
+    /// Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
+    /// input's own character, and is further from the style. 0 to 1. Default 0.5.
+    Rho = 7,
+    /// Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the
+    /// stream jumps; a frame that reaches the cap reports `VISITS`. 64 to 448. Default 256.
+    Visits = 8,
+    /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and
+    /// visit more. 1 to 64. Default 40.
+    Pool = 9,
+    /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a
+    /// jump sooner, and searches anew without need. 1 to 1000000000. Default 4.
+    Jump = 10,
+    /// Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`. 0 free, 1
+    /// sync. Default 0.
+    Timing = 11,
+    /// Width of the kernel that predicts the time step, in mean squared distances of the neighbors (Xia 2015, section
+    /// 5.1). Wider averages more: time steps vary less. 0.001 to 1000. Default 0.5.
+    TimingWidth = 12,
+    /// Where the output's heading comes from. A predicted heading drifts from the input's in turns. 0 input, 1
+    /// predicted. Default 0.
+    Yaw = 13,
+    /// How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
+    /// one is always two or three deviations out: less makes the model come and go, which is seen. 0.001 to 1000000.
+    /// Default 5.
+    Confidence = 14,
+    /// How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer
+    /// mixes the input in everywhere. 0.001 to 1000. Default 8.
+    Preference = 15,
+    /// Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database.
+    /// Short ones follow a performer that differs from the database, and forget slow motion. 0 to 1000000. Default 0.
+    Halflife = 16,
+    /// The method of translation. The database has to hold what it needs; a running stream begins anew with it. 0 mar,
+    /// 1 lti, 2 statistic. Default 0.
+    Method = 17,
+    /// Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s. 0 no, 1 yes. Default
+    /// 1.
+    Contacts = 18,
+    /// The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`. 0 follow, 1
+    /// hold, 2 rest. Default 0.
+    Safety = 19,
+    /// A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps
+    /// more often, more stretches legs. 0.01 to 1. Default 0.2.
+    Release = 20,
+    /// Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is
+    /// seen as a jerk, more drags feet. 0.01 to 2. Default 0.2.
+    Ease = 21,
+    /// How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error
+    /// sooner at a small λ, and makes the output rougher. 0.001 to 1000000. Default 1.
+    Feedback = 22,
+    /// How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets
+    /// no limit. Lower holds quick gestures of the style back. 1 to 100, or 0 for none. Default 1.2.
+    SpeedLimit = 23,
+    /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the
+    /// dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0
+    /// to 1000000. Default 2.
+    OutputKappa = 24,
+}
