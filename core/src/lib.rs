@@ -72,7 +72,7 @@ pub use error::{BlobError, ConfigError};
 pub use observe::{Observer, Stage};
 pub use report::{Degraded, Report};
 pub use stylizer::{
-    Fit, MEND_S, Stylizer,
+    BLEND_BACK_S, Fit, Stylizer,
     effort_dial::Effort,
     style_mix::{MAX_OWN, STRENGTH_S},
 };

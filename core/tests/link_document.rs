@@ -175,7 +175,11 @@ fn the_document_has_every_refusal_with_its_fields() {
         let fields = if fields.is_empty() { " |".to_owned() } else { format!(" {} |", fields.join(", ")) };
         says(&format!("| {number} | `{name}` |{fields}"));
     }
-    assert_eq!(refusals.last().map(String::as_str), Some("Parameter { number: 65535 }"), "a new one goes to the end");
+    assert_eq!(
+        refusals.last().map(String::as_str),
+        Some("Parameter { number: 65535 }"),
+        "a new one goes to the end"
+    );
 }
 
 #[test]

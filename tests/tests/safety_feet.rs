@@ -9,7 +9,7 @@ use gestus_builder::{
     stream::{from_pose, to_pose},
     synth,
 };
-use gestus_core::{Config, Database, Degraded, MEND_S, Pose, Report, Safety, Stylizer, blob::Leg};
+use gestus_core::{BLEND_BACK_S, Config, Database, Degraded, Pose, Report, Safety, Stylizer, blob::Leg};
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 type Outputs = Vec<(Pose<22>, Report)>;
@@ -124,9 +124,9 @@ fn every_fault_under_every_policy_is_said_and_passes_without_a_jump_while_feet_a
             let most = fastest(&outputs);
             println!("{name}, {safety:?}: {most:.3?} against {calm:.3?} without a fault");
             if safety != Safety::Follow {
-                // Joints make up in `MEND_S` for what they missed meanwhile; the root goes on from where it stopped.
+                // Joints make up in `BLEND_BACK_S` for what they missed meanwhile; the root goes on from where it stopped.
                 let missed = if flag == Degraded::LEAP { 4 } else { FAULT.len() } as f64 / 30.0;
-                let times = [1.0 + missed / f64::from(MEND_S), 1.25, 1.25];
+                let times = [1.0 + missed / f64::from(BLEND_BACK_S), 1.25, 1.25];
                 for ((found, calm), times) in most.into_iter().zip(calm).zip(times) {
                     assert!(found < times * calm + 0.005, "{name}, {safety:?}: {most:?} against {calm:?}");
                 }

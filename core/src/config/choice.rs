@@ -1,7 +1,5 @@
 //! Parameters that choose between named alternatives.
 
-use crate::Database;
-
 /// Makes an enum of alternatives; the first is the default. A number on the link is an alternative's place.
 macro_rules! choices {
     ($($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $text:literal,)* })*) => {$(
@@ -91,24 +89,6 @@ choices! {
         Lti = "lti",
         /// Transfer of means and spreads, with quaternions.
         Statistic = "statistic",
-    }
-}
-
-impl Method {
-    /// Whether a database holds what the method needs.
-    #[inline]
-    pub fn is_held_by(self, database: &Database<'_>) -> bool {
-        match self {
-            Self::Mar => database.counts().frames > 0,
-            Self::Lti => database.linear_from().is_some(),
-            Self::Statistic => database.statistic_from().is_some(),
-        }
-    }
-
-    /// The first method that a database holds what is needed for: for firmware that takes any blob.
-    #[inline]
-    pub fn of(database: &Database<'_>) -> Self {
-        Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
     }
 }
 

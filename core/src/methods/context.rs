@@ -1,7 +1,8 @@
-//! What every method of translation is given of a frame, and where it puts its answer: the methods know this and no
-//! stylizer, the stylizer knows the methods.
+//! What a method of translation is given of a frame, and where it leaves its result.
 
-use crate::{Config, blob::Database, body::pose::Dofs, stylizer::style_mix::Settings};
+use crate::{
+    Config, Observer, Pose, Report, blob::Database, body::pose::Dofs, stylizer::style_mix::Settings,
+};
 
 /// What stays the same through a frame.
 #[derive(Clone, Copy)]
@@ -13,7 +14,16 @@ pub(crate) struct Frame<'a, 'db> {
     pub first: bool,
 }
 
-/// What a method of translation sees of the stream, and where it puts its answer.
+/// A frame on its way through a method.
+pub(crate) struct Context<'a, 'db, const J: usize, O: Observer<J>> {
+    pub frame: Frame<'a, 'db>,
+    pub input: &'a Pose<J>,
+    pub signals: &'a mut Signals<J>,
+    pub report: &'a mut Report,
+    pub observer: &'a mut O,
+}
+
+/// The dofs of the stream, and where a method leaves its prediction.
 #[derive(Debug, Clone)]
 pub(crate) struct Signals<const J: usize> {
     /// `x[t]`, the input.
@@ -24,12 +34,14 @@ pub(crate) struct Signals<const J: usize> {
     pub y_prev: Dofs<J>,
     /// `y[t]`.
     pub predicted: Dofs<J>,
-    /// What is added to the prediction on the way out, after strength, and not fed back. Taken once.
+    /// Added to the output after strength, and not fed back. Cleared when it is added.
     pub correction: Dofs<J>,
-    /// Something is to be added.
+    /// True where a correction is to be added.
     pub is_corrected: bool,
-    /// The dofs put out, after strength; until then room for what one class predicts.
+    /// The output, after strength.
     pub output: Dofs<J>,
+    /// A method's own, within a frame: its content does not outlive [`Translate::predict`].
+    pub scratch: Dofs<J>,
 }
 
 impl<const J: usize> Signals<J> {
@@ -44,6 +56,45 @@ impl<const J: usize> Signals<J> {
             correction: zero,
             is_corrected: false,
             output: zero,
+            scratch: zero,
         }
     };
+}
+
+/// What a method asks of labels and styles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Needs {
+    /// Labels have to name a class that holds frames.
+    pub labelled_class: bool,
+    /// One style for the whole body: no joint group may have its own.
+    pub whole_body: bool,
+}
+
+/// A method of translation. To add one: implement this, and name it in [`Method`](crate::Method) and
+/// [`Engine`](super::engine::Engine); the compiler finds the rest.
+pub(crate) trait Translate<const J: usize> {
+    /// The state before the first frame. As a constant that is all zeros it is written where it goes, whatever the level of
+    /// optimisation: it would not fit a stack.
+    const NEW: Self;
+    /// What it asks of labels and styles.
+    const NEEDS: Needs;
+
+    /// Whether a database holds what the method needs.
+    fn is_held_by(database: &Database<'_>) -> bool;
+
+    /// Predicts every dof, and the time step where it is not the input's. On a first frame it also says what came before
+    /// it: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.
+    fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>);
+
+    /// Completes `report.contacts` and `report.contact_likelihood`, of which [`predict`](Self::predict) has left one.
+    /// Called after it, once a frame. By default the contacts are there, and certain.
+    fn contacts(&mut self, report: &mut Report) {
+        report.contact_likelihood = report.contacts.map(|stands| if stands { 1.0 } else { 0.0 });
+    }
+
+    /// The body has leapt to another place: frames before this one say nothing of how it moves.
+    fn forget_window(&mut self) {}
+
+    /// Forgets the stream.
+    fn reset(&mut self);
 }

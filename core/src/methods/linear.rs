@@ -1,4 +1,4 @@
-//! Linear time-invariant translation: the method of paper 001 (Hsu, Pulli, Popović 2005), as a stream.
+//! Linear time-invariant translation: the method of Hsu 2005, as a stream.
 //!
 //! Every joint is a small system of its own, fed with its normalised dofs:
 //!
@@ -19,13 +19,13 @@
 //! Cost: (n + p)(n + m) products a joint and model, where a joint has n states, m inputs and p outputs.
 
 use crate::{
-    Degraded, Report,
+    Database, Degraded, Observer, Report,
     blob::{
         LinearModel,
         layout::{MAX_ORDER, dof},
     },
     math::{clamp, erf, exp, pow},
-    methods::context::{Frame, Signals},
+    methods::context::{Context, Frame, Needs, Signals, Translate},
     search::top_k::insert,
 };
 
@@ -38,7 +38,7 @@ const FURTHEST: f32 = 1e3;
 /// The logarithm of the time warp is held within ±ln 4.
 const LOG_STEP: f32 = 1.386_294_4;
 
-/// A model that is running: which, how much of it is heard, and its states, unit after unit.
+/// A model that is running: which, its weight, and its states, unit after unit.
 #[derive(Debug, Clone)]
 struct Slot<const J: usize> {
     model: Option<u16>,
@@ -48,7 +48,7 @@ struct Slot<const J: usize> {
 
 /// State of the method between frames.
 #[derive(Debug, Clone)]
-pub(crate) struct Lti<const J: usize> {
+pub(crate) struct Linear<const J: usize> {
     slots: [Slot<J>; BLENDED],
     /// Weight of the input itself: its own style is one of those wanted.
     plain: f32,
@@ -57,22 +57,32 @@ pub(crate) struct Lti<const J: usize> {
 /// The models wanted and their weights.
 type Wanted = heapless::Vec<(u16, f32), BLENDED>;
 
-impl<const J: usize> Lti<J> {
-    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    pub const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
+impl<const J: usize> Translate<J> for Linear<J> {
+    const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
+    // One state and one time step for all joints; labels choose models, not frames.
+    const NEEDS: Needs = Needs { labelled_class: false, whole_body: true };
 
-    /// Forgets the stream.
-    pub fn reset(&mut self) {
+    #[inline]
+    fn is_held_by(database: &Database<'_>) -> bool {
+        database.linear_from().is_some()
+    }
+
+    #[inline(never)]
+    fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
+        self.predict_frame(context.frame, context.signals, context.report);
+    }
+
+    fn reset(&mut self) {
         // In its place: a new one would be on the stack first, which is 3 KB.
         self.plain = 0.0;
         self.slots.iter_mut().for_each(Slot::free);
     }
+}
 
-    /// Predicts every dof, the time step and the contacts.
-    #[inline(never)]
-    pub fn predict(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
+impl<const J: usize> Linear<J> {
+    fn predict_frame(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
         let database = frame.database;
-        let (wanted, plain) = wanted(frame, report);
+        let (wanted, plain) = wanted_models(frame, report);
         self.steer(&wanted, plain, frame.first);
         if frame.first {
             // A first pose has no frame before it: it moves as its kind does on average.
@@ -84,9 +94,9 @@ impl<const J: usize> Lti<J> {
             signals.x_prev = signals.x;
             signals.y_prev = signals.x;
         }
-        let heard: f32 = self.plain + self.slots.iter().map(|s| s.weight).sum::<f32>();
-        let heard = if heard > 1e-6 { heard } else { 1.0 };
-        let share = self.plain / heard;
+        let total: f32 = self.plain + self.slots.iter().map(|s| s.weight).sum::<f32>();
+        let total = if total > 1e-6 { total } else { 1.0 };
+        let share = self.plain / total;
         let plain = signals.predicted.as_flattened_mut().iter_mut().zip(signals.x.as_flattened());
         plain.take(database.counts().dofs).for_each(|(predicted, x)| *predicted = share * x);
         let input_step = 1.0 / database.rate_hz();
@@ -96,15 +106,14 @@ impl<const J: usize> Lti<J> {
             let Some(index) = slot.model else { continue };
             let model = database.linear_model(usize::from(index));
             report.bytes_read += model.bytes() as u32;
-            let share = slot.weight / heard;
+            let share = slot.weight / total;
             let states = slot.states.as_flattened_mut();
-            let signals = Numbered {
+            let dofs = ModelDofs {
                 x: signals.x.as_flattened(),
-                // Not in use until the frame is put out.
-                normalised: signals.output.as_flattened_mut(),
+                normalised: signals.scratch.as_flattened_mut(),
                 predicted: signals.predicted.as_flattened_mut(),
             };
-            let (passed, log_step) = translate(&model, states, frame, share, signals, report);
+            let (passed, log_step) = translate(&model, states, frame, share, dofs, report);
             step_s += share * input_step * exp((1.0 - passed) * clamp(log_step, -LOG_STEP, LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
@@ -144,7 +153,7 @@ impl<const J: usize> Lti<J> {
 
 /// The models of the styles wanted, heaviest first, and the weight of the input's own style.
 #[inline]
-fn wanted(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
+fn wanted_models(frame: Frame<'_, '_>, report: &mut Report) -> (Wanted, f32) {
     let database = frame.database;
     let from = database.linear_from();
     let mut wanted = Wanted::new();
@@ -176,10 +185,10 @@ impl<const J: usize> Slot<J> {
     }
 }
 
-/// The dofs of a frame, whatever the capacity.
-struct Numbered<'a> {
+/// The dofs that a model reads and writes, whatever the capacity.
+struct ModelDofs<'a> {
     x: &'a [f32],
-    /// Room for the normalised input.
+    /// Scratch memory for the normalised input.
     normalised: &'a mut [f32],
     predicted: &'a mut [f32],
 }
@@ -193,7 +202,7 @@ fn translate(
     mut states: &mut [f32],
     frame: Frame<'_, '_>,
     share: f32,
-    signals: Numbered<'_>,
+    signals: ModelDofs<'_>,
     report: &mut Report,
 ) -> (f32, f32) {
     let dofs = frame.database.counts().dofs;
@@ -211,7 +220,7 @@ fn translate(
     let mixed = signals.predicted.iter_mut().zip(signals.x);
     mixed.take(dofs).for_each(|(predicted, x)| *predicted += share * passed * x);
 
-    let heard = share * (1.0 - passed);
+    let weight = share * (1.0 - passed);
     let mut log_step = 0.0;
     for unit in model.units() {
         let Some((own, rest)) = states.split_at_mut_checked(unit.order) else { break };
@@ -224,9 +233,9 @@ fn translate(
         numbers.add_products(following, own);
         numbers.add_products(following, u);
         let mut outputs = [0.0; 4];
-        let put_out = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
-        numbers.add_products(put_out, own);
-        numbers.add_products(put_out, u);
+        let used = outputs.get_mut(..unit.outputs).unwrap_or(&mut []);
+        numbers.add_products(used, own);
+        numbers.add_products(used, u);
         for (i, output) in outputs.iter().enumerate().take(unit.outputs) {
             let d = unit.first_output + i;
             let [_, _, mean, deviation] = model.dof(d);
@@ -234,7 +243,7 @@ fn translate(
             if d >= dofs {
                 log_step = value;
             } else if let Some(slot) = signals.predicted.get_mut(d) {
-                *slot += heard * value;
+                *slot += weight * value;
             }
         }
         for (slot, value) in own.iter_mut().zip(next) {

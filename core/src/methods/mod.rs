@@ -1,6 +1,7 @@
 //! The methods of translation.
 
 pub(crate) mod context;
+pub(crate) mod engine;
 pub mod linear;
 pub mod mixture;
 pub(crate) mod statistics;

@@ -1,4 +1,4 @@
-//! Statistical transfer: the method of paper 002, as a stream.
+//! Statistical transfer: transfer of means and spreads with quaternions, as a stream.
 //!
 //! A style is the mean and the spread of every joint's rotation. The input's rotation `q_s` is turned so that its
 //! mean is the output's, and moved along the geodesic from there so that its spread is the output's:
@@ -20,7 +20,7 @@
 //! output's do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
 
 use crate::{
-    Pose, Report,
+    Observer, Report,
     blob::{
         Database, Table,
         layout::{MAX_STYLES, ROOT_DOFS, dof},
@@ -31,7 +31,7 @@ use crate::{
         sqrt,
         vector::norm,
     },
-    methods::context::{Frame, Signals},
+    methods::context::{Context, Frame, Needs, Translate},
     stylizer::style_mix::Settings,
 };
 
@@ -42,7 +42,7 @@ const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];
 
 /// State of the method between frames: the input's running statistics.
 #[derive(Debug, Clone)]
-pub(crate) struct Statistic<const J: usize> {
+pub(crate) struct Statistics<const J: usize> {
     /// Mean and variance of the root's numbers.
     root: [[f32; 2]; 3],
     means: [Quaternion; J],
@@ -50,20 +50,21 @@ pub(crate) struct Statistic<const J: usize> {
     variances: [f32; J],
 }
 
-impl<const J: usize> Statistic<J> {
-    /// No frame seen yet. As a constant that is all zeros it is written where it goes, whatever the level of optimisation. The first frame
-    /// gives it its statistics.
-    pub const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
+impl<const J: usize> Translate<J> for Statistics<J> {
+    // The first frame gives it its statistics.
+    const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
+    // Labels choose tables, not frames; each joint is translated by itself.
+    const NEEDS: Needs = Needs { labelled_class: false, whole_body: false };
 
-    /// Predicts every dof and the contacts; time passes as it does in the input.
+    #[inline]
+    fn is_held_by(database: &Database<'_>) -> bool {
+        database.statistic_from().is_some()
+    }
+
     #[inline(never)]
-    pub fn predict(
-        &mut self,
-        frame: Frame<'_, '_>,
-        input: &Pose<J>,
-        signals: &mut Signals<J>,
-        report: &mut Report,
-    ) {
+    fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
+        let Context { frame, input, signals, report, .. } = context;
+        let frame = *frame;
         let database = frame.database;
         let settings = frame.settings;
         let style = settings.input_style.or(database.statistic_from()).unwrap_or(0);
@@ -84,6 +85,10 @@ impl<const J: usize> Statistic<J> {
         }
         let x = signals.x.as_flattened();
         transfer(frame, &source, running, &input.rotations, x, signals.predicted.as_flattened_mut(), report);
+    }
+
+    fn reset(&mut self) {
+        // A first frame starts its statistics anew.
     }
 }
 
@@ -110,7 +115,7 @@ impl Running<'_> {
     }
 }
 
-/// What [`Statistic::predict`] does in every frame.
+/// What [`Statistics::predict`] does in every frame.
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
 fn transfer(
@@ -128,16 +133,16 @@ fn transfer(
     let alpha = if running { 1.0 - exp(-core::f32::consts::LN_2 * rate) } else { 0.0 };
     // The root's own styles; those of other groups' joints take their place where these begin.
     let mut mix = settings.mix_of(database.joint_group(0));
-    let mut heard = Heard::new();
-    listen(&mut heard, database, settings, mix);
-    report.bytes_read += heard.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
+    let mut tables = MixTables::new();
+    load_tables(&mut tables, database, settings, mix);
+    report.bytes_read += tables.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
 
     let mut furthest = 0.0;
     for (i, (d, own)) in ROOT.into_iter().zip(root).enumerate() {
         let x = x.get(d).copied().unwrap_or(0.0);
         let [mean, deviation] = if running { [own[0], sqrt(own[1])] } else { source.root(i) };
         let (mut to_mean, mut to_deviation) = (0.0, 0.0);
-        for &(table, weight) in &heard {
+        for &(table, weight) in &tables {
             let [mean, deviation] = table.root(i);
             to_mean += weight * mean;
             to_deviation += weight * deviation;
@@ -162,9 +167,9 @@ fn transfer(
         let own_mix = settings.mix_of(group);
         if own_mix != mix {
             mix = own_mix;
-            listen(&mut heard, database, settings, mix);
+            load_tables(&mut tables, database, settings, mix);
         }
-        let (to_mean, to_deviation) = blended(&heard, j);
+        let (to_mean, to_deviation) = blended(&tables, j);
         let way = quaternion::apart(mean, q);
         let moved = quaternion::turned_about(to_mean, times(scale(to_deviation, deviation), way));
         // The map relative to the database's mean.
@@ -190,9 +195,9 @@ fn transfer(
 }
 
 /// Mean rotation and spread of a joint in a mix: a weighted mean, one table after the other (eq. 6).
-fn blended(heard: &Heard<'_>, joint: usize) -> (Quaternion, f32) {
+fn blended(tables: &MixTables<'_>, joint: usize) -> (Quaternion, f32) {
     let (mut mean, mut deviation, mut total) = (IDENTITY, 0.0, 0.0);
-    for &(table, weight) in heard {
+    for &(table, weight) in tables {
         let (own, spread) = table.joint(joint);
         total += weight;
         mean = if total > weight { quaternion::slerp(weight / total, mean, own) } else { own };
@@ -206,16 +211,16 @@ fn times(factor: f32, v: Vector) -> Vector {
 }
 
 /// The tables that a mix of styles is made of, and their weights.
-type Heard<'db> = heapless::Vec<(Table<'db>, f32), MAX_STYLES>;
+type MixTables<'db> = heapless::Vec<(Table<'db>, f32), MAX_STYLES>;
 
 /// Looks up the tables of a mix.
 #[inline(never)]
-fn listen<'db>(heard: &mut Heard<'db>, database: &Database<'db>, settings: &Settings, mix: usize) {
-    heard.clear();
+fn load_tables<'db>(tables: &mut MixTables<'db>, database: &Database<'db>, settings: &Settings, mix: usize) {
+    tables.clear();
     for (style, weight) in settings.mix(mix).weighted(database.counts().styles) {
         if let Some(table) = database.table_of(style as u16, settings.action) {
             // There is room for every style.
-            let _ = heard.push((table, weight));
+            let _ = tables.push((table, weight));
         }
     }
 }

@@ -161,7 +161,7 @@ fn total(sums: &[f32; LANES]) -> f32 {
 /// How a search went.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Effort {
+pub struct SearchStats {
     /// Distances computed.
     pub visits: u32,
     /// Bytes of features and graph read.
@@ -216,7 +216,7 @@ impl Searcher {
         limits: &Limits,
         last: &[u16],
         last_mean: f32,
-    ) -> (&[Neighbor], Effort) {
+    ) -> (&[Neighbor], SearchStats) {
         let record = database.class(class);
         let k = limits.k.min(record.k_cap);
         let mut walk = Walk {
@@ -226,7 +226,7 @@ impl Searcher {
             limits: Limits { pool: limits.pool.max(k).min(POOL), ..*limits },
             pool: &mut self.pool,
             visited: &mut self.visited,
-            effort: Effort::default(),
+            stats: SearchStats::default(),
             left: 0,
             next: 0,
             following: false,
@@ -245,7 +245,7 @@ impl Searcher {
                 walk.seed_all(database.entries(class));
                 walk.run();
                 fresh = mean(walk.pool, k) > limits.jump * last_mean || walk.is_lost(last.len());
-                walk.effort.restarted = fresh;
+                walk.stats.restarted = fresh;
             }
             if fresh {
                 walk.start_again();
@@ -254,8 +254,8 @@ impl Searcher {
                 walk.run();
             }
         }
-        let effort = walk.effort;
-        (self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]), effort)
+        let stats = walk.stats;
+        (self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]), stats)
     }
 }
 
@@ -282,7 +282,7 @@ struct Walk<'a, 'db> {
     limits: Limits,
     pool: &'a mut Vec<Neighbor, POOL>,
     visited: &'a mut [u16; SLOTS],
-    effort: Effort,
+    stats: SearchStats,
     left: u16,
     /// Place in the pool before which every frame is expanded.
     next: usize,
@@ -301,7 +301,7 @@ impl Walk<'_, '_> {
     /// Leave for as many visits again, or as many as there are to spare. What was seen stays, as long as the visited set
     /// has room, and where too few visits are left to find anything else.
     fn start_again(&mut self) {
-        let seen = u16::try_from(self.effort.visits).unwrap_or(u16::MAX);
+        let seen = u16::try_from(self.stats.visits).unwrap_or(u16::MAX);
         let room = MAX_VISITS.saturating_sub(seen);
         let left = self.limits.visits.saturating_add(self.limits.spare).saturating_sub(seen);
         if seen == 0 || (room < MAX_VISITS / 2 && usize::from(left) >= SPREAD) {
@@ -356,7 +356,7 @@ impl Walk<'_, '_> {
             }
             nearest.expanded = true;
             let row = usize::from(nearest.row);
-            self.effort.bytes += 16;
+            self.stats.bytes += 16;
             for edge in self.database.edges(self.class.first_row + row) {
                 if edge != NONE {
                     self.visit(edge);
@@ -368,7 +368,7 @@ impl Walk<'_, '_> {
                 }
             }
             if self.left == 0 {
-                self.effort.capped = true;
+                self.stats.capped = true;
                 return;
             }
         }
@@ -405,8 +405,8 @@ impl Walk<'_, '_> {
     }
 
     fn measure(&mut self, row: u16) {
-        self.effort.visits += 1;
-        self.effort.bytes += self.metric.bytes() as u32;
+        self.stats.visits += 1;
+        self.stats.bytes += self.metric.bytes() as u32;
         let full = self.pool.len() >= self.limits.pool;
         let bound = match self.pool.last() {
             Some(worst) if full => worst.distance2,

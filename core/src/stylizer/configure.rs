@@ -2,7 +2,7 @@
 //! at the other end of a link sets them all.
 
 use super::Stylizer;
-use crate::{Config, ConfigError, Method, stylizer::style_mix::Settings};
+use crate::{Config, ConfigError, stylizer::style_mix::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins
@@ -15,14 +15,14 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     // Called from several places, and never in a frame: once in a firmware will do.
     #[inline(never)]
     pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
-        if config.method == Method::Lti && self.settings.has_own() {
+        if config.method.needs().whole_body && self.settings.has_own() {
             return Err(ConfigError::WholeBody);
         }
-        self.put_in_force(config)
+        self.replace_config(config)
     }
 
     #[inline(never)]
-    fn put_in_force(&mut self, config: Config) -> Result<(), ConfigError> {
+    fn replace_config(&mut self, config: Config) -> Result<(), ConfigError> {
         config.check(K)?;
         if config.method != self.config.method {
             if !config.method.is_held_by(&self.database) {
@@ -53,7 +53,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
         // Whatever styles groups have: they are about to go.
-        self.put_in_force(config)?;
+        self.replace_config(config)?;
         self.settings = Settings::new();
         self.lock.set_floor([0.0; 2]);
         self.reset();

@@ -1,7 +1,7 @@
 //! What comes out where the input is late, out of order, no pose, or somewhere else all of a sudden.
 //!
 //! A loop that drives servos has to put out a pose a tick whatever comes in. What it then is, is the caller's choice
-//! ([`Safety`]); the report says which fault it was. Behind a fault the output is **mended**: over [`MEND_S`] each pose is
+//! ([`Safety`]); the report says which fault it was. Behind a fault the output is **mended**: over [`BLEND_BACK_S`] each pose is
 //! taken a growing part of the way from the last one put out to the one that is due, so that nothing jumps; on the ground
 //! the body goes on from where it stopped.
 //!
@@ -30,7 +30,7 @@ use crate::{
 };
 
 /// How long the way back from a fault takes, seconds.
-pub const MEND_S: f32 = 0.3;
+pub const BLEND_BACK_S: f32 = 0.3;
 /// Frames for which a leap is taken for a glitch.
 pub const PATIENCE: u8 = 5;
 /// Time constant of the way to rest, seconds, and how fast the root comes to stand at most, m/s.
@@ -54,21 +54,21 @@ fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
 /// What is kept of faults.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(super) struct Guard {
+pub(super) struct FaultState {
     /// Number of the last input that was a pose, taken or a glitch.
     number: Option<u32>,
     /// Frames from the last input taken to this one, by their numbers.
     gap: u16,
     leaps: u8,
     /// Seconds until the output is the stream's again.
-    mend_s: f32,
+    blend_back_s: f32,
     /// Which foot the last pose stands on: a bit each.
     stands: u8,
 }
 
-impl Guard {
+impl FaultState {
     pub const fn new() -> Self {
-        Self { number: None, gap: 1, leaps: 0, mend_s: 0.0, stands: 0 }
+        Self { number: None, gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
     }
 
     /// Frames from the last input taken to this one: by their numbers, or by the glitches between them.
@@ -94,19 +94,19 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`Safety`]; the report says what was wrong. Before the first pose there is none to put out, and `output` is left as
     /// it is: [`last_output`](Self::last_output) is `None` until then.
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
-        let Some((pose, number)) = input else { return self.make_do(Degraded::STALE, output) };
-        let Some(gap) = self.guard.gap(number) else { return self.make_do(Degraded::ORDER, output) };
+        let Some((pose, number)) = input else { return self.fallback_output(Degraded::STALE, output) };
+        let Some(gap) = self.faults.gap(number) else { return self.fallback_output(Degraded::ORDER, output) };
         // Behind a glitch it is a longer way from the last input taken.
-        let before = self.guard.gap;
-        self.guard.gap = if self.guard.leaps > 0 { before.saturating_add(gap) } else { gap };
+        let before = self.faults.gap;
+        self.faults.gap = if self.faults.leaps > 0 { before.saturating_add(gap) } else { gap };
         let report = self.step_observed(pose, output, &mut ());
         if report.degraded.contains(Degraded::INPUT) {
-            self.guard.gap = before;
+            self.faults.gap = before;
         } else {
-            self.guard.number = Some(number);
+            self.faults.number = Some(number);
         }
-        if self.guard.leaps == 0 {
-            self.guard.gap = 1;
+        if self.faults.leaps == 0 {
+            self.faults.gap = 1;
         }
         report
     }
@@ -115,7 +115,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub(super) fn leaps(&self) -> bool {
         let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
         // Rates of the root are over one frame, however many lie between.
-        let frames = self.guard.frames();
+        let frames = self.faults.frames();
         let seconds = frames / self.database.rate_hz();
         let mut values = x.iter().zip(x_prev).enumerate().take(self.database.counts().dofs);
         values.any(|(d, (&now, &before))| match d {
@@ -131,17 +131,17 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     /// Whether a leap is a glitch, to be made do without; counts it.
     pub(super) fn is_glitch(&mut self) -> bool {
-        if self.guard.leaps >= PATIENCE {
+        if self.faults.leaps >= PATIENCE {
             return false;
         }
-        self.guard.leaps += 1;
+        self.faults.leaps += 1;
         true
     }
 
     /// The input is taken: where frames have gone missing before it, its speeds are over all of them; where it has leapt,
     /// it has none.
     pub(super) fn accept(&mut self, leapt: bool) {
-        let frames = self.guard.frames();
+        let frames = self.faults.frames();
         if leapt || frames > 1.0 {
             for d in [dof::FORWARD, dof::LEFT, dof::YAW] {
                 if let Some(speed) = self.signals.x.as_flattened_mut().get_mut(d) {
@@ -150,22 +150,22 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             }
         }
         if leapt {
-            self.guard.mend_s = MEND_S;
+            self.faults.blend_back_s = BLEND_BACK_S;
             // Nothing moved on the way there: neither between the frames nor in the window.
             self.signals.x_prev = self.signals.x;
             self.engine.forget_window();
         }
-        self.guard.leaps = 0;
+        self.faults.leaps = 0;
     }
 
     /// The feet that the pose stands on that is put out now.
-    pub(super) fn stand_on(&mut self, feet: [bool; 2]) {
-        self.guard.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
+    pub(super) fn set_standing(&mut self, feet: [bool; 2]) {
+        self.faults.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
     }
 
     /// A frame without an input to go by.
     #[inline(never)]
-    pub(super) fn make_do(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
+    pub(super) fn fallback_output(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
         report.degraded.set(fault, true);
@@ -181,17 +181,17 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         } else {
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
-        report.contacts = [1, 2].map(|foot| self.guard.stands & foot != 0);
+        report.contacts = [1, 2].map(|foot| self.faults.stands & foot != 0);
         if self.config.safety != Safety::Follow {
-            self.guard.mend_s = MEND_S;
+            self.faults.blend_back_s = BLEND_BACK_S;
         }
         report
     }
 
     /// Takes the output a part of the way from the last one, while a fault is being mended.
     #[inline(never)]
-    pub(super) fn mend(&mut self, step_s: f32, output: &mut Pose<J>) {
-        let left = self.guard.mend_s;
+    pub(super) fn blend_back(&mut self, step_s: f32, output: &mut Pose<J>) {
+        let left = self.faults.blend_back_s;
         if left <= 0.0 {
             return;
         }
@@ -203,7 +203,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             // On the ground it goes on from where it stopped: nothing is missing there that it would have to run after.
             (output.position[0], output.position[2]) = (x, z);
         }
-        self.guard.mend_s = left - step_s;
+        self.faults.blend_back_s = left - step_s;
     }
 
     /// The mean pose where `pose` stands, facing as it does.
@@ -227,6 +227,6 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let over = if left < right { left } else { right };
         let down = clamp(over, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
         pose.position[1] -= down;
-        self.stand_on([left - down < ON_FLOOR_M, right - down < ON_FLOOR_M]);
+        self.set_standing([left - down < ON_FLOOR_M, right - down < ON_FLOOR_M]);
     }
 }

@@ -6,21 +6,19 @@ mod fallback;
 mod settings;
 pub mod style_mix;
 
-pub use fallback::MEND_S;
+pub use fallback::BLEND_BACK_S;
 
-use fallback::Guard;
+use fallback::FaultState;
 
 use crate::{
-    Config, ConfigError, Degraded, Method, Observer, Pose, Report,
+    Config, ConfigError, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
     body::pose::{self, Anchor},
     config::{Safety, Timing, Yaw},
     math::clamp,
     methods::{
-        context::{Frame, Signals},
-        linear::Lti,
-        mixture::{contact_votes::Filter, step::Mar},
-        statistics::Statistic,
+        context::{Context, Frame, Signals},
+        engine::Engine,
     },
     observe::Stage,
     output::{
@@ -78,56 +76,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             signals: Signals::NEW,
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
-            contacts: Filter::new(),
             lock: Lock::new(),
             limit: Limit::new(),
-            guard: Guard::new(),
+            faults: FaultState::new(),
             last: None,
-        }
-    }
-}
-
-/// The method and its state: all lie in the same place, which is as large as the largest, the mixture's.
-#[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)]
-enum Engine<const J: usize, const K: usize, const C: usize> {
-    Mar(Mar<J, K, C>),
-    Lti(Lti<J>),
-    Statistic(Statistic<J>),
-}
-
-impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    /// The mixture, no frame seen yet: all zeros, like what it is made of.
-    const NEW: Self = Self::Mar(Mar::NEW);
-
-    /// Before a first frame: takes up the method where another one was. Written in its place: the mixture's state would
-    /// not fit a stack.
-    #[inline(never)]
-    fn begin(&mut self, method: Method) {
-        match (method, &self) {
-            (Method::Mar, Self::Mar(_)) | (Method::Lti, Self::Lti(_)) => {}
-            (Method::Statistic, Self::Statistic(_)) => {}
-            (Method::Mar, _) => *self = Self::NEW,
-            (Method::Lti, _) => *self = Self::Lti(Lti::NEW),
-            (Method::Statistic, _) => *self = Self::Statistic(Statistic::NEW),
-        }
-    }
-
-    /// The body is somewhere else: what it did before is no part of what it does there.
-    fn forget_window(&mut self) {
-        if let Self::Mar(mar) = self {
-            mar.forget_window();
-        }
-    }
-
-    // Not part of its callers' frames: starting anew takes some stack.
-    #[inline(never)]
-    fn reset(&mut self) {
-        match self {
-            Self::Mar(mar) => mar.reset(),
-            Self::Lti(lti) => lti.reset(),
-            // A first frame starts its statistics.
-            Self::Statistic(_) => {}
         }
     }
 }
@@ -144,10 +96,9 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     signals: Signals<J>,
     input_anchor: Anchor,
     output_anchor: Anchor,
-    contacts: Filter,
     lock: Lock,
     limit: Limit,
-    guard: Guard,
+    faults: FaultState,
     last: Option<Pose<J>>,
 }
 
@@ -187,10 +138,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// Forgets the stream; the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.engine.reset();
-        self.contacts = Filter::new();
         self.lock.reset();
         self.limit = Limit::new();
-        self.guard = Guard::new();
+        self.faults = FaultState::new();
         self.last = None;
     }
 
@@ -212,19 +162,19 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let input_step = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s: input_step, predicted_step_s: input_step, ..Report::default() };
         if !input.is_valid(self.database.counts().joints) {
-            return self.make_do(Degraded::INPUT, output);
+            return self.fallback_output(Degraded::INPUT, output);
         }
         let first = self.last.is_none();
         let anchor = self.input_anchor;
-        self.take_in(input, first);
+        self.extract_dofs(input, first);
         if self.config.safety != Safety::Follow && !first && self.leaps() {
             report.degraded.set(Degraded::LEAP, true);
             if self.is_glitch() {
                 self.input_anchor = anchor;
-                return self.make_do(Degraded::LEAP, output);
+                return self.fallback_output(Degraded::LEAP, output);
             }
         }
-        let frames = self.guard.frames();
+        let frames = self.faults.frames();
         self.accept(report.degraded.contains(Degraded::LEAP));
         if !first && self.config.speed_limit > 0.0 {
             let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
@@ -233,19 +183,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
-        match &mut self.engine {
-            Engine::Mar(mar) => mar.predict(frame, input, signals, &mut report, observer),
-            Engine::Lti(lti) => lti.predict(frame, signals, &mut report),
-            Engine::Statistic(statistic) => statistic.predict(frame, input, signals, &mut report),
-        }
-        match self.config.method {
-            Method::Mar => report.contacts = self.contacts.take(report.contact_likelihood),
-            // The other models classify on their own.
-            _ => report.contact_likelihood = report.contacts.map(|c| if c { 1.0 } else { 0.0 }),
-        }
-        self.put_out(first, &mut report, output, observer);
-        self.stand_on(report.contacts);
-        self.mend(report.step_s, output);
+        self.engine.predict(&mut Context { frame, input, signals, report: &mut report, observer });
+        self.engine.contacts(&mut report);
+        self.compose_output(first, &mut report, output, observer);
+        self.set_standing(report.contacts);
+        self.blend_back(report.step_s, output);
         if let Some(last) = self.last.as_ref().filter(|_| self.config.speed_limit > 0.0) {
             self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
         }
@@ -259,7 +201,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Input pose to dofs.
     #[inline(never)]
-    fn take_in(&mut self, input: &Pose<J>, first: bool) {
+    fn extract_dofs(&mut self, input: &Pose<J>, first: bool) {
         if first {
             self.engine.begin(self.config.method);
             let root = input.rotations.first().copied().unwrap_or(crate::math::quaternion::IDENTITY);
@@ -271,7 +213,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
     #[inline(never)]
-    fn put_out(
+    fn compose_output(
         &mut self,
         first: bool,
         report: &mut Report,
@@ -287,12 +229,16 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             *rate = own;
         }
         let output = signals.output.as_flattened_mut();
-        let held_back = take_on(&self.database, &self.settings, x, predicted, output);
+        let held_back = apply_strength(&self.database, &self.settings, x, predicted, output);
         report.degraded.set(Degraded::PREDICTION, held_back);
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
         let signals = &mut self.signals;
         if core::mem::take(&mut signals.is_corrected) {
-            correct(signals.output.as_flattened_mut(), signals.correction.as_flattened_mut(), !held_back);
+            add_corrections(
+                signals.output.as_flattened_mut(),
+                signals.correction.as_flattened_mut(),
+                !held_back,
+            );
         }
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
@@ -330,7 +276,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 /// As much of what is predicted as each joint group's strength says. What no body comes to is held back, which is said.
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
-fn take_on(
+fn apply_strength(
     database: &Database<'_>,
     settings: &Settings,
     x: &[f32],
@@ -369,7 +315,7 @@ fn take_on(
 /// Adds the corrections, which are taken. Where something was held back they may be of what was, and are left.
 #[cold]
 #[inline(never)]
-fn correct(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
+fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
     for (output, correction) in output.iter_mut().zip(corrections) {
         let correction = core::mem::take(correction);
         if are_good {

@@ -2,7 +2,7 @@
 
 use super::Stylizer;
 use crate::{
-    ConfigError, Method,
+    ConfigError,
     blob::layout::{MAX_GROUPS, MAX_STYLES},
     stylizer::style_mix::{MAX_OWN, MOST_STRENGTH, Own, StyleWeights, matches},
 };
@@ -44,7 +44,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// in force stays.
     pub fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         known(Some(group), self.database.counts().groups)?;
-        if self.config.method == Method::Lti && !weights.is_empty() {
+        if self.config.method.needs().whole_body && !weights.is_empty() {
             return Err(ConfigError::WholeBody);
         }
         let mut own = Own { count: u8::try_from(weights.len()).unwrap_or(u8::MAX), ..Own::NONE };
@@ -166,9 +166,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
-        // Only the mixture has to find frames; other methods take labels where they have something for them.
-        let searches = self.config.method == Method::Mar;
-        if searches && !self.database.classes().any(|c| matches(c, action, style)) {
+        if self.config.method.needs().labelled_class
+            && !self.database.classes().any(|c| matches(c, action, style))
+        {
             return Err(ConfigError::NoClass);
         }
         (self.settings.action, self.settings.input_style) = (action, style);

@@ -86,15 +86,15 @@ pub fn voters(classes: usize) -> usize {
 pub struct Votes {
     stands: [f32; 2],
     total: [f32; 2],
-    /// How many neighbors of a class are asked; none by default.
-    pub asked: usize,
+    /// How many neighbors of a class vote; 0 by default.
+    pub wanted: usize,
 }
 
 impl Votes {
     /// No votes yet, in a frame that keeps so many classes.
     #[inline]
     pub fn of(classes: usize) -> Self {
-        Self { asked: voters(classes), ..Self::default() }
+        Self { wanted: voters(classes), ..Self::default() }
     }
 
     /// Counts a neighbor: its label, left and right from 0 to 1, its squared distance seen from each foot, and its
@@ -125,30 +125,30 @@ impl Votes {
 /// A leg of the input, ready to be compared with those of examples.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) struct Asked {
-    joints: [AskedJoint; 3],
+pub(crate) struct LegQuery {
+    joints: [QueryJoint; 3],
     /// Weight of the changes from frame to frame: τ times the frames a second.
     rate_weight: f32,
 }
 
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-struct AskedJoint {
+struct QueryJoint {
     /// The first of its three dofs.
     first: usize,
     /// Quantisation step, dof and dof in the frame before.
     dofs: [[f32; 3]; 3],
 }
 
-impl Asked {
+impl LegQuery {
     /// No leg yet.
-    pub const NOTHING: Self =
-        Self { joints: [AskedJoint { first: 0, dofs: [[0.0; 3]; 3] }; 3], rate_weight: 0.0 };
+    pub const EMPTY: Self =
+        Self { joints: [QueryJoint { first: 0, dofs: [[0.0; 3]; 3] }; 3], rate_weight: 0.0 };
 
     /// Takes in a leg of the dofs `x`, which were `x_prev` in the frame before. In its place: to return it would take
     /// its room on the stack once more.
     #[inline]
-    pub fn ask(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
+    pub fn set(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
         self.rate_weight = RATE_WEIGHT_S * database.rate_hz();
         for (joint, of) in self.joints.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
             // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
@@ -190,19 +190,22 @@ impl Asked {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Filter {
     likelihood: [f32; 2],
+    /// False until the first frame, which passes as it is.
+    started: bool,
 }
 
 impl Filter {
-    /// A filter that has seen no frame; the first one passes as it is.
+    /// A filter that has seen no frame.
     pub const fn new() -> Self {
-        Self { likelihood: [-1.0; 2] }
+        Self { likelihood: [0.0; 2], started: false }
     }
 
-    /// Takes up a frame's likelihoods. Returns which foot stands.
-    pub fn take(&mut self, likelihood: [f32; 2]) -> [bool; 2] {
+    /// Filters a frame's likelihoods. Returns which foot stands.
+    pub fn filter(&mut self, likelihood: [f32; 2]) -> [bool; 2] {
         for (kept, now) in self.likelihood.iter_mut().zip(likelihood) {
-            *kept = if *kept < 0.0 { now } else { *kept + TAKEN * (now - *kept) };
+            *kept = if self.started { *kept + TAKEN * (now - *kept) } else { now };
         }
+        self.started = true;
         self.likelihood.map(|l| l > 0.5)
     }
 }
@@ -245,7 +248,7 @@ mod tests {
         let mut last = 0.0;
         for t in 0..60 {
             last = slope * t as f32;
-            let _ = filter.take([last, 0.0]);
+            let _ = filter.filter([last, 0.0]);
         }
         let delay = (last - filter.likelihood[0]) / slope;
         assert!((delay - DELAY_FRAMES).abs() < 0.01, "{delay}");
@@ -255,9 +258,9 @@ mod tests {
     #[test]
     fn one_stray_frame_does_not_lift_a_foot_and_a_change_is_followed_at_once() {
         let mut filter = Filter::new();
-        assert_eq!(filter.take([1.0, 0.2]), [true, false]);
+        assert_eq!(filter.filter([1.0, 0.2]), [true, false]);
         // 0.9 of 0.45 and 0.1 of 1: above one half.
-        assert_eq!(filter.take([0.45, 0.2]), [true, false]);
-        assert_eq!(filter.take([0.0, 1.0]), [false, true]);
+        assert_eq!(filter.filter([0.45, 0.2]), [true, false]);
+        assert_eq!(filter.filter([0.0, 1.0]), [false, true]);
     }
 }

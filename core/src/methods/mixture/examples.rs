@@ -21,16 +21,16 @@ use crate::{
 const MAX_RUN: usize = 4;
 
 /// The styles that have weight, by number.
-pub(crate) type Heard = heapless::Vec<u8, MAX_STYLES>;
+pub(crate) type ActiveStyles = heapless::Vec<u8, MAX_STYLES>;
 
 /// Lists the styles that have weight in a mix.
-pub(crate) fn heard(mix: Mix<'_>, styles: usize) -> Heard {
-    let mut heard = Heard::new();
+pub(crate) fn active_styles(mix: Mix<'_>, styles: usize) -> ActiveStyles {
+    let mut active = ActiveStyles::new();
     for (style, _) in mix.weighted(styles) {
         // There is room for every style.
-        let _ = heard.push(style as u8);
+        let _ = active.push(style as u8);
     }
-    heard
+    active
 }
 
 /// What was read beside the variables.
@@ -44,7 +44,7 @@ pub(crate) struct Read {
     pub stands: Stands,
 }
 
-/// Reads the example at `row`, a searchable row of `class`, with its outputs in the styles `heard`, by their weights in
+/// Reads the example at `row`, a searchable row of `class`, with its outputs in the `active` styles, by their weights in
 /// `mix`; `variables` as in [`crate::methods::mixture::regression::Example`].
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
@@ -53,7 +53,7 @@ pub(crate) fn read(
     class: usize,
     row: usize,
     mix: Mix<'_>,
-    heard: &[u8],
+    active: &[u8],
     variables: &mut [[f32; 4]],
 ) -> Read {
     let mut read = Read::default();
@@ -77,7 +77,7 @@ pub(crate) fn read(
     let outputs = database.outputs();
     let share = if outputs > 1 { 0.5 } else { 1.0 };
     for table in 0..outputs {
-        for style in heard.iter().map(|&style| usize::from(style)) {
+        for style in active.iter().map(|&style| usize::from(style)) {
             let Some(counterpart) = database.counterpart(cycle, row, style, table) else { continue };
             let weight = share * mix.weight(style);
             read.step_s += weight * counterpart.step_s;

@@ -38,6 +38,7 @@ use crate::{
     config::Ridge,
     math::{abs, clamp, sqrt},
     methods::mixture::ridge::System,
+    search::query::ALIGNED,
 };
 
 /// What a regression is told besides its data.
@@ -61,7 +62,7 @@ pub struct Parameters {
 /// What a class says of one dof, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Answer {
+pub struct Prediction {
     /// `y[t]`.
     pub y: f32,
     /// What is to be added to it on the way out.
@@ -137,18 +138,32 @@ impl Sums {
 
 /// Examples that are taken in together: the sums are loaded and stored once for all of them.
 const BATCH: usize = 3;
-/// Numbers a joint in [`Examples::room`].
-pub const ROOM: usize = 16 * BATCH;
 
-/// The examples of one class: their sums, and room for those not yet taken in.
+/// Memory that is used within a frame alone: for the aligned window while the query is made, then for examples that have
+/// not yet been added to the sums.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Scratch<const J: usize>([Example<J>; BATCH]);
+
+impl<const J: usize> Scratch<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub const NEW: Self = Self([[[[0.0; 4]; 4]; J]; BATCH]);
+
+    /// At least [`ALIGNED`] numbers a joint, for [`Window::feature`](crate::search::query::Window::feature).
+    pub fn aligned(&mut self) -> &mut [f32] {
+        const { assert!(16 * BATCH >= ALIGNED) };
+        self.0.as_flattened_mut().as_flattened_mut().as_flattened_mut()
+    }
+}
+
+/// The examples of one class, as sums.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Examples<const J: usize> {
     /// The first example: what the sums are taken about, and to which it therefore adds nothing.
     first: Example<J>,
     sums: [[Sums; 4]; J],
-    batch: [Example<J>; BATCH],
-    /// Examples in the batch.
+    /// Examples in the scratch memory, not yet in the sums.
     held: u8,
     /// Examples in all.
     count: u16,
@@ -156,23 +171,12 @@ pub struct Examples<const J: usize> {
 
 impl<const J: usize> Examples<J> {
     /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    const NEW: Self = Self {
-        first: [[[0.0; 4]; 4]; J],
-        sums: [[Sums::ZERO; 4]; J],
-        batch: [[[[0.0; 4]; 4]; J]; BATCH],
-        held: 0,
-        count: 0,
-    };
+    const NEW: Self = Self { first: [[[0.0; 4]; 4]; J], sums: [[Sums::ZERO; 4]; J], held: 0, count: 0 };
 
     /// No examples.
     #[inline(never)]
     pub const fn new() -> Self {
         Self::NEW
-    }
-
-    /// Room to work in before the first example is written: [`ROOM`] numbers a joint.
-    pub fn room(&mut self) -> &mut [f32] {
-        self.batch.as_flattened_mut().as_flattened_mut().as_flattened_mut()
     }
 
     /// Forgets the examples.
@@ -186,33 +190,33 @@ impl<const J: usize> Examples<J> {
         self.count
     }
 
-    /// Where the next example is to be written before [`add`](Self::add) takes it in.
-    pub fn place(&mut self) -> &mut Example<J> {
-        if self.count == 0 { &mut self.first } else { &mut self.batch[usize::from(self.held) % BATCH] }
+    /// Where the next example is to be written before [`add`](Self::add) takes it.
+    pub fn next_slot<'a>(&'a mut self, scratch: &'a mut Scratch<J>) -> &'a mut Example<J> {
+        if self.count == 0 { &mut self.first } else { &mut scratch.0[usize::from(self.held) % BATCH] }
     }
 
-    /// The example that [`place`](Self::place) gave has been written.
-    pub fn add(&mut self, dofs: usize) {
+    /// The example that [`next_slot`](Self::next_slot) gave has been written.
+    pub fn add(&mut self, dofs: usize, scratch: &Scratch<J>) {
         self.held += u8::from(self.count > 0);
         self.count += 1;
         if usize::from(self.held) >= BATCH {
-            self.take_in(dofs);
+            self.accumulate(dofs, scratch);
         }
     }
 
-    /// The last example was added: takes in what is left of the batch.
-    pub fn finish(&mut self, dofs: usize) {
+    /// The last example was added: adds what is left in the scratch memory to the sums.
+    pub fn finish(&mut self, dofs: usize, scratch: &Scratch<J>) {
         if self.held > 0 {
-            self.take_in(dofs);
+            self.accumulate(dofs, scratch);
         }
     }
 
-    fn take_in(&mut self, dofs: usize) {
+    fn accumulate(&mut self, dofs: usize, scratch: &Scratch<J>) {
         let held = usize::from(core::mem::take(&mut self.held));
         let sums = self.sums.as_flattened_mut().get_mut(..dofs).unwrap_or(&mut []);
         // The first example once more adds nothing to any sum.
-        let one = |i: usize| self.batch.get(i).filter(|_| i < held).unwrap_or(&self.first).as_flattened();
-        take_in(sums, self.first.as_flattened(), [one(0), one(1), one(2)]);
+        let one = |i: usize| scratch.0.get(i).filter(|_| i < held).unwrap_or(&self.first).as_flattened();
+        accumulate(sums, self.first.as_flattened(), [one(0), one(1), one(2)]);
     }
 
     /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in steps; zeros of none.
@@ -234,10 +238,10 @@ impl<const J: usize> Examples<J> {
         step: f32,
         scale: f32,
         parameters: &Parameters,
-    ) -> Answer {
+    ) -> Prediction {
         let (sums, first) = (self.sums.as_flattened().get(dof), self.first.as_flattened().get(dof));
         let (Some(s), Some(&[rp, rq, rx, ry])) = (sums, first) else {
-            return Answer { y: input[2], correction: 0.0 };
+            return Prediction { y: input[2], correction: 0.0 };
         };
         let n = f32::from(self.count);
         let inverse_step = 1.0 / step;
@@ -283,13 +287,13 @@ impl<const J: usize> Examples<J> {
             let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
             correction += (1.0 - part) * (x - (mean + ry) - kept);
         }
-        Answer { y: step * (own + ry + kept), correction: step * correction }
+        Prediction { y: step * (own + ry + kept), correction: step * correction }
     }
 }
 
-/// Takes in a batch. A function of its own, so that what is around it leaves it its registers.
+/// Adds a batch to the sums. A function of its own, so that what is around it leaves it its registers.
 #[inline(never)]
-fn take_in(sums: &mut [Sums], first: &[[f32; 4]], [one, two, three]: [&[[f32; 4]]; BATCH]) {
+fn accumulate(sums: &mut [Sums], first: &[[f32; 4]], [one, two, three]: [&[[f32; 4]]; BATCH]) {
     let examples = one.iter().zip(two).zip(three);
     for ((sums, first), ((one, two), three)) in sums.iter_mut().zip(first).zip(examples) {
         let mut all = *sums;
@@ -337,15 +341,15 @@ mod tests {
 
     /// Answer and output of neighbors whose outputs are twice their last ones, in steps.
     fn doubled(output_kappa: f32, y_prev: f32) -> (f32, f32) {
-        let mut examples = Examples::<1>::new();
+        let (mut examples, mut scratch) = (Examples::<1>::new(), Scratch::NEW);
         for i in 0..20 {
             // Between -9.5 and 9.5 steps, and x of no help.
             let y_prev = i as f32 - 9.5;
-            let variables = &mut examples.place()[0][3];
+            let variables = &mut examples.next_slot(&mut scratch)[0][3];
             *variables = [0.0, y_prev, 0.0, 2.0 * y_prev];
-            examples.add(4);
+            examples.add(4, &scratch);
         }
-        examples.finish(4);
+        examples.finish(4, &scratch);
         let parameters = Parameters { lambda: 1e-3, output_kappa, ..PARAMETERS };
         let answer = examples.predict(3, [0.0, y_prev, 0.0], 1.0, 1.0, &parameters);
         (answer.y, answer.y + answer.correction)
@@ -367,14 +371,14 @@ mod tests {
 
     #[test]
     fn a_body_that_stands_is_moved_as_it_moves() {
-        let mut examples = Examples::<2>::new();
+        let (mut examples, mut scratch) = (Examples::<2>::new(), Scratch::NEW);
         for i in 0..20 {
             // Neighbors walk at 1.0 m/s, deviation 0.058, and their outputs at 0.6, in steps of a millimetre.
             let x = 1000.0 + 10.0 * (i as f32 - 9.5);
-            examples.place()[1][0] = [x, 600.0, x, 600.0];
-            examples.add(8);
+            examples.next_slot(&mut scratch)[1][0] = [x, 600.0, x, 600.0];
+            examples.add(8, &scratch);
         }
-        examples.finish(8);
+        examples.finish(8, &scratch);
         let end = 1.0 - 0.0577;
         let standing =
             |x: f32| examples.predict(dof::FORWARD, [x, 0.6, x], 0.001, 1.0, &PARAMETERS).correction;

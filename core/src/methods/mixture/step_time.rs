@@ -13,7 +13,7 @@ use crate::{
     methods::mixture::regression::{X, X_PREV, Y, Y_PREV},
 };
 
-/// A dof of the timing metric, and what is asked of it. In quantisation steps, as examples are.
+/// A dof of the timing metric, and the input's value of it. In quantisation steps, as examples are.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
@@ -63,7 +63,7 @@ impl<const K: usize> Steps<K> {
     }
 
     /// What neighbors are compared with: the input's dofs and those of the frame before.
-    pub fn ask(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
+    pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
         self.entries = database.counts().timing.min(MAX_TIMING);
         for (i, entry) in self.metric.iter_mut().enumerate().take(self.entries) {
             let timing = database.timing(i);
@@ -89,7 +89,7 @@ impl<const K: usize> Steps<K> {
     pub fn add(&mut self, variables: &[[f32; 4]], step_s: f32) {
         let Some(memory) = self.memories.get_mut(self.count) else { return };
         self.count += 1;
-        memory.take_in(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
+        memory.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
     }
 
     /// The step of the class in seconds, given its synthesized output and the output before; `width` is the kernel's,
@@ -116,8 +116,8 @@ fn interpolate(
     [y, y_prev]: [&[f32]; 2],
     width: f32,
 ) -> f32 {
-    let mut asked = [[0.0; 2]; MAX_TIMING];
-    for (slot, entry) in asked.iter_mut().zip(metric) {
+    let mut query = [[0.0; 2]; MAX_TIMING];
+    for (slot, entry) in query.iter_mut().zip(metric) {
         let at =
             |values: &[f32]| values.get(usize::from(entry.dof)).copied().unwrap_or(0.0) * entry.inverse_step;
         *slot = [at(y), at(y) - at(y_prev)];
@@ -126,8 +126,8 @@ fn interpolate(
     let (mut mean, mut least) = (0.0, f32::INFINITY);
     for (weight, memory) in weights.iter_mut().zip(memories) {
         let mut distance2 = memory.input_distance2;
-        for (entry, (&asked, &output)) in metric.iter().zip(asked.iter().zip(&memory.output)) {
-            distance2 += entry.distance2(asked, output);
+        for (entry, (&query, &output)) in metric.iter().zip(query.iter().zip(&memory.output)) {
+            distance2 += entry.distance2(query, output);
         }
         *weight = distance2;
         mean += distance2;
@@ -154,7 +154,7 @@ fn interpolate(
 impl Memory {
     /// Takes in a neighbor.
     #[inline(never)]
-    fn take_in(&mut self, metric: &[Entry], variables: &[[f32; 4]], step_s: f32) {
+    fn set(&mut self, metric: &[Entry], variables: &[[f32; 4]], step_s: f32) {
         self.step_s = step_s;
         self.input_distance2 = 0.0;
         for (entry, slot) in metric.iter().zip(&mut self.output) {
@@ -167,8 +167,8 @@ impl Memory {
 
 impl Entry {
     #[inline]
-    fn distance2(&self, asked: [f32; 2], found: [f32; 2]) -> f32 {
-        let (pose, change) = (asked[0] - found[0], asked[1] - found[1]);
+    fn distance2(&self, query: [f32; 2], found: [f32; 2]) -> f32 {
+        let (pose, change) = (query[0] - found[0], query[1] - found[1]);
         self.pose * (pose * pose) + self.change * (change * change)
     }
 }
