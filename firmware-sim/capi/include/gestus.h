@@ -171,62 +171,87 @@ typedef enum GestusMethod {
   GESTUS_METHOD_STATISTIC = 2,
 } GestusMethod;
 
-// Parameters of the method by number, the same as on the link (docs/LINK.md). Every value is a `float`.
+// Parameters of a stylizer by number, the same as on the link. Every value is a `float`.
 typedef enum GestusParameter {
-  // Neighbors a class, 1 to what the profile takes. Default 16.
+  // Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
+  // becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
+  // the stylizer's `K`. 1 to 64. Default 16.
   GESTUS_PARAMETER_K = 0,
-  // Weight λ of the ridge. Default 0.1 on raw variables.
+  // Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
+  // longer to forget an error; from about 1 on raw variables it is the neighbors' mean. 0.000000001 to 1000000.
+  // Default 0.1.
   GESTUS_PARAMETER_LAMBDA = 1,
-  // Raw or normalised variables. 0 raw, 1 normalised.
+  // Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
+  // penalty on the feedback too, as `Config::normalised` does. 0 raw, 1 norm. Default 0.
   GESTUS_PARAMETER_RIDGE = 2,
-  // Kernel width δ of the mixing proportions (eq. 4).
+  // Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
+  // 2015 has 0.7. 0.001 to 1000. Default 0.2.
   GESTUS_PARAMETER_DELTA = 3,
-  // Weight of classes that may be dropped, 0 to 1. Default 0.01.
+  // Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a
+  // class comes or goes. 0 to 0.99999994. Default 0.01.
   GESTUS_PARAMETER_PRUNE = 4,
-  // Most classes of a frame, 1 to 8. Default 8.
+  // Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`. 1 to
+  // 8. Default 8.
   GESTUS_PARAMETER_CLASSES = 5,
-  // Half width κ of the interval of trust, in standard deviations (eq. 6).
+  // Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations
+  // of the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output. 0 to 1000000.
+  // Default 0.25.
   GESTUS_PARAMETER_KAPPA = 6,
-  // How much ρ of what lies outside the interval is kept in the output, 0 to 1 (eq. 7).
+  // Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
+  // input's own character, and is further from the style. 0 to 1. Default 0.5.
   GESTUS_PARAMETER_RHO = 7,
-  // Most distances computed in a class a frame, 64 to 448.
+  // Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the
+  // stream jumps; a frame that reaches the cap reports `VISITS`. 64 to 448. Default 256.
   GESTUS_PARAMETER_VISITS = 8,
-  // Frames that the search keeps in sight, up to 64; at least k.
+  // Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and
+  // visit more. 1 to 64. Default 40.
   GESTUS_PARAMETER_POOL = 9,
-  // A mean squared distance this many times the last frame's makes a class be searched anew. At least 1.
+  // A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a
+  // jump sooner, and searches anew without need. 1 to 1000000000. Default 4.
   GESTUS_PARAMETER_JUMP = 10,
-  // Policy for the output's time. A number of `GestusTiming`.
+  // Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`. 0 free, 1
+  // sync. Default 0.
   GESTUS_PARAMETER_TIMING = 11,
-  // Width of the timing kernel, in mean squared distances of the neighbors.
+  // Width of the kernel that predicts the time step, in mean squared distances of the neighbors (Xia 2015, section
+  // 5.1). Wider averages more: time steps vary less. 0.001 to 1000. Default 0.5.
   GESTUS_PARAMETER_TIMING_WIDTH = 12,
-  // Where the output's heading comes from. 0 the input's, 1 predicted.
+  // Where the output's heading comes from. A predicted heading drifts from the input's in turns. 0 input, 1
+  // predicted. Default 0.
   GESTUS_PARAMETER_YAW = 13,
-  // How far kc a linear model is trusted, in standard deviations of its inputs (paper 001, eq. 8). Default 5: of
-  // some sixty dofs one is always two or three deviations out, and a blend that comes and goes is seen.
+  // How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
+  // one is always two or three deviations out: less makes the model come and go, which is seen. 0.001 to 1000000.
+  // Default 5.
   GESTUS_PARAMETER_CONFIDENCE = 14,
-  // How sharply kp a linear model gives way to the input beyond (paper 001, eq. 8).
+  // How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer
+  // mixes the input in everywhere. 0.001 to 1000. Default 8.
   GESTUS_PARAMETER_PREFERENCE = 15,
-  // Half-life of the input's running statistics in statistical transfer, seconds; 0 (the default): those stored
-  // in the blob.
+  // Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database.
+  // Short ones follow a performer that differs from the database, and forget slow motion. 0 to 1000000. Default 0.
   GESTUS_PARAMETER_HALFLIFE = 16,
-  // The method of translation. A number of `GestusMethod`.
+  // The method of translation. The database has to hold what it needs; a running stream begins anew with it. 0 mar,
+  // 1 lti, 2 statistic. Default 0.
   GESTUS_PARAMETER_METHOD = 17,
-  // Whether feet that stand are held where they stand. Default true. 0 no, 1 yes.
+  // Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s. 0 no, 1 yes. Default
+  // 1.
   GESTUS_PARAMETER_CONTACTS = 18,
-  // What is put out where the input fails. 0 follow, 1 hold, 2 rest.
+  // The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`. 0 follow, 1
+  // hold, 2 rest. Default 0.
   GESTUS_PARAMETER_SAFETY = 19,
-  // A foot that is held further than this from where the prediction has it steps there, metres, 0.01 to 1.
+  // A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps
+  // more often, more stretches legs. 0.01 to 1. Default 0.2.
   GESTUS_PARAMETER_RELEASE = 20,
-  // How long a foot that goes up or steps takes back to where the prediction has it at least, seconds, 0.01 to 2.
+  // Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is
+  // seen as a jerk, more drags feet. 0.01 to 2. Default 0.2.
   GESTUS_PARAMETER_EASE = 21,
-  // How many times λ the coefficient of `y[t-1]` is penalised with, 1e-3 to 1e6. Default 1 (paper 000). More
-  // lets the regression forget its last answer sooner at a small λ.
+  // How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error
+  // sooner at a small λ, and makes the output rougher. 0.001 to 1000000. Default 1.
   GESTUS_PARAMETER_FEEDBACK = 22,
-  // How many times the input's fastest joint of the last seconds a joint of the output may turn, 1 to 100; 0: as
-  // fast as it does. Default 1.2.
+  // How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets
+  // no limit. Lower holds quick gestures of the style back. 1 to 100, or 0 for none. Default 1.2.
   GESTUS_PARAMETER_SPEED_LIMIT = 23,
-  // Half width κy of the interval about its neighbors' mean that an answer is put out from, in standard deviations of
-  // the dof over the database, 0 to 1e6. Default 2; the paper has no such interval.
+  // Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the
+  // dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0
+  // to 1000000. Default 2.
   GESTUS_PARAMETER_OUTPUT_KAPPA = 24,
 } GestusParameter;
 
