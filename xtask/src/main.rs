@@ -13,6 +13,7 @@ mod log_lines;
 mod no_panic;
 mod real_data;
 mod recording;
+mod same;
 mod shell;
 mod stack;
 mod target;
@@ -91,6 +92,15 @@ enum Chore {
     },
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
+    /// Prove that `gestus` and `gestus-sim` write the same as those of another revision
+    Same {
+        /// The revision to compare with, such as `main`
+        #[arg(long)]
+        base: String,
+        /// Fewer measures and fewer classes of real clips
+        #[arg(long)]
+        quick: bool,
+    },
     /// Record the golden digests anew, and show what changed
     Golden {
         /// The golden blob with legs too: where the format or the builder was meant to change
@@ -125,6 +135,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Budget { setup, record } => budget::run(setup, record),
         Chore::Wasm { setup } => wasm::run(setup),
         Chore::RealData => real_data::run(),
+        Chore::Same { base, quick } => same::run(&base, quick),
         Chore::Golden { blob } => golden(blob),
     }
 }

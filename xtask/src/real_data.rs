@@ -9,16 +9,17 @@ use crate::shell::{Outcome, cargo, root, run as run_command};
 /// Crates whose integration tests named `*real*` want real clips.
 const CRATES: [&str; 3] = ["builder", "firmware-sim", "tests"];
 
+/// What to do where there are no real clips.
+pub const MISSING: &str =
+    "no real clips: put them into shared/data beside the repository, or name their folder in GESTUS_DATA";
+
 /// Runs them.
 ///
 /// # Errors
 /// Where a test fails.
 pub fn run() -> Result<Outcome> {
     let Some(data) = folder() else {
-        return Ok(Outcome::Skipped(
-            "no real clips: put them into shared/data beside the repository, or name their folder in GESTUS_DATA"
-                .into(),
-        ));
+        return Ok(Outcome::Skipped(MISSING.into()));
     };
     // Of the whole workspace, whose features `cargo test --workspace` has built it with.
     let mut command = cargo();
