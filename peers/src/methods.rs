@@ -7,7 +7,8 @@ use anyhow::{Result, anyhow};
 use gestus_core::{
     Database,
     search::{
-        graph::{Limits, Metric, Searcher},
+        graph::{Limits, Searcher},
+        metric::Metric,
         query::Feature,
     },
 };

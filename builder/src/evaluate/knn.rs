@@ -7,7 +7,8 @@ use gestus_core::{
     Config, Database,
     blob::layout::{MAX_FEATURES, MAX_JOINTS},
     search::{
-        graph::{Limits, Metric, Searcher},
+        graph::{Limits, Searcher},
+        metric::Metric,
         query::{ALIGNED, Window},
     },
 };

@@ -1,5 +1,6 @@
 //! The nearest frames of every class: from the last few poses to a query, and from the query to neighbors.
 
 pub mod graph;
+pub mod metric;
 pub mod query;
 pub(crate) mod top_k;

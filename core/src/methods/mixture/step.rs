@@ -25,7 +25,8 @@ use crate::{
     methods::context::{Context, Frame, Needs, Translate},
     observe::Stage,
     search::{
-        graph::{Limits, MAX_VISITS, Metric, Searcher},
+        graph::{Limits, MAX_VISITS, Searcher},
+        metric::Metric,
         query::Window,
     },
 };

@@ -1,0 +1,233 @@
+//! One foot of the lock: in the air, held by heel or toes, stepping, or led back to the prediction.
+
+use crate::{
+    blob::Leg,
+    body::two_bone_ik::Chain,
+    math::{
+        clamp, exp,
+        quaternion::Vector,
+        vector::{add, norm, subtract},
+    },
+};
+
+/// Time constant of a standing foot's way to the floor, seconds, and the most that it goes, m/s.
+const SETTLE_S: f32 = 0.08;
+const SETTLE_SPEED: f32 = 0.25;
+/// Part of its length that a leg is stretched to by a lock.
+const STRETCH: f32 = 0.995;
+/// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
+const SOFT_M: f32 = 0.01;
+/// By how much the other joint has to be lower before it carries the foot, metres.
+const HANDOVER_M: f32 = 0.0005;
+/// How fast an offset is eased out at most, m/s: a large one takes longer than a small one.
+const RETURN_SPEED: f32 = 0.3;
+/// How fast a foot steps at most, m/s.
+const STEP_SPEED: f32 = 1.0;
+/// How high it steps, as a part of its way, and at most, metres.
+const STEP_LIFT: f32 = 0.15;
+const STEP_LIFT_M: f32 = 0.03;
+/// A body that is further from its foot than this has not gone there: the foot is there at once, metres.
+const TELEPORT_M: f32 = 1.0;
+/// The height over the floor of toes that are not there.
+const NEVER_M: f32 = 1e3;
+
+/// How feet are locked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tuning {
+    /// Whether feet are held at all; where not, what has been done is eased out, but for the way that the root has gone.
+    pub on: bool,
+    /// A foot that is held further than this from where the prediction has it steps there, metres.
+    pub release_m: f32,
+    /// How long an offset is eased out at least, seconds.
+    pub ease_s: f32,
+}
+
+/// What a foot does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) enum Phase {
+    /// In the air: the offset is eased out.
+    Free,
+    /// Let go while it stands: it steps to where the prediction has it.
+    Step,
+    /// Held by the ankle.
+    Heel,
+    /// Held by the toes.
+    Toe,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Foot {
+    pub phase: Phase,
+    /// What is added to the ankle's place, metres, the root's lift apart.
+    pub offset: Vector,
+    /// Held: the place on the ground (y unused). Free or stepping: the offset when it was let go.
+    held: Vector,
+    /// Where the joint that does not carry the foot was on the ground in the last frame.
+    other: [f32; 2],
+    /// Seconds since it was let go.
+    age_s: f32,
+}
+
+impl Foot {
+    pub const FREE: Self =
+        Self { phase: Phase::Free, offset: [0.0; 3], held: [0.0; 3], other: [0.0; 2], age_s: 0.0 };
+
+    pub fn is_held(&self) -> bool {
+        matches!(self.phase, Phase::Heel | Phase::Toe)
+    }
+}
+
+impl Foot {
+    /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
+    /// floor that they would stand on. Returns how far a foot that was held before slides in the prediction, x and z,
+    /// and 1 in between; zeros of others.
+    #[inline]
+    pub fn advance(
+        &mut self,
+        chain: &Chain,
+        over: [f32; 2],
+        stands: bool,
+        step_s: f32,
+        tuning: Tuning,
+        stoop: f32,
+    ) -> Vector {
+        let (phase, [x, _, z]) = (self.phase, self.offset);
+        let mut slid = [0.0; 3];
+        if !self.is_held() {
+            self.ease(step_s, tuning.ease_s);
+            // One that steps comes down first.
+            if self.phase == Phase::Free && stands {
+                self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
+                // From now on the root comes down without it.
+                self.offset[1] += stoop;
+                self.held = add(self.carrier(chain), self.offset);
+            }
+        } else if stands {
+            let lower = match self.phase {
+                Phase::Toe if over[0] < over[1] - HANDOVER_M => Phase::Heel,
+                Phase::Heel if over[1] < over[0] - HANDOVER_M => Phase::Toe,
+                phase => phase,
+            };
+            if lower != self.phase {
+                self.phase = lower;
+                self.held = [self.other[0], 0.0, self.other[1]];
+            }
+        } else {
+            self.release(Phase::Free, stoop);
+            self.ease(step_s, tuning.ease_s);
+        }
+        if self.is_held() {
+            let carrier = self.carrier(chain);
+            self.offset[0] = self.held[0] - carrier[0];
+            self.offset[2] = self.held[2] - carrier[2];
+            if self.phase == phase {
+                slid = [self.offset[0] - x, 1.0, self.offset[2] - z];
+            }
+            let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
+            let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
+            self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+            self.offset[1] += too_deep(over, self.offset[1]);
+            let off2 = self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2];
+            // No release is further than that.
+            if off2 > TELEPORT_M * TELEPORT_M {
+                *self = Self::FREE;
+            } else if off2 > tuning.release_m * tuning.release_m {
+                self.release(Phase::Step, stoop);
+            }
+        }
+        let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
+        self.other = [other[0] + self.offset[0], other[2] + self.offset[2]];
+        slid
+    }
+
+    /// Where the joint that carries the foot is predicted.
+    fn carrier(&self, chain: &Chain) -> Vector {
+        if self.phase == Phase::Toe { chain.toe } else { chain.ankle }
+    }
+
+    /// Lets go: from now on the foot comes down with the root, which must not be seen.
+    fn release(&mut self, phase: Phase, stoop: f32) {
+        self.offset[1] -= stoop;
+        (self.phase, self.held, self.age_s) = (phase, self.offset, 0.0);
+    }
+
+    /// Eases the offset out.
+    fn ease(&mut self, step_s: f32, ease_s: f32) {
+        self.age_s += step_s;
+        // A smoothstep is steepest in its middle, 1.5 times its mean slope.
+        let way = norm(self.held);
+        let speed = if self.phase == Phase::Step { STEP_SPEED } else { RETURN_SPEED };
+        let least = 1.5 * way / speed;
+        let whole = if least > ease_s { least } else { ease_s };
+        let t = clamp(self.age_s / whole, 0.0, 1.0);
+        let left = 1.0 - t * t * (3.0 - 2.0 * t);
+        self.offset = self.held.map(|v| v * left);
+        if self.phase == Phase::Step {
+            self.offset[1] += clamp(STEP_LIFT * way, 0.0, STEP_LIFT_M) * 4.0 * left * (1.0 - left);
+            if t >= 1.0 {
+                (self.phase, self.held) = (Phase::Free, [0.0; 3]);
+            }
+        }
+    }
+}
+
+/// Heights of ankle and toes over where they stand on a floor of that height, metres.
+#[inline(never)]
+pub(super) fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
+    let ankle = chain.ankle[1] - leg.heights[0] - floor;
+    // Without toes the ankle carries the foot all the time.
+    let toe = if leg.toe.is_some() { chain.toe[1] - leg.heights[1] - floor } else { NEVER_M };
+    [ankle, toe]
+}
+
+/// Height of a foot over the floor of the database, metres.
+pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
+    lower(over_floor(leg, chain, 0.0))
+}
+
+/// How much higher a foot has to be, which is so far over where it stands and is lifted already.
+pub(super) fn too_deep(over: [f32; 2], lifted: f32) -> f32 {
+    let deep = -SOFT_M - lower(over) - lifted;
+    if deep > 0.0 { deep } else { 0.0 }
+}
+
+pub(super) fn lower(over: [f32; 2]) -> f32 {
+    if over[1] <= over[0] { over[1] } else { over[0] }
+}
+
+/// How far from the hip joint a lock may take the ankle: almost the whole leg, or as far as it is.
+#[inline(never)]
+pub(super) fn reach(chain: &Chain) -> f32 {
+    let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
+    if most > is { most } else { is }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAME: f32 = 1.0 / 120.0;
+
+    #[test]
+    fn a_step_goes_up_and_comes_down_where_the_prediction_is() {
+        for (way, highest) in [(0.04, 0.006), (0.2, 0.03), (0.4, 0.03)] {
+            let mut foot = Foot { phase: Phase::Toe, offset: [way, 0.0, 0.0], ..Foot::FREE };
+            foot.release(Phase::Step, 0.0);
+            let (mut most, mut frames, mut before) = (0.0f32, 0, foot.offset);
+            while foot.phase == Phase::Step {
+                foot.ease(FRAME, 0.1);
+                let moved = norm(subtract(foot.offset, before));
+                assert!(foot.offset[0] <= before[0] && moved < 1.2 * STEP_SPEED * FRAME, "{way}: {moved}");
+                (most, frames, before) = (most.max(foot.offset[1]), frames + 1, foot.offset);
+            }
+            assert!((0.8 * highest..=highest).contains(&most), "{way}: {most} m high");
+            assert!(frames <= (1.5 * way / STEP_SPEED / FRAME) as usize + 12, "{way}: {frames} frames");
+            // And stays there.
+            foot.ease(FRAME, 0.1);
+            assert_eq!((foot.phase, foot.offset), (Phase::Free, [0.0; 3]));
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! How the lock moves the root: it follows its feet over the ground, takes the height that they have in common, and drops
+//! where a held foot stretches its leg.
+
+use super::foot::{Foot, Phase, lower, over_floor, reach};
+use crate::{
+    blob::Leg,
+    body::{pose::Pose, two_bone_ik::Chain},
+    math::{
+        clamp, exp,
+        quaternion::Vector,
+        sqrt,
+        vector::{add, subtract},
+    },
+};
+
+/// Time constant of the root's own correction of its speed, seconds of standing, and the most that it comes to, m/s.
+const LEARN_S: f32 = 0.25;
+const DRIFT_SPEED: f32 = 0.8;
+/// Rate of the spring that moves the root's height, 1/s.
+const ROOT_RATE: f32 = 6.0;
+/// The most that the root comes down for a stretched leg, metres.
+const HIP_DROP_M: f32 = 0.04;
+/// Time constant of its way up again, seconds.
+const HIP_DROP_S: f32 = 0.15;
+/// How fast it comes down at most, m/s.
+const HIP_DROP_SPEED: f32 = 0.5;
+/// How fast feet that are held take it along on the ground at most, m/s.
+const PULL_SPEED: f32 = 2.0;
+/// What the lock adds to the root: all that is kept of it between frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct RootShift {
+    /// How much higher the root is than predicted, metres, and how fast that grows, m/s.
+    pub lift: f32,
+    rise: f32,
+    /// How far the root has come down for a stretched leg, metres, 0 or less.
+    pub hip_drop: f32,
+    /// What is added to the root's speed, forward and left, m/s.
+    drift_speed: [f32; 2],
+    /// What that has come to, x and z, metres.
+    drift: [f32; 2],
+    /// For how long the root's speed has been learnt, seconds, [`LEARN_S`] at most.
+    learnt_s: f32,
+}
+
+impl RootShift {
+    pub const NONE: Self =
+        Self { lift: 0.0, rise: 0.0, hip_drop: 0.0, drift_speed: [0.0; 2], drift: [0.0; 2], learnt_s: 0.0 };
+
+    /// Whether the root is moved at all.
+    pub fn is_engaged(&self) -> bool {
+        [self.lift, self.rise, self.hip_drop, self.drift[0], self.drift[1]].iter().any(|v| *v != 0.0)
+    }
+
+    /// Moves the root by what has been learnt of its speed.
+    pub fn apply_drift<const J: usize>(&mut self, [fx, fz]: [f32; 2], step_s: f32, pose: &mut Pose<J>) {
+        let [forward, left] = self.drift_speed;
+        // Left of (x, z) is (z, -x): facing +Z it is +X.
+        self.drift[0] += (forward * fx + left * fz) * step_s;
+        self.drift[1] += (forward * fz - left * fx) * step_s;
+        pose.position[0] += self.drift[0];
+        pose.position[2] += self.drift[1];
+    }
+
+    /// What held feet slide in the prediction, the sum of their ways x and z and in between how many they are, says how
+    /// fast the root goes astray. Returns how far it is to go for it at once, x and z.
+    pub fn learn_drift(
+        &mut self,
+        feet: &[Foot; 2],
+        [x, count, z]: Vector,
+        [fx, fz]: [f32; 2],
+        step_s: f32,
+        on: bool,
+    ) -> [f32; 2] {
+        if !on || feet.iter().any(|foot| foot.phase == Phase::Step) {
+            // What was learnt has taken a foot too far.
+            let left = exp(-step_s / LEARN_S);
+            (self.drift_speed, self.learnt_s) = (self.drift_speed.map(|v| v * left), 0.0);
+            return [0.0; 2];
+        }
+        if count == 0.0 {
+            return [0.0; 2];
+        }
+        let most = PULL_SPEED * step_s;
+        let [x, z] = [x, z].map(|way| clamp(way / count, -most, most));
+        for (speed, slid) in self.drift_speed.iter_mut().zip([x * fx + z * fz, x * fz - z * fx]) {
+            // A way of a frame, over the frame's time, times the frame's time over the constant.
+            *speed = clamp(*speed + slid / LEARN_S, -DRIFT_SPEED, DRIFT_SPEED);
+        }
+        // All of the first frame's, half of the second's: nothing better is known of a start.
+        self.learnt_s = clamp(self.learnt_s + step_s, 1e-3, LEARN_S);
+        let part = clamp(step_s / self.learnt_s, 0.0, 1.0);
+        [x * part, z * part]
+    }
+
+    /// Moves the root on the ground, x and z; held feet stay.
+    pub fn move_on_ground(&mut self, feet: &mut [Foot; 2], [x, z]: [f32; 2], root: &mut Vector) {
+        self.drift = [self.drift[0] + x, self.drift[1] + z];
+        *root = add(*root, [x, 0.0, z]);
+        for foot in feet.iter_mut().filter(|foot| foot.is_held()) {
+            foot.offset = subtract(foot.offset, [x, 0.0, z]);
+        }
+    }
+
+    /// The root takes the height that the standing feet have in common.
+    pub fn lift(&mut self, legs: [(&Leg, &Chain, f32, bool); 2], step_s: f32, on: bool) {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (leg, chain, floor, stands) in legs {
+            if stands {
+                sum -= lower(over_floor(leg, chain, floor));
+                count += 1.0;
+            }
+        }
+        // Nobody on the ground: the root goes on as it is.
+        let aloft = if on { self.lift } else { 0.0 };
+        let wanted = if count > 0.0 { sum / count } else { aloft };
+        // Stable at any rate of frames: a step of the spring is at most half a radian.
+        let rate = clamp(ROOT_RATE, 0.0, 0.5 / clamp(step_s, 1e-3, 10.0));
+        self.rise += step_s * (rate * rate * (wanted - self.lift) - 2.0 * rate * self.rise);
+        self.lift += step_s * self.rise;
+    }
+
+    /// The root comes down, at once, where a held foot stretches its leg; and goes up again slowly. True where that is
+    /// not enough.
+    pub fn drop_hips(&mut self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> bool {
+        let mut need = 0.0;
+        for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {
+            let way = subtract(add(chain.ankle, foot.offset), chain.hip);
+            let reach = reach(chain);
+            // How far the ankle may be below the hip joint at this distance on the ground.
+            let below = sqrt(reach * reach - way[0] * way[0] - way[2] * way[2]);
+            let down = way[1] + below;
+            need = if down < need { down } else { need };
+        }
+        let goes = clamp(need, self.hip_drop - HIP_DROP_SPEED * step_s, 0.0);
+        let goes = if goes < -HIP_DROP_M { -HIP_DROP_M } else { goes };
+        let risen = self.hip_drop * exp(-step_s / HIP_DROP_S);
+        self.hip_drop = if goes < risen { goes } else { risen };
+        need < self.hip_drop
+    }
+
+    /// How far the root is to go on the ground, x and z, to have the feet that are held within reach: what a leg is too
+    /// short by when the root has come down.
+    pub fn out_of_reach(&self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> [f32; 2] {
+        let mut way = [0.0; 2];
+        for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {
+            let hip = add(chain.hip, [way[0], self.hip_drop, way[1]]);
+            let [x, y, z] = subtract(add(chain.ankle, foot.offset), hip);
+            let (reach, distance) = (reach(chain), sqrt(x * x + z * z));
+            let over = distance - sqrt(reach * reach - y * y);
+            if over > 0.0 {
+                let part = clamp(over, 0.0, PULL_SPEED * step_s) / distance;
+                way = [way[0] + x * part, way[1] + z * part];
+            }
+        }
+        way
+    }
+}
