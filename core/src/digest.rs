@@ -17,7 +17,7 @@ impl Digest {
         Self(0)
     }
 
-    /// The digest that had reached `value`: for who keeps the number between two poses.
+    /// Continues from a digest's `value`, for callers that store the number between two poses.
     pub const fn resume(value: u32) -> Self {
         Self(value)
     }

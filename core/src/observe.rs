@@ -1,6 +1,6 @@
 //! A look inside a step, for those who check it: `gestus translate --trace`, and tests.
 //!
-//! Every method does nothing by default, and a step that nobody looks into costs nothing.
+//! Every method does nothing by default: a step without an observer costs nothing.
 
 use crate::{
     body::pose::Dofs,

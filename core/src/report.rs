@@ -1,4 +1,4 @@
-//! What a step says about itself.
+//! The report of a step.
 
 use crate::methods::mixture::weights::Shares;
 
@@ -8,12 +8,12 @@ use crate::methods::mixture::weights::Shares;
 pub struct Degraded(u8);
 
 impl Degraded {
-    /// The input was no pose (NaN, a quaternion whose length is not within 1% of 1, a place over 100 km off): the last
-    /// output was held, or what the policy of safety says.
+    /// The input was not a pose (NaN, a quaternion whose length is not within 1% of 1, a position over 100 km away): the
+    /// output follows the safety policy, or is the last one.
     pub const INPUT: Self = Self(1);
     /// A search used up its visits before it was done.
     pub const VISITS: Self = Self(2);
-    /// More classes had weight than a frame may use.
+    /// More classes have weight than a frame may use.
     pub const CLASSES: Self = Self(4);
     /// A prediction was not finite or far out of range: the input was passed through in its place.
     pub const PREDICTION: Self = Self(8);
@@ -21,11 +21,11 @@ impl Degraded {
     /// changes from frame to frame.
     pub const JUMP: Self = Self(16);
 
-    /// No input had come; by the policy of safety.
+    /// No input has arrived; the output follows the safety policy.
     pub const STALE: Self = Self(32);
-    /// The input was older than one before, or the same; by the policy of safety.
+    /// The input was older than the last one, or the same; the output follows the safety policy.
     pub const ORDER: Self = Self(64);
-    /// The input moved faster than any body; by the policy of safety.
+    /// The input moved faster than any body; the output follows the safety policy.
     pub const LEAP: Self = Self(128);
 
     /// The flags, by name.

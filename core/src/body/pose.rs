@@ -12,8 +12,8 @@
 //! | 7- | rad | local rotation of joint 1, 2, ...: exponential map relative to the joint's mean |
 //!
 //! The heading is that of the hips line projected on the ground: 0 along +Z, growing towards +X. Maps are taken
-//! relative to the means because raw ones reach half a turn (upper legs) and break there. Source: paper 000,
-//! section 4; relative maps, heading and velocities: METHODS, "Representation".
+//! relative to the means because raw ones reach half a turn (upper legs) and break there. Source: Xia 2015,
+//! section 4; maps relative to the means, heading and velocities are ours.
 
 use crate::{
     blob::{Database, layout::dof},
@@ -137,7 +137,7 @@ fn take_apart(
     anchor
 }
 
-/// Takes dofs back to a pose that stands on `anchor`. Rotations beyond the database's joints are none.
+/// Turns dofs into a pose that stands on `anchor`. Rotations beyond the database's joints are the identity.
 pub fn to_pose<const J: usize>(database: &Database<'_>, dofs: &[f32], anchor: Anchor, pose: &mut Pose<J>) {
     let height = dofs.get(dof::HEIGHT).copied().unwrap_or(0.0);
     pose.position = [anchor.ground[0], height, anchor.ground[1]];

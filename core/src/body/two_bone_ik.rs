@@ -1,9 +1,8 @@
 //! Inverse kinematics of a leg: two bones, in closed form.
 //!
-//! The ankle is put to a target. Only three joints turn: the knee about the axis about which it is bent already, so that
-//! it keeps its direction (one that is bent backwards a little, by a prediction that went beyond straight, is put right);
-//! the hip by the shortest arc that brings the ankle to the target; the ankle so that the foot
-//! keeps its orientation in the world.
+//! The ankle moves to a target. Only three joints turn: the knee, about the axis about which it is bent already, so that
+//! it keeps its direction (a knee that the prediction bent slightly backwards is corrected); the hip, by the shortest arc
+//! that brings the ankle to the target; and the ankle, so that the foot keeps its orientation in the world.
 //!
 //! ```text
 //! cos φ = (d² - l₁² - l₂²) / (2 l₁ l₂)      φ: how far the knee is bent; d: from hip to target; l: the bones
@@ -24,7 +23,7 @@ use crate::{
     },
 };
 
-/// Squared length under which a direction is none, metres² (or its square).
+/// Squared length below which a vector has no direction, metres² (or its square).
 const NO_DIRECTION: f32 = 1e-12;
 
 /// A limb that is bent by less than this to the wrong side is bent to the right one, radians.
@@ -44,7 +43,7 @@ pub struct Chain {
     pub knee: Vector,
     /// The ankle.
     pub ankle: Vector,
-    /// The toes; the ankle where there are none.
+    /// The toes; the ankle where the skeleton has no toes.
     pub toe: Vector,
     /// A side axis of the body, from right to left: about which a straight knee bends.
     pub side: Vector,

@@ -1,4 +1,5 @@
-//! What a refused setting says, with what to do about it. Apart from [`ConfigError`], which the parameters return.
+//! The messages of [`ConfigError`]: what was refused, and what to do. They name parameters, which return the error: hence
+//! a file of their own.
 
 use core::fmt;
 
@@ -65,7 +66,7 @@ mod tests {
     use crate::MAX_OWN;
 
     #[test]
-    fn a_refusal_names_what_was_asked_for() {
+    fn a_refusal_names_the_value_and_the_limit() {
         let cases = [
             (
                 ConfigError::Unknown { id: 25, have: 25 },

@@ -2,7 +2,7 @@
 //!
 //! `exp` takes a rotation vector (axis times angle, radians) to a quaternion, `log` takes it back along the
 //! short way (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
-//! exponential map", which paper 000 (section 4) and paper 001 (section 4.1) use for joint angles.
+//! exponential map", which Xia 2015 (section 4) and Hsu 2005 (section 4.1) use for joint angles.
 //!
 //! Both are even in the angle, but for the factor that is the vector itself. So they need neither the angle nor its
 //! sine, and no root, quotient or arc: `exp` is `[v s(|v|²), c(|v|²)]` and `log` is `[x, y, z] f(1 - w)`, with
@@ -86,7 +86,7 @@ fn scaled(q: Quaternion, by: f32) -> Quaternion {
     [q[0] * by, q[1] * by, q[2] * by, q[3] * by]
 }
 
-/// Lengths of a rotation that is none to the last bit: within 1%.
+/// Lengths that a rotation may have, for rounding: within 1% of 1.
 #[inline(always)]
 fn is_near_one(length2: f32) -> bool {
     abs(length2 - 1.0) < 0.02

@@ -5,7 +5,7 @@
 //! `x[t+1] = A x[t] + B u[t]`, `y[t] = C x[t] + D u[t]` (eqs. 5 and 6)
 //!
 //! The root's motion drives one more output, the logarithm of the differential time warp, whose exponential is the
-//! step (section 4.1). The state is all that is remembered, from `x = 0` on a first frame (section 4.4); poles lie
+//! step (section 4.1). The state is the only memory, from `x = 0` on a first frame (section 4.4); poles lie
 //! inside the unit circle, so that any state decays. Feet stand where a projection of the state lies beyond a
 //! boundary (section 4.5, "Annotation"); the state is the one that the frame leads to.
 //!
@@ -14,7 +14,7 @@
 //! ascends, so the maximum is taken first, and erf and power once.
 //!
 //! **Several styles** are several models on the same input, summed by their weights (section 6). Their weights
-//! glide to those wanted, so that a model that begins at `x = 0` is not seen to begin.
+//! move gradually, so that a model that starts at `x = 0` does not show.
 //!
 //! Cost: (n + p)(n + m) products a joint and model, where a joint has n states, m inputs and p outputs.
 

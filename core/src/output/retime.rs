@@ -25,7 +25,7 @@
 //! Nothing is allocated; there is no clock: time is what the caller pushes and takes. Cost: about 300 instructions a
 //! joint and tick, of which none where ticks fall on poses.
 //!
-//! Source: METHODS, "Output time".
+//! Beyond the papers: their output runs on its own timeline.
 
 use crate::{
     ConfigError,

@@ -1,17 +1,16 @@
 //! No joint of the output turns faster than the input has shown that a joint can.
 //!
-//! A livelier style turns joints faster than the input does, most of all toes at the end of a step, and a foot that was
-//! let go has its way back to go on top. What drives a motor with the output may want a bound that the input's author
-//! knows: [`Config::speed_limit`](crate::Config::speed_limit) times the fastest joint ω of the input,
+//! A livelier style turns joints faster than the input does, most of all the toes at the end of a step; a foot that the
+//! lock has released also returns to its prediction. Motors need a bound in terms of the input:
+//! [`Config::speed_limit`](crate::Config::speed_limit) times its fastest joint ω,
 //!
 //! ```text
 //! angle(q[t-1], q[t]) <= limit · ω · Δt,     q[t] moved towards q[t-1] along the short way where it would be more
 //! ```
 //!
-//! with Δt the output's own time step. Of each frame ω takes the joint whose exponential map went furthest, as far as it
-//! turned; it is the most of the last [`WINDOW_S`] to twice as many seconds, so that a stream of hours forgets. What was
-//! held back is caught up with in the next frames. Nothing is looked ahead to; what is below the limit stays as it is to
-//! the bit.
+//! with Δt the output's own time step. In each frame ω is the angle of the joint whose exponential map changed most; the
+//! limit uses the maximum over the last [`WINDOW_S`] to twice as many seconds, so that a long stream forgets. A joint that
+//! was held back catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its bits.
 //!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
 //! in all of its window; none where there is no limit.
@@ -27,11 +26,11 @@ use crate::{
     },
 };
 
-/// What the input has shown is remembered for this long at least, seconds, and for twice as long at most.
+/// The input's fastest joint is remembered for at least this long, and at most twice as long, seconds.
 pub const WINDOW_S: f32 = 2.0;
-/// What an input is taken to have shown before it has shown anything, rad/s: a walk's fastest joint turns at 7.8 to 10.
+/// The fastest joint assumed at the start of a stream, rad/s: a walk's turns at 7.8 to 10.
 const FIRST: f32 = 7.5;
-/// The least that any input is taken to have shown, rad/s: a body that stands may move.
+/// The fastest joint assumed at least, rad/s: a body that stands may start to move.
 const LEAST: f32 = 1.0;
 
 /// The input's fastest joint.
@@ -45,12 +44,12 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
-    /// An input that has shown nothing yet.
+    /// The state before the first frame.
     pub const fn new() -> Self {
         Self { shown: [LEAST, FIRST], age_s: 0.0 }
     }
 
-    /// Takes in a frame of the input: its dofs, those `seconds` ago. What turns the body turns its first joint.
+    /// Measures a frame of the input: its dofs, and those `seconds` ago. The body's turning counts as its first joint's.
     #[inline(never)]
     pub fn see(&mut self, x: &[f32], x_prev: &[f32], seconds: f32) {
         self.age_s += seconds;

@@ -2,9 +2,8 @@
 //!
 //! A step's cost is bounded by the visits of its search ([`Config::visits`](crate::Config::visits)), and the search
 //! is what a stream that jumps or is far from the data makes long. So a frame that comes near its deadline halves the
-//! cap of the next ones, and frames with time to spare raise it again, slowly: a miss is answered by a stated loss of
-//! recall, which the report shows ([`Degraded::VISITS`](crate::Degraded::VISITS)), and not by a frame that comes when it
-//! comes.
+//! cap of the next ones, and frames with time to spare raise it again, slowly: the price of a miss is some recall, which the report shows
+//! ([`Degraded::VISITS`](crate::Degraded::VISITS)), and not more late frames.
 //!
 //! The core has no clock: the caller measures, in ticks of whatever timer there is. `docs/PORTING.md` has the loop.
 
@@ -48,7 +47,7 @@ impl VisitCap {
         self.missed
     }
 
-    /// A step took so many ticks; returns the cap for the next one
+    /// Records how many ticks a step took; returns the cap for the next one
     /// ([`Stylizer::set_visits`](crate::Stylizer::set_visits)).
     ///
     /// More than seven eighths of the budget halve the cap; eight steps in a row within half of the budget raise it by an eighth.

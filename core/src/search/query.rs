@@ -1,7 +1,7 @@
 //! From a window of poses to a search feature.
 //!
 //! Two moments are alike where the clouds of their joints, over the last few frames, lie close after one of them
-//! was turned about the vertical and moved over the floor (paper 000, eq. 1; Kovar, Gleicher, Pighin 2002). Done
+//! was turned about the vertical and moved over the floor (Xia 2015, eq. 1; Kovar, Gleicher, Pighin 2002). Done
 //! for every pair that would cost a fit each; here every window is brought onto one **mean cloud** by the same
 //! closed form, once, and then compared as it lies, in a few principal components.
 //!
@@ -9,7 +9,7 @@
 //! `(cos, sin) ∝ (Σ w (m_x p_x + m_z p_z), Σ w (m_x p_z - m_z p_x))`.
 //!
 //! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
-//! no feature of the legs, and a mask can leave the arms out (METHODS, "Regression").
+//! no feature of the legs, and a mask can leave the arms out.
 
 use crate::{
     blob::{

@@ -1,7 +1,7 @@
 //! The effort dial: a target in Laban's Effort space becomes style weights, at run time.
 //!
 //! Laban Movement Analysis describes *how* something is done by factors between two poles; three of them can be
-//! seen in motion alone (paper 003, section 2):
+//! seen in motion alone (Torresani 2006, section 2):
 //!
 //! | factor | -3 | 3 |
 //! |---|---|---|
@@ -87,7 +87,7 @@ pub struct Reached {
 }
 
 impl Reached {
-    /// True where some factor is not what was asked for.
+    /// True where some factor misses its target.
     pub fn is_clamped(&self) -> bool {
         self.clamped.iter().any(|&c| c)
     }
@@ -128,7 +128,7 @@ impl<'db> Dial<'db> {
         })
     }
 
-    /// The Effort that factors have where nobody turns them: that of the even mix of all styles, where it was measured.
+    /// The Effort of the untouched dial: that of the even mix of all styles, where it was measured.
     pub fn rest(&self) -> Effort {
         Effort::new(core::array::from_fn(|k| f32_at(self.section, effort::REST.start + 4 * k)))
     }

@@ -1,19 +1,19 @@
-//! What comes out where the input is late, out of order, no pose, or somewhere else all of a sudden.
+//! The output where the input is late, out of order, not a pose, or leaps.
 //!
-//! A loop that drives servos has to put out a pose a tick whatever comes in. What it then is, is the caller's choice
-//! ([`Safety`]); the report says which fault it was. Behind a fault the output is **mended**: over [`BLEND_BACK_S`] each pose is
-//! taken a growing part of the way from the last one put out to the one that is due, so that nothing jumps; on the ground
-//! the body goes on from where it stopped.
+//! A loop that drives servos needs a pose each tick, whatever comes in. The caller chooses what that pose is ([`Safety`]);
+//! the report says which fault occurred. After a fault the output is **blended back**: over [`BLEND_BACK_S`] each pose is
+//! moved a growing part of the way from the last output to the one that is due, so that nothing jumps. On the ground the
+//! body continues from where it stopped.
 //!
-//! | fault | flag | told by |
+//! | fault | flag | detected by |
 //! |---|---|---|
-//! | nothing has come | [`Degraded::STALE`] | [`Stylizer::tick`] without an input |
-//! | older than what has come already, or the same again | [`Degraded::ORDER`] | the number given with the input |
-//! | no pose: NaN, a rotation of no length, beyond the room | [`Degraded::INPUT`] | the pose |
+//! | no input has arrived | [`Degraded::STALE`] | [`Stylizer::tick`] without an input |
+//! | the input is older than the last one, or the same again | [`Degraded::ORDER`] | the number given with the input |
+//! | not a pose: NaN, a rotation without length, a position out of range | [`Degraded::INPUT`] | the pose |
 //! | faster than any body | [`Degraded::LEAP`] | joints over 40 rad/s, root over 15 m/s, heading over 20 rad/s |
 //!
-//! A leap that is still there after [`PATIENCE`] frames is no glitch: the body is somewhere else. It is taken up there
-//! without the speed that the leap would mean.
+//! A leap that lasts longer than [`PATIENCE`] frames is not a glitch: the body is in another place. The stream then
+//! continues there, without the speed that the leap would imply.
 
 use super::Stylizer;
 use crate::{
@@ -29,21 +29,21 @@ use crate::{
     },
 };
 
-/// How long the way back from a fault takes, seconds.
+/// Duration of the blend back to the stream after a fault, seconds.
 pub const BLEND_BACK_S: f32 = 0.3;
-/// Frames for which a leap is taken for a glitch.
+/// Frames for which a leap counts as a glitch.
 pub const PATIENCE: u8 = 5;
-/// Time constant of the way to rest, seconds, and how fast the root comes to stand at most, m/s.
+/// Time constant of the way to rest, seconds; highest speed of the root on its way to the floor, m/s.
 const REST_S: f32 = 0.4;
 const SETTLE_SPEED: f32 = 0.3;
-/// A foot at rest that is no higher stands, metres.
+/// A foot at rest stands where it is at most this high, metres.
 const ON_FLOOR_M: f32 = 0.01;
 /// Faster than any body: joints and heading, rad/s, root, m/s.
 const JOINT_SPEED: f32 = 40.0;
 const HEADING_SPEED: f32 = 20.0;
 const ROOT_SPEED: f32 = 15.0;
 
-/// How far the joint of a dof has turned, radians: maps flip at half a turn, where rotations do not.
+/// Angle by which the joint of a dof has turned, radians. Compares rotations: exponential maps flip at half a turn.
 #[cold]
 #[inline(never)]
 fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
@@ -51,18 +51,18 @@ fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
     maps(x_prev).get(map).zip(maps(x).get(map)).map_or(0.0, |(before, now)| turned(before, now))
 }
 
-/// What is kept of faults.
+/// The state of fault handling between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct FaultState {
-    /// Number of the last input that was a pose, taken or a glitch.
+    /// Number of the last input that was a pose, accepted or a glitch.
     number: Option<u32>,
-    /// Frames from the last input taken to this one, by their numbers.
+    /// Frames from the last accepted input to this one, by their numbers.
     gap: u16,
     leaps: u8,
-    /// Seconds until the output is the stream's again.
+    /// Seconds left of the blend back.
     blend_back_s: f32,
-    /// Which foot the last pose stands on: a bit each.
+    /// The feet that the last output stands on, one bit each.
     stands: u8,
 }
 
@@ -71,7 +71,7 @@ impl FaultState {
         Self { number: None, gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
     }
 
-    /// Frames from the last input taken to this one: by their numbers, or by the glitches between them.
+    /// Frames from the last accepted input to this one: by their numbers, or by the glitches between them.
     pub fn frames(&self) -> f32 {
         let glitches = u16::from(self.leaps) + 1;
         f32::from(if glitches > self.gap { glitches } else { self.gap })
@@ -89,14 +89,14 @@ impl FaultState {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// [`step`](Self::step) in a loop: a tick with the input that has come since the last one and its number (of frames,
-    /// or any count that grows by one a frame and may wrap), or without one. Always puts out a pose, by the policy
-    /// [`Safety`]; the report says what was wrong. Before the first pose there is none to put out, and `output` is left as
-    /// it is: [`last_output`](Self::last_output) is `None` until then.
+    /// [`step`](Self::step) for a loop: one tick, with the input that has arrived since the last tick and its number (any
+    /// count that grows by one a frame and may wrap), or without an input. Always gives a pose, by the policy [`Safety`];
+    /// the report says what was wrong. Before the first valid input `output` is left as it is, and
+    /// [`last_output`](Self::last_output) is `None`.
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
         let Some((pose, number)) = input else { return self.fallback_output(Degraded::STALE, output) };
         let Some(gap) = self.faults.gap(number) else { return self.fallback_output(Degraded::ORDER, output) };
-        // Behind a glitch it is a longer way from the last input taken.
+        // After a glitch the last accepted input is further back.
         let before = self.faults.gap;
         self.faults.gap = if self.faults.leaps > 0 { before.saturating_add(gap) } else { gap };
         let report = self.step_observed(pose, output, &mut ());
@@ -111,7 +111,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         report
     }
 
-    /// True where the dofs just taken in are nowhere that a body could have come to: `signals.x` against `x_prev`.
+    /// True where no body could have moved from `signals.x_prev` to `signals.x`.
     pub(super) fn leaps(&self) -> bool {
         let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
         // Rates of the root are over one frame, however many lie between.
@@ -129,7 +129,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         })
     }
 
-    /// Whether a leap is a glitch, to be made do without; counts it.
+    /// Whether a leap still counts as a glitch; counts it.
     pub(super) fn is_glitch(&mut self) -> bool {
         if self.faults.leaps >= PATIENCE {
             return false;
@@ -138,8 +138,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         true
     }
 
-    /// The input is taken: where frames have gone missing before it, its speeds are over all of them; where it has leapt,
-    /// it has none.
+    /// Accepts the input. Its velocities are divided by the number of frames since the last accepted one; after a leap
+    /// they are 0.
     pub(super) fn accept(&mut self, leapt: bool) {
         let frames = self.faults.frames();
         if leapt || frames > 1.0 {
@@ -151,29 +151,29 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         if leapt {
             self.faults.blend_back_s = BLEND_BACK_S;
-            // Nothing moved on the way there: neither between the frames nor in the window.
+            // No motion led there: neither between the frames nor within the window.
             self.signals.x_prev = self.signals.x;
             self.engine.forget_window();
         }
         self.faults.leaps = 0;
     }
 
-    /// The feet that the pose stands on that is put out now.
+    /// Stores which feet the output stands on.
     pub(super) fn set_standing(&mut self, feet: [bool; 2]) {
         self.faults.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
     }
 
-    /// A frame without an input to go by.
+    /// The output of a frame without a usable input.
     #[inline(never)]
     pub(super) fn fallback_output(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
         report.degraded.set(fault, true);
-        // Nothing to go by at all: whatever the caller holds is nearer to what it drives than any pose from here.
+        // There is no last output: the pose that the caller holds is nearer to what it drives than any made up here.
         let Some(last) = self.last else { return report };
         *output = last;
         if self.config.safety == Safety::Rest {
-            // Feet that were held are led to rest with the body.
+            // Held feet move to rest with the body.
             let part = 1.0 - exp(-step_s / REST_S);
             *output = interpolate(&last, &self.at_rest(&last), part);
             self.stand(step_s, output);
@@ -188,7 +188,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         report
     }
 
-    /// Takes the output a part of the way from the last one, while a fault is being mended.
+    /// After a fault: replaces the output by a pose between the last output and the due one.
     #[inline(never)]
     pub(super) fn blend_back(&mut self, step_s: f32, output: &mut Pose<J>) {
         let left = self.faults.blend_back_s;
@@ -196,11 +196,11 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return;
         }
         if let Some(last) = self.last {
-            // All of the way is left at first, and none at the end: equal parts of a straight way.
+            // Equal parts of a straight way: the whole is left at first, nothing at the end.
             let part = clamp(step_s / left, 0.0, 1.0);
             let [x, _, z] = output.position;
             *output = interpolate(&last, output, part);
-            // On the ground it goes on from where it stopped: nothing is missing there that it would have to run after.
+            // On the ground the body continues from where it stopped: it has no distance to catch up with.
             (output.position[0], output.position[2]) = (x, z);
         }
         self.faults.blend_back_s = left - step_s;
@@ -220,7 +220,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         rest
     }
 
-    /// Brings the lower foot to the floor, slowly, and sees which feet stand there.
+    /// Moves the lower foot to the floor, slowly, and stores which feet stand there.
     fn stand(&mut self, step_s: f32, pose: &mut Pose<J>) {
         let Some(legs) = self.database.legs() else { return };
         let [left, right] = legs.map(|leg| lowest(&leg, &Chain::of(&self.database, &leg, pose)));

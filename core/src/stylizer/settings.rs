@@ -1,4 +1,4 @@
-//! What a stylizer is told while it runs; every change is checked against the database first ([`crate::stylizer::style_mix`]).
+//! Settings that change while a stylizer runs; every change is checked against the database first ([`crate::stylizer::style_mix`]).
 
 use super::Stylizer;
 use crate::{
@@ -151,7 +151,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// every pose: the body follows.
     ///
     /// # Errors
-    /// [`ConfigError`] for heights beyond 10 m or that are none; those in force stay.
+    /// [`ConfigError::OutOfRange`] for heights beyond 10 m or not finite; those in force stay.
     pub fn set_floor(&mut self, heights: [f32; 2]) -> Result<(), ConfigError> {
         if !heights.iter().all(|h| (-10.0..=10.0).contains(h)) {
             return Err(ConfigError::OutOfRange);

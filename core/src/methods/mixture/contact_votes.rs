@@ -3,9 +3,9 @@
 //! Every captured frame says which foot stands ([`flag`]). The neighbors of a frame vote with the labels of their
 //! **outputs** (where input and output style are the same these are their own), since what is to stand is the output's
 //! foot; between a style strength of 0 and 1 input and output labels are blended. A vote weighs the class's proportion
-//! over the square of the squared distance of eq. 1 of paper 000, whose section 6 sets the weights of the upper body to 0
-//! and weighs by the inverse of the distance: at foot-down and foot-up half of the neighbors stand, and the nearest know
-//! better (64 held-out clips: F1 0.986, with the inverse of the squared distance 0.984). Here each foot looks at its own
+//! over the square of the squared distance of eq. 1 of Xia 2015, whose section 6 sets the weights of the upper body to 0
+//! and weighs by the inverse of the distance: at foot-down and foot-up half of the neighbors stand, and the nearest are
+//! more reliable (64 held-out clips: F1 0.986, with the inverse of the squared distance 0.984). Here each foot looks at its own
 //! leg alone, from the hip to the ankle:
 //!
 //! ```text
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! The likelihood is smoothed by an exponential filter, which looks at no later frame and delays it by
-//! [`DELAY_FRAMES`]; files can take the paper's Gaussian (the builder's `contact::smoothed`) instead. A foot stands
+//! [`DELAY_FRAMES`]; files can use the Gaussian of Xia 2015 (in the builder) instead. A foot stands
 //! where the smoothed likelihood is above one half.
 //!
 //! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
@@ -112,7 +112,7 @@ impl Votes {
         }
     }
 
-    /// Likelihood, 0 to 1, that the left and the right foot stand; 0 where nobody voted.
+    /// Likelihood, 0 to 1, that the left and the right foot stand; 0 without votes.
     pub fn likelihood(&self) -> [f32; 2] {
         let of = |i: usize| match (self.stands.get(i), self.total.get(i)) {
             (Some(&stands), Some(&total)) if total > 0.0 => clamp(stands / total, 0.0, 1.0),
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_votes_for_nothing() {
+    fn no_votes_give_no_likelihood() {
         assert_eq!(Votes::default().likelihood(), [0.0; 2]);
         let mut votes = Votes::default();
         votes.add([1.0, 1.0], [0.0, 0.0], 0.4);

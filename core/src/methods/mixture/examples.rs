@@ -3,7 +3,7 @@
 //!
 //! Outputs are not stored: they are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each
 //! between two rows; where the blob names two for a style, half of each. Style weights blend them here, before the
-//! fit, so that any number of styles costs one regression (METHODS, "Regression").
+//! fit, so that any number of styles costs one regression.
 //!
 //! Cost: a run of two rows for the input, and one of two to four rows for each output that has weight. The rows of
 //! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them.

@@ -1,7 +1,7 @@
 //! Local autoregressive models: one a dof, fitted to the neighbors of a class, used once.
 //!
-//! `y[t] = a x[t-1] + b y[t-1] + c x[t] + d` (paper 000, section 5.1, eq. 2), with `λ |β|²` added to the squares.
-//! Neighbors are taken in one at a time; what is kept of them are sums of products, 13 a dof.
+//! `y[t] = a x[t-1] + b y[t-1] + c x[t] + d` (Xia 2015, section 5.1, eq. 2), with `λ |β|²` added to the squares.
+//! Neighbors are added one at a time; only sums of products are kept, 13 a dof.
 //!
 //! **Precision.** The sums are taken about the first neighbor's values, which makes them small and exact enough
 //! for f32 (about the query they are not: it may lie far away). The penalty on `d` is carried over exactly: about
@@ -13,25 +13,25 @@
 //! its scale `s` instead, **normalised**, needs `λ s² / h²`; the two modes differ in one number.
 //!
 //! **Feedback.** Neighbors lie close together, a tenth of a dof's spread, so that a λ that keeps `b` from following its
-//! own last answer pulls `a` and `c` to zero too, and what is left is the neighbors' mean. `b` alone may therefore be
-//! penalised more: by `λ` times the feedback's penalty. 1 is the paper's.
+//! own last output pulls `a` and `c` to zero too, which leaves the neighbors' mean. `b` alone may therefore be penalised
+//! more: by `λ` times the feedback's penalty, which is 1 in Xia 2015.
 //!
 //! **Bias** (section 5.3, eqs. 6 and 7). Where `x[t]` lies outside `μ ± κ σ` of the neighbors, by `Δx`, the model
-//! is asked at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its answer: content that the data has never
-//! seen is carried past the model.
+//! is evaluated at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its result: content that is not in the data
+//! is carried past the model.
 //!
-//! **Corrections** (ours) are what an output differs from the answer by. They are not fed back: the stream of answers
-//! follows the paper's equations alone.
+//! **Corrections** (ours) are added to a prediction on the way out. They are not fed back: the stream of predictions
+//! follows the equations of Xia 2015 alone.
 //!
-//! *Far-off answers.* Where another class has been taken on, or a body does what none has done, the last answer may lie
-//! where none of the neighbors has been, and nothing was learnt of what follows it. An answer, less `ρ Δx`, is put out as
-//! no further than `μ ± κy s` from the neighbors' mean `y[t]`, with the dof's standard deviation `s` over the database:
-//! neighbors lie a tenth of that apart, so that it takes an answer that is far off.
+//! *Far predictions.* After a change of class, or in motion unlike the data, the last prediction may lie far from all
+//! neighbors, where the model has learnt nothing. The output, less `ρ Δx`, is therefore held within `μ ± κy s` of the
+//! neighbors' mean `y[t]`, with the dof's standard deviation `s` over the database. Neighbors lie a tenth of that apart,
+//! so the interval holds back only predictions that are far off.
 //!
-//! *Standing still.* Neighbors that walk make a body walk that stands, since only ρ of its stillness is kept. Where the
-//! root's ground velocity `x[t]` lies outside and nearer to 0 than the end `e = x - Δx` of the interval, the body is moved by
-//! what takes the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)` more than the model says,
-//! with `p = |x / e|`, up to 1. A body that stops, stops.
+//! *Standing still.* Walking neighbors would move a standing body, since only ρ of its stillness is kept. Where the
+//! root's ground velocity `x[t]` lies outside the interval and nearer to 0 than its end `e = x - Δx`, the output moves from
+//! the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)`, with `p = |x / e|`, up to 1. So a
+//! body that stops comes to rest.
 
 use crate::{
     blob::layout::dof,
@@ -41,7 +41,7 @@ use crate::{
     search::query::ALIGNED,
 };
 
-/// What a regression is told besides its data.
+/// The parameters of a regression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
@@ -59,13 +59,13 @@ pub struct Parameters {
     pub rho: f32,
 }
 
-/// What a class says of one dof, in its unit.
+/// A class's prediction of one dof, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Prediction {
     /// `y[t]`.
     pub y: f32,
-    /// What is to be added to it on the way out.
+    /// Added to it in the output, and not fed back.
     pub correction: f32,
 }
 
@@ -227,9 +227,9 @@ impl<const J: usize> Examples<J> {
         [first[X_PREV] + sums.p * inverse, first[Y_PREV] + sums.q * inverse, first[X] + sums.x * inverse]
     }
 
-    /// Predicts `y[t]` of one dof: fits the model to the examples, asks it once, biased where `x` lies outside.
+    /// Predicts `y[t]` of one dof: fits the model to the examples and evaluates it once, biased where `x` lies outside.
     ///
-    /// `input` is `x[t-1]`, `y[t-1]`, `x[t]`, in the dof's unit, as is the answer; `step` is the dof's quantisation
+    /// `input` is `x[t-1]`, `y[t-1]`, `x[t]`, in the dof's unit, as is the result; `step` is the dof's quantisation
     /// step, `scale` its standard deviation.
     pub fn predict(
         &self,

@@ -1,7 +1,7 @@
 //! How long the output's step takes: the time between two poses in the output style.
 //!
 //! Prediction is by interpolation over the neighbors already found, with Gaussian weights on a distance of its
-//! own: the input's pose and change, and the output's pose and change just synthesized (paper 000, section 5.1,
+//! own: the input's pose and change, and the output's pose and change just synthesized (Xia 2015, section 5.1,
 //! "Timing prediction"). It looks at few dofs, those that the database names. The kernel's width follows the
 //! neighbors: a multiple of their mean squared distance.
 //!

@@ -1,9 +1,8 @@
-//! How much each class has to say: mixing proportions.
+//! Mixing proportions: the weight of each class.
 //!
-//! `λ_j ∝ exp(-D_j / (δ min D))` with `D_j` the mean **squared** distance of the class's nearest neighbors (paper
-//! 000, section 5.2, eq. 4). Most classes come out with next to nothing, and each that is kept costs a search of
-//! examples and a regression: the smallest are dropped as long as what is dropped stays below a bound of the
-//! weight. Where all classes are equally far (input far from the data) a cap on their number bounds the work.
+//! `λ_j ∝ exp(-D_j / (δ min D))` with `D_j` the mean **squared** distance of the class's nearest neighbors (Xia
+//! 2015, section 5.2, eq. 4). Most classes have almost no weight, and each that is kept costs the unpacking of its
+//! neighbors and a regression: the smallest are dropped while their sum stays below a bound. Where all classes are equally far (input far from the data) a cap on their number bounds the work.
 
 use heapless::Vec;
 
