@@ -1,10 +1,7 @@
 //! Real clips on other skeletons through a database of Bandai-Namco's: 31 and 21 joints at 120 and 60 frames a second to
-//! 21 at 30, and back. Skipped where `../shared/data` is not beside the repository.
+//! 21 at 30, and back. Skipped where they are missing, which fails with `CI=true`.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::OnceLock,
-};
+use std::sync::OnceLock;
 
 use gestus_builder::{
     annotate::Config as Clips,
@@ -17,21 +14,14 @@ use gestus_builder::{
     translate::{Input, translate},
 };
 use gestus_core::{Config, Database, config::Timing};
-
-fn root() -> PathBuf {
-    std::env::var_os("GESTUS_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
-}
+use gestus_tests::real_clips;
 
 /// A database of walks and runs in three styles.
 fn blob() -> Option<&'static [u8]> {
     static BLOB: OnceLock<Option<Vec<u8>>> = OnceLock::new();
     let blob = BLOB.get_or_init(|| {
-        let data = root().join("bandai-namco-2");
-        if !data.is_dir() || !root().join("xia").is_dir() || !root().join("cmu").is_dir() {
-            println!("skipped: real clips are missing (set GESTUS_DATA to their folder)");
-            return None;
-        }
+        let folders = ["bandai-namco-2", "xia", "cmu"].map(real_clips::data_set);
+        let [Some(data), Some(_), Some(_)] = folders else { return None };
         let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
         let clips = Clips {
             data: Some(data),
@@ -55,7 +45,7 @@ fn directions_and_contacts_survive_the_way_there_and_back() {
     let database = Database::open(blob).unwrap();
     let mut clips = 0;
     for folder in ["xia", "cmu"] {
-        let evaluation = retarget::evaluate(&database, &root().join(folder)).unwrap();
+        let evaluation = retarget::evaluate(&database, &real_clips::root().join(folder)).unwrap();
         for row in &evaluation.rows {
             for key in ["hand_max_deg", "foot_max_deg"] {
                 assert!(number(row, key) < 5.0, "{key}: {row:?}");
@@ -82,7 +72,7 @@ fn a_foreign_clip_is_stylized_unlabelled_and_comes_back_on_its_own_skeleton() {
     let elderly = database.manifest().unwrap().styles.find("elderly").unwrap();
     for (file, rate, leg) in [("xia/neutral_01_000.bvh", 120.0, "LeftLeg"), ("cmu/walk.bvh", 60.0, "LeftLeg")]
     {
-        let input = Input::read(&root().join(file), &database).unwrap();
+        let input = Input::read(&real_clips::root().join(file), &database).unwrap();
         assert!(input.retarget().is_some(), "{file}");
         assert_eq!(input.document.rate_hz(), rate);
         let request = Request { config: Config::new().timing(Timing::Sync), ..Request::style(elderly) };
@@ -117,7 +107,7 @@ fn a_foreign_clip_is_stylized_unlabelled_and_comes_back_on_its_own_skeleton() {
 fn the_toy_robot_keeps_its_limits_on_real_motion() {
     let Some(blob) = blob() else { return };
     let database = Database::open(blob).unwrap();
-    let evaluation = servo::evaluate(&database, &root().join("cmu"), None, None).unwrap();
+    let evaluation = servo::evaluate(&database, &real_clips::root().join("cmu"), None, None).unwrap();
     assert_eq!(evaluation.rows.len(), 10);
     for row in &evaluation.rows {
         assert_eq!(number(row, "limit_violations"), 0.0, "{row:?}");

@@ -1,0 +1,27 @@
+//! Captured clips, which are not part of the repository.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+};
+
+/// The folder of real clips: `GESTUS_DATA`, or `shared/data` beside the repository.
+pub fn root() -> PathBuf {
+    env::var_os("GESTUS_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
+}
+
+/// The folder of a data set, for a test that is skipped where it is missing.
+///
+/// # Panics
+/// Where it is missing and `CI=true`.
+pub fn data_set(name: &str) -> Option<PathBuf> {
+    let folder = root().join(name);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    let missing = format!("no real clips in {} (set GESTUS_DATA to their folder)", folder.display());
+    assert!(env::var("CI").as_deref() != Ok("true"), "{missing}");
+    println!("skipped: {missing}");
+    None
+}
