@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 use crate::{
     recording::{Recorded, record},
     shell::{Outcome, answer, cargo, command, root, run as run_command, run_for, target_dir},
-    target,
+    target, tools,
 };
 
 const CRATE: &str = "firmware-sim/capi";
@@ -24,7 +24,6 @@ const M4F: &str = "thumbv7em-none-eabihf";
 const FRAMES: u32 = 2000;
 /// Far longer than the board takes for them.
 const PATIENCE: Duration = Duration::from_secs(300);
-const PACKAGES: [&str; 5] = ["gcc", "libc6-dev", "valgrind", "gcc-arm-none-eabi", "qemu-system-arm"];
 const WARNINGS: [&str; 6] = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 
 /// Does all of it.
@@ -32,10 +31,6 @@ const WARNINGS: [&str; 6] = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic"
 /// # Errors
 /// Where something of it fails.
 pub fn run(setup: bool) -> Result<Outcome> {
-    let wanted = ["cc", "valgrind", "arm-none-eabi-gcc", "qemu-system-arm"];
-    if setup && wanted.iter().any(|program| !target::has_program(program)) {
-        target::install_packages(&PACKAGES);
-    }
     let manifest = root().join(CRATE).join("Cargo.toml");
     let own = |subcommand: &str| {
         let mut cargo = cargo();
@@ -53,27 +48,15 @@ pub fn run(setup: bool) -> Result<Outcome> {
     let mut missing = Vec::new();
     missing.extend(header(setup)?);
     let recorded = record(FRAMES)?;
-    missing.extend(on_host(&recorded)?);
+    missing.extend(on_host(&recorded, setup)?);
     missing.extend(on_board(&recorded, setup)?);
-    if missing.is_empty() {
-        return Ok(Outcome::Passed);
-    }
-    Ok(Outcome::Skipped(format!("in part, for want of {} (`cargo xtask capi --setup`)", missing.join(", "))))
+    Ok(Outcome::passed_but_for(missing))
 }
 
-/// Makes the header, and compares it with the one that is there. Answers what is missing for that.
+/// Makes the header, and compares it with the one that is there. Returns what is missing for that.
 fn header(setup: bool) -> Result<Option<String>> {
-    let here = || target::has_program("cbindgen");
-    if !here() && setup {
-        let mut install = cargo();
-        // Built apart from the workspace's products, and kept by nobody.
-        install.args(["install", "--locked", "cbindgen"]).env_remove("CARGO_TARGET_DIR");
-        if let Err(e) = run_command(&mut install) {
-            println!("{e:#}");
-        }
-    }
-    if !here() {
-        return Ok(Some("cbindgen".into()));
+    if let Some(missing) = tools::missing(&["cbindgen"], setup) {
+        return Ok(Some(missing));
     }
     let made = target_dir().join("capi/gestus.h");
     let mut cbindgen = command("cbindgen");
@@ -102,10 +85,10 @@ fn sources(names: &[&str]) -> Vec<PathBuf> {
     names.iter().map(|name| root().join(CRATE).join("example").join(name)).collect()
 }
 
-/// The example on the host, and under valgrind. Answers what is missing.
-fn on_host(recorded: &Recorded) -> Result<Option<String>> {
-    if !target::has_program("cc") {
-        return Ok(Some("a C compiler".into()));
+/// The example on the host, and under valgrind. Returns what is missing.
+fn on_host(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
+    if let Some(missing) = tools::missing(&["cc"], setup) {
+        return Ok(Some(missing));
     }
     let mut rustc = cargo();
     rustc.arg("rustc");
@@ -119,8 +102,8 @@ fn on_host(recorded: &Recorded) -> Result<Option<String>> {
     // What the standard library wants where it is no part of the C library.
     run_command(cc.args(["-lpthread", "-ldl", "-lm", "-o"]).arg(&example))?;
     run_command(command(&example.to_string_lossy()).arg(&recorded.blob).arg(&recorded.stream))?;
-    if !target::has_program("valgrind") {
-        return Ok(Some("valgrind".into()));
+    if let Some(missing) = tools::missing(&["valgrind"], setup) {
+        return Ok(Some(missing));
     }
     let mut valgrind = command("valgrind");
     valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=all"]);
@@ -128,12 +111,10 @@ fn on_host(recorded: &Recorded) -> Result<Option<String>> {
     Ok(None)
 }
 
-/// The example on an emulated Cortex-M4F. Answers what is missing.
+/// The example on an emulated Cortex-M4F. Returns what is missing.
 fn on_board(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
-    for program in ["arm-none-eabi-gcc", "qemu-system-arm"] {
-        if !target::has_program(program) {
-            return Ok(Some(program.into()));
-        }
+    if let Some(missing) = tools::missing(&["arm-none-eabi-gcc", "qemu-system-arm"], setup) {
+        return Ok(Some(missing));
     }
     let source = match target::find(M4F, setup) {
         Ok(source) => source,

@@ -4,12 +4,22 @@
 //! watch, and without them a target runs several times as many inputs. A target starts from the files in
 //! `fuzz/seeds/TARGET` and puts the words of `fuzz/TARGET.dict` into its inputs, where there are such.
 
-use std::{path::Path, process::Command};
+use std::{
+    num::NonZero,
+    path::Path,
+    process::Command,
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread,
+};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 
-use crate::shell::{
-    Outcome, answer, built, cargo, command, nightly_cargo, root, run as run_command, target_dir,
+use crate::{
+    shell::{
+        Outcome, answer, built, command, nightly_cargo, root, run as run_command, run_captured, show,
+        target_dir,
+    },
+    tools,
 };
 
 /// Crates with a `fuzz` folder.
@@ -31,37 +41,79 @@ pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
     if let Some(missing) = missing(setup) {
         return Ok(Outcome::Skipped(missing));
     }
-    let mut failed = Vec::new();
-    for (krate, target) in &targets {
-        if let Err(e) = fuzz(krate, target, seconds) {
-            println!("{e:#}");
-            failed.push(format!("{krate}/fuzz {target}"));
-        }
+    if only.is_none() {
+        CRATES.into_iter().try_for_each(build)?;
     }
+    let runs =
+        targets.iter().map(|(krate, target)| prepare(krate, target, seconds)).collect::<Result<Vec<_>>>()?;
+    // A target keeps one core busy.
+    let queue = Mutex::new(targets.iter().zip(runs));
+    let failed = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, NonZero::get) {
+            scope.spawn(|| {
+                // A closure, so that the lock is not held while the target runs.
+                let next = || locked(&queue).next();
+                while let Some(((krate, target), mut run)) = next() {
+                    if let Err(e) = fuzz(&mut run) {
+                        println!("{e:#}");
+                        locked(&failed).push(format!("{krate}/fuzz {target}"));
+                    }
+                }
+            });
+        }
+    });
+    let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
     if failed.is_empty() { Ok(Outcome::Passed) } else { Ok(Outcome::Failed(failed.join(", "))) }
 }
 
-fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Builds all targets of a crate at once.
+fn build(krate: &str) -> Result<()> {
+    run_command(&mut cargo_fuzz("build", krate))
+}
+
+/// `cargo fuzz` for a crate.
+fn cargo_fuzz(subcommand: &str, krate: &str) -> Command {
+    let mut command = nightly_cargo();
+    command
+        .args(["fuzz", subcommand, "--sanitizer", "none", "--fuzz-dir"])
+        .arg(root().join(krate).join("fuzz"))
+        .arg("--target-dir")
+        .arg(target_dir().join("fuzz"))
+        .current_dir(root().join(krate));
+    command
+}
+
+/// Runs a target. Shows the end of what it wrote, or all of it where it failed.
+fn fuzz(run: &mut Command) -> Result<()> {
+    let (passed, output) = run_captured(run)?;
+    let lines: Vec<&str> = output.lines().collect();
+    let shown = if passed { lines.len().saturating_sub(3) } else { 0 };
+    println!("{}", lines[shown..].join("\n"));
+    ensure!(passed, "`{}` failed", show(run));
+    Ok(())
+}
+
+/// The command that runs a target, with a corpus to start from.
+fn prepare(krate: &str, target: &str, seconds: u32) -> Result<Command> {
     let folder = root().join(krate).join("fuzz");
     let corpus = folder.join("corpus").join(target);
     std::fs::create_dir_all(&corpus)?;
     if target == "open" {
         seed_with_blobs(&corpus)?;
     }
-    let mut command = nightly_cargo();
+    let mut command = cargo_fuzz("run", krate);
     if target == "link" {
         let blob = target_dir().join("fuzz-link.gestus");
         let robot = target_dir().join("fuzz-robot.gestus");
         write_blobs(&[&blob, &target_dir().join("fuzz-models.gestus"), &robot])?;
         command.env("GESTUS_BLOB", blob).env("GESTUS_ROBOT", robot);
     }
-    command
-        .args(["fuzz", "run", "--sanitizer", "none", "--fuzz-dir"])
-        .arg(&folder)
-        .arg("--target-dir")
-        .arg(target_dir().join("fuzz"))
-        .arg(target)
-        .arg(corpus);
+    command.arg(target).arg(corpus);
     let seeds = folder.join("seeds").join(target);
     if seeds.is_dir() {
         command.arg(seeds);
@@ -71,7 +123,7 @@ fn fuzz(krate: &str, target: &str, seconds: u32) -> Result<()> {
     if dictionary.is_file() {
         command.arg(format!("-dict={}", dictionary.display()));
     }
-    run_command(command.current_dir(root().join(krate)))
+    Ok(command)
 }
 
 /// Puts blobs that open into the corpus, for mutation alone would never get past the first checks: one with all that a
@@ -105,31 +157,18 @@ fn targets(krate: &str) -> Vec<String> {
     names
 }
 
-/// What is missing for cargo-fuzz, after trying to install it where that is wanted.
+/// What is missing for fuzzing, after trying to install it where that is wanted.
 fn missing(setup: bool) -> Option<String> {
     let nightly = || answer(nightly_cargo().arg("--version")).is_some();
-    let cargo_fuzz = || answer(cargo().args(["fuzz", "--version"])).is_some();
-    let install = |mut command: Command| {
-        if let Err(e) = run_command(&mut command) {
-            println!("{e:#}");
-        }
-    };
     if setup && !nightly() {
         let mut rustup = command("rustup");
         rustup.args(["toolchain", "install", "nightly", "--profile", "minimal"]);
-        install(rustup);
+        tools::try_all(&mut [rustup]);
     }
-    if setup && !cargo_fuzz() {
-        let mut cargo = cargo();
-        // Built apart from the workspace's products, and kept by nobody.
-        cargo.args(["install", "--locked", "cargo-fuzz"]).env_remove("CARGO_TARGET_DIR");
-        install(cargo);
+    if !nightly() {
+        return Some("no nightly toolchain (`cargo xtask fuzz --setup` installs it)".into());
     }
-    match (nightly(), cargo_fuzz()) {
-        (true, true) => None,
-        (false, _) => Some("no nightly toolchain (`cargo xtask fuzz --setup` installs it)".into()),
-        (true, false) => Some("no cargo-fuzz (`cargo xtask fuzz --setup` installs it)".into()),
-    }
+    tools::missing(&["cargo-fuzz"], setup)
 }
 
 #[cfg(test)]

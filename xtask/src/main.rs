@@ -1,7 +1,8 @@
 //! Chores of the workspace, as `cargo xtask …`.
 //!
-//! Whatever needs more than stable Rust lives here and not in `cargo test`: without `--setup` it uses what is
-//! installed and skips the rest with a line that says what is missing; with `--setup` it installs it first.
+//! Whatever needs more than stable Rust lives here and not in `cargo test`. A chore uses what is installed and skips
+//! the rest with a line that says what is missing; with `--setup` it installs it first. With `CI=true` in the
+//! environment, to skip is to fail.
 
 mod bare_metal;
 mod budget;
@@ -17,6 +18,7 @@ mod same;
 mod shell;
 mod stack;
 mod target;
+mod tools;
 mod wasm;
 
 use std::process::ExitCode;
@@ -40,6 +42,8 @@ enum Chore {
         #[arg(long)]
         setup: bool,
     },
+    /// Install every program and target that any chore needs
+    Setup,
     /// Fuzz every target, or one, for a while
     Fuzz {
         /// Install the nightly toolchain and cargo-fuzz where they are missing
@@ -111,7 +115,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = run(Arguments::parse().chore).unwrap_or_else(|e| Outcome::Failed(format!("{e:#}")));
-    match outcome {
+    match outcome.strict(shell::in_ci()) {
         Outcome::Passed => ExitCode::SUCCESS,
         Outcome::Skipped(why) => {
             println!("skipped: {why}");
@@ -127,6 +131,7 @@ fn main() -> ExitCode {
 fn run(chore: Chore) -> Result<Outcome> {
     match chore {
         Chore::Ci { setup } => Ok(ci::run(setup)),
+        Chore::Setup => Ok(ci::setup()),
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
         Chore::Core { setup } => Ok(bare_metal::run(setup)),
         Chore::NoPanic { setup } => no_panic::run(setup),

@@ -20,6 +20,31 @@ pub enum Outcome {
     Failed(String),
 }
 
+impl Outcome {
+    /// Passed, unless something was missing for a part of it.
+    pub fn passed_but_for(missing: impl IntoIterator<Item = String>) -> Self {
+        let missing: Vec<String> = missing.into_iter().collect();
+        if missing.is_empty() {
+            Self::Passed
+        } else {
+            Self::Skipped(format!("in part: {}", missing.join(", ")))
+        }
+    }
+
+    /// The outcome where everything has to be done: to skip is to fail.
+    pub fn strict(self, strict: bool) -> Self {
+        match self {
+            Self::Skipped(why) if strict => Self::Failed(format!("skipped, although CI=true: {why}")),
+            outcome => outcome,
+        }
+    }
+}
+
+/// True in continuous integration (`CI=true`), where nothing may be skipped.
+pub fn in_ci() -> bool {
+    env::var("CI").is_ok_and(|value| value == "true")
+}
+
 /// The repository's root.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
@@ -93,7 +118,7 @@ pub fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// Shows a command and runs it. Answers whether it succeeded, and all that it wrote, which is not shown.
+/// Shows a command and runs it. Returns whether it succeeded, and all that it wrote, which is not shown.
 ///
 /// # Errors
 /// Where the program can't be started.
@@ -106,8 +131,8 @@ pub fn run_captured(command: &mut Command) -> Result<(bool, String)> {
     Ok((output.status.success(), text))
 }
 
-/// Shows a command and runs it, for so long at most. Answers whether it succeeded in time, and its standard output,
-/// which is not shown; what it says besides is not kept. For programs that can hang, and for browsers, which talk.
+/// Shows a command and runs it, for at most so long. Returns whether it succeeded in time, and its standard output,
+/// which is not shown; standard error is dropped. For programs that can hang, and for browsers, which write a lot.
 ///
 /// # Errors
 /// Where the program can't be started.
@@ -167,7 +192,7 @@ pub fn answer_of(command: &mut Command) -> Result<String> {
 }
 
 /// A command as a person would type it, with the settings that were made for it.
-fn show(command: &Command) -> String {
+pub fn show(command: &Command) -> String {
     let set = command
         .get_envs()
         .filter_map(|(k, v)| Some(format!("{}={}", k.to_string_lossy(), quote(&v?.to_string_lossy()))));

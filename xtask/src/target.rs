@@ -8,7 +8,10 @@
 
 use std::{path::Path, process::Command};
 
-use crate::shell::{answer, cargo, command, run as run_command};
+use crate::{
+    shell::{answer, cargo, command},
+    tools::{install_packages, try_all},
+};
 
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
@@ -84,43 +87,14 @@ fn present(target: &str) -> Option<Source> {
 
 /// Tries the ways to get the target, until one works.
 fn install(target: &str) -> Option<Source> {
-    let arguments = |program: &str, arguments: &[&str]| {
-        let mut command = command(program);
-        command.args(arguments);
-        command
+    let rustup = |arguments: &[&str]| {
+        let mut rustup = command("rustup");
+        rustup.args(arguments);
+        try_all(&mut [rustup])
     };
-    let mut ways = [
-        vec![arguments("rustup", &["target", "add", target])],
-        vec![arguments("rustup", &["component", "add", "rust-src"])],
-        packages(&DEBIAN_PACKAGES),
-    ];
-    ways.iter_mut().find_map(|way| if try_all(way) { present(target) } else { None })
-}
-
-/// Installs packages of the system, where that works.
-pub fn install_packages(names: &[&str]) -> bool {
-    try_all(&mut packages(names))
-}
-
-fn packages(names: &[&str]) -> Vec<Command> {
-    let mut update = command("apt-get");
-    update.arg("update");
-    let mut install = command("apt-get");
-    install.args(["install", "--yes", "--no-install-recommends"]).args(names);
-    vec![update, install]
-}
-
-fn try_all(steps: &mut [Command]) -> bool {
-    steps.iter_mut().all(|step| match run_command(step) {
-        Ok(()) => true,
-        Err(e) => {
-            println!("{e:#}; going on without");
-            false
-        }
-    })
-}
-
-/// True where the program can be started.
-pub fn has_program(program: &str) -> bool {
-    answer(command(program).arg("--version")).is_some()
+    let ways: [&dyn Fn() -> bool; 3] =
+        [&|| rustup(&["target", "add", target]), &|| rustup(&["component", "add", "rust-src"]), &|| {
+            install_packages(&DEBIAN_PACKAGES)
+        }];
+    ways.iter().find_map(|way| if way() { present(target) } else { None })
 }

@@ -12,8 +12,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::{
     recording::{Recorded, record},
-    shell::{Outcome, cargo, command, root, run as run_command, run_for, target_dir},
-    target,
+    shell::{Outcome, cargo, command, root, run as run_command, run_for, sim, target_dir},
+    target, tools,
 };
 
 const CRATE: &str = "firmware-sim/web";
@@ -23,7 +23,11 @@ const FRAMES: u32 = 10_000;
 /// Frames that a page plays at the least in ten seconds of its own time.
 const LEAST_PLAYED: u32 = 100;
 const PATIENCE: Duration = Duration::from_secs(120);
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// What is missing to build the module, after trying to install it where that is wanted.
+pub fn missing(setup: bool) -> Option<String> {
+    target::find(TARGET, setup).err()
+}
 
 /// Does all of it.
 ///
@@ -34,13 +38,6 @@ pub fn run(setup: bool) -> Result<Outcome> {
         Ok(source) => source,
         Err(missing) => return Ok(Outcome::Skipped(missing)),
     };
-    let browser = || BROWSERS.into_iter().find(|b| target::has_program(b));
-    if setup && !target::has_program("node") {
-        target::install_packages(&["nodejs"]);
-    }
-    if setup && browser().is_none() {
-        target::install_packages(&["chromium", "fonts-dejavu-core"]);
-    }
     let manifest = root().join(CRATE).join("Cargo.toml");
     run_command(cargo().args(["fmt", "--check", "--manifest-path"]).arg(&manifest))?;
     // Where `gestus-sim view` looks for it.
@@ -51,32 +48,24 @@ pub fn run(setup: bool) -> Result<Outcome> {
     let module = folder.join(TARGET).join("release/gestus_web.wasm");
     println!("{}: {} bytes", module.display(), fs::metadata(&module)?.len());
 
-    let mut missing = Vec::new();
+    let missing = tools::missing(&["node", "chromium"], setup);
     let recorded = record(FRAMES)?;
-    if target::has_program("node") {
+    if tools::has("node") {
         let mut node = command("node");
         node.arg(root().join(CRATE).join("run.js")).arg(&module);
         run_command(node.arg(&recorded.blob).arg(&recorded.stream))?;
-    } else {
-        missing.push("node");
     }
-    match browser() {
-        Some(browser) => in_browser(browser, &recorded)?,
-        None => missing.push("chromium"),
+    if let Some(browser) = tools::browser() {
+        in_browser(browser, &recorded)?;
     }
-    if missing.is_empty() {
-        return Ok(Outcome::Passed);
-    }
-    Ok(Outcome::Skipped(format!("in part, for want of {} (`cargo xtask wasm --setup`)", missing.join(", "))))
+    Ok(Outcome::passed_but_for(missing))
 }
 
 /// Opens a page headless and reads what it says about itself after it has checked its digest and played.
 fn in_browser(browser: &str, recorded: &Recorded) -> Result<()> {
     let folder = target_dir().join("recorded");
     let page = folder.join("view.html");
-    let mut view = cargo();
-    view.args(["run", "--quiet", "-p", "gestus-firmware-sim", "--bin", "gestus-sim", "--", "view", "--db"]);
-    run_command(view.arg(&recorded.blob).arg("-o").arg(&page))?;
+    run_command(sim()?.args(["view", "--db"]).arg(&recorded.blob).arg("-o").arg(&page))?;
     let profile = folder.join(format!("chromium-{}", std::process::id()));
     let (done, dom) = run_for(&mut headless(browser, &profile, &page), PATIENCE)?;
     fs::remove_dir_all(&profile).ok();
