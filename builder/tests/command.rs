@@ -5,9 +5,9 @@ mod common;
 
 use std::{fs, path::Path, process::Command};
 
-use gestus_builder::{
-    bvh::{Bvh, Unit},
-    motion::Clip,
+use gestus_motion::{
+    clip::Clip,
+    formats::bvh::{Bvh, Unit},
 };
 
 /// Runs it: did it succeed, and what did it say on standard error.
@@ -25,7 +25,7 @@ fn no_input_is_written_over() {
     fs::write(&db, common::blob()).unwrap();
     let text = Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text();
     fs::write(&clip, &text).unwrap();
-    fs::write(&robot, include_str!("../assets/toy.urdf")).unwrap();
+    fs::write(&robot, gestus_motion::formats::urdf::TOY).unwrap();
     let [db, clip, robot, page] = [&db, &clip, &robot, &page].map(|p| p.to_str().unwrap());
     let data = folder.join("data");
     let data = data.to_str().unwrap();
@@ -70,7 +70,7 @@ fn a_whole_clip_takes_no_options_of_streams() {
         ["k.gestus", "walk.bvh", "toy.urdf", "a.csv", "out.bvh", "out.html"].map(|n| folder.join(n));
     fs::write(&db, common::blob()).unwrap();
     fs::write(&clip, Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text()).unwrap();
-    fs::write(&robot, include_str!("../assets/toy.urdf")).unwrap();
+    fs::write(&robot, gestus_motion::formats::urdf::TOY).unwrap();
     let [db, clip, robot, angles, out, page] =
         [&db, &clip, &robot, &angles, &out, &page].map(|p| p.to_str().unwrap());
     let whole = ["translate", "--db", db, "--input", clip, "-o", out, "--method", "effort"];

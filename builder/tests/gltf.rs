@@ -7,13 +7,14 @@ mod common;
 use std::{fs, io, path::Path, process::Command};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use gestus_builder::{
-    annotate::Config,
-    bvh::{Binding, Bvh, Options, Unit, to_clip},
+use gestus_database::data_folder::{config::Config, load::load};
+use gestus_motion::{
     capture::{read, read_folder},
-    gltf::{GltfError, parse},
-    load::load,
-    motion::{Clip, Frame, Skeleton},
+    clip::{Clip, Frame, Skeleton},
+    formats::{
+        bvh::{Binding, Bvh, Options, Unit, to_clip},
+        gltf::{GltfError, parse},
+    },
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};

@@ -6,16 +6,6 @@ mod common;
 use std::sync::Arc;
 
 use common::{database, walk};
-use gestus_builder::{
-    contact::contacts,
-    evaluate::retarget::{directions, offsets},
-    landmarks::Landmarks,
-    motion::{Clip, Frame, Skeleton},
-    retarget::{
-        IdentifyError, MapError, MapFile, Retarget,
-        parts::{Part, Side},
-    },
-};
 use gestus_core::{
     BlobError, Pose,
     blob::{crc::crc32c, layout::section},
@@ -23,6 +13,18 @@ use gestus_core::{
         Map,
         layout::{self, header, joint, limb, record},
     },
+};
+use gestus_database::{
+    registration::contact::contacts,
+    retarget::{
+        IdentifyError, MapError, MapFile, Retarget,
+        parts::{Part, Side},
+    },
+};
+use gestus_evaluate::measures::retarget::{directions, offsets};
+use gestus_motion::{
+    clip::{Clip, Frame, Skeleton},
+    landmarks::Landmarks,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -369,7 +371,7 @@ fn any_bytes_are_refused_or_harmless() {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (state >> 8) as usize
     };
-    let input = gestus_builder::stream::to_pose::<24>(&walk().frames[3]);
+    let input = gestus_database::stream::to_pose::<24>(&walk().frames[3]);
     for _ in 0..3000 {
         let mut bytes = whole.clone();
         for _ in 0..1 + next() % 3 {

@@ -6,11 +6,6 @@ mod common;
 use std::{f64::consts::PI, fmt::Write};
 
 use common::{corpus, database, walk};
-use gestus_builder::{
-    motion::Skeleton,
-    robot::{Machine, MachineError, RobotMap, play, play::end_effectors, play::play_frames},
-    urdf::Robot,
-};
 use gestus_core::{
     BlobError, Pose,
     blob::{crc::crc32c, layout::section},
@@ -19,9 +14,15 @@ use gestus_core::{
         layout::{group, header, hinge, joint, limb},
     },
 };
+use gestus_database::robot::{
+    Machine, MachineError, RobotMap,
+    play::{end_effectors, play, play_frames},
+};
+use gestus_motion::{
+    clip::Skeleton,
+    formats::urdf::{Robot, TOY},
+};
 use proptest::prelude::*;
-
-const TOY: &str = include_str!("../assets/toy.urdf");
 
 fn toy(map: &str) -> Machine {
     let map = RobotMap::parse(map, "m.toml").unwrap();
@@ -150,7 +151,7 @@ fn the_drive_begins_where_the_servos_are() {
     let mut drive = Drive::<16>::new(machine.tables(), &start).unwrap();
     assert_eq!(drive.motions()[2].position, 0.9);
     assert_eq!(drive.motions()[3].position, 0.0);
-    let driven = drive.step(&gestus_builder::stream::to_pose::<32>(&walk().frames[0]));
+    let driven = drive.step(&gestus_database::stream::to_pose::<32>(&walk().frames[0]));
     assert!(!driven.held && driven.lag > 0.1, "{driven:?}");
     assert!((drive.motions()[2].position - 0.9).abs() < 0.05);
     assert!(Drive::<15>::new(machine.tables(), &[]).is_err());

@@ -15,8 +15,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{stream::Request, translate::Input};
 use gestus_core::{Config, Database, Stage};
+use gestus_database::stream::{Request, translate::Input};
 use gestus_firmware_sim::{
     board::{
         boards, generated, image,

@@ -10,10 +10,10 @@ use embedded_hal::{
     digital::{self, OutputPin},
     pwm::{self, SetDutyCycle},
 };
-use gestus_builder::stream::to_pose;
 use gestus_core::{
     Config, Database, Degraded, Pose, Report, Safety, Stylizer, config::Timing, output::visit_cap::VisitCap,
 };
+use gestus_database::stream::to_pose;
 use gestus_tests::motion;
 
 /// Joints, neighbors and classes that this board has room for.

@@ -6,10 +6,8 @@
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    motion::{Clip, Frame, Skeleton},
-    stream::Streamed,
-};
+use gestus_database::stream::Streamed;
+use gestus_motion::clip::{Clip, Frame, Skeleton};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -335,7 +333,7 @@ mod tests {
             rotations: vec![UnitQuaternion::from_euler_angles(0.3, -0.2, 1.0); 4],
         };
         let numbers = |frame: &Frame| {
-            let pose = gestus_builder::stream::to_pose::<4>(frame);
+            let pose = gestus_database::stream::to_pose::<4>(frame);
             let all = pose.position.into_iter().chain(pose.rotations.as_flattened().iter().copied());
             all.map(f32::to_bits).collect::<Vec<_>>()
         };

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use gestus_builder::wish::lenient;
+use gestus_database::command_line::stylizer_args::lenient;
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs, ProbeArgs},

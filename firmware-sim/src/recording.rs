@@ -17,11 +17,6 @@
 //! then set, since a database need not hold every action in every style.
 
 use anyhow::{Result, bail};
-use gestus_builder::{
-    motion::{Clip, Skeleton},
-    stream::{Request, to_pose},
-    synth,
-};
 use gestus_core::{
     Config, Database, Digest, Method, Pose, Stylizer,
     blob::{
@@ -31,6 +26,11 @@ use gestus_core::{
     body::pose::{self, Anchor},
     math::wrap_angle,
 };
+use gestus_database::{
+    stream::{Request, to_pose},
+    synth,
+};
+use gestus_motion::clip::{Clip, Skeleton};
 
 /// First bytes of a recording.
 pub const MAGIC: [u8; 8] = *b"GSTREAM1";
@@ -281,7 +281,7 @@ mod tests {
     fn a_database_that_was_cut_to_its_models_has_a_digest() {
         let whole = Database::open(BLOB).unwrap();
         let recording = Recording::long(&whole, 60, 20);
-        let blob = gestus_builder::cut::models_only(&whole).unwrap();
+        let blob = gestus_database::blob::cut::models_only(&whole).unwrap();
         let cut = Database::open(&blob).unwrap();
         assert_eq!(Method::of(&cut), Method::Lti);
         let digest = recording.digest(&cut).unwrap();

@@ -4,15 +4,19 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    bvh::Unit,
-    outputs::{apart, say, tell},
-    retarget::MapFile,
-    stream::{Request, Streamed},
-    translate::{Input, degraded_words, figures, skeleton, translate},
-    wish::WishArgs,
-};
 use gestus_core::Database;
+use gestus_database::{
+    command_line::{
+        outputs::{apart, say, tell},
+        stylizer_args::WishArgs,
+    },
+    retarget::MapFile,
+    stream::{
+        Request, Streamed,
+        translate::{Input, degraded_words, figures, translate},
+    },
+};
+use gestus_motion::{body::database_skeleton, formats::bvh::Unit};
 use serde_json::{Value, json};
 
 use crate::{
@@ -128,7 +132,7 @@ fn disturb(
     input.mapped = arrivals.clip(&input.mapped);
     input.clip = arrivals.order(&input.clip);
     let streamed = translate(database, input, request, &mut ())?;
-    let disturbance = Disturbance::new(&skeleton(database), &undisturbed, &streamed, &arrivals);
+    let disturbance = Disturbance::new(&database_skeleton(database), &undisturbed, &streamed, &arrivals);
     let mut figures = disturbance.json(&arrivals);
     let degraded = |s: &Streamed| s.steps.iter().filter(|s| !s.report.degraded.is_empty()).count();
     figures["degraded"] = json!(degraded(&streamed));

@@ -14,20 +14,20 @@ use std::{
 use anyhow::{Context, Result, bail};
 // With padding, as JavaScript's `atob` reads it (RFC 4648).
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
-use gestus_builder::{
-    bvh::Unit,
-    outputs::{apart, say, tell},
-    report::{
-        escape, fill,
-        page::{DRAW, STYLE, script_safe},
-    },
-    retarget::MapFile,
-    translate::Input,
-};
 use gestus_core::{
     Database,
     blob::{Manifest, Names},
 };
+use gestus_database::{
+    command_line::outputs::{apart, say, tell},
+    retarget::MapFile,
+    stream::translate::Input,
+};
+use gestus_evaluate::{
+    pages::{DRAW, STYLE, script_safe},
+    report::markup::{escape, fill},
+};
+use gestus_motion::formats::bvh::Unit;
 
 use crate::recording::{Recording, Settings};
 

@@ -10,16 +10,14 @@ use std::{
 
 use common::{json as figures, sim};
 
-use gestus_builder::{
-    capture,
-    evaluate::servo::TOY,
-    robot::{Machine, RobotMap},
-    stream::{Request, stream},
-    translate::Input,
-    urdf::Robot,
-};
 use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
+use gestus_database::{
+    robot::{Machine, RobotMap},
+    stream::{Request, stream, translate::Input},
+};
 use gestus_firmware_sim::link::serve::with_board;
+use gestus_motion::formats::urdf::TOY;
+use gestus_motion::{capture, formats::urdf::Robot};
 use gestus_tests::motion;
 use serde_json::json;
 

@@ -6,8 +6,8 @@ mod common;
 use std::path::Path;
 
 use common::{json, sim};
-use gestus_builder::cut::models_only;
 use gestus_core::Database;
+use gestus_database::blob::cut::models_only;
 use gestus_tests::motion;
 
 /// It was streamed by the mixture, which such a database does not hold, and the message told to choose a method, which the

@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::Result;
 use clap::Parser;
-use gestus_builder::stream::{Request, stream};
+use gestus_database::stream::{Request, stream};
 use gestus_core::{Database, search::graph::Limits};
 use gestus_peers::{
     measure::{Truth, after_jumps, sweep, time, tuned},

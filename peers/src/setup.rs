@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use gestus_builder::{annotate::Config, build, load, motion::Clip, stream::to_pose};
+use gestus_database::{data_folder::{config::Config, load}, build, stream::to_pose};
+use gestus_motion::clip::Clip;
 use gestus_core::{
     Database,
     blob::layout::{MAX_FEATURES, flag},
@@ -52,7 +53,7 @@ impl Setup {
         let (held, kept) =
             corpus.examples.into_iter().partition(|example| example.clip.name.ends_with(&task.held_out));
         corpus.examples = kept;
-        let held: Vec<gestus_builder::corpus::Example> = held;
+        let held: Vec<gestus_motion::corpus::Example> = held;
         ensure!(
             !held.is_empty(),
             "{}: no clip's name ends with `{}`: choose queries with --held-out",
@@ -101,7 +102,7 @@ pub fn points(database: &Database<'_>, k: usize) -> Vec<Points> {
 /// The query of every frame of a clip, as a stylizer makes it; unused components are zero.
 pub fn queries<'a>(
     database: &Database<'_>,
-    frames: impl Iterator<Item = &'a gestus_builder::motion::Frame>,
+    frames: impl Iterator<Item = &'a gestus_motion::clip::Frame>,
 ) -> Vec<Feature> {
     let mut window = Box::new(Window::<JOINTS>::new());
     frames

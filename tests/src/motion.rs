@@ -8,10 +8,10 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use gestus_builder::{
-    build::{BuildOptions, build},
+use gestus_database::build::{BuildOptions, build};
+use gestus_motion::{
+    clip::{Clip, Frame, Skeleton},
     corpus::{Corpus, Cycle, Example},
-    motion::{Clip, Frame, Skeleton},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 

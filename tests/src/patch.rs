@@ -3,7 +3,6 @@
 
 use std::ops::Range;
 
-use gestus_builder::write::{Section, assemble};
 use gestus_core::{
     Database,
     blob::{
@@ -12,6 +11,7 @@ use gestus_core::{
         read::{u16_at, u32_at},
     },
 };
+use gestus_database::blob::assemble::{Section, assemble};
 
 /// Where the entry of the section table for that section is.
 ///

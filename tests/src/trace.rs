@@ -1,7 +1,7 @@
 //! What a stream computes, frame by frame, as the core shows it.
 
-use gestus_builder::stream::Watcher;
 use gestus_core::{Report, search::graph::Neighbor};
+use gestus_database::stream::Watcher;
 
 /// What the search found in a class.
 #[derive(Debug, Clone)]

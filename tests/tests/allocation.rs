@@ -5,8 +5,8 @@ use std::{
     cell::Cell,
 };
 
-use gestus_builder::stream::to_pose;
 use gestus_core::{Config, Database, Method, Observer, Pose, Stylizer};
+use gestus_database::stream::to_pose;
 use gestus_tests::motion;
 
 thread_local! {

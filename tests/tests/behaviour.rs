@@ -1,10 +1,10 @@
 //! How a stylizer behaves to its caller: what it refuses, what it holds, what it forgets, and that it stays calm.
 
-use gestus_builder::stream::{from_pose, to_pose};
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, config::parameters::NAMES,
     search::query::Feature,
 };
+use gestus_database::stream::{from_pose, to_pose};
 use gestus_tests::motion;
 
 /// The size that the figures are stated for: 22 joints, 40 neighbors, 28 classes.

@@ -2,13 +2,13 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
+use gestus_core::{Config, ConfigError, Database, Method, Pose, STRENGTH_S, Stylizer};
+use gestus_database::{
     build::{BuildOptions, build},
-    groups,
+    search::groups,
     stream::{from_pose, to_pose},
     synth,
 };
-use gestus_core::{Config, ConfigError, Database, Method, Pose, STRENGTH_S, Stylizer};
 use gestus_tests::motion;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;

@@ -1,12 +1,12 @@
 //! Streams and blobs at the edges of what is allowed: teleports, turns on the spot, odd timelines, glitches that come again.
 
-use gestus_builder::{
-    build::{BuildOptions, build},
-    stream::to_pose,
-};
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
     body::two_bone_ik::Chain, math::quaternion, search::graph::Neighbor,
+};
+use gestus_database::{
+    build::{BuildOptions, build},
+    stream::to_pose,
 };
 use gestus_tests::{
     motion::{self, Size},

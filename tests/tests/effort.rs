@@ -1,10 +1,10 @@
 //! Laban effort on generated motion: the dial goes where it is turned to on motion that it has never seen, streams are
 //! cut into the fragments they are made of, and a nonlinear annotator is learned better by kernels than by lines.
 
-use gestus_builder::{
-    body::row_at,
+use gestus_core::{Database, Effort, blob::layout::section};
+use gestus_database::{
+    blob::assemble::with_section,
     build::{BuildOptions, build},
-    corpus::Corpus,
     effort::{
         NAMES,
         estimate::Estimator,
@@ -14,12 +14,11 @@ use gestus_builder::{
         response,
         stage::segment,
     },
-    evaluate::effort::annotated,
     stream::{Request, stream},
     synth,
-    write::with_section,
 };
-use gestus_core::{Database, Effort, blob::layout::section};
+use gestus_evaluate::measures::effort::annotated;
+use gestus_motion::{body::row_at, corpus::Corpus};
 
 fn corpus(actions: &[&str], styles: &[&str], clips: usize) -> Corpus {
     let names = |n: &[&str]| n.iter().map(|n| (*n).to_owned()).collect();

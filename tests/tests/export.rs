@@ -3,12 +3,11 @@
 
 use std::{collections::HashMap, fs, path::Path};
 
-use gestus_builder::{
-    export::export,
-    stream::{Request, stream},
-    trace::Trace,
-};
 use gestus_core::{Config, Database, config::Ridge};
+use gestus_database::{
+    blob::export::export,
+    stream::{Request, stream, trace::Trace},
+};
 use gestus_tests::{
     motion,
     reference::{self, Example, Parameters},

@@ -3,16 +3,18 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
+use gestus_core::{Config, Database, Safety};
+use gestus_database::{
     build::{BuildOptions, build},
-    evaluate::{performance::Performance, skate::skate_cm_s, speed::peak_speeds},
-    motion::Clip,
     stream::{Request, Streamed, stream, to_pose},
     synth::{Options, corpus},
-    translate::skeleton,
 };
-use gestus_core::{Config, Database, Safety};
+use gestus_evaluate::{
+    measures::skate::skate_cm_s,
+    metrics::{performance::Performance, speed::peak_speeds},
+};
 use gestus_firmware_sim::faults::{Arrival, Arrivals, BACK_M, Disturbance, Faults};
+use gestus_motion::{body::database_skeleton, clip::Clip};
 
 /// Frames behind the faults in which a stream comes back: 3 s.
 const CALM: usize = 90;
@@ -63,7 +65,7 @@ fn run(database: &Database<'_>, clip: &Clip, config: Config) -> Streamed {
 fn feet_are_held_through_faults_and_the_stream_comes_back() {
     let (blob, clip) = walker();
     let database = Database::open(blob).unwrap();
-    let (legs, skeleton) = (database.legs().unwrap(), skeleton(&database));
+    let (legs, skeleton) = (database.legs().unwrap(), database_skeleton(&database));
     let undisturbed = run(&database, clip, Config::new());
     let held_frames = |s: &Streamed| s.steps.iter().filter(|s| s.report.held.contains(&true)).count();
     assert!(held_frames(&undisturbed) > clip.frames.len() / 2, "nothing to hold");
@@ -110,7 +112,7 @@ fn a_held_foot_stays_where_it_is_while_the_input_is_none() {
             frame.root.x = f64::NAN;
         }
         let run = run(&database, &stuck, Config::new().safety(safety));
-        let skeleton = skeleton(&database);
+        let skeleton = database_skeleton(&database);
         let legs = database.legs().unwrap();
         for t in 100..115 {
             let [before, now] = [t - 1, t].map(|t| run.steps[t].frame.positions(&skeleton));

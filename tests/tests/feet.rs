@@ -2,23 +2,24 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
-    body::Body,
-    build::{BuildOptions, build},
-    cleanup::clean_up,
-    corpus::Corpus,
-    evaluate::{
-        performance::Performance,
-        skate::{deepest_cm, skate_cm_s},
-        speed::fastest,
-        speed::peak_speeds,
-    },
-    motion::{Clip, Frame},
-    stream::{Request, Streamed, from_pose, stream, to_pose},
-    synth::{Options, corpus},
-    translate::skeleton,
-};
 use gestus_core::{Config, Database, Pose, Stylizer, body::two_bone_ik::Chain};
+use gestus_database::{
+    build::{BuildOptions, build},
+    stream::{Request, Streamed, cleanup::clean_up, from_pose, stream, to_pose},
+    synth::{Options, corpus},
+};
+use gestus_evaluate::{
+    measures::skate::{deepest_cm, skate_cm_s},
+    metrics::{
+        performance::Performance,
+        speed::{fastest, peak_speeds},
+    },
+};
+use gestus_motion::{
+    body::{Body, database_skeleton},
+    clip::{Clip, Frame},
+    corpus::Corpus,
+};
 use gestus_tests::motion;
 use nalgebra::Vector3;
 
@@ -34,7 +35,7 @@ fn streamed(database: &Database<'_>, action: usize, input: usize, style: u16, he
 fn the_ankle_meets_its_target_the_knee_keeps_its_direction_the_foot_its_orientation() {
     let database = Database::open(motion::small()).unwrap();
     let legs = database.legs().unwrap();
-    let skeleton = skeleton(&database);
+    let skeleton = database_skeleton(&database);
     for (t, frame) in motion::unseen(0, 0, 40).frames.iter().enumerate() {
         for leg in &legs {
             let pose = to_pose::<22>(frame);
@@ -290,7 +291,7 @@ fn nothing_is_looked_ahead_to() {
 #[test]
 fn a_foot_that_is_too_far_off_steps_and_is_held_again() {
     let database = Database::open(motion::small()).unwrap();
-    let (legs, skeleton) = (database.legs().unwrap(), skeleton(&database));
+    let (legs, skeleton) = (database.legs().unwrap(), database_skeleton(&database));
     let clip = motion::unseen(0, 0, 150);
     let run = |config: Config| {
         let request = Request { config: config.speed_limit(0.0), ..Request::style(1) };

@@ -1,6 +1,5 @@
 //! The board's end of the link: what it answers, what it counts, and that it steps each pose once.
 
-use gestus_builder::stream::to_pose;
 use gestus_core::{
     Config, ConfigError, Database, Observer, Pose, Report, Stylizer,
     config::parameters,
@@ -9,6 +8,7 @@ use gestus_core::{
         Statistic, StepReport, VERSION, buffer_length, counter, decode,
     },
 };
+use gestus_database::stream::to_pose;
 use gestus_tests::motion;
 
 const J: usize = 22;

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use gestus_builder::{motion::Clip, stream::Request as Wish};
 use gestus_core::{
     Config, Database, Stylizer,
     link::{
         Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, buffer_length, counter, decode,
     },
 };
+use gestus_database::stream::Request as Wish;
 use gestus_firmware_sim::link::{
     Client, LinkError, Patience,
     loopback::Loopback,
@@ -16,6 +16,7 @@ use gestus_firmware_sim::link::{
     serve::with_board,
     session::{Linked, Session, stream},
 };
+use gestus_motion::clip::Clip;
 use gestus_tests::motion;
 use proptest::prelude::*;
 
@@ -61,7 +62,7 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
 /// Digest of the clip through the core alone.
 fn expected(clip: &Clip) -> u32 {
     let database = Database::open(motion::small()).expect("the generated blob opens");
-    gestus_builder::stream::stream(&database, clip, &wish(), &mut ()).expect("it suits").digest
+    gestus_database::stream::stream(&database, clip, &wish(), &mut ()).expect("it suits").digest
 }
 
 #[test]
@@ -214,7 +215,7 @@ fn a_board_with_short_buffers_is_turned_away_before_the_stream() {
 #[test]
 fn a_board_that_starts_anew_is_noticed() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
-    let pose = gestus_builder::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
+    let pose = gestus_database::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
     let mut buffer = PoseBuffer::new();
     // Two boards, the second of which knows nothing of the first one's session.
     let error = with_board(database, Config::new(), |first| {
@@ -297,7 +298,7 @@ fn sealed(sequence: u16, attempt: u8, message: &[u8]) -> Vec<u8> {
 }
 
 fn request(sequence: u16, attempt: u8, kind: u8) -> Vec<u8> {
-    let pose = gestus_builder::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
+    let pose = gestus_database::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
     let mut buffer = PoseBuffer::new();
     let pairs = [(u16::from(attempt), 1.0)].into_iter().collect();
     let request = match kind {

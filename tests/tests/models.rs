@@ -1,15 +1,15 @@
 //! The methods that need no frames, behind the same step: held against slow `f64` versions, checked at `open`, cut to a
 //! blob of their own.
 
-use gestus_builder::{
-    cut::models_only,
-    models::lti::{Model, clip},
-    stream::{Request, Streamed, from_pose, stream, stream_told, to_pose},
-    wish::methods,
-};
 use gestus_core::{
     BlobError, Config, ConfigError, Database, Degraded, Method, Pose, Stylizer,
     blob::layout::{self, dof, lti, section, statistic},
+};
+use gestus_database::{
+    blob::cut::models_only,
+    command_line::stylizer_args::methods,
+    models::lti::{Model, clip},
+    stream::{Request, Streamed, from_pose, stream, stream_told, to_pose},
 };
 use gestus_tests::{
     motion,
@@ -128,7 +128,7 @@ fn running_statistics_follow_the_input() {
             [q.i as f32, q.j as f32, q.k as f32, q.w as f32]
         });
         let all: Vec<[f32; 4]> = all.collect();
-        let mean = gestus_builder::models::statistic::mean::recursive(all);
+        let mean = gestus_database::models::statistic::mean::recursive(all);
         gestus_core::math::quaternion::angle(mean, target.joint(arm).0)
     };
     // Half a second is a lively estimate; the stored statistics are those of `normal`, arms down.
@@ -227,7 +227,7 @@ fn styles_blend_and_change_without_a_jump() {
                 let _ = stylizer.step(&to_pose(frame), &mut output);
                 let now = from_pose(&output, 21);
                 if let Some(last) = last.replace(now.clone()) {
-                    let last: gestus_builder::motion::Frame = last;
+                    let last: gestus_motion::clip::Frame = last;
                     let turned = now.rotations.iter().zip(&last.rotations).map(|(a, b)| a.angle_to(b));
                     most = turned.fold(most, f64::max);
                 }
@@ -434,8 +434,8 @@ fn statistics_are_checked() {
 /// A blob without frames is checked by the rules of all blobs, and has to hold a model.
 #[test]
 fn a_blob_of_models_alone_is_checked() {
-    use gestus_builder::write::assemble;
     use gestus_core::blob::Counts;
+    use gestus_database::blob::assemble::assemble;
     let cut = models_only(&Database::open(motion::tiny()).unwrap()).unwrap();
     let database = Database::open(&cut).unwrap();
     let sections: Vec<_> = database.sections().into_iter().map(|(i, b)| (i, b.to_vec())).collect();

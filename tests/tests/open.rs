@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
+use gestus_core::{BlobError, Config, Database, Effort, Method, Pose, Stylizer, blob::layout::section};
+use gestus_database::{
+    blob::assemble::with_section,
     effort::{Source, dial::Dial},
     stream::to_pose,
-    write::with_section,
 };
-use gestus_core::{BlobError, Config, Database, Effort, Method, Pose, Stylizer, blob::layout::section};
 use gestus_tests::{motion, patch};
 use proptest::prelude::*;
 

@@ -1,16 +1,17 @@
 //! Real clips: what only they can show. Skipped where they are missing, which fails with `CI=true`.
 
-use gestus_builder::{
-    annotate::Config as Clips,
-    body::{Body, wrap},
+use gestus_core::{Config, Database, blob::layout::dof};
+use gestus_database::{
     build::{BuildOptions, build},
-    corpus::Corpus,
-    evaluate::metrics::{centred, joint_distance},
-    load::load,
-    motion::{Clip, Frame},
+    data_folder::{config::Config as Clips, load::load},
     stream::{Request, Streamed, stream},
 };
-use gestus_core::{Config, Database, blob::layout::dof};
+use gestus_evaluate::metrics::{centred, joint_distance};
+use gestus_motion::{
+    body::{Body, wrap},
+    clip::{Clip, Frame},
+    corpus::Corpus,
+};
 use gestus_tests::real_clips;
 
 /// The clips of the figures in METHODS, where they are.
@@ -161,7 +162,7 @@ fn a_change_of_style_is_over_in_thirty_frames() {
         if t == 100 {
             late.set_style(&[(2, 1.0)]).unwrap();
         }
-        let pose = gestus_builder::stream::to_pose::<22>(frame);
+        let pose = gestus_database::stream::to_pose::<22>(frame);
         let _ = late.step(&pose, &mut a);
         let _ = always.step(&pose, &mut b);
         let joints = body.skeleton.joints();
@@ -178,14 +179,13 @@ fn a_change_of_style_is_over_in_thirty_frames() {
 
 #[test]
 fn real_feet_stand_where_they_stand() {
-    use gestus_builder::{
-        contact::contacts,
-        evaluate::{
+    use gestus_database::registration::contact::contacts;
+    use gestus_evaluate::{
+        measures::{
             contacts::Score,
-            performance::Performance,
             skate::{deepest_cm, skate_cm_s},
-            speed::fastest,
         },
+        metrics::{performance::Performance, speed::fastest},
     };
     let gaits = ["walk", "run", "walk-turn-left", "walk-turn-right"];
     let Some(corpus) = corpus(&gaits) else { return };
@@ -226,10 +226,13 @@ fn real_feet_stand_where_they_stand() {
 
 #[test]
 fn transferred_real_clips_stand_without_a_pop() {
-    use gestus_builder::{
-        cleanup::Limbs,
-        evaluate::{performance::Performance, skate::skate_cm_s, speed::fastest},
+    use gestus_database::{
         models::statistic::transfer::{Options, transfer},
+        stream::cleanup::Limbs,
+    };
+    use gestus_evaluate::{
+        measures::skate::skate_cm_s,
+        metrics::{performance::Performance, speed::fastest},
     };
     let Some(corpus) = corpus(&["walk", "run", "walk-turn-left"]) else { return };
     let body = Body::of(&corpus).unwrap();

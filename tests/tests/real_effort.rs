@@ -1,14 +1,15 @@
 //! The effort dial on real clips. Skipped where they are missing, which fails with `CI=true`.
 
-use gestus_builder::{
-    annotate::Config as Clips,
+use gestus_database::{
     build::BuildOptions,
-    evaluate::{
+    data_folder::{config::Config as Clips, load::load},
+};
+use gestus_evaluate::{
+    fold::LooOptions,
+    measures::{
         effort::{self, EffortOptions},
-        fold::LooOptions,
         loo::default_configs,
     },
-    load::load,
 };
 use gestus_tests::real_clips;
 

@@ -1,15 +1,13 @@
 //! Linear models and statistics on real clips. Skipped where they are missing, which fails with `CI=true`.
 
-use gestus_builder::{
-    annotate::Config as Clips,
+use gestus_core::{Config, Database, Method};
+use gestus_database::{
     build::{BuildOptions, build},
-    corpus::Corpus,
-    evaluate::{fold::LooOptions, loo},
-    load::load,
-    motion::Clip,
+    data_folder::{config::Config as Clips, load::load},
     stream::{Request, stream},
 };
-use gestus_core::{Config, Database, Method};
+use gestus_evaluate::{fold::LooOptions, measures::loo};
+use gestus_motion::{clip::Clip, corpus::Corpus};
 use gestus_tests::real_clips;
 
 fn corpus() -> Option<Corpus> {

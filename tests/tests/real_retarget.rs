@@ -3,17 +3,20 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
-    annotate::Config as Clips,
-    build::{BuildOptions, build},
-    bvh::Bvh,
-    evaluate::{retarget, servo},
-    load::load,
-    report::table::Row,
-    stream::Request,
-    translate::{Input, translate},
-};
 use gestus_core::{Config, Database, config::Timing};
+use gestus_database::{
+    build::{BuildOptions, build},
+    data_folder::{config::Config as Clips, load::load},
+    stream::{
+        Request,
+        translate::{Input, translate},
+    },
+};
+use gestus_evaluate::{
+    measures::{retarget, servo},
+    report::table::Row,
+};
+use gestus_motion::formats::bvh::Bvh;
 use gestus_tests::real_clips;
 
 /// A database of walks and runs in three styles.
@@ -87,14 +90,14 @@ fn a_foreign_clip_is_stylized_unlabelled_and_comes_back_on_its_own_skeleton() {
         assert_eq!(document.rate_hz(), 30.0);
         assert_eq!(output.frames.len(), input.clip.frames.len());
         // Old people bend their knees more: the shin against the thigh, on average.
-        let bend = |frames: &[gestus_builder::motion::Frame]| {
+        let bend = |frames: &[gestus_motion::clip::Frame]| {
             let knee = input.clip.skeleton.find(leg).unwrap();
             frames.iter().map(|f| f.rotations[knee].angle().to_degrees()).sum::<f64>() / frames.len() as f64
         };
         let (before, after) = (bend(&input.clip.frames), bend(&output.frames));
         assert!(after > before + 5.0, "{file}: knees bent by {before}, then {after} degrees");
         // Feet neither sink nor float: the lowest ankle of the clip stays where it was, within 3 cm.
-        let lowest = |frames: &[gestus_builder::motion::Frame]| {
+        let lowest = |frames: &[gestus_motion::clip::Frame]| {
             let foot = input.clip.skeleton.find("LeftFoot").unwrap();
             frames.iter().map(|f| f.positions(&input.clip.skeleton)[foot].y).fold(f64::INFINITY, f64::min)
         };

@@ -1,16 +1,16 @@
 //! The core against the slow `f64` reference, on every frame of streams under many settings.
 
-use gestus_builder::{
-    build::{BuildOptions, build},
-    motion::Clip,
-    pair::Scheme,
-    stream::{Request, stream},
-};
 use gestus_core::{
     Config, Database, Degraded,
     blob::layout::dof,
     config::{Ridge, Timing},
 };
+use gestus_database::{
+    build::{BuildOptions, build},
+    pairing::Scheme,
+    stream::{Request, stream},
+};
+use gestus_motion::clip::Clip;
 use gestus_tests::{
     motion,
     reference::{self, Parameters, Step},
@@ -260,7 +260,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
 }
 
 /// Joint rotations of the output: the mean, then the exponential of the dofs.
-fn check_pose(db: &Database<'_>, case: &Case, t: usize, step: &Step, output: &gestus_builder::motion::Frame) {
+fn check_pose(db: &Database<'_>, case: &Case, t: usize, step: &Step, output: &gestus_motion::clip::Frame) {
     near("height", case.name, t, output.root.y, step.put_out[0], DOF);
     for j in 1..db.counts().joints {
         let map = Vector3::from_fn(|i, _| step.put_out[4 + 3 * j + i]);

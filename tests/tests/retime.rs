@@ -1,15 +1,15 @@
 //! One pose a tick: bounds, order, rates and time without end.
 
-use gestus_builder::{
-    build::{BuildOptions, build},
-    motion::Clip,
-    stream::{Request, stream, to_pose},
-    synth,
-};
 use gestus_core::{
     ConfigError, Database, Pose,
     output::retime::{Bounds, Retimer},
 };
+use gestus_database::{
+    build::{BuildOptions, build},
+    stream::{Request, stream, to_pose},
+    synth,
+};
+use gestus_motion::clip::Clip;
 use gestus_tests::motion;
 
 type Wide = Retimer<22, 48>;
@@ -147,7 +147,7 @@ fn resampling_agrees_with_the_builders_in_f64() {
         while retimer.is_due() {
             let _ = retimer.tick(&mut output);
             let truth = &clip.frames[count];
-            let got = gestus_builder::stream::from_pose(&output, 21);
+            let got = gestus_database::stream::from_pose(&output, 21);
             worst =
                 got.rotations.iter().zip(&truth.rotations).map(|(a, b)| a.angle_to(b)).fold(worst, f64::max);
             count += 1;
@@ -163,7 +163,7 @@ fn resampling_agrees_with_the_builders_in_f64() {
         while retimer.is_due() {
             let _ = retimer.tick(&mut output);
             let truth = clip.at((f64::from(tick) * 0.6 - late).max(0.0));
-            let got = gestus_builder::stream::from_pose(&output, 21);
+            let got = gestus_database::stream::from_pose(&output, 21);
             let apart =
                 got.rotations.iter().zip(&truth.rotations).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
             assert!(apart < 2e-3, "tick {tick}: {apart} rad");

@@ -1,7 +1,7 @@
 //! A loop whose input fails: what is put out, what is said, and that nothing jumps on the way back.
 
-use gestus_builder::stream::{from_pose, to_pose};
 use gestus_core::{Config, Database, Degraded, Pose, Report, Safety, Stylizer};
+use gestus_database::stream::{from_pose, to_pose};
 use gestus_tests::motion;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;

@@ -2,14 +2,14 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
+use gestus_core::{BLEND_BACK_S, Config, Database, Degraded, Pose, Report, Safety, Stylizer, blob::Leg};
+use gestus_database::{
     build::{BuildOptions, build},
-    evaluate::{performance::Performance, skate::skate_cm_s},
-    motion::Clip,
     stream::{from_pose, to_pose},
     synth,
 };
-use gestus_core::{BLEND_BACK_S, Config, Database, Degraded, Pose, Report, Safety, Stylizer, blob::Leg};
+use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
+use gestus_motion::clip::Clip;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 type Outputs = Vec<(Pose<22>, Report)>;

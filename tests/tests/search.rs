@@ -1,7 +1,7 @@
 //! The search by graph against looking at everything: how much it finds, how much it looks at, and how it takes a jump.
 
-use gestus_builder::stream::{Request, stream};
 use gestus_core::{Config, Database, Degraded};
+use gestus_database::stream::{Request, stream};
 use gestus_tests::{
     motion::{self, Size},
     reference,
@@ -33,7 +33,7 @@ fn recall(db: &Database<'_>, frame: &Frame, which: impl Fn(usize) -> bool) -> f6
     f64::from(found as u32) / f64::from(wanted as u32)
 }
 
-fn traced(db: &Database<'_>, clip: &gestus_builder::motion::Clip, config: Config) -> Vec<Frame> {
+fn traced(db: &Database<'_>, clip: &gestus_motion::clip::Clip, config: Config) -> Vec<Frame> {
     let mut trace = Trace::default();
     stream(db, clip, &Request { config, ..Request::style(1) }, &mut trace).unwrap();
     trace.frames

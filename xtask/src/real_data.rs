@@ -7,7 +7,7 @@ use anyhow::Result;
 use crate::shell::{Outcome, cargo, root, run as run_command};
 
 /// Crates whose integration tests named `*real*` want real clips.
-const CRATES: [&str; 3] = ["builder", "firmware-sim", "tests"];
+const CRATES: [&str; 4] = ["builder/motion", "builder/database", "firmware-sim", "tests"];
 
 /// What to do where there are no real clips.
 pub const MISSING: &str =
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn finds_the_builders_tests() {
-        assert!(real_tests("builder").contains(&"bvh_real".to_owned()));
+        assert!(real_tests("builder/motion").contains(&"bvh_real".to_owned()));
         assert!(real_tests("no-such-crate").is_empty());
     }
 }

@@ -2,10 +2,7 @@
 //! nothing is allocated on the file's word.
 #![no_main]
 
-use gestus_builder::{
-    bvh::{Bvh, Options, to_clip},
-    gltf::parse,
-};
+use gestus_motion::formats::{bvh::{Bvh, Options, to_clip}, gltf::parse};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -6,10 +6,11 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    annotate::Config,
+use gestus_core::blob::layout::section;
+use gestus_database::{
+    blob::assemble::with_section,
     build::build,
-    corpus::Corpus,
+    data_folder::{config::Config, load::load},
     effort::{
         Source,
         fragment::{self, Library},
@@ -17,12 +18,10 @@ use gestus_builder::{
         model::Model,
         response,
     },
-    groups,
-    load::load,
-    pair::Scheme,
-    write::with_section,
+    pairing::Scheme,
+    search::groups,
 };
-use gestus_core::blob::layout::section;
+use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
 /// Build a database from a folder of BVH and glTF files.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::cut;
+use gestus_database::blob::cut;
 use serde_json::json;
 
 /// Cut a database to what a smaller board needs.

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
+use gestus_database::{data_folder::load::load, models::bilinear::Bilinear};
+use gestus_motion::{
     body::Body,
-    bvh::{Bvh, Unit},
-    load::load,
-    models::bilinear::Bilinear,
+    formats::bvh::{Bvh, Unit},
 };
 use serde_json::json;
 

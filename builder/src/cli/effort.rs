@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
+use gestus_database::{
+    data_folder::load::load,
     effort::{
         fragment::Library,
         model::BLENDS,
         sheet::{SEEDS, selected, sheet},
     },
-    load::load,
 };
+use gestus_evaluate::pages::effort_sheet;
 use serde_json::json;
 
 use super::build::Selection;
@@ -80,7 +81,8 @@ pub fn run(args: &Args) -> Result<()> {
         std::fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))?;
         Ok(path)
     };
-    let (csv, html) = (save("effort.csv", &sheet.csv)?, save("effort.html", &sheet.html)?);
+    let (csv, html) =
+        (save("effort.csv", &sheet.csv)?, save("effort.html", &effort_sheet::page(&library, &sheet))?);
     if sheet.blends < args.blends {
         eprintln!("only {} of {} blends: few fragments show one content", sheet.blends, args.blends);
     }

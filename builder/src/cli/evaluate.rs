@@ -4,18 +4,21 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use gestus_builder::{
-    build::BuildOptions,
-    corpus::Corpus,
-    effort::{fragment::Library, labels, model::Model},
-    evaluate::{
-        Evaluation, ablation, comparison, compression, contacts, correspondence, effort,
-        fold::{LooOptions, test_clips},
-        growth, knn, loo, retarget, servo, skate, timing,
-    },
-    load::load,
-};
 use gestus_core::{Database, output::retime::Bounds};
+use gestus_database::{
+    build::BuildOptions,
+    data_folder::load::load,
+    effort::{fragment::Library, labels, model::Model},
+};
+use gestus_evaluate::{
+    evaluation::Evaluation,
+    fold::{LooOptions, test_clips},
+    measures::{
+        ablation, comparison, compression, contacts, correspondence, effort, growth, knn, loo, retarget,
+        servo, skate, timing,
+    },
+};
+use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
 use super::build::Selection;

@@ -3,12 +3,12 @@
 use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::Result;
-use gestus_builder::{export, wish::methods};
 use gestus_core::{
     Database, Effort,
     blob::layout::{ALIGNMENT, entry, section},
     stylizer::effort_dial::{Dial, Labels},
 };
+use gestus_database::{blob::export, command_line::stylizer_args::methods};
 use serde_json::{Value, json};
 
 /// Show what is in a database, and verify it.

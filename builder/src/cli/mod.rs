@@ -14,9 +14,9 @@ mod translate;
 
 use anyhow::Result;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
-use gestus_builder::{
+use gestus_database::command_line::{
     outputs::{apart, say, tell},
-    wish::lenient,
+    stylizer_args::lenient,
 };
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    bvh::{Bvh, Unit},
+use gestus_database::{
     retarget::{MapFile, Retarget, check},
-    translate::read_clip,
+    stream::translate::read_clip,
 };
+use gestus_motion::formats::bvh::{Bvh, Unit};
 use serde_json::json;
 
 /// Map a clip's skeleton to a database's: show the mapping, write the mapped clip, write the map for a board.

@@ -3,15 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    body::Body,
-    bvh::{Binding, Bvh, Options, Unit},
-    capture,
-    cleanup::Limbs,
-    corpus::Corpus,
-    evaluate::{performance::Performance, skate::skate_cm_s},
+use gestus_database::{
     models::statistic::transfer::{self, mean_offset},
-    motion::Clip,
+    stream::cleanup::Limbs,
+};
+use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
+use gestus_motion::{
+    body::Body,
+    capture,
+    clip::Clip,
+    corpus::Corpus,
+    formats::bvh::{Binding, Bvh, Options, Unit},
 };
 use serde_json::json;
 

@@ -4,26 +4,27 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::{ArgMatches, Command, parser::ValueSource};
-use gestus_builder::{
-    bvh::Unit,
-    cleanup,
+use gestus_core::Database;
+use gestus_database::{
+    command_line::stylizer_args::WishArgs,
     effort::{
         self,
         fragment::{self, Library},
         labels,
         model::Model,
-        sheet, synthesize,
+        sheet::caveat,
+        synthesize,
     },
-    report::page,
     retarget::MapFile,
     robot::{Machine, RobotMap, play},
-    stream::Streamed,
-    trace::Trace,
-    translate::{Input, degraded_words, figures, translate},
-    urdf, view,
-    wish::WishArgs,
+    stream::{
+        Streamed, cleanup,
+        trace::Trace,
+        translate::{Input, degraded_words, figures, translate},
+    },
 };
-use gestus_core::Database;
+use gestus_evaluate::pages::{self, view};
+use gestus_motion::formats::{bvh::Unit, urdf};
 use serde_json::{Value, json};
 
 /// Translate a clip into another style.
@@ -308,17 +309,17 @@ fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> R
     let library = &model.library;
     let skeleton = &library.body.skeleton;
     let track = |label: &str, frames| {
-        let times_s = page::times_at(library.rate_hz, <[_]>::len(frames));
-        page::Track { label: label.into(), skeleton, times_s, frames, contacts: &[] }
+        let times_s = pages::times_at(library.rate_hz, <[_]>::len(frames));
+        pages::Track { label: label.into(), skeleton, times_s, frames, contacts: &[] }
     };
     if let Some(path) = &args.page {
-        let scene = page::Scene {
+        let scene = pages::Scene {
             title: format!("{} with effort {wanted}", input.clip.name),
-            subtitle: sheet::caveat(model.source).into(),
+            subtitle: caveat(model.source).into(),
             tracks: vec![track("input", &input.mapped.frames), track("output", &output.frames)],
-            ..page::Scene::default()
+            ..pages::Scene::default()
         };
-        std::fs::write(path, page::render(&scene.into()))
+        std::fs::write(path, pages::render(&scene.into()))
             .with_context(|| format!("{} can't be written", path.display()))?;
     }
     let name = |i: usize| {
@@ -354,7 +355,7 @@ fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> R
             mean[0],
             mean[1],
             mean[2],
-            sheet::caveat(model.source)
+            caveat(model.source)
         ))
     }
 }

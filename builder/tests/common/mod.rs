@@ -2,13 +2,12 @@
 
 use std::sync::OnceLock;
 
-use gestus_builder::{
+use gestus_core::Database;
+use gestus_database::{
     build::{BuildOptions, build},
-    corpus::Corpus,
-    motion::Clip,
     synth::{self, Options},
 };
-use gestus_core::Database;
+use gestus_motion::{clip::Clip, corpus::Corpus};
 
 /// Two clips of a walk in two styles.
 pub fn corpus() -> &'static Corpus {

@@ -4,14 +4,16 @@
 use std::{fs, path::PathBuf, time::SystemTime};
 
 use anyhow::{Context, Result};
-use gestus_builder::{
+use gestus_core::Config;
+use gestus_database::{
     build::{BuildOptions, build},
-    joints::{clip_on, kept, skeleton_of},
-    motion::Clip,
     stream::Request,
     synth,
 };
-use gestus_core::Config;
+use gestus_motion::{
+    clip::Clip,
+    joints::{clip_on, kept, skeleton_of},
+};
 
 use super::image;
 

@@ -3,8 +3,9 @@
 use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
-use gestus_builder::{motion::Clip, stream::Request};
 use gestus_core::{Config, Database, Method, Stage, blob::layout::section, link::counter, robot::Robot};
+use gestus_database::stream::Request;
+use gestus_motion::clip::Clip;
 use serde_json::{Value, json};
 
 use super::{boards::Board, emulator::Emulator, image};

@@ -8,16 +8,18 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
+use gestus_core::{Database, blob::layout::section};
+use gestus_database::{
+    blob::assemble::with_section,
     effort::{Source, dial::Dial},
-    evaluate::servo::TOY,
-    motion::{Clip, Skeleton},
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap},
-    urdf::Robot,
-    write::with_section,
 };
-use gestus_core::{Database, blob::layout::section};
+use gestus_motion::formats::urdf::TOY;
+use gestus_motion::{
+    clip::{Clip, Skeleton},
+    formats::urdf::Robot,
+};
 use serde_json::{Value, json};
 
 use super::{

@@ -4,16 +4,17 @@ use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use gestus_builder::{
-    bvh::Unit,
-    outputs::{apart, say, tell},
-    report::progress,
-    retarget::MapFile,
-    stream::Request,
-    translate::Input,
-    wish::WishArgs,
-};
 use gestus_core::{Database, robot::Robot};
+use gestus_database::{
+    command_line::{
+        outputs::{apart, say, tell},
+        progress,
+        stylizer_args::WishArgs,
+    },
+    retarget::MapFile,
+    stream::{Request, translate::Input},
+};
+use gestus_motion::formats::bvh::Unit;
 use serde_json::{Value, json};
 
 use super::{

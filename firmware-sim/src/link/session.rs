@@ -6,10 +6,6 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_builder::{
-    motion::Clip,
-    stream::{Request as Wish, Step, Streamed, from_pose, to_pose},
-};
 use gestus_core::{
     Config, Database, Digest, Pose,
     blob::layout::MAX_JOINTS,
@@ -20,6 +16,8 @@ use gestus_core::{
     },
     robot::Robot,
 };
+use gestus_database::stream::{Request as Wish, Step, Streamed, from_pose, to_pose};
+use gestus_motion::clip::Clip;
 
 use serde_json::{Value, json};
 

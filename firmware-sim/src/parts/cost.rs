@@ -17,13 +17,13 @@
 //! ```
 //!
 //! Examples are unpacked and fitted once for each mix: the body's styles, and those that joint groups have of their own
-//! ([`Request::mixes`](gestus_builder::stream::Request::mixes)). Of an example's rows two are the input's and three,
+//! ([`Request::mixes`](gestus_database::stream::Request::mixes)). Of an example's rows two are the input's and three,
 //! sometimes four, those of an output style.
 //!
 //! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
 
-use gestus_builder::stream::Request;
 use gestus_core::{Database, Report, Stage, methods::mixture::contact_votes};
+use gestus_database::stream::Request;
 
 /// Terms of the sums above.
 pub const TERMS: usize = 13;

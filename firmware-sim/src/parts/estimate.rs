@@ -9,8 +9,8 @@
 //! run from RAM or a cache, and whatever else the board does. The range says what the cycles an instruction leave open,
 //! with half and twice the bytes read, since a cache may save some and lines may fetch too many.
 
-use gestus_builder::stream::Request;
 use gestus_core::{Database, Method, Report};
+use gestus_database::stream::Request;
 use serde_json::{Value, json};
 
 use super::{

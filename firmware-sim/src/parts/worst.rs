@@ -17,10 +17,10 @@
 //! worst frame"). So the counts are proven and the prices are measured, with a margin; `cargo xtask budget` holds the
 //! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
 
-use gestus_builder::stream::Request;
 use gestus_core::{
     Config, Database, methods::mixture::contact_votes::MOST_VOTERS, search::graph::MAX_VISITS,
 };
+use gestus_database::stream::Request;
 
 use super::{
     cost::{Work, outputs, rows},

@@ -214,7 +214,7 @@ fn the_effort_dial() {
     let id = section::EFFORT;
     let styles = database().counts().styles;
     assert_eq!(styles, 2);
-    let blob = gestus_builder::write::with_section(blob(), id, &dial_bytes()).unwrap();
+    let blob = gestus_database::blob::assemble::with_section(blob(), id, &dial_bytes()).unwrap();
     let dial = Database::open(&blob).unwrap().dial().unwrap();
     assert_eq!(dial.of_style(1).factors(), [1.0, 2.0, 0.5]);
     assert!(database().dial().is_none());

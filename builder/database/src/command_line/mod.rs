@@ -1,0 +1,6 @@
+//! What the commands `gestus` and `gestus-sim` share: options of a stylizer, checks of output files, progress.
+
+pub mod outputs;
+pub mod parameters;
+pub mod progress;
+pub mod stylizer_args;

@@ -1,0 +1,141 @@
+//! What a command puts out: files that are not those it reads, and lines.
+
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Result, bail};
+
+use crate::data_folder::config::FILE_NAME;
+use gestus_motion::capture::{is_capture, is_gltf};
+
+/// Refuses outputs that would be written over what is read, or over each other, and those that have no place: before any
+/// work is done, since a capture that is written over is gone, and so are minutes of building. A folder that is read
+/// stands for its clips and its `gestus.toml`. Outputs come with the option that names them; what is not asked for is
+/// `None`.
+///
+/// # Errors
+/// The option and the file.
+pub fn apart<'a>(
+    read: impl IntoIterator<Item = Option<&'a PathBuf>>,
+    written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
+) -> Result<()> {
+    let read: Vec<PathBuf> = read.into_iter().flatten().filter_map(|p| p.canonicalize().ok()).collect();
+    let mut taken: Vec<(&str, PathBuf)> = Vec::new();
+    for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
+        if is_gltf(path) {
+            bail!(
+                "{option} {}: glTF is read and not written: choose a name that ends otherwise, .bvh where it is a clip",
+                path.display()
+            );
+        }
+        let Some(place) = place(path) else {
+            let folder = path.parent().unwrap_or(path);
+            bail!("{option} {}: there is no folder {}: make it first", path.display(), folder.display());
+        };
+        if place.is_dir() {
+            bail!("{option} {}: this is a folder: give a file in it", path.display());
+        }
+        // Nothing is lost in a device: /dev/null is put out to twice.
+        if place.exists() && !place.is_file() {
+            continue;
+        }
+        if let Some(input) = read.iter().find(|input| holds(input, &place)) {
+            let of = if input.is_dir() { format!(" of {}", input.display()) } else { String::new() };
+            bail!("{option} {}: it would be written over an input{of}: choose another file", path.display());
+        }
+        if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
+            bail!("{option} {}: {other} goes there too: choose another file", path.display());
+        }
+        taken.push((option, place));
+    }
+    Ok(())
+}
+
+/// Whether a file is that input, or one that is read below it.
+fn holds(input: &Path, file: &Path) -> bool {
+    input == file
+        || (input.is_dir()
+            && file.exists()
+            && file.starts_with(input)
+            && (is_capture(file) || file.file_name() == Some(OsStr::new(FILE_NAME))))
+}
+
+/// Where a file is, or will be, without links and dots; `None` where there is no such folder.
+fn place(path: &Path) -> Option<PathBuf> {
+    if let Ok(place) = path.canonicalize() {
+        return Some(place);
+    }
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(folder.canonicalize().ok().filter(|f| f.is_dir())?.join(path.file_name()?))
+}
+
+/// Prints a line to standard output. A reader that has gone away (`| head`) is no error.
+///
+/// # Errors
+/// A standard output that takes nothing: a full disk.
+pub fn say(line: impl std::fmt::Display) -> Result<()> {
+    use std::io::{ErrorKind, Write};
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
+        _ => Ok(()),
+    }
+}
+
+/// Says on standard error what there is to know of a file.
+pub fn tell(file: &Path, notes: impl IntoIterator<Item = impl std::fmt::Display>) {
+    for note in notes {
+        eprintln!("{}: {note}", file.display());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn outputs_are_neither_inputs_nor_each_other() {
+        let folder = std::env::temp_dir().join(format!("gestus-outputs-{}", std::process::id()));
+        fs::create_dir_all(folder.join("data/sub")).unwrap();
+        let [clip, db, new, toml, inner] =
+            ["data/a.bvh", "k.gestus", "new.bvh", "data/gestus.toml", "data/sub/../a.bvh"]
+                .map(|n| folder.join(n));
+        for file in [&clip, &db, &toml] {
+            fs::write(file, "x").unwrap();
+        }
+        let data = folder.join("data");
+        let refused = |read: &[&PathBuf], written: &[(&'static str, &PathBuf)]| {
+            apart(read.iter().copied().map(Some), written.iter().map(|&(o, p)| (o, Some(p))))
+                .err()
+                .map(|e| e.to_string())
+        };
+        for (read, written) in
+            [(&clip, &clip), (&clip, &inner), (&data, &clip), (&data, &toml), (&data, &inner)]
+        {
+            let message = refused(&[&db, read], &[("--page", &new), ("-o", written)]).unwrap();
+            assert!(message.starts_with("-o ") && message.contains("over an input"), "{message}");
+        }
+        let message = refused(&[&db], &[("--page", &new), ("-o", &new)]).unwrap();
+        assert!(message.contains("--page goes there too"), "{message}");
+        // What is written may be no clip, and is not told to be one.
+        let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
+        assert!(message.contains("ends otherwise, .bvh where it is a clip"), "{message}");
+        let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
+        assert!(
+            message.contains("there is no folder ") && message.ends_with("none: make it first"),
+            "{message}"
+        );
+        let message = refused(&[&db], &[("--page", &data)]).unwrap();
+        assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
+        // New files anywhere, other files of the folder, and devices.
+        let null = PathBuf::from("/dev/null");
+        let fresh = data.join("b.bvh");
+        let table = data.join("t.csv");
+        assert_eq!(refused(&[&db, &data], &[("-o", &fresh), ("--csv", &table)]), None);
+        assert_eq!(refused(&[&null], &[("-o", &null), ("--csv", &null)]), None);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

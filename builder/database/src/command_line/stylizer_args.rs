@@ -1,0 +1,459 @@
+//! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
+
+use std::convert::Infallible;
+
+use anyhow::{Context, Result, bail};
+use clap::Arg;
+use gestus_core::{
+    Config, ConfigError, Database, Effort, MAX_OWN, Method,
+    blob::Names,
+    config::{Ridge, Timing},
+    output::retime::{Bounds, Retimer},
+    stylizer::effort_dial::Labels,
+};
+
+use crate::{
+    command_line::parameters::ParameterArgs,
+    effort,
+    stream::{REMEMBERED, Request},
+};
+
+/// Lead and lag where they are not given, seconds.
+const BOUND_S: f32 = 0.2;
+/// Most lead and lag, seconds.
+const MOST_BOUND_S: f32 = 10.0;
+/// Greatest strength of a joint group.
+const MOST_STRENGTH: f32 = 2.0;
+/// Greatest weight of a style.
+const MOST_WEIGHT: f32 = 1e6;
+
+/// An option that takes a number below zero as a number, so that its range is what refuses it, and the items of a list
+/// without the spaces around them.
+pub fn lenient(option: Arg) -> Arg {
+    if option.is_positional() || !option.get_action().takes_values() {
+        return option;
+    }
+    let words = option.get_value_parser().type_id() == std::any::TypeId::of::<String>();
+    let list = words && option.get_value_delimiter().is_some();
+    let option = option.allow_negative_numbers(true);
+    if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
+}
+
+/// Style, labels and parameters, in words.
+#[derive(clap::Args, Clone, Debug)]
+pub struct WishArgs {
+    /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
+    #[arg(long, default_value = "", hide_default_value = true)]
+    pub style: String,
+    /// Wanted Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's dial
+    /// finds the mix of styles
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
+    pub effort: Option<String>,
+    /// The input's action, where it is known
+    #[arg(long)]
+    action: Option<String>,
+    /// The input's style, where it is known
+    #[arg(long)]
+    input_style: Option<String>,
+    /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
+    /// pose at a time. effort, with --effort: the whole clip rebuilt of blended fragments by `gestus translate`, and the
+    /// mix that the dial finds, by mar, where a pose comes at a time
+    #[arg(long, default_value = "mar")]
+    pub method: String,
+    /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
+    /// (predicted times, within --lead and --lag of the input)
+    #[arg(long, default_value = "free")]
+    timing: String,
+    /// With --timing bounded: most seconds by which a pose may come early, 0.2 where left out. A live stream is
+    /// delayed by it
+    #[arg(long)]
+    lead: Option<f32>,
+    /// With --timing bounded: most seconds by which a pose may come late, 0.2 where left out
+    #[arg(long)]
+    lag: Option<f32>,
+    /// Leave feet as they come out: those that stand are not held
+    #[arg(long)]
+    no_contact: bool,
+    /// Joint groups that the search leaves out, as the database names them: body, left-arm, right-arm
+    #[arg(long, value_delimiter = ',')]
+    mask: Vec<String>,
+    /// Strength of the style in a joint group, left-arm=0.5
+    #[arg(long, value_delimiter = ',')]
+    strength: Vec<String>,
+    /// Own style of a joint group, in place of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
+    /// left-arm=proud:2+old:1
+    #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
+    group_style: Vec<String>,
+    /// Named parameters to start from: default, paper or normalised
+    #[arg(long, default_value = "default")]
+    preset: String,
+    /// Variables of the ridge: raw or norm. norm comes with lambda 1, where neither --lambda nor --preset normalised says
+    /// another
+    #[arg(long)]
+    ridge: Option<String>,
+    #[command(flatten)]
+    parameters: ParameterArgs,
+}
+
+impl WishArgs {
+    /// Parameters, checked for their names, and the method for whether the database holds it.
+    fn config(&self, database: &Database<'_>) -> Result<Config> {
+        let name = match self.method.as_str() {
+            // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
+            // translate`, which has the whole clip, does not come here.
+            "effort" if self.effort.is_some() => "mar",
+            "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
+            name => name,
+        };
+        let policy = match self.timing.as_str() {
+            "free" | "bounded" => Timing::Free,
+            "sync" => Timing::Sync,
+            other => bail!("--timing {other}: free, sync or bounded"),
+        };
+        let mut config = match self.preset.as_str() {
+            "default" => Config::new(),
+            "paper" => Config::paper(),
+            "normalised" => Config::normalised(),
+            other => bail!("--preset {other}: default, paper or normalised"),
+        }
+        .timing(policy)
+        .method(method(name, database)?)
+        .contacts(!self.no_contact);
+        if let Some(ridge) = &self.ridge {
+            config = match ridge.as_str() {
+                "raw" => config.ridge(Ridge::Raw),
+                // A preset that has it has a weight for it.
+                "norm" if config.ridge == Ridge::Normalised => config,
+                "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
+                other => bail!("--ridge {other}: raw or norm"),
+            };
+        }
+        self.check_use(config.method)?;
+        self.parameters.apply(config)
+    }
+
+    /// Refuses options that would do nothing with this method and timing.
+    fn check_use(&self, method: Method) -> Result<()> {
+        let refused = |option: &str, with: &str| -> Result<()> {
+            bail!("{option} does nothing without {with}: give both, or neither")
+        };
+        for (option, given) in [("--lead", self.lead.is_some()), ("--lag", self.lag.is_some())] {
+            if given && self.timing != "bounded" {
+                return refused(option, "--timing bounded");
+            }
+        }
+        let others = [("--mask", !self.mask.is_empty()), ("--ridge", self.ridge.is_some())];
+        match others.into_iter().find(|(_, given)| *given && method != Method::Mar) {
+            Some((option, _)) => refused(option, "--method mar"),
+            None => Ok(()),
+        }
+    }
+
+    /// Bounds of the output's time, where they are asked for.
+    fn bounds(&self, database: &Database<'_>) -> Result<Option<Bounds>> {
+        if self.timing != "bounded" {
+            return Ok(None);
+        }
+        let within = |option, value: Option<f32>| {
+            let value = value.unwrap_or(BOUND_S);
+            (0.0..=MOST_BOUND_S)
+                .contains(&value)
+                .then_some(value)
+                .with_context(|| format!("{option} {value}: seconds from 0 to {MOST_BOUND_S}"))
+        };
+        let bounds = Bounds { lead_s: within("--lead", self.lead)?, lag_s: within("--lag", self.lag)? };
+        let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
+        if let Err(ConfigError::Poses { need, have }) =
+            Retimer::<1, REMEMBERED>::new(millihz, millihz, bounds)
+        {
+            bail!(
+                "--lead {} --lag {}: together they take {need} poses at {} frames a second, and {have} are kept: narrow them",
+                bounds.lead_s,
+                bounds.lag_s,
+                database.rate_hz()
+            );
+        }
+        Ok(Some(bounds))
+    }
+
+    /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.
+    fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
+        let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
+        let dial = database.dial().context(
+            "--effort: the database has no effort dial: build it again from two styles or more, without --no-effort",
+        )?;
+        let rest = dial.rest().factors();
+        let target: [f32; 3] = std::array::from_fn(|k| factors[k].map_or(rest[k], |v| v as f32));
+        let (weights, reached) = dial.weights(Effort::new(target));
+        let labels = match dial.labels() {
+            Labels::Given => "given by people",
+            Labels::Estimated => "estimated from motion",
+        };
+        for (k, name) in Effort::NAMES.iter().enumerate() {
+            if reached.clamped[k] && factors[k].is_some() {
+                let (low, high) = dial.range()[k];
+                eprintln!(
+                    "--effort: {name} {} is not reached, the mix that comes nearest is at {:.2} (Efforts {labels}; with the \
+                     other factors at rest the dial is laid out from {low:.2} to {high:.2})",
+                    target[k],
+                    reached.effort.factors()[k]
+                );
+            }
+        }
+        Ok((0..database.counts().styles).map(|s| (s as u16, weights[s])).collect())
+    }
+
+    /// The request in the database's numbers.
+    ///
+    /// # Errors
+    /// Names that the database does not know, and numbers that are none; the message lists what there is.
+    pub fn request(&self, database: &Database<'_>) -> Result<Request> {
+        let manifest = database.manifest()?;
+        let named = named(&self.style, manifest.styles)?;
+        let style = match &self.effort {
+            Some(wanted) => self.dialled(database, wanted)?,
+            None => named,
+        };
+        if style.is_empty() {
+            bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
+        }
+        check_weights("--style", &self.style, &style)?;
+        let masked: Vec<u16> =
+            self.mask.iter().map(|g| find(g, manifest.groups, "joint group")).collect::<Result<_>>()?;
+        if !(0..database.counts().features)
+            .any(|f| masked.iter().all(|&g| usize::from(g) != database.feature_group(f)))
+            && !masked.is_empty()
+        {
+            bail!(
+                "--mask {}: the search has nothing left to look at: leave a group out",
+                self.mask.join(",")
+            );
+        }
+        let label =
+            |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
+        Ok(Request {
+            bounds: self.bounds(database)?,
+            config: self.config(database)?,
+            style,
+            action: label(&self.action, manifest.actions, "action")?,
+            input_style: label(&self.input_style, manifest.styles, "style")?,
+            masked,
+            strength: self.strength.iter().map(|s| strength(s, manifest.groups)).collect::<Result<_>>()?,
+            group_styles: self
+                .group_style
+                .iter()
+                .map(|s| group_style(s, manifest.groups, manifest.styles))
+                .collect::<Result<_>>()?,
+        })
+    }
+}
+
+/// Names of the methods that a database holds what is needed for.
+pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
+    Method::ALL.into_iter().filter(|method| method.is_held_by(database)).map(Method::name).collect()
+}
+
+/// The method of a name, where the database holds it.
+fn method(name: &str, database: &Database<'_>) -> Result<Method> {
+    let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
+        bail!("--method {name}: mar, lti, statistic or effort");
+    };
+    if !method.is_held_by(database) {
+        bail!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "));
+    }
+    Ok(method)
+}
+
+fn listed(names: Names<'_>) -> String {
+    names.iter().collect::<Vec<_>>().join(", ")
+}
+
+fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
+    names
+        .find(name.trim())
+        .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
+}
+
+/// `proud=1,old=0.5`, in the database's numbers. A whole name goes first: older databases may have styles with a comma.
+fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
+    if let Some(style) = styles.find(words.trim()) {
+        return Ok(vec![(style, 1.0)]);
+    }
+    let parts = words.split(',').filter(|s| !s.trim().is_empty());
+    parts.map(|part| weighted(part, styles, "style")).collect()
+}
+
+/// `left-arm=proud:2+old:1`, in the database's numbers.
+fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
+    let (group, mix) =
+        part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
+    let weights: Vec<(u16, f32)> =
+        mix.split('+').map(|s| weighted(&s.replacen(':', "=", 1), styles, "style")).collect::<Result<_>>()?;
+    if weights.len() > MAX_OWN {
+        bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
+    }
+    check_weights("--group-style", part, &weights)?;
+    Ok((find(group, groups, "joint group")?, weights))
+}
+
+/// `left-arm=0.5`, in the database's numbers.
+fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
+    let (group, strength) = weighted(part, groups, "joint group")?;
+    if !(0.0..=MOST_STRENGTH).contains(&strength) {
+        bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MOST_STRENGTH} (beyond it)");
+    }
+    Ok((group, strength))
+}
+
+/// Refuses weights that the core would refuse.
+fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()> {
+    if let Some((_, bad)) = weights.iter().find(|(_, w)| !(0.0..=MOST_WEIGHT).contains(w)) {
+        bail!("{option} {words}: a weight of {bad}; weights are from 0 to {MOST_WEIGHT}");
+    }
+    if weights.iter().map(|w| w.1).sum::<f32>() <= 1e-6 {
+        bail!("{option} {words}: all weights are 0; at least one has to be more");
+    }
+    Ok(())
+}
+
+fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
+    if let Some(number) = names.find(part.trim()) {
+        return Ok((number, 1.0));
+    }
+    let (name, weight) = part.rsplit_once('=').unwrap_or((part, "1"));
+    let number: f32 = weight
+        .trim()
+        .parse()
+        .with_context(|| format!("`{part}`: `{weight}` is no number; write {what}=0.5"))?;
+    Ok((find(name, names, what)?, number))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        synth,
+    };
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        wish: WishArgs,
+    }
+
+    fn blob() -> Vec<u8> {
+        blob_with(false, ["neutral", "proud"])
+    }
+
+    fn blob_with(models: bool, styles: [&str; 2]) -> Vec<u8> {
+        let mut corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        corpus.styles = styles.map(str::to_owned).to_vec();
+        build(&corpus, &BuildOptions { models, ..BuildOptions::default() }).unwrap().bytes
+    }
+
+    /// What is asked for by those words.
+    fn asked(database: &Database<'_>, words: &str) -> std::result::Result<Request, String> {
+        let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
+        Line::parse_from(words).wish.request(database).map_err(|e| format!("{e:#}"))
+    }
+
+    /// A linear model looks for no neighbors and fits no ridge: what is about these was passed over without a word.
+    #[test]
+    fn what_a_method_does_not_look_at_is_refused() {
+        let blob = blob_with(true, ["neutral", "proud"]);
+        let database = Database::open(&blob).unwrap();
+        for method in ["lti", "statistic"] {
+            for words in ["--mask left-arm", "--ridge norm"] {
+                let message = asked(&database, &format!("--method {method} {words}")).unwrap_err();
+                assert!(message.contains("does nothing without --method mar"), "{message}");
+            }
+            // A board has room for so many neighbors, whatever it does with them.
+            assert!(asked(&database, &format!("--method {method} --k 8 --speed-limit 2")).is_ok());
+        }
+    }
+
+    #[test]
+    fn a_ridge_on_normalised_variables_keeps_the_weight_that_was_said() {
+        let blob = blob();
+        let database = Database::open(&blob).unwrap();
+        for (words, lambda) in [
+            ("--ridge norm", 1.0),
+            ("--ridge norm --lambda 0.3", 0.3),
+            ("--preset paper --ridge norm", 1.0),
+            ("--preset normalised --ridge norm", 0.1),
+            ("--preset normalised --ridge norm --lambda 2", 2.0),
+        ] {
+            let config = asked(&database, words).unwrap().config;
+            assert_eq!((config.ridge, config.lambda), (Ridge::Normalised, lambda), "{words}");
+        }
+    }
+
+    #[test]
+    fn a_name_is_looked_for_before_it_is_split() {
+        let blob = blob_with(false, ["a,b=c", "d=1"]);
+        let database = Database::open(&blob).unwrap();
+        let ask = |words: &[&str]| {
+            let words = ["gestus"].iter().chain(words).copied();
+            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+        };
+        assert_eq!(ask(&["--style", "a,b=c"]).unwrap().style, [(0, 1.0)]);
+        assert_eq!(ask(&["--style", "d=1=0.5"]).unwrap().style, [(1, 0.5)]);
+        assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
+        let message = ask(&["--style", "d=x"]).unwrap_err();
+        assert!(message.contains("`x` is no number"), "{message}");
+    }
+
+    #[test]
+    fn what_is_refused_is_named_with_its_value_and_its_range() {
+        let blob = blob();
+        let database = Database::open(&blob).unwrap();
+        let ask = |words: &str| {
+            let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
+            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+        };
+        for fine in [
+            "",
+            "--k 64 --visits 64 --rho 0 --speed-limit 0 --prune 0.5",
+            "--timing bounded",
+            "--timing bounded --lead 10 --lag 0",
+            "--strength left-arm=2 --mask left-arm",
+            "--group-style left-arm=proud:2+neutral:1",
+        ] {
+            assert!(ask(fine).is_ok(), "{fine}: {:?}", ask(fine).err());
+        }
+        let groups = database.manifest().unwrap().groups;
+        let all = format!("--mask {}", groups.iter().collect::<Vec<_>>().join(","));
+        for (words, said) in [
+            ("--strength left-arm=3", "--strength left-arm=3: from 0"),
+            ("--strength left-arm=nan", "--strength left-arm=nan: from 0"),
+            ("--visits 1", "--visits 1: from 64 to 448"),
+            ("--k 0", "--k 0: from 1 to 64"),
+            ("--k 100", "--k 100: from 1 to 64"),
+            ("--rho nan", "--rho NaN: from 0 to 1"),
+            ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for none"),
+            ("--timing bounded --lead 30", "--lead 30: seconds from 0 to 10"),
+            ("--timing bounded --lead 10 --lag 10", "together they take"),
+            ("--group-style left-arm=proud:0", "all weights are 0"),
+            ("--group-style left-arm=proud:nan", "a weight of NaN"),
+            (&all, "nothing left to look at"),
+            ("--lead 0.1", "--lead does nothing without --timing bounded"),
+            ("--timing sync --lag 0.1", "--lag does nothing without --timing bounded"),
+            ("--halflife 3", "--halflife does nothing without --method statistic"),
+            ("--confidence 3", "--confidence does nothing without --method lti"),
+            ("--preference 3", "--preference does nothing without --method lti"),
+        ] {
+            let message = ask(words).unwrap_err();
+            assert!(message.contains(said), "{words}: {message}");
+        }
+    }
+}

@@ -1,0 +1,482 @@
+//! Which action, style and take each file of a data folder is, and how to build from them.
+//!
+//! Most collections say it in their file names; where they don't, a `gestus.toml` in the folder does, by patterns
+//! or file by file. The same struct is what `gestus build --config FILE` reads. A file is looked up in the table
+//! `files` first, then tried against `patterns` in order, then against the built-in ones:
+//!
+//! ```text
+//! dataset-1_bow_proud_001.bvh     dataset-{*}_{action}_{style}_{take}    Bandai-Namco 1 and 2
+//! angry_13_000.bvh                {style}_{action}_{take}                Xia et al. 2015; 01 is walk, 13 run
+//! walk_proud_2.bvh                {action}_{style}_{take}                anything else
+//! ```
+//!
+//! In a pattern `{style}` and `{take}` hold no underscore, `{action}` and `{*}` may; none is empty or holds a `/`.
+//! A pattern with a `/` is matched with the path below the folder, others with the file's name.
+//!
+//! ```
+//! use gestus_database::{data_folder::config::Config, registration::timeline::Kind};
+//! let config = Config::parse(r#"patterns = ["{style}/{action}-{take}.bvh"]"#, "gestus.toml")?;
+//! let walk = config.annotate("proud/walk-7.bvh".as_ref())?;
+//! assert_eq!((walk.action.as_str(), walk.style.as_str(), walk.kind), ("walk", "proud", Kind::Gait));
+//! # Ok::<(), gestus_database::data_folder::config::AnnotateError>(())
+//! ```
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::pattern::{Pattern, built_in};
+use crate::{build::BuildOptions, registration::timeline::Kind};
+use gestus_motion::formats::bvh::Unit;
+
+/// Name of the file in a data folder that says what its clips are.
+pub const FILE_NAME: &str = "gestus.toml";
+
+/// What no name of an action or style holds: `--style a=1,b=2` could not say it, and `export` names files by styles.
+const NOT_IN_NAMES: [char; 3] = [',', '=', '/'];
+
+/// What a file is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Annotation {
+    /// What is done: `walk`, `kick`.
+    pub action: String,
+    /// The attitude in which it is done: `proud`.
+    pub style: String,
+    /// Which of several; empty where the name doesn't say.
+    pub take: String,
+    /// How the action runs.
+    pub kind: Kind,
+}
+
+/// A row of the table `files`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileEntry {
+    /// What is done.
+    pub action: String,
+    /// The attitude in which it is done.
+    pub style: String,
+    /// Which of several.
+    #[serde(default)]
+    pub take: String,
+}
+
+/// A `gestus.toml`: what the files are, and how to build. Its defaults are those of [`Config::default`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Folder of the clips; relative to the file that says it.
+    pub data: Option<PathBuf>,
+    /// Patterns of file names, tried in order before the built-in ones.
+    pub patterns: Vec<String>,
+    /// Files by name or path below the folder.
+    pub files: BTreeMap<String, FileEntry>,
+    /// Other names for actions as the files have them: `"01" = "walk"`.
+    pub names: BTreeMap<String, String>,
+    /// Kind of an action where its name misleads.
+    pub kind: BTreeMap<String, Kind>,
+    /// Licence or source of the clips, for the manifest.
+    pub licence: String,
+    /// Unit of length (m, cm, mm, inch, cmu, or metres a unit); guessed a file if absent.
+    pub unit: Option<String>,
+    /// Actions to take; all if empty.
+    pub actions: Vec<String>,
+    /// Styles to take; all if empty.
+    pub styles: Vec<String>,
+    /// Joints to keep, with all of their parents; all if empty.
+    pub joints: Vec<String>,
+    /// Rate of the database, frames a second.
+    pub rate_hz: f64,
+    /// Most clips an action and style; 0 is no limit.
+    pub limit: usize,
+    /// How the database is built.
+    pub build: BuildOptions,
+    /// Whether a file that cannot be read or annotated ends the build.
+    pub strict: bool,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            data: None,
+            patterns: Vec::new(),
+            files: BTreeMap::new(),
+            names: BTreeMap::new(),
+            kind: BTreeMap::new(),
+            licence: String::new(),
+            unit: None,
+            actions: Vec::new(),
+            styles: Vec::new(),
+            joints: Vec::new(),
+            rate_hz: 30.0,
+            limit: 0,
+            build: BuildOptions::default(),
+            strict: false,
+        }
+    }
+}
+
+/// A configuration that cannot be used, or a file that nothing says anything about.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum AnnotateError {
+    #[error("{file}: cannot be read: {error}")]
+    Io { file: String, error: String },
+    #[error("{file}: {error}")]
+    Toml { file: String, error: String },
+    #[error("{file}: pattern `{pattern}`: {problem}")]
+    Pattern { file: String, pattern: String, problem: &'static str },
+    #[error("{file}: `{key}` is {found}; expected {expected}")]
+    Value { file: String, key: &'static str, found: String, expected: &'static str },
+    #[error(
+        "{file}: its name doesn't say action and style; add a pattern like \"{{action}}_{{style}}_{{take}}.bvh\" to \
+         `patterns` in {FILE_NAME}, or the file to the table `files`"
+    )]
+    Unknown { file: String },
+    #[error(
+        "{file}: its {what} is called `{name}`, and `{found}` splits lists of names and paths: give it another name, by \
+         `patterns`, `files` or `names` in {FILE_NAME}"
+    )]
+    Name { file: String, what: &'static str, name: String, found: char },
+    #[error("`{key}`: no {what} is called `{name}`: there are {have}")]
+    Absent { key: &'static str, what: &'static str, name: String, have: String },
+}
+
+impl Config {
+    /// Reads a configuration; `file` is its name, for messages.
+    pub fn parse(text: &str, file: &str) -> Result<Config, AnnotateError> {
+        let file = || file.to_string();
+        let config: Config = toml::from_str(text)
+            .map_err(|e| AnnotateError::Toml { file: file(), error: e.to_string().trim_end().to_string() })?;
+        for pattern in &config.patterns {
+            Pattern::new(pattern).map_err(|problem| AnnotateError::Pattern {
+                file: file(),
+                pattern: pattern.clone(),
+                problem,
+            })?;
+        }
+        let value =
+            |key, found: String, expected| Err(AnnotateError::Value { file: file(), key, found, expected });
+        if !(1.0..=1000.0).contains(&config.rate_hz) {
+            return value("rate_hz", config.rate_hz.to_string(), "frames a second from 1 to 1000");
+        }
+        if !(1..=8).contains(&config.build.window) {
+            return value("build.window", config.build.window.to_string(), "1 to 8 frames");
+        }
+        if !(1e-4..=10.0).contains(&config.build.error_cm) {
+            return value(
+                "build.error_cm",
+                config.build.error_cm.to_string(),
+                "centimetres from 0.0001 to 10",
+            );
+        }
+        if !matches!(config.build.block_rows, 1 | 2 | 4 | 8 | 16 | 32 | 64) {
+            return value("build.block_rows", config.build.block_rows.to_string(), "a power of two up to 64");
+        }
+        if let Some(unit) = config.unit.as_ref().filter(|u| u.parse::<Unit>().is_err()) {
+            return value(
+                "unit",
+                unit.clone(),
+                "m, cm, mm, inch, cmu, or metres a unit as a number above zero",
+            );
+        }
+        if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
+        {
+            return value("files", format!("without action or style for {found}"), "both, not empty");
+        }
+        Ok(config)
+    }
+
+    /// Reads a configuration file; a relative `data` is taken from the file's folder, and is that folder where it is not
+    /// said.
+    pub fn read(path: &Path) -> Result<Config, AnnotateError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
+        let mut config = Config::parse(&text, &file)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        config.data = Some(match config.data.take() {
+            Some(data) => folder.join(data),
+            None if folder.as_os_str().is_empty() => PathBuf::from("."),
+            None => folder.to_path_buf(),
+        });
+        Ok(config)
+    }
+
+    /// The configuration of a data folder: its `gestus.toml`, or the defaults if it has none.
+    pub fn of_folder(folder: &Path) -> Result<Config, AnnotateError> {
+        let path = folder.join(FILE_NAME);
+        let mut config = if path.is_file() { Config::read(&path)? } else { Config::default() };
+        config.data.get_or_insert_with(|| folder.to_path_buf());
+        Ok(config)
+    }
+
+    /// The unit of length, if it is said.
+    pub fn unit(&self) -> Option<Unit> {
+        self.unit.as_deref().and_then(|unit| unit.parse().ok())
+    }
+
+    /// Whether a file is of an action and style that are asked for.
+    pub fn wants(&self, annotation: &Annotation) -> bool {
+        let among = |list: &[String], name: &String| list.is_empty() || list.contains(name);
+        among(&self.actions, &annotation.action) && among(&self.styles, &annotation.style)
+    }
+
+    /// What a file is, by its path below the data folder.
+    pub fn annotate(&self, path: &Path) -> Result<Annotation, AnnotateError> {
+        let [action, style, take] = self.labels(path)?;
+        let annotation = self.annotation(action, style, take);
+        for (what, name) in [("action", &annotation.action), ("style", &annotation.style)] {
+            if let Some(found) = name.chars().find(|c| NOT_IN_NAMES.contains(c)) {
+                let [file, _] = file_names(path);
+                return Err(AnnotateError::Name { file, what, name: name.clone(), found });
+            }
+        }
+        Ok(annotation)
+    }
+
+    /// Action and style of a file, where anything says them. `folder` is that of the clips, or the file itself.
+    pub fn class(&self, folder: &Path, path: &Path) -> Option<(String, String)> {
+        let below = path.strip_prefix(folder).ok().filter(|below| !below.as_os_str().is_empty());
+        let annotation = self.annotate(below.or(path.file_name().map(Path::new))?).ok()?;
+        Some((annotation.action, annotation.style))
+    }
+
+    /// Refuses what is said of actions, styles and files that are not there: a misspelt name would pass for a wish that
+    /// is met. `paths` are all files, below the data folder.
+    ///
+    /// # Errors
+    /// [`AnnotateError::Absent`], with what there is.
+    pub fn check_names(&self, paths: &[&Path]) -> Result<(), AnnotateError> {
+        let labels: Vec<[String; 3]> = paths.iter().filter_map(|p| self.labels(p).ok()).collect();
+        // Where nothing is known of any file, the reasons why not say more.
+        if labels.is_empty() {
+            return Ok(());
+        }
+        let found: Vec<Annotation> =
+            labels.iter().map(|[a, s, t]| self.annotation(a.clone(), s.clone(), t.clone())).collect();
+        let raw: BTreeSet<&str> = labels.iter().map(|[action, ..]| action.as_str()).collect();
+        let actions: BTreeSet<&str> = found.iter().map(|a| a.action.as_str()).collect();
+        let styles: BTreeSet<&str> = found.iter().map(|a| a.style.as_str()).collect();
+        let files: Vec<[String; 2]> = paths.iter().map(|p| file_names(p)).collect();
+        let files: BTreeSet<&str> = files.iter().flatten().map(String::as_str).collect();
+        absent("actions", "action", self.actions.iter(), &actions)?;
+        absent("styles", "style", self.styles.iter(), &styles)?;
+        absent("kind", "action", self.kind.keys(), &actions)?;
+        absent("names", "action, as the files have it,", self.names.keys(), &raw)?;
+        absent("files", "file", self.files.keys(), &files)
+    }
+
+    /// Action, style and take as the file has them.
+    fn labels(&self, path: &Path) -> Result<[String; 3], AnnotateError> {
+        let [whole, name] = file_names(path);
+        if let Some(entry) = self.files.get(&whole).or_else(|| self.files.get(&name)) {
+            let FileEntry { action, style, take } = entry.clone();
+            return Ok([action, style, take]);
+        }
+        for text in &self.patterns {
+            let Ok(pattern) = Pattern::new(text) else { continue };
+            if let Some(found) = pattern.find(if text.contains('/') { &whole } else { &name }) {
+                return Ok(found);
+            }
+        }
+        built_in(&name).ok_or(AnnotateError::Unknown { file: whole })
+    }
+
+    fn annotation(&self, action: String, style: String, take: String) -> Annotation {
+        let action = self.names.get(&action).cloned().unwrap_or(action);
+        let kind = self.kind.get(&action).copied().unwrap_or_else(|| Kind::of_action(&action));
+        Annotation { action, style, take, kind }
+    }
+}
+
+/// The path below the data folder and the file's name, as tables and patterns have them.
+fn file_names(path: &Path) -> [String; 2] {
+    let whole = path.to_string_lossy().replace('\\', "/");
+    let name = whole.rsplit('/').next().unwrap_or_default().to_owned();
+    [whole, name]
+}
+
+fn absent<'a>(
+    key: &'static str,
+    what: &'static str,
+    mut names: impl Iterator<Item = &'a String>,
+    have: &BTreeSet<&str>,
+) -> Result<(), AnnotateError> {
+    /// Most names that a message lists.
+    const LISTED: usize = 40;
+    match names.find(|name| !have.contains(name.as_str())) {
+        Some(name) => {
+            let mut list: Vec<&str> = have.iter().take(LISTED).copied().collect();
+            list.extend((have.len() > LISTED).then_some("..."));
+            Err(AnnotateError::Absent { key, what, name: name.clone(), have: list.join(", ") })
+        }
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(config: &Config, path: &str) -> (String, String, String, Kind) {
+        let Annotation { action, style, take, kind } = config.annotate(path.as_ref()).unwrap();
+        (action, style, take, kind)
+    }
+
+    fn is(action: &str, style: &str, take: &str, kind: Kind) -> (String, String, String, Kind) {
+        (action.into(), style.into(), take.into(), kind)
+    }
+
+    #[test]
+    fn known_names_need_no_file() {
+        let config = Config::default();
+        let cases = [
+            ("dataset-2_walk-turn-left_active_001.bvh", is("walk-turn-left", "active", "001", Kind::Gait)),
+            ("x/dataset-1_bow_not-confident_001.BVH", is("bow", "not-confident", "001", Kind::Whole)),
+            ("angry_13_000.bvh", is("run", "angry", "000", Kind::Gait)),
+            ("neutral_01_000.bvh", is("walk", "neutral", "000", Kind::Gait)),
+            ("neutral_01_000.GLB", is("walk", "neutral", "000", Kind::Gait)),
+            ("neutral_07_000.bvh", is("07", "neutral", "000", Kind::Whole)),
+            ("raise_arm_proud_2.bvh", is("raise_arm", "proud", "2", Kind::Whole)),
+        ];
+        for (path, expected) in cases {
+            assert_eq!(of(&config, path), expected, "{path}");
+        }
+        let message = config.annotate("OLD-1.bvh".as_ref()).unwrap_err().to_string();
+        assert!(message.starts_with("OLD-1.bvh: its name doesn't say action and style"), "{message}");
+    }
+
+    #[test]
+    fn tables_come_before_patterns_and_patterns_before_what_is_built_in() {
+        let text = r#"
+            patterns = ["{style}-{*}.bvh/no{action}", "{action}_{style}_{*}_{take}.bvh", "{action}_{style}.bvh"]
+            files."OLD-1.bvh" = { action = "walk", style = "old", take = "1" }
+            names.w = "walk"
+            kind.turn-around = "whole"
+            unit = "cmu"
+            styles = ["old"]
+        "#;
+        let config = Config::parse(text, "gestus.toml").unwrap();
+        assert_eq!(of(&config, "a/OLD-1.bvh"), is("walk", "old", "1", Kind::Gait));
+        assert_eq!(of(&config, "w_proud_x_y_3.bvh"), is("walk", "proud", "3", Kind::Gait));
+        assert_eq!(of(&config, "turn-around_old.bvh"), is("turn-around", "old", "", Kind::Whole));
+        assert_eq!(config.unit(), Some(Unit::Cmu));
+        assert!(config.wants(&config.annotate("kick_old.bvh".as_ref()).unwrap()));
+        assert!(!config.wants(&config.annotate("kick_sad.bvh".as_ref()).unwrap()));
+        let back = Config::parse(&toml::to_string(&config).unwrap(), "again").unwrap();
+        assert_eq!(back, config);
+    }
+
+    #[test]
+    fn errors_say_what_was_expected() {
+        let cases = [
+            ("ratee = 3", "unknown field `ratee`"),
+            ("rate_hz = 0", "`rate_hz` is 0; expected frames a second"),
+            ("build.window = 0", "1 to 8 frames"),
+            ("build.block_rows = 5", "a power of two"),
+            ("unit = 'foot'", "`unit` is foot; expected m, cm"),
+            ("patterns = ['{action}']", "both {action} and {style}"),
+            ("patterns = ['{action}{style}']", "touch"),
+            ("patterns = ['{action}_{style}_{x}']", "expected {action}, {style}, {take} or {*}"),
+            ("patterns = ['{action}_{style']", "without a closing one"),
+            ("patterns = ['{action}_style}']", "without an opening one"),
+            ("patterns = ['{action}_{action}_{style}']", "twice"),
+            ("build.pairing = 'best'", "unknown variant `best`"),
+            ("files.a = { action = '', style = 'x' }", "without action or style for a"),
+        ];
+        for (text, words) in cases {
+            let message = Config::parse(text, "my.toml").expect_err(text).to_string();
+            assert!(message.starts_with("my.toml: ") && message.contains(words), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn names_that_no_file_has_are_refused() {
+        let files = ["walk_old_1.bvh", "sub/walk_proud_1.bvh", "x_proud_1.bvh"].map(Path::new);
+        let check =
+            |text: &str| Config::parse(text, "c").unwrap().check_names(&files).map_err(|e| e.to_string());
+        for fine in [
+            "",
+            "actions = ['walk', 'run']\nnames.x = 'run'\nkind.run = 'whole'",
+            "styles = ['old']",
+            "files.'sub/walk_proud_1.bvh' = { action = 'hop', style = 'sad' }\nactions = ['hop']",
+            "files.'x_proud_1.bvh' = { action = 'hop', style = 'sad' }\nkind.hop = 'whole'",
+        ] {
+            assert_eq!(check(fine), Ok(()), "{fine}");
+        }
+        for (text, words) in [
+            ("actions = ['walk', 'pnuch']", "`actions`: no action is called `pnuch`: there are walk, x"),
+            ("styles = ['odl']", "`styles`: no style is called `odl`: there are old, proud"),
+            ("kind.wlak = 'gait'", "`kind`: no action is called `wlak`"),
+            ("names.y = 'run'", "`names`: no action, as the files have it, is called `y`"),
+            (
+                "files.'walk_old_2.bvh' = { action = 'walk', style = 'old' }",
+                "`files`: no file is called `walk_old_2.bvh`",
+            ),
+        ] {
+            let message = check(text).unwrap_err();
+            assert!(message.starts_with(words), "{message}");
+        }
+        // Files that say nothing have reasons of their own.
+        assert_eq!(
+            Config::parse("styles = ['odl']", "c").unwrap().check_names(&[Path::new("1.bvh")]),
+            Ok(())
+        );
+    }
+
+    #[test]
+    fn names_that_no_option_could_say_are_refused_with_their_file() {
+        let text = "files.'c.bvh' = { action = 'walk', style = 'x/y' }\nnames.w = 'wal,k'";
+        let config = Config::parse(text, "c").unwrap();
+        for (path, said) in [
+            ("in/walk_a,b=c_0.bvh", "in/walk_a,b=c_0.bvh: its style is called `a,b=c`, and `,` splits"),
+            ("wa=lk_a_0.bvh", "wa=lk_a_0.bvh: its action is called `wa=lk`, and `=` splits"),
+            ("c.bvh", "c.bvh: its style is called `x/y`, and `/` splits"),
+            ("w_a_0.bvh", "its action is called `wal,k`"),
+        ] {
+            let message = config.annotate(path.as_ref()).unwrap_err().to_string();
+            assert!(message.contains(said), "{message}");
+        }
+        assert!(config.annotate("walk_half+half_0.bvh".as_ref()).is_ok());
+    }
+
+    #[test]
+    fn a_file_is_of_the_class_that_its_path_below_the_folder_says() {
+        let config = Config::parse("patterns = ['{style}/{action}-{take}']", "c").unwrap();
+        let class = |folder: &str, path: &str| config.class(folder.as_ref(), path.as_ref());
+        let is = |action: &str, style: &str| Some((action.to_owned(), style.to_owned()));
+        assert_eq!(class("data", "data/proud/walk-1.bvh"), is("walk", "proud"));
+        assert_eq!(class("data/run_sad_1.bvh", "data/run_sad_1.bvh"), is("run", "sad"));
+        assert_eq!(class("data", "data/09_04.bvh"), None);
+    }
+
+    #[test]
+    fn a_configuration_is_about_the_folder_that_it_is_in() {
+        let folder = std::env::temp_dir().join(format!("gestus-annotate-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("mine.toml");
+        for (text, data) in [("", folder.clone()), ("data = 'clips'", folder.join("clips"))] {
+            std::fs::write(&file, text).unwrap();
+            assert_eq!(Config::read(&file).unwrap().data, Some(data), "{text}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn gaits_are_known_by_whole_words() {
+        for gait in
+            ["walk", "Walking", "walk-turn-left", "run", "running", "jog", "turn_right", "march", "dash"]
+        {
+            assert_eq!(Kind::of_action(gait), Kind::Gait, "{gait}");
+        }
+        for whole in ["return", "trunk", "kick", "wave-both-hands", "jump", "prune"] {
+            assert_eq!(Kind::of_action(whole), Kind::Whole, "{whole}");
+        }
+    }
+}

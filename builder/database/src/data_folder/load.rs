@@ -1,0 +1,523 @@
+//! From a folder of clips to a [`Corpus`].
+
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::{
+    data_folder::config::{AnnotateError, Annotation, Config, FILE_NAME},
+    registration::{Performance, has_cycles, no_cycle, register},
+};
+use gestus_motion::{
+    capture::{CaptureError, read_folder},
+    clip::{Clip, Skeleton},
+    corpus::Corpus,
+    formats::bvh::{Binding, Bvh, Options},
+    joints::JointsError,
+    landmarks::LandmarkError,
+};
+
+/// How many times as large as another a body may be to share a skeleton with it: a man and a child.
+const LARGER: f64 = 2.0;
+/// How much larger than another a body is that takes longer steps, as a fraction.
+const SAME_SIZE: f64 = 0.01;
+/// How far off a bone may lie where nothing is turned, degrees: between one actor's shoulders and another's.
+const TURNED_DEG: f64 = 30.0;
+/// Bones that have no direction to speak of, metres.
+const SHORT_M: f64 = 0.03;
+
+/// What was read, and what was not.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The clips.
+    pub corpus: Corpus,
+    /// One line for each file or clip left out, and for what was guessed.
+    pub notes: Vec<String>,
+    /// How many files could not be used.
+    pub skipped: usize,
+}
+
+/// A folder that can't be used.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// A file.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// `gestus.toml`, or a file that it does not know, under `strict`.
+    #[error(transparent)]
+    Annotate(#[from] AnnotateError),
+    /// A file in place of a folder.
+    #[error("{0}: this is a file: give the folder that it is in, whose clips make a database together")]
+    File(String),
+    /// Actions, styles or files that are not there.
+    #[error("{0}: {1}")]
+    Names(String, AnnotateError),
+    /// The skeleton.
+    #[error("{0}: {1}")]
+    Landmark(String, LandmarkError),
+    /// Joints to keep that can't be kept.
+    #[error("{0}: {1}")]
+    Joints(String, JointsError),
+    /// A file that was left out, under `strict`.
+    #[error("{0} (--strict: nothing is left out)")]
+    Strict(String),
+    /// No clips.
+    #[error("{folder}: no clip can be used{detail}")]
+    Empty {
+        /// The folder.
+        folder: String,
+        /// What was asked for and is not there.
+        detail: String,
+    },
+}
+
+/// Reads the clips that a configuration asks for, and gives them contacts and a canonical timeline.
+///
+/// # Errors
+/// [`LoadError`] where nothing can be used, or under `strict` anything can't.
+pub fn load(config: &Config) -> Result<Loaded, LoadError> {
+    let folder = config.data.clone().unwrap_or_else(|| PathBuf::from("."));
+    let place = folder.display().to_string();
+    if folder.is_file() {
+        return Err(LoadError::File(place));
+    }
+    let files = read_folder(&folder, config.strict)?;
+    let mut left_out: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();
+    let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
+    // Files that can't be read have names too.
+    let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
+        .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
+        .collect();
+    let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
+    config.check_names(&paths).map_err(|e| LoadError::Names(place.clone(), e))?;
+    let bound: Vec<Result<Option<Bound>, String>> = files
+        .documents
+        .par_iter()
+        .map(|(path, document)| bind(config, &below(path), path, document))
+        .collect();
+    let mut clips: Vec<Bound> = Vec::new();
+    for clip in bound {
+        match clip {
+            Ok(clip) => clips.extend(clip),
+            Err(note) => left_out.push(note),
+        }
+    }
+    tell_apart(&mut clips);
+    let clips = with_cycles(of_one_body(clips, &mut left_out), &mut left_out);
+    let mut units: Vec<String> = Vec::new();
+    let mut doubt = None;
+    let mut performances: Vec<Performance> = Vec::new();
+    for clip in clips {
+        let Annotation { action, style, take, kind } = clip.annotation;
+        let same = |p: &&Performance| p.action == action && p.style == style;
+        if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
+            continue;
+        }
+        if let Some(unit) = clip.guessed.filter(|unit| !units.contains(unit)) {
+            units.push(unit);
+        }
+        doubt = doubt.or(clip.doubt);
+        let (clip, licence) = (clip.clip, config.licence.clone());
+        performances.push(Performance { clip, kind, action, style, take, licence });
+    }
+    if config.strict
+        && let Some(note) = left_out.first()
+    {
+        return Err(LoadError::Strict(note.clone()));
+    }
+    if performances.is_empty() {
+        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
+    }
+    unify(&mut performances);
+    let (mut corpus, warnings) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
+    left_out.extend(warnings);
+    if corpus.examples.is_empty() {
+        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
+    }
+    corpus.order(&config.actions, &config.styles);
+    if !config.joints.is_empty() {
+        corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
+    }
+    let mut notes = vec![files.summary()];
+    notes.extend(doubt);
+    if !units.is_empty() {
+        let units = units.join(" and ");
+        notes.push(format!(
+            "lengths are taken as {units}, by the body's size (`unit` in {FILE_NAME} says otherwise)"
+        ));
+    }
+    notes.extend(left_out.iter().map(|n| format!("left out: {n}")));
+    Ok(Loaded { corpus, notes, skipped: left_out.len() })
+}
+
+/// A file as a clip, and what it is.
+struct Bound {
+    name: String,
+    /// The file below the folder, without its ending.
+    below: String,
+    annotation: Annotation,
+    /// The unit, where it was guessed.
+    guessed: Option<String>,
+    /// What there is to say of the size of a body whose unit was not.
+    doubt: Option<String>,
+    /// Whether registration has a timeline for it.
+    has_cycles: bool,
+    clip: Clip,
+}
+
+/// Clips are known by their files' names; those of one name in several folders by their folders too.
+fn tell_apart(clips: &mut [Bound]) {
+    let mut count = HashMap::<String, usize>::new();
+    for clip in clips.iter() {
+        *count.entry(clip.clip.name.clone()).or_default() += 1;
+    }
+    for clip in clips.iter_mut().filter(|c| count[&c.clip.name] > 1) {
+        clip.clip.name.clone_from(&clip.below);
+    }
+}
+
+/// The clips on the skeleton that most of them have; ties go to the first. What one stray file is on decides nothing.
+fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+    let mut kinds: Vec<(usize, usize)> = Vec::new();
+    for (i, clip) in clips.iter().enumerate() {
+        let skeleton = &clip.clip.skeleton;
+        match kinds.iter_mut().find(|(first, _)| difference(&clips[*first].clip.skeleton, skeleton).is_none())
+        {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((i, 1)),
+        }
+    }
+    let most = kinds.iter().map(|k| k.1).max();
+    let Some((first, count)) = kinds.iter().find(|k| Some(k.1) == most).copied() else { return clips };
+    let (skeleton, name) = (clips[first].clip.skeleton.clone(), clips[first].clip.name.clone());
+    let fits = |clip: &Bound| match difference(&skeleton, &clip.clip.skeleton) {
+        None => true,
+        Some(difference) => {
+            let most = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
+            left_out
+                .push(format!("{}: its skeleton differs from that of {name}{most}: {difference}", clip.name));
+            false
+        }
+    };
+    clips.into_iter().filter(fits).collect()
+}
+
+/// The clips that registration will use: no other takes one's place under a limit, nor has a say in the length of bones.
+fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+    let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
+    left_out.extend(others.iter().map(|clip| no_cycle(&clip.clip, clip.annotation.kind)));
+    used
+}
+
+/// Takes a file to a clip at the database's rate; `None` where it is not asked for.
+fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
+    let name = document.name().to_owned();
+    let annotation = config.annotate(below).map_err(|e| e.to_string())?;
+    if !config.wants(&annotation) {
+        return Ok(None);
+    }
+    let options = Options { unit: config.unit(), ..Options::default() };
+    let binding = Binding::new(document, &options).map_err(|e| format!("{name}: {e}"))?;
+    let clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
+    let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
+    clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
+    let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
+    let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
+    let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
+    let has_cycles = has_cycles(&clip, annotation.kind);
+    Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, has_cycles, clip }))
+}
+
+/// What was asked for, for the message that it is not there.
+fn wanted(config: &Config, left_out: &[String]) -> String {
+    let mut detail = String::new();
+    for (what, names) in [("actions", &config.actions), ("styles", &config.styles)] {
+        if !names.is_empty() {
+            detail += &format!(", {what} {}", names.join(","));
+        }
+    }
+    match left_out.first() {
+        Some(first) => format!("{detail}; the first of {} left out: {first}", left_out.len()),
+        None => format!("{detail}; are there .bvh or .glb files in it, named like `walk_proud_01.bvh`?"),
+    }
+}
+
+/// What keeps two skeletons from being one.
+fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
+    if a.joints() != b.joints() {
+        return Some(format!("{} joints against {}", b.joints(), a.joints()));
+    }
+    let named = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j]);
+    if let Some(j) = named {
+        return Some(format!("joint {j} is `{}` against `{}`", b.names[j], a.names[j]));
+    }
+    let times = size(b) / size(a);
+    if !(1.0 / LARGER..=LARGER).contains(&times) {
+        return Some(format!("its bones are {times:.2} times as long; is its unit another?"));
+    }
+    (1..a.joints()).find_map(|j| {
+        let (one, other) = (a.offsets[j], b.offsets[j]);
+        let degrees = one.angle(&other).to_degrees();
+        (one.norm().min(other.norm()) > SHORT_M && degrees > TURNED_DEG).then(|| {
+            let name = &a.names[j];
+            format!("`{name}` lies {degrees:.0} degrees off at rest, so that rotations mean something else")
+        })
+    })
+}
+
+/// Length of all bones, metres.
+fn size(skeleton: &Skeleton) -> f64 {
+    skeleton.offsets.iter().skip(1).map(Vector3::norm).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+/// Gives all clips one skeleton, the mean of their offsets, and each the ways of a body of that size.
+fn unify(performances: &mut [Performance]) {
+    let Some(first) = performances.first() else { return };
+    let mut skeleton = (*first.clip.skeleton).clone();
+    let count = performances.len() as f64;
+    for (j, offset) in skeleton.offsets.iter_mut().enumerate() {
+        *offset = performances.iter().map(|p| p.clip.skeleton.offsets[j]).sum::<Vector3<f64>>() / count;
+    }
+    let skeleton = Arc::new(skeleton);
+    for Performance { clip, .. } in performances {
+        let scale = size(&skeleton) / size(&clip.skeleton);
+        // Less is the noise of one body's markers.
+        if (scale - 1.0).abs() > SAME_SIZE {
+            clip.frames.iter_mut().for_each(|frame| frame.root *= scale);
+        }
+        clip.skeleton = skeleton.clone();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        synth::performance,
+    };
+    use gestus_motion::formats::bvh::Unit;
+
+    fn generated() -> Clip {
+        performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip
+    }
+
+    /// The first joint of a long bone.
+    fn long_bone() -> usize {
+        let skeleton = generated().skeleton;
+        (1..skeleton.joints())
+            .find(|&j| skeleton.offsets[j].norm() > 0.2 && skeleton.parents[j] != Some(0))
+            .unwrap()
+    }
+
+    /// The same motion by a body of another size.
+    fn scale(clip: &mut Clip, times: f64) {
+        Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= times);
+        clip.frames.iter_mut().for_each(|frame| frame.root *= times);
+    }
+
+    /// A folder of generated clips, which goes when it is dropped.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("gestus-load-{name}-{}", std::process::id()));
+            fs::create_dir_all(&folder).unwrap();
+            Self(folder)
+        }
+
+        /// Writes a clip of so many frames of a walk.
+        fn walk(&self, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+            self.write("walk", file, frames, change);
+        }
+
+        /// Writes a clip of so many frames of an action.
+        fn write(&self, action: &str, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+            let mut clip = performance(1, action, "neutral", 30.0, 4.0).unwrap().clip;
+            clip.frames.truncate(frames);
+            change(&mut clip);
+            fs::write(self.0.join(file), Bvh::from_clip(&clip, Unit::Centimetres).unwrap().to_text())
+                .unwrap();
+        }
+
+        fn load(&self, more: &str) -> Result<Loaded, LoadError> {
+            let mut config = Config::parse(more, "gestus.toml").unwrap();
+            config.data = Some(self.0.clone());
+            load(&config)
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_clip_of_one_frame_at_another_rate_decides_nothing() {
+        let folder = Folder::new("rate");
+        folder.walk("walk_a_1.bvh", 1, |clip| clip.rate_hz = 120.0);
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let loaded = folder.load("").unwrap();
+        assert_eq!((loaded.corpus.rate_hz, loaded.skipped), (30.0, 1), "{:?}", loaded.notes);
+        let slower = folder.load("rate_hz = 20").unwrap();
+        assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
+    }
+
+    #[test]
+    fn clips_of_one_name_are_told_apart_by_their_folders() {
+        let folder = Folder::new("names");
+        for style in ["a", "b"] {
+            fs::create_dir_all(folder.0.join(style)).unwrap();
+            folder.walk(&format!("{style}/walk-1.bvh"), 120, |_| ());
+        }
+        folder.walk("a/walk-2.bvh", 120, |_| ());
+        let loaded = folder.load("patterns = [\"{style}/{action}-{take}.bvh\"]").unwrap();
+        let mut names: Vec<&str> = loaded.corpus.examples.iter().map(|e| e.clip.name.as_str()).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["a/walk-1", "b/walk-1", "walk-2"]);
+    }
+
+    #[test]
+    fn the_skeleton_is_the_one_that_most_files_have() {
+        let folder = Folder::new("skeleton");
+        folder.walk("walk_a_1.bvh", 120, |clip| Arc::make_mut(&mut clip.skeleton).names[3] = "Other".into());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        folder.walk("walk_c_1.bvh", 120, |_| ());
+        let loaded = folder.load("").unwrap();
+        assert_eq!(loaded.corpus.styles, ["b", "c"]);
+        let said = loaded.notes.join("\n");
+        assert!(
+            said.contains("walk_a_1.bvh: its skeleton differs from that of walk_b_1 and 1 more"),
+            "{said}"
+        );
+    }
+
+    /// Of a skeleton of the same joints rotations may mean something else, or lengths.
+    #[test]
+    fn a_body_in_another_rest_pose_or_unit_is_left_out_and_named() {
+        let folder = Folder::new("rest");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let arm = long_bone();
+        folder.walk("walk_c_1.bvh", 120, |clip| {
+            let offset = &mut Arc::make_mut(&mut clip.skeleton).offsets[arm];
+            *offset = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, 1.0) * *offset;
+        });
+        folder.walk("walk_d_1.bvh", 120, |clip| scale(clip, 0.01));
+        let loaded = folder.load("unit = 'cm'").unwrap();
+        assert_eq!(loaded.corpus.styles, ["a", "b"]);
+        let said = loaded.notes.join("\n");
+        for wanted in ["lies 57 degrees off at rest", "its bones are 0.01 times as long"] {
+            assert!(said.contains(wanted), "{said}");
+        }
+    }
+
+    /// A tall actor's steps are a tall body's, and his feet are where its feet are.
+    #[test]
+    fn a_larger_body_takes_the_steps_of_the_common_one() {
+        let folder = Folder::new("tall");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |clip| scale(clip, 1.2));
+        let corpus = folder.load("").unwrap().corpus;
+        let [one, other] = &corpus.examples[..] else { panic!("both are used") };
+        assert_eq!(one.clip.skeleton, other.clip.skeleton);
+        let apart = one.clip.frames.iter().zip(&other.clip.frames).map(|(a, b)| (a.root - b.root).norm());
+        let most = apart.fold(0.0, f64::max);
+        // Both are the same performance; files hold some digits.
+        assert!(most < 1e-4, "{most}");
+        let middle = (size(&one.clip.skeleton) / size(&generated().skeleton) - 1.1).abs();
+        assert!(middle < 1e-4, "{middle}");
+    }
+
+    #[test]
+    fn a_limit_counts_what_is_used() {
+        let folder = Folder::new("limit");
+        folder.walk("walk_a_1.bvh", 5, |_| ());
+        folder.walk("walk_a_2.bvh", 120, |_| ());
+        folder.walk("walk_a_3.bvh", 120, |_| ());
+        let loaded = folder.load("limit = 1").unwrap();
+        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (1, 1), "{:?}", loaded.notes);
+        assert_eq!(loaded.corpus.examples[0].clip.name, "walk_a_2");
+    }
+
+    /// What registration leaves out had its say in the length of everybody's bones, but for a limit.
+    #[test]
+    fn a_clip_that_is_left_out_has_no_say_in_the_bones() {
+        let folder = Folder::new("bones");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |_| ());
+        let alone = folder.load("").unwrap().corpus.skeleton;
+        let tall = |clip: &mut Clip| {
+            Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= 1.3);
+        };
+        folder.walk("walk_a_2.bvh", 5, tall);
+        let loaded = folder.load("").unwrap();
+        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{:?}", loaded.notes);
+        assert_eq!(loaded.corpus.skeleton.offsets, alone.offsets);
+        // Nothing is left out, of whatever reason.
+        let said = folder.load("strict = true").unwrap_err().to_string();
+        assert!(said.contains("walk_a_2: no gait cycle found") && said.contains("--strict"), "{said}");
+    }
+
+    /// A pose to calibrate by, beside good clips: `build` called its knots a fault of the builder.
+    #[test]
+    fn a_pose_among_the_clips_of_an_action_is_left_out_and_named() {
+        let folder = Folder::new("pose");
+        for style in ["a", "b"] {
+            folder.write("punch", &format!("punch_{style}_2.bvh"), 60, |_| ());
+        }
+        for frames in [1, 2] {
+            folder.write("punch", "punch_a_1.bvh", frames, |_| ());
+            for limit in ["", "limit = 1"] {
+                let loaded = folder.load(limit).unwrap();
+                let said = loaded.notes.join("\n");
+                assert!(
+                    said.contains(&format!("left out: punch_a_1: too short: {frames} of the 3 frames")),
+                    "{said}"
+                );
+                assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{said}");
+                build(&loaded.corpus, &BuildOptions::default()).unwrap();
+            }
+        }
+        // As its style's only clip it leaves the style out, and with it what nothing else can be paired with.
+        folder.write("punch", "punch_c_1.bvh", 1, |_| ());
+        assert_eq!(folder.load("").unwrap().corpus.styles, ["a", "b"]);
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let folder = Folder::new("not-there");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        let message = |more: &str| folder.load(more).unwrap_err().to_string();
+        assert!(message("styles = ['proud']").contains("no style is called `proud`: there are a"));
+        assert!(
+            message("actions = ['walk', 'pnuch']").contains("no action is called `pnuch`: there are walk")
+        );
+        let config = Config { data: Some(folder.0.join("walk_a_1.bvh")), ..Config::default() };
+        let message = load(&config).unwrap_err().to_string();
+        assert!(message.contains("walk_a_1.bvh: this is a file: give the folder"), "{message}");
+    }
+
+    #[test]
+    fn a_clip_that_would_fill_the_memory_is_left_out() {
+        let folder = Folder::new("memory");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        folder.walk("walk_b_1.bvh", 120, |clip| {
+            clip.rate_hz = 1.0;
+            clip.frames = clip.frames.iter().cycle().take(400).cloned().collect();
+        });
+        let loaded = folder.load("rate_hz = 1000").unwrap();
+        let said = loaded.notes.join("\n");
+        assert!(said.contains("walk_b_1.bvh: 399.0 s are 399001 frames at 1000 a second"), "{said}");
+        assert_eq!(loaded.corpus.styles, ["a"]);
+    }
+}

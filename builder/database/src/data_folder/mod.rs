@@ -1,0 +1,5 @@
+//! A folder of clips: what its `gestus.toml` and file names say, and the corpus that is read from it.
+
+pub mod config;
+pub mod load;
+mod pattern;

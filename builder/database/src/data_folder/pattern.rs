@@ -1,0 +1,126 @@
+//! Labels by the patterns of names.
+
+use std::path::Path;
+
+use gestus_motion::capture::is_capture;
+
+/// The built-in patterns.
+pub fn built_in(name: &str) -> Option<[String; 3]> {
+    let find = |text: &str| Pattern::new(text).ok().and_then(|pattern| pattern.find(name));
+    if let Some(found) = find("dataset-{*}_{action}_{style}_{take}") {
+        return Some(found);
+    }
+    if let Some([action, style, take]) = find("{style}_{action}_{take}") {
+        let is_number = |text: &str, digits| text.len() == digits && text.bytes().all(|b| b.is_ascii_digit());
+        if is_number(&action, 2) && is_number(&take, 3) {
+            let action = match action.as_str() {
+                "01" => "walk".to_string(),
+                "13" => "run".to_string(),
+                _ => action,
+            };
+            return Some([action, style, take]);
+        }
+    }
+    find("{action}_{style}_{take}")
+}
+
+/// A part of a pattern.
+#[derive(Debug, Clone, PartialEq)]
+enum Part {
+    Text(String),
+    /// A placeholder: which of action, style and take it fills, if any.
+    Hole(Option<usize>),
+}
+
+/// A name with placeholders.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern(Vec<Part>);
+
+/// Most placeholders in a pattern: matching tries their lengths in turn.
+const MAX_HOLES: usize = 6;
+
+impl Pattern {
+    /// # Errors
+    /// What is wrong with it.
+    pub fn new(text: &str) -> Result<Pattern, &'static str> {
+        let mut parts = Vec::new();
+        let mut rest = stem(text);
+        while !rest.is_empty() {
+            let (before, after) = rest.split_once('{').unwrap_or((rest, ""));
+            if before.contains('}') {
+                return Err("a closing brace without an opening one");
+            }
+            if !before.is_empty() {
+                parts.push(Part::Text(before.to_string()));
+            }
+            if before.len() == rest.len() {
+                break;
+            }
+            let Some((hole, after)) = after.split_once('}') else {
+                return Err("an opening brace without a closing one");
+            };
+            let hole = Part::Hole(match hole {
+                "action" => Some(0),
+                "style" => Some(1),
+                "take" => Some(2),
+                "*" => None,
+                _ => return Err("expected {action}, {style}, {take} or {*} in braces"),
+            });
+            if hole != Part::Hole(None) && parts.contains(&hole) {
+                return Err("a placeholder other than {*} is there twice");
+            }
+            if matches!(parts.last(), Some(Part::Hole(_))) {
+                return Err("two placeholders touch; put a character between them");
+            }
+            parts.push(hole);
+            rest = after;
+        }
+        if !parts.contains(&Part::Hole(Some(0))) || !parts.contains(&Part::Hole(Some(1))) {
+            return Err("expected both {action} and {style}");
+        }
+        if parts.iter().filter(|p| matches!(p, Part::Hole(_))).count() > MAX_HOLES {
+            return Err("more than 6 placeholders");
+        }
+        Ok(Pattern(parts))
+    }
+
+    /// Action, style and take of a name that matches.
+    pub fn find(&self, name: &str) -> Option<[String; 3]> {
+        let mut found = Default::default();
+        // Longer than any real name: matching is polynomial in it.
+        (name.len() <= 512 && fill(&self.0, stem(name), &mut found)).then_some(found)
+    }
+}
+
+fn fill(parts: &[Part], name: &str, found: &mut [String; 3]) -> bool {
+    match parts.split_first() {
+        None => name.is_empty(),
+        Some((Part::Text(text), rest)) => {
+            name.strip_prefix(text.as_str()).is_some_and(|name| fill(rest, name, found))
+        }
+        Some((Part::Hole(hole), rest)) => {
+            let allowed = |c: char| c != '/' && (c != '_' || matches!(hole, None | Some(0)));
+            for (at, c) in name.char_indices() {
+                if !allowed(c) {
+                    return false;
+                }
+                let (inside, after) = name.split_at(at + c.len_utf8());
+                if fill(rest, after, found) {
+                    if let Some(hole) = hole {
+                        found[*hole] = inside.to_string();
+                    }
+                    return true;
+                }
+            }
+            false
+        }
+    }
+}
+
+/// A name without the ending of a file of motion.
+fn stem(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((stem, _)) if is_capture(Path::new(name)) => stem,
+        _ => name,
+    }
+}

@@ -1,0 +1,464 @@
+//! The effort dial: which mix of styles comes nearest to an Effort, tabled at the nodes of a grid for the core to look
+//! up (`gestus_core::stylizer::effort_dial`).
+//!
+//! Two ways to fill the table. [`response::solve`](super::response::solve) measures: on the grid's lines through the
+//! rest, where one factor is turned alone, a node's mix is where outputs of the core showed the wanted change
+//! ([`Dial::of_ways`]); off the lines the lines' changes of the mix add up, and are taken back onto what a mix can be
+//! (no weight below 0, sum 1). [`Dial::new`] has only the styles' Efforts `G` to go by, and takes
+//!
+//! ```text
+//! w(e) = least of |S⁻¹ (G w - e)|² + ε |w|²   over  w >= 0, Σ w = 1
+//! ```
+//!
+//! with S the ranges of the factors, so that each counts alike. The penalty makes it unique and continuous. It is
+//! monotone for whoever mixes as `G w` has it: `(e - e')ᵀ S⁻² (G w - G w') >= 0`; real mixes don't quite, which is why
+//! there is the other way. What is stored are bytes; [`Dial::backsteps`] says by how much rounding and sums go back.
+
+use gestus_core::blob::layout::effort;
+use nalgebra::{DMatrix, DVector};
+use serde_json::{Value, json};
+
+use crate::effort::{Factors, NAMES, POLE, Source};
+
+/// Nodes along each axis.
+pub const NODES: usize = 9;
+/// Penalty on the mix, in units of squared ranges.
+const PENALTY: f64 = 2e-3;
+/// Steps of the projected gradient.
+const STEPS: usize = 600;
+/// Shortest axis.
+const SHORTEST: f64 = 0.05;
+
+/// A solved dial.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dial {
+    /// Where the Efforts come from.
+    pub source: Source,
+    /// Effort of each style; `None` of styles that nothing is known of.
+    pub styles: Vec<Option<Factors>>,
+    /// Effort at rest.
+    pub rest: Factors,
+    /// Ends of the axes.
+    pub axes: [(f64, f64); 3],
+    /// Weights of the styles at each node, of sum 255: flow slowest, time fastest.
+    pub table: Vec<Vec<u8>>,
+}
+
+/// How far one factor can be turned one way from the rest.
+#[derive(Debug, Clone, Default)]
+pub struct Reach {
+    /// How far the input that follows least comes.
+    pub sum: f64,
+    /// Mean change of the factor at each place on the way, ascending from 0, whatever the direction.
+    pub course: Vec<f64>,
+    /// The mix at each place; the first is that at rest.
+    pub mixes: Vec<Vec<f64>>,
+    /// Mean Effort that was seen at each.
+    pub seen: Vec<Factors>,
+}
+
+impl Reach {
+    /// The change at the end.
+    pub fn gain(&self) -> f64 {
+        self.course.last().zip(self.course.first()).map_or(0.0, |(l, f)| l - f)
+    }
+
+    /// The mix at which a share of the whole change is reached.
+    fn at(&self, share: f64) -> Option<Vec<f64>> {
+        if self.course.len() < 2 {
+            return self.mixes.first().cloned();
+        }
+        let wanted = self.course[0] + share * self.gain();
+        let next = self.course.partition_point(|&v| v < wanted).clamp(1, self.course.len() - 1);
+        let (low, high) = (self.course[next - 1], self.course[next]);
+        let t = if high > low { ((wanted - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
+        Some(self.mixes[next - 1].iter().zip(&self.mixes[next]).map(|(a, b)| a + t * (b - a)).collect())
+    }
+}
+
+/// Efforts of styles from those of mixes: least squares, with as little penalty as keeps styles without samples at
+/// zero.
+fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
+    let mut normal = DMatrix::<f64>::identity(styles, styles) * 1e-6;
+    let mut right = DMatrix::<f64>::zeros(styles, 3);
+    for (mix, effort) in samples {
+        let w = DVector::from_row_slice(mix);
+        normal += &w * w.transpose();
+        right += &w * nalgebra::RowVector3::from_row_slice(effort);
+    }
+    let solved = normal.lu().solve(&right).unwrap_or_else(|| DMatrix::zeros(styles, 3));
+    (0..styles).map(|s| [solved[(s, 0)], solved[(s, 1)], solved[(s, 2)]]).collect()
+}
+
+impl Dial {
+    /// The dial of styles with those Efforts; `None` for styles that are not to be used.
+    ///
+    /// # Panics
+    /// Where no style has an Effort.
+    pub fn new(source: Source, styles: Vec<Option<Factors>>, rest: usize) -> Self {
+        use rayon::prelude::*;
+        let used: Vec<usize> = (0..styles.len()).filter(|&s| styles[s].is_some()).collect();
+        let efforts: Vec<Factors> = styles.iter().flatten().copied().collect();
+        let axes = std::array::from_fn(|k| {
+            let values = efforts.iter().map(|e| e[k]);
+            let (low, high) =
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            // An axis along which no style differs still needs a length.
+            let air = (0.5 * (SHORTEST - (high - low))).max(0.0);
+            (low - air, high + air)
+        });
+        let rest = styles.get(rest).copied().flatten().unwrap_or(efforts[0]);
+        let scales: Factors = axes.map(|(low, high): (f64, f64)| 1.0 / (high - low));
+        let alike = DMatrix::<f64>::zeros(used.len(), used.len());
+        let table = (0..NODES.pow(3))
+            .into_par_iter()
+            .map(|node| {
+                let target = place(&axes, node);
+                let mix = nearest(&efforts, &scales, &alike, &target);
+                let mut weights = vec![0.0; styles.len()];
+                used.iter().zip(mix).for_each(|(&s, w)| weights[s] = w);
+                bytes(&weights)
+            })
+            .collect();
+        Self { source, styles, rest, axes, table }
+    }
+
+    /// The dial of measured ways: how far each factor reaches down and up from the mix at rest, whose Effort is
+    /// `rest`.
+    ///
+    /// The rest is a node of each axis, as many nodes below it as make the grid finest. The last nodes are the ends of
+    /// the ways, so that no part of an axis does nothing; those between have their share of the measured change.
+    pub fn of_ways(
+        source: Source,
+        styles: usize,
+        even: &[f64],
+        rest: Factors,
+        reaches: &[[Reach; 2]; 3],
+    ) -> Self {
+        let below: [usize; 3] = std::array::from_fn(|k| {
+            let gain = |side: usize| reaches[k][side].gain();
+            let spacing = |below: &usize| {
+                let part = |gain: f64, nodes: usize| if nodes > 0 { gain / nodes as f64 } else { 1e3 * gain };
+                f64::max(part(gain(0), *below), part(gain(1), NODES - 1 - below))
+            };
+            (0..NODES).min_by(|a, b| spacing(a).total_cmp(&spacing(b))).unwrap_or(NODES / 2)
+        });
+        let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
+            let part = |side: usize, nodes: usize| reaches[k][side].gain() / nodes.max(1) as f64;
+            let (down, up) = (below[k], NODES - 1 - below[k]);
+            let least = SHORTEST / (NODES - 1) as f64;
+            let spacing = part(0, down).max(part(1, up)).max(least);
+            (rest[k] - down as f64 * spacing, rest[k] + up as f64 * spacing)
+        });
+        // The change of the mix at each node of each line.
+        let lines: [Vec<Vec<f64>>; 3] = std::array::from_fn(|k| {
+            (0..NODES)
+                .map(|i| {
+                    let (side, steps, of) = match i.checked_sub(below[k]) {
+                        None => (0, below[k] - i, below[k]),
+                        Some(up) => (1, up, NODES - 1 - below[k]),
+                    };
+                    let mix = reaches[k][side].at(steps as f64 / of.max(1) as f64);
+                    mix.map_or_else(
+                        || vec![0.0; styles],
+                        |m| m.iter().zip(even).map(|(m, e)| m - e).collect(),
+                    )
+                })
+                .collect()
+        });
+        let used: Vec<usize> = (0..styles).filter(|&s| even[s] > 0.0).collect();
+        let table = (0..NODES.pow(3))
+            .map(|node| {
+                let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
+                let sum: Vec<f64> =
+                    used.iter().map(|&s| even[s] + (0..3).map(|k| lines[k][at[k]][s]).sum::<f64>()).collect();
+                let mut weights = vec![0.0; styles];
+                used.iter().zip(onto_simplex(&sum)).for_each(|(&s, w)| weights[s] = w);
+                bytes(&weights)
+            })
+            .collect();
+        let samples: Vec<(Vec<f64>, Factors)> = reaches
+            .iter()
+            .flatten()
+            .flat_map(|r| r.mixes.iter().cloned().zip(r.seen.iter().copied()))
+            .collect();
+        // The format holds numbers up to 10; a style that stands in few mixes may be fitted beyond.
+        let held = |e: Factors| e.map(|v| v.clamp(-3.0 * POLE, 3.0 * POLE));
+        let efforts: Vec<Factors> = fit(&samples, styles).into_iter().map(held).collect();
+        let styles = efforts.into_iter().enumerate().map(|(s, e)| used.contains(&s).then_some(e)).collect();
+        Self { source, styles, rest, axes, table }
+    }
+
+    /// The section of the blob.
+    pub fn section(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        for _ in 0..3 {
+            out.extend((NODES as u16).to_le_bytes());
+        }
+        out.push(if self.source == Source::Given { effort::GIVEN } else { effort::ESTIMATED });
+        out.push(0);
+        let ends = self.axes.iter().flat_map(|&(low, high)| [low, high]);
+        let efforts = self.styles.iter().flat_map(|e| e.unwrap_or(self.rest));
+        for v in ends.chain(self.rest).chain(efforts) {
+            out.extend((v as f32).to_le_bytes());
+        }
+        out.extend(self.table.iter().flatten());
+        out
+    }
+
+    /// The Effort of the mix at a node.
+    fn reached(&self, node: usize) -> Factors {
+        std::array::from_fn(|k| {
+            let of = |(w, e): (&u8, &Option<Factors>)| f64::from(*w) / 255.0 * e.map_or(0.0, |e| e[k]);
+            self.table[node].iter().zip(&self.styles).map(of).sum()
+        })
+    }
+
+    /// The largest step against its own knob that any factor takes from node to node, as a share of its range.
+    pub fn backsteps(&self) -> f64 {
+        let mut worst = 0.0f64;
+        for node in 0..self.table.len() {
+            for (k, stride) in [NODES.pow(2), NODES, 1].into_iter().enumerate() {
+                if node / stride % NODES + 1 < NODES {
+                    let change = self.reached(node + stride)[k] - self.reached(node)[k];
+                    worst = worst.max(-change / (self.axes[k].1 - self.axes[k].0));
+                }
+            }
+        }
+        worst
+    }
+
+    /// The share of the grid's nodes that are reached within the core's tolerance: how much of the box the styles fill.
+    pub fn filled(&self) -> f64 {
+        let near = |node: &usize| {
+            let (reached, wanted) = (self.reached(*node), place(&self.axes, *node));
+            (0..3).all(|k| {
+                (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::stylizer::effort_dial::TOLERANCE)
+            })
+        };
+        (0..self.table.len()).filter(near).count() as f64 / self.table.len() as f64
+    }
+
+    /// What it can do, as JSON.
+    pub fn report(&self, names: &[String]) -> Value {
+        let range: serde_json::Map<String, Value> = NAMES
+            .iter()
+            .zip(&self.axes)
+            .map(|(n, (low, high))| ((*n).to_owned(), json!([low, high])))
+            .collect();
+        let styles: serde_json::Map<String, Value> = names
+            .iter()
+            .zip(&self.styles)
+            .filter_map(|(n, e)| Some((n.clone(), json!(e.as_ref()?))))
+            .collect();
+        json!({
+            "labels": self.source.name(),
+            "range": range,
+            "rest": self.rest,
+            "styles": styles,
+            "filled": self.filled(),
+            "backsteps": self.backsteps(),
+        })
+    }
+}
+
+/// The Effort that a node stands for.
+fn place(axes: &[(f64, f64); 3], node: usize) -> Factors {
+    let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
+    std::array::from_fn(|k| axes[k].0 + (axes[k].1 - axes[k].0) * at[k] as f64 / (NODES - 1) as f64)
+}
+
+/// The mix nearest to a target, with a penalty on `wᵀ spread w`, by accelerated projected gradient (Nesterov's steps, Duchi's projection).
+pub(super) fn nearest(
+    efforts: &[Factors],
+    scales: &Factors,
+    spread: &DMatrix<f64>,
+    target: &Factors,
+) -> Vec<f64> {
+    let n = efforts.len();
+    let at = |w: &[f64]| -> Factors {
+        std::array::from_fn(|k| {
+            scales[k] * (efforts.iter().zip(w).map(|(e, w)| e[k] * w).sum::<f64>() - target[k])
+        })
+    };
+    // The gradient changes at most this fast: twice the trace bounds the largest eigenvalue.
+    let trace: f64 = efforts.iter().map(|e| (0..3).map(|k| (scales[k] * e[k]).powi(2)).sum::<f64>()).sum();
+    let step = 0.5 / (trace + spread.trace() + PENALTY);
+    let mut w = vec![1.0 / n as f64; n];
+    let (mut ahead, mut momentum) = (w.clone(), 1.0f64);
+    for _ in 0..STEPS {
+        let off = at(&ahead);
+        let uneven = spread * DVector::from_column_slice(&ahead);
+        let moved: Vec<f64> = ahead
+            .iter()
+            .zip(efforts)
+            .zip(uneven.iter())
+            .map(|((w, e), uneven)| {
+                let pull = (0..3).map(|k| scales[k] * e[k] * off[k]).sum::<f64>();
+                let gradient = 2.0 * (pull + uneven + PENALTY * w);
+                w - step * gradient
+            })
+            .collect();
+        let next = onto_simplex(&moved);
+        let faster = 0.5 * (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt());
+        let carry = (momentum - 1.0) / faster;
+        ahead = next.iter().zip(&w).map(|(n, w)| n + carry * (n - w)).collect();
+        (w, momentum) = (next, faster);
+    }
+    w
+}
+
+/// The nearest point with `w >= 0` and `Σ w = 1`.
+fn onto_simplex(v: &[f64]) -> Vec<f64> {
+    let mut sorted = v.to_vec();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    let (mut sum, mut cut) = (0.0, 0.0);
+    for (i, value) in sorted.iter().enumerate() {
+        sum += value;
+        let tried = (sum - 1.0) / (i + 1) as f64;
+        if *value > tried {
+            cut = tried;
+        }
+    }
+    v.iter().map(|v| (v - cut).max(0.0)).collect()
+}
+
+/// Weights as bytes of sum 255: rounded down, and what is missing to those that lost most.
+fn bytes(weights: &[f64]) -> Vec<u8> {
+    let total: f64 = weights.iter().sum();
+    let exact: Vec<f64> = weights.iter().map(|w| w / total * 255.0).collect();
+    let mut out: Vec<u8> = exact.iter().map(|w| w.floor() as u8).collect();
+    let missing = 255 - out.iter().map(|b| usize::from(*b)).sum::<usize>();
+    let mut order: Vec<usize> = (0..out.len()).collect();
+    order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())));
+    for &i in order.iter().take(missing) {
+        out[i] += 1;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn efforts() -> Vec<Option<Factors>> {
+        vec![
+            Some([0.0, 0.0, 0.0]),
+            Some([-0.5, 1.8, 1.5]),
+            None,
+            Some([1.0, -1.2, -1.6]),
+            Some([0.8, 0.9, -0.4]),
+        ]
+    }
+
+    #[test]
+    fn no_mix_on_a_fine_lattice_is_nearer() {
+        let efforts: Vec<Factors> = efforts().into_iter().flatten().collect();
+        let scales = [0.7, 0.3, 0.35];
+        let uneven = DMatrix::from_fn(3, 4, |i, j| 0.1 * ((3 * i + 5 * j) % 4) as f64);
+        let spread = uneven.tr_mul(&uneven);
+        let misfit = |w: &[f64], e: &Factors| {
+            let off = (0..3).map(|k| {
+                (scales[k] * (efforts.iter().zip(w).map(|(s, w)| s[k] * w).sum::<f64>() - e[k])).powi(2)
+            });
+            let w = DVector::from_column_slice(w);
+            off.sum::<f64>() + PENALTY * w.norm_squared() + (w.transpose() * &spread * &w)[0]
+        };
+        for target in [[0.2, 0.3, 0.1], [2.0, 2.0, 2.0], [-0.4, -1.0, 1.0]] {
+            let found = misfit(&nearest(&efforts, &scales, &spread, &target), &target);
+            for a in 0..=20 {
+                for b in 0..=20 - a {
+                    for c in 0..=20 - a - b {
+                        let w = [a, b, c, 20 - a - b - c].map(|v| f64::from(v) / 20.0);
+                        assert!(found <= misfit(&w, &target) + 1e-6, "{target:?}: {w:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_knob_moves_its_factor_and_never_back() {
+        let dial = Dial::new(Source::Estimated, efforts(), 0);
+        assert!(dial.backsteps() < 0.01, "{}", dial.backsteps());
+        assert!(dial.table.iter().all(|w| w.iter().map(|b| u16::from(*b)).sum::<u16>() == 255 && w[2] == 0));
+        assert!(dial.filled() > 0.05 && dial.filled() < 1.0, "{}", dial.filled());
+        assert_eq!(dial.rest, [0.0; 3]);
+        for k in 0..3 {
+            let stride = [NODES * NODES, NODES, 1][k];
+            let middle = NODES * NODES * 4 + NODES * 4 + 4;
+            let (low, high) = (middle - 4 * stride, middle + 4 * stride);
+            assert!(dial.reached(high)[k] > dial.reached(low)[k] + 0.2, "{k}");
+        }
+    }
+
+    /// Of three styles the first lowers flow and the second raises it; weight can only be raised; time not at all.
+    fn ways() -> [[Reach; 2]; 3] {
+        let even = [1.0 / 3.0; 3];
+        let way = |end: [f64; 3], course: &[f64], factor: usize, sign: f64| {
+            let last = (course.len() - 1) as f64;
+            let mixes: Vec<Vec<f64>> = (0..course.len())
+                .map(|i| even.iter().zip(end).map(|(c, e)| c + i as f64 / last * (e - c)).collect())
+                .collect();
+            let seen = |v: &f64| std::array::from_fn(|k| if k == factor { 0.5 + sign * v } else { 0.5 });
+            Reach { sum: 0.0, course: course.to_vec(), seen: course.iter().map(seen).collect(), mixes }
+        };
+        let stay = || Reach { sum: 0.0, course: vec![0.0], mixes: vec![even.to_vec()], seen: vec![[0.5; 3]] };
+        [
+            [way([1.0, 0.0, 0.0], &[0.0, 0.4, 0.9], 0, -1.0), way([0.0, 1.0, 0.0], &[0.0, 0.1, 0.3], 0, 1.0)],
+            [stay(), way([0.0, 0.0, 1.0], &[0.0, 0.0, 1.0, 2.0], 1, 1.0)],
+            [stay(), stay()],
+        ]
+    }
+
+    #[test]
+    fn measured_ways_are_the_lines_through_the_rest() {
+        let dial = Dial::of_ways(Source::Estimated, 3, &[1.0 / 3.0; 3], [0.5; 3], &ways());
+        // Six nodes below for 0.9, two above for 0.3: 0.15 each. Eight above for 2.
+        assert!(
+            (dial.axes[0].0 + 0.4).abs() < 1e-9 && (dial.axes[0].1 - 0.8).abs() < 1e-9,
+            "{:?}",
+            dial.axes
+        );
+        assert_eq!(dial.axes[1], (0.5, 2.5));
+        assert!((dial.axes[2].1 - dial.axes[2].0 - SHORTEST).abs() < 1e-9);
+        let node = |f: usize, w: usize, t: usize| (f * NODES + w) * NODES + t;
+        let rest = node(6, 0, 4);
+        assert!(dial.table[rest].iter().all(|&b| b == 85), "{:?}", dial.table[rest]);
+        let mut before = 256u16;
+        for f in 0..NODES {
+            let first = u16::from(dial.table[node(f, 0, 4)][0]);
+            assert!(first < before, "flow {f}");
+            before = first;
+        }
+        assert_eq!(dial.table[node(0, 0, 4)], [255, 0, 0]);
+        assert_eq!(dial.table[node(8, 0, 4)], [0, 255, 0]);
+        assert_eq!(dial.table[node(6, 8, 4)], [0, 0, 255]);
+        // A quarter of weight's change: 0.5 of 2, half way through the second of three steps.
+        let third = f64::from(dial.table[node(6, 2, 4)][2]) / 255.0;
+        assert!((third - (1.0 / 3.0 + 2.0 / 3.0 * 0.5)).abs() < 0.01, "{third}");
+        // Time does nothing, and says so by being short.
+        assert_eq!(dial.table[node(6, 0, 0)], dial.table[node(6, 0, 8)]);
+        assert!(dial.table.iter().all(|w| w.iter().map(|b| u16::from(*b)).sum::<u16>() == 255));
+    }
+
+    #[test]
+    fn efforts_of_styles_come_from_blends_too() {
+        let mix = |s: usize, t: usize, a: f64| {
+            let mut w = vec![0.0; 3];
+            w[s] += 1.0 - a;
+            w[t] += a;
+            w
+        };
+        let truth = [[1.0, 2.0, -1.0], [0.0, -1.0, 0.5], [2.0, 0.3, 0.7]];
+        let samples: Vec<(Vec<f64>, Factors)> =
+            [(0, 1, 0.3), (1, 2, 1.2), (2, 0, -0.2), (0, 2, 0.6), (1, 0, 0.5)]
+                .map(|(s, t, a)| {
+                    (mix(s, t, a), std::array::from_fn(|k| (1.0 - a) * truth[s][k] + a * truth[t][k]))
+                })
+                .into();
+        for (found, wanted) in fit(&samples, 3).iter().zip(truth) {
+            assert!(found.iter().zip(wanted).all(|(f, w)| (f - w).abs() < 1e-4), "{found:?}");
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! The table that people fill in: what Effort every fragment and blend has.
+//!
+//! ```text
+//! id,clip,from_s,to_s,with,with_from_s,with_to_s,alpha,action,style,flow,weight,time
+//! f0001,walk_proud_1,0.4,1.5,,,,,walk,proud,1,-0.5,2
+//! b0001,walk_proud_1,0.4,1.5,walk_old_3,0.3,1.6,0.25,walk,,,,
+//! ```
+//!
+//! A row without `with` is a fragment, from and to in seconds of its clip: changing those, or adding rows, is how
+//! fragments are annotated. A row with it is the blend of two fragments. Factors run from -3 to 3; a row whose three
+//! are empty has not been looked at and is passed over.
+
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::effort::{Factors, NAMES, POLE, fragment::Span};
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What the page calls it.
+    pub id: String,
+    /// The fragment, or a blend's first one.
+    pub first: Span,
+    /// A blend's second fragment, and α.
+    pub second: Option<(Span, f64)>,
+    /// Action, for people.
+    pub action: String,
+    /// Style, for people; empty for blends.
+    pub style: String,
+    /// What it was seen as, if it was.
+    pub effort: Option<Factors>,
+}
+
+/// A table that can't be used.
+#[derive(Debug, Error)]
+pub enum LabelError {
+    /// The file.
+    #[error("{file} can't be read: {error}")]
+    Io {
+        /// The file.
+        file: String,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// Its form.
+    #[error("{file}: {error}")]
+    Csv {
+        /// The file.
+        file: String,
+        /// Why.
+        error: csv::Error,
+    },
+    /// A column that is not there.
+    #[error("{file}: there is no column `{column}`: `gestus effort sheet` writes a table to start from")]
+    Column {
+        /// The file.
+        file: String,
+        /// The column.
+        column: &'static str,
+    },
+    /// A value.
+    #[error("{file}, line {line}: {column} is `{value}`: {need}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The line, from 1.
+        line: u64,
+        /// The column.
+        column: &'static str,
+        /// What it holds.
+        value: String,
+        /// What it should hold.
+        need: &'static str,
+    },
+    /// Too few labels to learn from.
+    #[error("{file}: {have} {what} have labels, at least {need} are needed; fill in more rows")]
+    Few {
+        /// The file.
+        file: String,
+        /// Fragments or blends.
+        what: &'static str,
+        /// How many.
+        have: usize,
+        /// How many it takes.
+        need: usize,
+    },
+    /// The skeleton.
+    #[error(transparent)]
+    Landmark(#[from] gestus_motion::landmarks::LandmarkError),
+    /// The clips.
+    #[error("{file}: none of its fragments are in clips of the data folder")]
+    Clips {
+        /// The file.
+        file: String,
+    },
+}
+
+const COLUMNS: [&str; 13] = [
+    "id",
+    "clip",
+    "from_s",
+    "to_s",
+    "with",
+    "with_from_s",
+    "with_to_s",
+    "alpha",
+    "action",
+    "style",
+    NAMES[0],
+    NAMES[1],
+    NAMES[2],
+];
+const SECONDS: &str = "a time in seconds, not negative";
+const AFTER: &str = "it has to be after the fragment's start";
+const FACTOR: &str = "a number from -3 to 3 (all three factors, or none)";
+const BETWEEN: &str = "a number from -0.25 to 1.25";
+
+/// The table as text.
+pub fn write(rows: &[Row], rate_hz: f64) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let seconds = |frame: usize| format!("{}", (frame as f64 / rate_hz * 1e4).round() / 1e4);
+    // Writing to memory does not fail.
+    let _ = writer.write_record(COLUMNS);
+    for row in rows {
+        let mut fields =
+            vec![row.id.clone(), row.first.clip.clone(), seconds(row.first.from), seconds(row.first.to)];
+        match &row.second {
+            Some((span, alpha)) => {
+                fields.extend([
+                    span.clip.clone(),
+                    seconds(span.from),
+                    seconds(span.to),
+                    format!("{alpha:.4}"),
+                ]);
+            }
+            None => fields.extend([const { String::new() }; 4]),
+        }
+        fields.extend([row.action.clone(), row.style.clone()]);
+        match &row.effort {
+            Some(effort) => fields.extend(effort.map(|v| format!("{v:.3}"))),
+            None => fields.extend([const { String::new() }; 3]),
+        }
+        let _ = writer.write_record(&fields);
+    }
+    writer.into_inner().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+}
+
+/// Reads a table. Times become frames of a rate.
+///
+/// # Errors
+/// [`LabelError`] names file, line and column.
+pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<Row>, LabelError> {
+    let file = path.display().to_string();
+    let text = std::fs::read(path).map_err(|error| LabelError::Io { file: file.clone(), error })?;
+    parse(&text, &file, rate_hz)
+}
+
+/// Reads a table's text; `file` is its name in messages.
+///
+/// # Errors
+/// [`LabelError`] names file, line and column.
+pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelError> {
+    let form = |error| LabelError::Csv { file: file.to_owned(), error };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
+    let header = reader.headers().map_err(form)?.clone();
+    let mut places = [0; COLUMNS.len()];
+    for (place, column) in places.iter_mut().zip(COLUMNS) {
+        *place = header
+            .iter()
+            .position(|h| h.trim_start_matches('\u{feff}') == column)
+            .ok_or_else(|| LabelError::Column { file: file.to_owned(), column })?;
+    }
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(form)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let field = |c: usize| record.get(places[c]).unwrap_or("");
+        let bad = |c: usize, need| LabelError::Value {
+            file: file.to_owned(),
+            line,
+            column: COLUMNS[c],
+            value: field(c).to_owned(),
+            need,
+        };
+        let number = |c: usize, (low, high): (f64, f64), need| match field(c).parse::<f64>() {
+            Ok(v) if (low..=high).contains(&v) => Ok(v),
+            _ => Err(bad(c, need)),
+        };
+        let span = |clip: usize| -> Result<Span, LabelError> {
+            let frame = |c| number(c, (0.0, 1e6), SECONDS).map(|s| (s * rate_hz).round() as usize);
+            let (from, to) = (frame(clip + 1)?, frame(clip + 2)?);
+            if to <= from {
+                Err(bad(clip + 2, AFTER))
+            } else {
+                Ok(Span { clip: field(clip).to_owned(), from, to })
+            }
+        };
+        let second = match field(4) {
+            "" => None,
+            _ => Some((span(4)?, number(7, super::ALPHA, BETWEEN)?)),
+        };
+        let effort = if (10..13).all(|c| field(c).is_empty()) {
+            None
+        } else {
+            let factor = |c| number(c, (-POLE, POLE), FACTOR);
+            Some([factor(10)?, factor(11)?, factor(12)?])
+        };
+        rows.push(Row {
+            id: field(0).to_owned(),
+            first: span(1)?,
+            second,
+            action: field(8).to_owned(),
+            style: field(9).to_owned(),
+            effort,
+        });
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows() -> Vec<Row> {
+        let span = |clip: &str, from, to| Span { clip: clip.to_owned(), from, to };
+        vec![
+            Row {
+                id: "f1".into(),
+                first: span("a, \"b\"", 12, 45),
+                second: None,
+                action: "walk".into(),
+                style: "old".into(),
+                effort: Some([1.5, -3.0, 0.25]),
+            },
+            Row {
+                id: "b1".into(),
+                first: span("a, \"b\"", 12, 45),
+                second: Some((span("c", 0, 31), -0.125)),
+                action: "walk".into(),
+                style: String::new(),
+                effort: None,
+            },
+        ]
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        assert_eq!(parse(write(&rows(), 30.0).as_bytes(), "x.csv", 30.0).unwrap(), rows());
+    }
+
+    #[test]
+    fn mistakes_are_named_by_line_and_column() {
+        let good = write(&rows(), 30.0);
+        let refused = |from: &str, to: &str| {
+            assert!(good.contains(from), "{good}");
+            parse(good.replacen(from, to, 1).as_bytes(), "x.csv", 30.0).unwrap_err().to_string()
+        };
+        assert!(refused(",1.500,", ",4,").contains("x.csv, line 2: flow is `4`"));
+        assert!(refused(",1.500,", ",,").contains("line 2: flow is ``"));
+        assert!(refused("-0.1250", "1.3").contains("line 3: alpha is `1.3`"));
+        assert!(refused(",0.4,1.5,", ",1.6,1.5,").contains("line 2: to_s is `1.5`"));
+        assert!(refused(",0.4,", ",soon,").contains("line 2: from_s is `soon`"));
+        assert!(refused(",weight", ",heft").contains("no column `weight`"));
+    }
+}

@@ -1,0 +1,495 @@
+//! From a pair and α to the Effort of its blend: four ways to learn it, and the table that compares them (paper 003,
+//! section 6 and Table 1).
+//!
+//! Linear interpolation, `(1-α) e_i + α e_j`, learns nothing and is what earlier work assumes. Linear ridge regression,
+//! and kernel ridge regression as the paper has it ([`Method::PlainKernelRidge`]), learn the Effort from the input
+//! `z = [c_i, c_j, e_i, e_j, α]`: components and Efforts of both fragments, and α; each number is taken to mean 0 and
+//! variance 1 over the training examples.
+//!
+//! That leaves much to be found out from 85 examples that is known: where α is 0 or 1 the blend is a fragment, whose
+//! Effort is given; and it does not matter which of both is called the first. [`Method::KernelRidge`] and
+//! [`Method::SupportVector`] learn the deviation from interpolation with a kernel that says both
+//! ([`Kernel::Between`]). And not all of z helps: cross-validation chooses between a kernel of all of it, of the Efforts
+//! and α alone, and of the factor's own ones and α (`View`).
+
+use rand::{SeedableRng, seq::SliceRandom};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::effort::{
+    Factors,
+    ridge::{self, Kernel, Machine, Tabled, gammas},
+    support,
+};
+
+/// A way to predict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The blend's Effort is the blend of the Efforts.
+    LinearInterpolation,
+    /// A linear function of z, with a penalty.
+    LinearRidge,
+    /// A sum of radial functions on top of interpolation, squared loss.
+    KernelRidge,
+    /// The same, ε-insensitive loss.
+    SupportVector,
+    /// A sum of radial functions of z and nothing else, squared loss.
+    PlainKernelRidge,
+}
+
+impl Method {
+    /// All of them: those of Table 1 in its order.
+    pub const ALL: [Self; 5] = [
+        Self::LinearInterpolation,
+        Self::LinearRidge,
+        Self::KernelRidge,
+        Self::SupportVector,
+        Self::PlainKernelRidge,
+    ];
+
+    /// As tables and JSON have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LinearInterpolation => "linear-interpolation",
+            Self::LinearRidge => "linear-ridge",
+            Self::KernelRidge => "kernel-ridge",
+            Self::SupportVector => "support-vector",
+            Self::PlainKernelRidge => "kernel-ridge-plain",
+        }
+    }
+}
+
+/// A labelled blend.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Example {
+    /// The first fragment.
+    pub first: usize,
+    /// The second.
+    pub second: usize,
+    /// How far from the first to the second.
+    pub alpha: f64,
+    /// What it was seen as.
+    pub effort: Factors,
+}
+
+/// What is known of each fragment.
+#[derive(Debug, Clone, Default)]
+pub struct Known {
+    /// Its components, `[fragments][k]`.
+    pub components: Vec<Vec<f64>>,
+    /// Its Effort, `[fragments]`.
+    pub efforts: Vec<Factors>,
+}
+
+impl Known {
+    /// z of a pair and α.
+    pub fn input(&self, first: usize, second: usize, alpha: f64) -> Vec<f64> {
+        let (c, e) = (&self.components, &self.efforts);
+        [&c[first][..], &c[second], &e[first], &e[second], &[alpha]].concat()
+    }
+
+    /// Components and Efforts of a fragment.
+    fn half(&self, fragment: usize) -> Vec<f64> {
+        [&self.components[fragment][..], &self.efforts[fragment]].concat()
+    }
+
+    /// The blend of the Efforts.
+    pub fn interpolated(&self, first: usize, second: usize, alpha: f64) -> Factors {
+        std::array::from_fn(|k| (1.0 - alpha) * self.efforts[first][k] + alpha * self.efforts[second][k])
+    }
+}
+
+/// What a kernel sees of a pair and α.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum View {
+    /// All of z, number by number.
+    Plain,
+    /// Components and Efforts of both fragments, and α.
+    All,
+    /// The Efforts and α.
+    Efforts,
+    /// One factor of the Efforts, and α.
+    Own(usize),
+}
+
+/// What numbers are divided by, found over the training examples: `(mean, 1 / deviation)` each.
+#[derive(Debug, Clone, Default)]
+struct Scales {
+    /// Of z.
+    plain: Vec<(f64, f64)>,
+    /// Of the components and Efforts of a fragment, whichever of the two it is.
+    halves: Vec<(f64, f64)>,
+}
+
+impl Scales {
+    fn of(known: &Known, examples: &[Example]) -> Self {
+        let plain: Vec<Vec<f64>> = examples.iter().map(|e| known.input(e.first, e.second, e.alpha)).collect();
+        let halves: Vec<Vec<f64>> =
+            examples.iter().flat_map(|e| [e.first, e.second]).map(|f| known.half(f)).collect();
+        Self { plain: scales(&plain), halves: scales(&halves) }
+    }
+
+    fn see(&self, view: View, known: &Known, first: usize, second: usize, alpha: f64) -> Vec<f64> {
+        let half = |fragment: usize| -> Vec<f64> {
+            let all = scaled(&self.halves, &known.half(fragment));
+            let efforts = all.len() - 3;
+            match view {
+                View::Own(k) => vec![all[efforts + k]],
+                View::Efforts => all[efforts..].to_vec(),
+                _ => all,
+            }
+        };
+        match view {
+            View::Plain => scaled(&self.plain, &known.input(first, second, alpha)),
+            _ => [half(first), half(second), vec![2.0 * alpha - 1.0]].concat(),
+        }
+    }
+}
+
+/// A machine and what it sees.
+#[derive(Debug, Clone)]
+struct Fitted {
+    view: View,
+    machine: Machine,
+}
+
+/// Kernels of the training examples that may be chosen.
+struct Candidates {
+    view: View,
+    z: Vec<Vec<f64>>,
+    kernels: Vec<Tabled>,
+}
+
+/// What ridge's cross-validation chose for a factor.
+struct Choice {
+    /// Index of the candidates, and of their kernel.
+    at: (usize, usize),
+    lambda: f64,
+    error: f64,
+}
+
+/// A fitted function.
+#[derive(Debug, Clone)]
+pub struct Learner {
+    scales: Scales,
+    /// One machine a factor; none of linear interpolation alone.
+    machines: Vec<Fitted>,
+}
+
+/// Training examples, as they are learned from.
+struct Training<'a> {
+    known: &'a Known,
+    examples: &'a [Example],
+    scales: Scales,
+    /// The Efforts, `[3][examples]`.
+    efforts: Vec<Vec<f64>>,
+    /// By how much they deviate from interpolation.
+    bends: Vec<Vec<f64>>,
+}
+
+impl<'a> Training<'a> {
+    fn of(known: &'a Known, examples: &'a [Example]) -> Self {
+        let line = |e: &Example| known.interpolated(e.first, e.second, e.alpha);
+        let of = |f: &dyn Fn(&Example, usize) -> f64| -> Vec<Vec<f64>> {
+            (0..3).map(|k| examples.iter().map(|e| f(e, k)).collect()).collect()
+        };
+        Self {
+            known,
+            examples,
+            scales: Scales::of(known, examples),
+            efforts: of(&|e, k| e.effort[k]),
+            bends: of(&|e, k| e.effort[k] - line(e)[k]),
+        }
+    }
+
+    fn candidates(&self, view: View, kernels: impl Fn(usize) -> Vec<Kernel>) -> Candidates {
+        let see = |e: &Example| self.scales.see(view, self.known, e.first, e.second, e.alpha);
+        let z: Vec<Vec<f64>> = self.examples.iter().map(see).collect();
+        let width = z.first().map_or(0, Vec::len);
+        let kernels = kernels(width).into_iter().map(|k| (k, k.matrix(&z))).collect();
+        Candidates { view, z, kernels }
+    }
+
+    /// What is between the ends, seen in each way.
+    fn between(&self) -> Vec<Candidates> {
+        [View::All, View::Efforts, View::Own(0), View::Own(1), View::Own(2)]
+            .map(|v| self.candidates(v, |width| gammas(width).map(Kernel::Between).collect()))
+            .into()
+    }
+
+    /// Functions of z as it is.
+    fn plain(&self, kernels: impl Fn(usize) -> Vec<Kernel>) -> Vec<Fitted> {
+        let candidates = [self.candidates(View::Plain, kernels)];
+        ridges(&candidates, &chosen(&candidates, &self.efforts), &self.efforts)
+    }
+}
+
+/// Ridge's choice for each factor.
+fn chosen(candidates: &[Candidates], targets: &[Vec<f64>]) -> Vec<Choice> {
+    let mut best: Vec<Option<Choice>> = (0..3).map(|_| None).collect();
+    for (c, candidate) in candidates.iter().enumerate() {
+        let of = match candidate.view {
+            View::Own(k) => k..k + 1,
+            _ => 0..3,
+        };
+        for (k, (at, lambda, error)) in of.clone().zip(ridge::choose(&candidate.kernels, &targets[of])) {
+            if best[k].as_ref().is_none_or(|b| error < b.error) {
+                best[k] = Some(Choice { at: (c, at), lambda, error });
+            }
+        }
+    }
+    best.into_iter().flatten().collect()
+}
+
+/// Ridge with what was chosen.
+fn ridges(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>]) -> Vec<Fitted> {
+    let fit = |(choice, y): (&Choice, &Vec<f64>)| {
+        let candidate = &candidates[choice.at.0];
+        let kernel = candidate.kernels[choice.at.1].0;
+        Fitted { view: candidate.view, machine: ridge::fit(kernel, choice.lambda, &candidate.z, y) }
+    };
+    choices.iter().zip(targets).map(fit).collect()
+}
+
+/// Support vectors with ridge's view, and its kernel or one of the two beside it: what to look at, and how widely, is a
+/// matter of the data more than of the loss.
+fn supports(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>]) -> Vec<Fitted> {
+    let fit = |(choice, y): (&Choice, &Vec<f64>)| {
+        let candidate = &candidates[choice.at.0];
+        let at = choice.at.1;
+        let near = &candidate.kernels[at.saturating_sub(1)..(at + 2).min(candidate.kernels.len())];
+        let (index, parameters, _) = support::choose(near, y);
+        let machine = support::fit(near[index].0, parameters, &candidate.z, y);
+        Fitted { view: candidate.view, machine }
+    };
+    choices.iter().zip(targets).map(fit).collect()
+}
+
+impl Learner {
+    /// Fits to examples, with everything that is free chosen by ten-fold cross-validation over them.
+    pub fn fit(method: Method, known: &Known, examples: &[Example]) -> Self {
+        let mut learners = Self::fit_all(&[method], known, examples);
+        learners.remove(0)
+    }
+
+    /// Fits by each of some methods: kernel ridge's choices are where the support vectors' begin.
+    fn fit_all(methods: &[Method], known: &Known, examples: &[Example]) -> Vec<Self> {
+        let training = Training::of(known, examples);
+        let curved = || {
+            let candidates = training.between();
+            let choices = chosen(&candidates, &training.bends);
+            (candidates, choices)
+        };
+        let mut curves: Option<(Vec<Candidates>, Vec<Choice>)> = None;
+        methods
+            .iter()
+            .map(|method| {
+                let machines = match method {
+                    Method::LinearInterpolation => Vec::new(),
+                    Method::LinearRidge => training.plain(|_| vec![Kernel::Linear]),
+                    Method::PlainKernelRidge => {
+                        training.plain(|width| gammas(width).map(Kernel::Radial).collect())
+                    }
+                    Method::KernelRidge => {
+                        let (candidates, choices) = curves.get_or_insert_with(curved);
+                        ridges(candidates, choices, &training.bends)
+                    }
+                    Method::SupportVector => {
+                        let (candidates, choices) = curves.get_or_insert_with(curved);
+                        supports(candidates, choices, &training.bends)
+                    }
+                };
+                Self { scales: training.scales.clone(), machines }
+            })
+            .collect()
+    }
+
+    /// The Effort of a blend.
+    pub fn predict(&self, known: &Known, first: usize, second: usize, alpha: f64) -> Factors {
+        let line = known.interpolated(first, second, alpha);
+        if self.machines.is_empty() {
+            return line;
+        }
+        std::array::from_fn(|k| {
+            let Fitted { view, machine } = &self.machines[k];
+            let start = if *view == View::Plain { 0.0 } else { line[k] };
+            start + machine.predict(&self.scales.see(*view, known, first, second, alpha))
+        })
+    }
+}
+
+fn scales(inputs: &[Vec<f64>]) -> Vec<(f64, f64)> {
+    let n = inputs.len().max(1) as f64;
+    (0..inputs.first().map_or(0, Vec::len))
+        .map(|d| {
+            let mean = inputs.iter().map(|i| i[d]).sum::<f64>() / n;
+            let variance = inputs.iter().map(|i| (i[d] - mean).powi(2)).sum::<f64>() / n;
+            (mean, 1.0 / variance.sqrt().max(1e-6))
+        })
+        .collect()
+}
+
+fn scaled(scales: &[(f64, f64)], input: &[f64]) -> Vec<f64> {
+    input.iter().zip(scales).map(|(v, (mean, inverse))| (v - mean) * inverse).collect()
+}
+
+/// Mean squared errors of each method ([`Method::ALL`]) and factor in each of some random splits, shape
+/// `[splits][methods]`. `progress` is called once a split.
+pub fn errors(
+    known: &Known,
+    examples: &[Example],
+    train: usize,
+    splits: usize,
+    seed: u64,
+    progress: &(dyn Fn() + Sync),
+) -> Vec<Vec<Factors>> {
+    (0..splits)
+        .into_par_iter()
+        .map(|split| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(split as u64);
+            let mut order: Vec<Example> = examples.to_vec();
+            order.shuffle(&mut rng);
+            let (train, test) = order.split_at(train.min(order.len()));
+            let errors = Learner::fit_all(&Method::ALL, known, train)
+                .iter()
+                .map(|learner| {
+                    let mut sums = [0.0; 3];
+                    for e in test {
+                        let guess = learner.predict(known, e.first, e.second, e.alpha);
+                        for k in 0..3 {
+                            sums[k] += (guess[k] - e.effort[k]).powi(2) / test.len().max(1) as f64;
+                        }
+                    }
+                    sums
+                })
+                .collect();
+            progress();
+            errors
+        })
+        .collect()
+}
+
+/// Errors of a method beside those of linear interpolation in the same cases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Mean of the method's errors.
+    pub mean: f64,
+    /// Standard error of that mean, over cases that count as independent.
+    pub standard_error: f64,
+    /// How much less they are than interpolation's, in the mean.
+    pub gain: f64,
+    /// Standard error of the gain: a paired test.
+    pub gain_error: f64,
+    /// Share of the cases in which the method is better.
+    pub better: f64,
+}
+
+/// Holds errors of a method against those of interpolation, case by case.
+pub fn held_against(method: &[f64], line: &[f64]) -> Held {
+    let gains: Vec<f64> = line.iter().zip(method).map(|(l, m)| l - m).collect();
+    let count = gains.len().max(1) as f64;
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / count;
+    let error = |v: &[f64]| {
+        let squares: f64 = v.iter().map(|x| (x - mean(v)).powi(2)).sum();
+        (squares / (count - 1.0).max(1.0) / count).sqrt()
+    };
+    Held {
+        mean: mean(method),
+        standard_error: error(method),
+        gain: mean(&gains),
+        gain_error: error(&gains),
+        better: gains.iter().filter(|g| **g > 0.0).count() as f64 / count,
+    }
+}
+
+/// Means of [`errors`] over the splits, in the order of [`Method::ALL`].
+pub fn means(errors: &[Vec<Factors>]) -> Vec<Factors> {
+    let over = |m: usize, k: usize| errors.iter().map(|e| e[m][k]).sum::<f64>() / errors.len().max(1) as f64;
+    (0..Method::ALL.len()).map(|m| std::array::from_fn(|k| over(m, k))).collect()
+}
+
+/// Pearson's correlation; 0 where one side does not vary.
+pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().max(1) as f64;
+    let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+    let dot = |x: &[f64], mx: f64, y: &[f64], my: f64| -> f64 {
+        x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum()
+    };
+    let scale = (dot(a, ma, a, ma) * dot(b, mb, b, mb)).sqrt();
+    if scale > 0.0 { dot(a, ma, b, mb) / scale } else { 0.0 }
+}
+
+/// Spearman's rank correlation: Pearson's of the ranks, ties sharing theirs.
+pub fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
+    correlation(&ranks(a), &ranks(b))
+}
+
+fn ranks(values: &[f64]) -> Vec<f64> {
+    values
+        .iter()
+        .map(|v| {
+            let below = values.iter().filter(|o| *o < v).count() as f64;
+            let equal = values.iter().filter(|o| *o == v).count() as f64;
+            below + 0.5 * (equal - 1.0)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fragments on a line of Efforts; blends whose Effort bends away from the line.
+    fn data(bend: f64) -> (Known, Vec<Example>) {
+        let n = 14;
+        let wave = |i: usize, f: f64| (i as f64 * f).sin();
+        let known = Known {
+            components: (0..n).map(|i| vec![wave(i, 1.1), wave(i, 2.3)]).collect(),
+            efforts: (0..n).map(|i| [2.0 * wave(i, 0.9), 2.0 * wave(i, 1.7), wave(i, 3.1)]).collect(),
+        };
+        let examples = (0..60)
+            .map(|i| {
+                let (first, second) = (i * 5 % n, (i * 3 + 1) % n);
+                let alpha = 0.5 + 0.7 * wave(i, 4.7);
+                let mut effort = known.interpolated(first, second, alpha);
+                effort[1] += bend * (4.0 * alpha * (1.0 - alpha) - 0.5);
+                Example { first, second, alpha, effort }
+            })
+            .collect();
+        (known, examples)
+    }
+
+    #[test]
+    fn lines_are_exact_for_lines_and_kernels_follow_bends() {
+        let (known, examples) = data(2.0);
+        let errors = means(&super::errors(&known, &examples, 48, 4, 7, &|| {}));
+        assert!(errors[0][0] < 1e-20 && errors[0][2] < 1e-20);
+        // Half a parabola of height 2 about its middle is off by 0.4 and more.
+        assert!(errors[0][1] > 0.4, "{errors:?}");
+        for kernel in [2, 3] {
+            assert!(errors[kernel][1] < 0.3 * errors[0][1], "{errors:?}");
+        }
+        let (known, straight) = data(0.0);
+        assert!(means(&super::errors(&known, &straight, 48, 2, 7, &|| {}))[0].iter().all(|e| *e < 1e-20));
+    }
+
+    #[test]
+    fn a_gain_is_held_against_its_own_spread() {
+        let held = held_against(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
+        assert_eq!((held.mean, held.gain, held.better), (2.0, 0.5, 0.75));
+        // Deviations of the gains from 0.5: 0.5, 0, 0.5, -1; of the errors from 2: -1, 0, 1, 0.
+        assert!((held.gain_error - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((held.standard_error - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ranks_are_what_counts() {
+        assert!((rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2, 5.0, 99.0]) - 1.0).abs() < 1e-12);
+        assert!(
+            (rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 1.0, 2.0, 2.0]) - 0.894_427_191).abs() < 1e-6
+        );
+        assert!((rank_correlation(&[1.0, 2.0, 3.0], &[3.0, 2.0, 1.0]) + 1.0).abs() < 1e-12);
+        assert_eq!(rank_correlation(&[1.0, 2.0], &[5.0, 5.0]), 0.0);
+    }
+}

@@ -1,0 +1,469 @@
+//! What the core's dial is made of: Efforts of what really comes out at mixes of styles.
+//!
+//! Labels say what Effort a style has. They don't say what a mix of styles has: joints that move together in each of
+//! two styles meet half way, and the mix is smoother and lighter than either. So clips are streamed through the core at
+//! mixes, and the outputs are looked at as the labels were (by the same descriptors; where people gave the labels, by
+//! what ridge regression learned of theirs from the descriptors).
+//!
+//! 1. Every style alone and the even mix of all, `c`: a linear model `G` of the change from c, by input.
+//! 2. For each factor and direction an end: the mix that `G` takes furthest along the factor, alike for all inputs,
+//!    the other factors near those of c ([`nearest`](super::dial)).
+//! 3. Outputs at mixes on the straight way from c to each end. A factor's knob reaches as far as every input follows:
+//!    to where the sum of the inputs' least steps is greatest. On the way there the mean of the inputs is made
+//!    monotone (isotonic regression), and turned round: from a wanted change to a place on the way.
+//!
+//! The dial's lines through the rest are these ways, so that each factor goes with its own knob wherever the knob
+//! says it reaches, on real outputs and not on what labels promise. Between the lines the ways add up.
+//!
+//! Cost: some 80 mixes, each of a few seconds of motion of every action, through the core.
+
+use gestus_core::{Config, Database, blob::layout::MAX_STYLES};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::effort::{
+    Factors, Source,
+    dial::{Dial, Reach, nearest},
+    estimate::{Estimator, held},
+    fragment::{FEWEST, Library},
+    model::Model,
+    ridge::{self, Kernel, Machine, Tabled, gammas},
+};
+use crate::{
+    command_line::progress,
+    stream::{Request, stream},
+};
+use gestus_motion::{
+    clip::Clip,
+    corpus::{Corpus, Example},
+    landmarks::LandmarkError,
+};
+
+/// Inputs, at most: one an action, then a second.
+const INPUTS: usize = 8;
+/// Frames of an input, at most, in seconds.
+const LONGEST_S: f64 = 5.0;
+/// Places on the way from the middle to an end.
+const PLACES: usize = 6;
+/// How much less a factor counts that is not to be moved.
+const SOFT: f64 = 0.3;
+/// Weights of what differs from input to input that are tried for an end.
+const UNEVEN: [f64; 2] = [2.0, 12.0];
+/// The share of the mean step that the input which follows least has to do, for the way to go on.
+const LAG: f64 = 0.15;
+
+/// Fragments with labels that people's taste is learned from, at least: as many as a cross-validation has folds.
+pub const FEWEST_GIVEN: usize = ridge::FOLDS;
+
+/// Why a database gets no dial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum NoDial {
+    /// There is nothing to mix.
+    #[error("it takes fragments of two styles or more: add clips of another style, or label fragments of it")]
+    Styles,
+    /// The format has no room for the table.
+    #[error("{0} styles, at most {MAX_STYLES} fit into one: choose with --styles")]
+    Many(usize),
+    /// No output can be judged.
+    #[error("every clip is too short to judge what comes out of it: add clips of a second or more")]
+    Short,
+}
+
+/// Clips, the core, and an eye for Effort.
+struct Probe<'a> {
+    database: &'a Database<'a>,
+    library: Library,
+    estimator: Estimator,
+    /// What labels that people gave are in terms of the estimates; none where estimates are the labels.
+    learned: Option<[Machine; 3]>,
+    inputs: Vec<(Clip, usize)>,
+}
+
+impl<'a> Probe<'a> {
+    fn of(
+        database: &'a Database<'a>,
+        corpus: &Corpus,
+        model: &Model,
+        rest: usize,
+    ) -> Result<Self, LandmarkError> {
+        let library = Library::of_database(database)?;
+        let estimator = Estimator::of(&library);
+        let learned = (model.source == Source::Given).then(|| taste(model, &estimator)).flatten();
+        // An action that lacks a style is in no database, and there is no output to look at.
+        let actions: Vec<usize> = (0..corpus.actions.len())
+            .filter(|&a| database.classes().any(|c| usize::from(c.action) == a))
+            .collect();
+        let mut inputs: Vec<(Clip, usize)> = Vec::new();
+        for round in 0..2 {
+            for &action in &actions {
+                let long = |e: &&Example| e.action == action && e.clip.frames.len() >= FEWEST;
+                let mut own: Vec<_> = corpus.examples.iter().filter(long).collect();
+                // Clips of the style at rest first; the middle of them, for first and last takes are often odd ones.
+                own.sort_by_key(|e| (e.style != rest, e.clip.name.clone()));
+                let count = own.iter().filter(|e| e.style == rest).count().max(1);
+                if let Some(example) = own.get((count / 2 + round) % count).filter(|_| round < count)
+                    && inputs.len() < INPUTS.max(actions.len())
+                {
+                    let mut clip = example.clip.clone();
+                    clip.frames.truncate((LONGEST_S * clip.rate_hz) as usize);
+                    inputs.push((clip, action));
+                }
+            }
+        }
+        Ok(Self { database, library, estimator, learned, inputs })
+    }
+
+    /// The Effort of an input's output, before feet are held; `None` where it can't be told. Holding a foot takes
+    /// out of a landing what standing asks for, a frame earlier or later as it falls: no part of the style, and on runs,
+    /// whose flow hardly differs from style to style, as much as the styles' whole range.
+    fn see(&self, mix: &[f64], (clip, action): &(Clip, usize)) -> Option<Factors> {
+        let style = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
+        let config = Config::new().contacts(false);
+        let request = Request { config, style, action: Some(*action as u16), ..Request::style(0) };
+        let streamed = stream(self.database, clip, &request, &mut ()).ok()?;
+        let (body, rate_hz) = (&self.library.body, self.library.rate_hz);
+        let (frames, times) = (streamed.frames(), streamed.times());
+        let seen = self.estimator.stream(body, &frames, &times, rate_hz, Some(*action))?;
+        Some(match &self.learned {
+            Some(machines) => machines.each_ref().map(|m| held(m.predict(&seen))),
+            None => seen,
+        })
+    }
+
+    /// That of every input.
+    fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
+        self.inputs.par_iter().map(|input| self.see(mix, input)).collect()
+    }
+
+    /// Looks at several mixes, and lets go the inputs that one of them can't be told of: of a short clip a quick style
+    /// may make less than can be judged.
+    fn settle(&mut self, mixes: &[Vec<f64>]) -> Vec<Vec<Factors>> {
+        let seen: Vec<Option<Vec<Factors>>> = self
+            .inputs
+            .par_iter()
+            .map(|input| mixes.par_iter().map(|mix| self.see(mix, input)).collect())
+            .collect();
+        let mut told = seen.iter().map(Option::is_some);
+        self.inputs.retain(|_| told.next().unwrap_or(false));
+        let kept: Vec<Vec<Factors>> = seen.into_iter().flatten().collect();
+        (0..mixes.len()).map(|m| kept.iter().map(|of_input| of_input[m]).collect()).collect()
+    }
+}
+
+/// People's labels as functions of the estimates, by ridge regression with the kernel that cross-validation likes best.
+fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
+    let library = &model.library;
+    let seen: Vec<(Vec<f64>, Factors)> = library
+        .fragments
+        .iter()
+        .zip(&model.known.efforts)
+        .filter_map(|(f, e)| {
+            let z = estimator.estimate(&library.body, &f.rows, library.rate_hz, Some(f.action))?;
+            Some((z.to_vec(), *e))
+        })
+        .collect();
+    if seen.len() < FEWEST_GIVEN {
+        return None;
+    }
+    let (z, efforts): (Vec<Vec<f64>>, Vec<Factors>) = seen.into_iter().unzip();
+    let kernels: Vec<Kernel> = std::iter::once(Kernel::Linear).chain(gammas(3).map(Kernel::Radial)).collect();
+    let tabled: Vec<Tabled> = kernels.iter().map(|k| (*k, k.matrix(&z))).collect();
+    let targets: Vec<Vec<f64>> = (0..3).map(|k| efforts.iter().map(|e| e[k]).collect()).collect();
+    let chosen = ridge::choose(&tabled, &targets);
+    Some(std::array::from_fn(|k| ridge::fit(kernels[chosen[k].0], chosen[k].1, &z, &targets[k])))
+}
+
+/// Outputs on the way from the middle to an end, the middle first: mixes, and the Effort of each input.
+struct Way {
+    mixes: Vec<Vec<f64>>,
+    seen: Vec<Vec<Factors>>,
+}
+
+/// Solves the dial of a database by looking at what comes out of it; `corpus` has its clips, `model` the labels, `rest`
+/// is the style of the clips that are streamed. The dial says whose word it has: labels of fewer than [`FEWEST_GIVEN`]
+/// fragments can't be learned from, and it is made of estimates in spite of them. Where there is none, [`NoDial`] says
+/// why.
+///
+/// # Errors
+/// [`LandmarkError`] where the skeleton has no legs.
+pub fn solve(
+    database: &Database<'_>,
+    corpus: &Corpus,
+    model: &Model,
+    rest: usize,
+) -> Result<Result<Dial, NoDial>, LandmarkError> {
+    let styles = corpus.styles.len();
+    let used: Vec<usize> =
+        (0..styles).filter(|&s| model.library.fragments.iter().any(|f| f.style == s)).collect();
+    if used.len() < 2 {
+        return Ok(Err(NoDial::Styles));
+    }
+    if styles > MAX_STYLES {
+        return Ok(Err(NoDial::Many(styles)));
+    }
+    let mut probe = Probe::of(database, corpus, model, rest)?;
+    let bar = progress::bar(used.len() + 1 + 6 * UNEVEN.len() * PLACES, "effort dial");
+    let spread_over = |weights: &[f64]| {
+        let mut mix = vec![0.0; styles];
+        used.iter().zip(weights).for_each(|(&s, w)| mix[s] = *w);
+        mix
+    };
+    let even = spread_over(&vec![1.0 / used.len() as f64; used.len()]);
+    let alone = |i: usize| -> Vec<f64> { (0..used.len()).map(|j| f64::from(u8::from(i == j))).collect() };
+    let mut mixes: Vec<Vec<f64>> = (0..used.len()).map(|i| spread_over(&alone(i))).collect();
+    mixes.push(even.clone());
+    let mut vertices = probe.settle(&mixes);
+    bar.inc(mixes.len() as u64);
+    let middle = vertices.pop().unwrap_or_default();
+    if middle.is_empty() {
+        bar.finish_and_clear();
+        return Ok(Err(NoDial::Short));
+    }
+    let ways: Vec<Way> = ends(&vertices, &middle)
+        .par_iter()
+        .map(|end| {
+            let end = spread_over(end);
+            let mut way = Way { mixes: vec![even.clone()], seen: vec![middle.clone()] };
+            for place in 1..=PLACES {
+                let t = place as f64 / PLACES as f64;
+                let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
+                // Where an output is too short to judge, the way is at its end.
+                let Some(seen) = probe.look(&mix) else { break };
+                bar.inc(1);
+                way.seen.push(seen);
+                way.mixes.push(mix);
+            }
+            way
+        })
+        .collect();
+    bar.finish_and_clear();
+    // Factor by factor, down and up: of the ways that were tried the one that reaches furthest.
+    let mut reaches = ways.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
+        let (factor, sign) = (n / 2, if n % 2 == 0 { -1.0 } else { 1.0 });
+        let all = tried.iter().map(|way| reach(way, factor, sign));
+        all.reduce(|a, b| if b.gain() > a.gain() { b } else { a }).unwrap_or_default()
+    });
+    let reaches: [[Reach; 2]; 3] =
+        std::array::from_fn(|_| std::array::from_fn(|_| reaches.next().unwrap_or_default()));
+    let source = if probe.learned.is_some() { Source::Given } else { Source::Estimated };
+    Ok(Ok(Dial::of_ways(source, styles, &even, mean(&middle), &reaches)))
+}
+
+fn mean(seen: &[Factors]) -> Factors {
+    std::array::from_fn(|k| seen.iter().map(|e| e[k]).sum::<f64>() / seen.len().max(1) as f64)
+}
+
+/// Mixes at the ends: of each factor down and up, one for each weight of unevenness.
+fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
+    let efforts: Vec<Factors> = vertices.iter().map(|v| mean(v)).collect();
+    let centre = mean(middle);
+    let range: Factors = std::array::from_fn(|k| {
+        let values = efforts.iter().map(|e| e[k]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (high - low).max(0.05)
+    });
+    (0..3)
+        .flat_map(|k| [-1.0, 1.0].map(|sign| (k, sign)))
+        .flat_map(|(k, sign)| UNEVEN.map(|uneven| (k, sign, uneven)))
+        .map(|(k, sign, uneven)| {
+            let scales: Factors =
+                std::array::from_fn(|j| if j == k { 1.0 / range[j] } else { SOFT / range[j] });
+            // How far each input's change is from the mean of all.
+            let mut spread = DMatrix::<f64>::zeros(efforts.len(), efforts.len());
+            for (i, at_middle) in middle.iter().enumerate() {
+                let off = DMatrix::from_fn(3, efforts.len(), |j, s| {
+                    let change = vertices[s][i][j] - at_middle[j];
+                    scales[j] * (change - (efforts[s][j] - centre[j]))
+                });
+                spread += off.tr_mul(&off) * (uneven / middle.len() as f64);
+            }
+            let mut target = centre;
+            target[k] += sign * range[k];
+            nearest(&efforts, &scales, &spread, &target)
+        })
+        .collect()
+}
+
+/// How far a way can be gone with every input following, and its course there.
+fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
+    let inputs = way.seen[0].len();
+    let change = |place: usize, i: usize| sign * (way.seen[place][i][factor] - way.seen[0][i][factor]);
+    let (mut sum, mut best, mut last) = (0.0, 0.0, 0);
+    for place in 1..way.seen.len() {
+        let steps = || (0..inputs).map(|i| change(place, i) - change(place - 1, i));
+        let mean = steps().sum::<f64>() / inputs.max(1) as f64;
+        sum += steps().fold(f64::INFINITY, f64::min) - LAG * mean;
+        if sum > best {
+            (best, last) = (sum, place);
+        }
+    }
+    let course: Vec<f64> = (0..=last)
+        .map(|place| (0..inputs).map(|i| change(place, i)).sum::<f64>() / inputs.max(1) as f64)
+        .collect();
+    let seen = way.seen[..=last].iter().map(|s| mean(s)).collect();
+    Reach { sum: best, course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
+}
+
+/// The nearest ascending values in the squared sense: neighbors that descend are pooled until none does.
+fn isotonic(values: &[f64]) -> Vec<f64> {
+    let mut pools: Vec<(f64, usize)> = Vec::new();
+    for &value in values {
+        let mut pool = (value, 1);
+        while let Some(&(before, count)) = pools.last()
+            && before > pool.0
+        {
+            let joined = count + pool.1;
+            pool = ((before * count as f64 + pool.0 * pool.1 as f64) / joined as f64, joined);
+            pools.pop();
+        }
+        pools.push(pool);
+    }
+    pools.into_iter().flat_map(|(value, count)| std::iter::repeat_n(value, count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effort::sheet::{selected, sheet};
+    use crate::{
+        build::{BuildOptions, build},
+        effort::labels,
+        synth,
+    };
+
+    fn corpus(actions: &[&str]) -> Corpus {
+        synth::corpus(&synth::Options {
+            actions: actions.iter().map(|a| (*a).to_owned()).collect(),
+            styles: ["neutral", "angry"].map(String::from).to_vec(),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap()
+    }
+
+    fn blob(corpus: &Corpus) -> Vec<u8> {
+        build(corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap().bytes
+    }
+
+    fn cut(corpus: &mut Corpus, example: usize, frames: usize) {
+        corpus.examples[example].clip.frames.truncate(frames);
+    }
+
+    /// `build` leaves out an action that lacks a style; its name stays in the corpus, and its clips were streamed with
+    /// an action that the database did not have: no output, and for that one action no dial at all.
+    #[test]
+    fn an_action_that_is_left_out_costs_no_dial() {
+        let mut corpus = corpus(&["walk", "run"]);
+        corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let model = Model::of_database(&database).unwrap();
+        let probe = Probe::of(&database, &corpus, &model, 0).unwrap();
+        assert_eq!(probe.inputs.iter().map(|i| i.1).collect::<Vec<_>>(), [0, 0]);
+        assert_eq!(solve(&database, &corpus, &model, 0).unwrap().unwrap().source, Source::Estimated);
+        let mut one = model.clone();
+        one.library.fragments.retain(|f| f.style == 0);
+        assert_eq!(solve(&database, &corpus, &one, 0).unwrap(), Err(NoDial::Styles));
+    }
+
+    /// A clip of a few frames is no input, nor is one whose output is too short in a quick style; the others are.
+    #[test]
+    fn a_clip_that_is_too_short_costs_no_dial() {
+        let mut corpus = corpus(&["walk"]);
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let model = Model::of_database(&database).unwrap();
+        let neutral = |corpus: &Corpus| -> Vec<usize> {
+            (0..corpus.examples.len()).filter(|&i| corpus.examples[i].style == 0).collect()
+        };
+        let inputs = |corpus: &Corpus| {
+            let mut probe = Probe::of(&database, corpus, &model, 0).unwrap();
+            let before = probe.inputs.len();
+            let seen = probe.settle(&[vec![1.0, 0.0], vec![0.0, 1.0]]);
+            assert!(seen.iter().all(|s| s.len() == probe.inputs.len()));
+            (before, probe.inputs.len())
+        };
+        assert_eq!(inputs(&corpus), (2, 2));
+        let short = neutral(&corpus);
+        // Angry walks are quicker: of as many frames as can be judged fewer come out.
+        cut(&mut corpus, short[0], FEWEST);
+        assert_eq!(inputs(&corpus), (2, 1));
+        assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
+        cut(&mut corpus, short[0], FEWEST - 1);
+        assert_eq!(inputs(&corpus), (1, 1));
+        assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
+        (0..corpus.examples.len()).for_each(|i| cut(&mut corpus, i, FEWEST - 1));
+        assert_eq!(solve(&database, &corpus, &model, 0).unwrap(), Err(NoDial::Short));
+    }
+
+    /// A table with labels enough for blends, but of too few fragments to learn people's taste from: the dial is solved
+    /// on estimates, and was called given.
+    #[test]
+    fn a_dial_of_estimates_is_not_called_given() {
+        let corpus = corpus(&["walk"]);
+        let bytes = blob(&corpus);
+        let database = Database::open(&bytes).unwrap();
+        let source = |fragments: usize| {
+            let library = selected(&Library::found(&corpus).unwrap(), fragments);
+            let mut rows = labels::parse(sheet(&library, 60, 1).csv.as_bytes(), "s.csv", 30.0).unwrap();
+            for (i, row) in rows.iter_mut().enumerate() {
+                row.effort = Some([0.05 * i as f64 - 1.0, 1.0 - 0.05 * i as f64, 0.5]);
+            }
+            let model = Model::given(&rows, "s.csv", |s| Library::annotated(&corpus, s)).unwrap();
+            assert_eq!((model.source, model.library.fragments.len()), (Source::Given, fragments));
+            solve(&database, &corpus, &model, 0).unwrap().unwrap().source
+        };
+        assert_eq!(source(FEWEST_GIVEN - 1), Source::Estimated);
+        assert_eq!(source(FEWEST_GIVEN), Source::Given);
+    }
+
+    #[test]
+    fn pools_are_the_nearest_ascending_values() {
+        assert_eq!(isotonic(&[1.0, 3.0, 2.0, 4.0]), [1.0, 2.5, 2.5, 4.0]);
+        assert_eq!(isotonic(&[3.0, 2.0, 1.0]), [2.0; 3]);
+        // Of all ascending triples on a lattice none is nearer.
+        let values = [0.4, 1.3, 0.2, 0.9];
+        let off = |v: &[f64]| v.iter().zip(values).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let found = off(&isotonic(&values));
+        for n in 0..16usize.pow(4) {
+            let tried = [n / 4096, n / 256 % 16, n / 16 % 16, n % 16].map(|i| 0.1 * i as f64);
+            if tried.windows(2).all(|w| w[0] <= w[1]) {
+                assert!(found <= off(&tried) + 1e-9, "{tried:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_way_ends_where_an_input_turns_back() {
+        let seen = |a: [f64; 5], b: [f64; 5]| -> Vec<Vec<Factors>> {
+            a.iter().zip(b).map(|(a, b)| vec![[0.0, *a, 0.0], [0.0, b, 0.0]]).collect()
+        };
+        let mixes: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 - f64::from(i)]).collect();
+        let way = Way { mixes, seen: seen([0.0, 0.2, 0.5, 0.7, 0.9], [1.0, 1.3, 1.5, 1.0, 0.4]) };
+        let found = reach(&way, 1, 1.0);
+        assert_eq!(found.mixes.len(), 3, "{found:?}");
+        assert!((found.gain() - 0.5).abs() < 1e-12, "{found:?}");
+        assert!(found.sum > 0.0 && found.sum < found.gain(), "{found:?}");
+        // The other way round nothing is gained at the start, and nothing is reached.
+        assert_eq!(reach(&way, 1, -1.0).mixes.len(), 1);
+    }
+
+    #[test]
+    fn ends_are_where_all_inputs_go_together() {
+        // The third style moves weight most, but only for one of two inputs; the second for both.
+        let vertices = vec![
+            vec![[0.0, -0.5, 0.0], [0.0, -0.5, 0.0]],
+            vec![[0.0, 0.8, 0.0], [0.0, 0.8, 0.0]],
+            vec![[0.0, 2.4, 0.0], [0.0, -0.6, 0.0]],
+        ];
+        let middle = [[0.0, 0.9, 0.0], [0.0, -0.1, 0.0]];
+        let ends = ends(&vertices, &middle);
+        assert_eq!(ends.len(), 6 * UNEVEN.len());
+        let up = &ends[3 * UNEVEN.len() + 1];
+        assert!(up[1] > up[2] && up[1] > up[0], "{up:?}");
+        let down = &ends[2 * UNEVEN.len()];
+        assert!(down[0] > 0.5, "{down:?}");
+    }
+}

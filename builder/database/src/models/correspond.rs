@@ -1,0 +1,224 @@
+//! Frames of the input style beside their counterparts in an output style (paper 001, sections 3 and 4.1).
+//!
+//! Cycles are paired by content ([`crate::pairing`]) and brought to equal canonical time. Whole-clip actions have nothing
+//! but their ends in common: iterative motion warping ([`crate::registration::warp::imw`]) finds the correspondence within each
+//! pair. Gaits have strikes, found from the feet, between which time is taken to run evenly; warping them on top is an
+//! option that costs more than it gives (`docs/PERFORMANCE.md`). The output is warped to the input's
+//! time, and the logarithm of the differential time warp `w` goes with it as one dof more: its exponential is
+//! positive whatever a linear model makes of it.
+
+use crate::{
+    pairing::{CycleData, Pairing},
+    registration::{
+        gait_cycles::smooth,
+        timeline::GAIT_KNOTS,
+        warp::{
+            self,
+            imw::{Config, imw},
+        },
+    },
+};
+use gestus_motion::{body::row_at, corpus::Cycle};
+
+/// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
+const SMOOTH_S: f64 = 0.06;
+/// Bounds of the differential time warp.
+const SLOPE: f64 = 4.0;
+
+/// A stretch of the input and what it is in the output style. T frames of the input, D dofs.
+#[derive(Debug, Clone)]
+pub struct Aligned {
+    /// Its action.
+    pub action: usize,
+    /// The input's dofs, shape `[T][D]`.
+    pub inputs: Vec<Vec<f64>>,
+    /// The output's dofs in the input's time, and the logarithm of the time warp. Shape `[T][D + 1]`.
+    pub outputs: Vec<Vec<f64>>,
+    /// Which foot stands in the output, left and right. Shape `[T]`.
+    pub contacts: Vec<[bool; 2]>,
+}
+
+/// What is paired.
+#[derive(Debug, Clone, Copy)]
+pub struct Pairs<'a> {
+    /// The cycles, sorted by class, clip and time.
+    pub cycles: &'a [CycleData<'a>],
+    /// Action and style of each class.
+    pub classes: &'a [(usize, usize)],
+    /// Contacts of each clip.
+    pub contacts: &'a [&'a [[bool; 2]]],
+    /// The pairing of the cycles.
+    pub pairing: &'a Pairing,
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// Whether iterative motion warping refines gaits too, whose strikes are known.
+    pub warp_gaits: bool,
+}
+
+/// All stretches of a style that have a counterpart in another: cycles that follow each other in a clip are one
+/// stretch. Cost: one iterative motion warping a cycle.
+pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
+    let mut stretches: Vec<Aligned> = Vec::new();
+    let mut open: Option<(usize, f64)> = None;
+    for (i, input) in pairs.cycles.iter().enumerate() {
+        let (action, own) = pairs.classes[input.class];
+        let Some(output) = (own == from).then(|| pairs.pairing.outputs[i][style]).flatten() else {
+            open = None;
+            continue;
+        };
+        let (start, end) = input.cycle.span();
+        let frames: Vec<usize> =
+            (start.ceil().max(0.0) as usize..(end.ceil() as usize).min(input.dofs.len())).collect();
+        if frames.len() < 2 {
+            open = None;
+            continue;
+        }
+        let (cycle, rows, contacts) = match pairs.cycles.get(output) {
+            Some(real) => (real.cycle, real.dofs, pairs.contacts.get(real.clip)),
+            None => {
+                let prototype = &pairs.pairing.prototypes[output - pairs.cycles.len()];
+                (&prototype.cycle, prototype.rows.as_slice(), None)
+            }
+        };
+        let positions = positions(input, &frames, cycle, rows, pairs);
+        let follows = open.is_some_and(|(clip, at)| clip == input.clip && (at - start).abs() < 1e-6);
+        if !follows {
+            stretches.push(Aligned { action, inputs: vec![], outputs: vec![], contacts: vec![] });
+        }
+        open = Some((input.clip, end));
+        // The list is not empty: a stretch was just begun, or goes on.
+        let Some(stretch) = stretches.last_mut() else { continue };
+        for (k, &t) in frames.iter().enumerate() {
+            let before = k.max(1) - 1;
+            let slope = positions[before + 1] - positions[before];
+            let mut row = row_at(rows, positions[k]);
+            row.push(slope.clamp(1.0 / SLOPE, SLOPE).ln());
+            stretch.inputs.push(input.dofs[t].clone());
+            stretch.outputs.push(row);
+            // A prototype has no contacts of its own: content stands where content stands.
+            let of = |c: &[[bool; 2]], at: usize| c.get(at.min(c.len().saturating_sub(1))).copied();
+            let stands = match contacts {
+                Some(contacts) => of(contacts, positions[k].round().max(0.0) as usize),
+                None => pairs.contacts.get(input.clip).and_then(|c| of(c, t)),
+            };
+            stretch.contacts.push(stands.unwrap_or_default());
+        }
+    }
+    stretches
+}
+
+/// Where the frames of an input cycle are in the output clip.
+fn positions(
+    input: &CycleData<'_>,
+    frames: &[usize],
+    output: &Cycle,
+    rows: &[Vec<f64>],
+    pairs: &Pairs<'_>,
+) -> Vec<f64> {
+    let rate_hz = pairs.rate_hz;
+    let place = |t: f64| output.position(input.cycle.phase(t));
+    let canonical: Vec<f64> = frames.iter().map(|&t| place(t as f64)).collect();
+    if input.cycle.knots.len() == GAIT_KNOTS && !pairs.warp_gaits {
+        return canonical;
+    }
+    let last = (frames.len() - 1) as f64;
+    let count = frames.len().min(warp::MOST_FRAMES);
+    let times = (0..count).map(|k| frames[0] as f64 + last * k as f64 / (count - 1) as f64);
+    let u: Vec<Vec<f64>> = times.clone().map(|t| warp::shape(&row_at(input.dofs, t))).collect();
+    let y: Vec<Vec<f64>> = times.map(|t| warp::shape(&row_at(rows, place(t)))).collect();
+    let (u, y) = warp::standardised(&u, &y);
+    let Ok(solution) = imw(&u, &y, &Config::default()) else { return canonical };
+    let found = solution.warp.stretched(frames.len(), count, frames.len());
+    let shift: Vec<f64> =
+        found.positions.iter().enumerate().map(|(k, p)| p.clamp(0.0, last) - k as f64).collect();
+    let smooth = smooth(&shift, SMOOTH_S * rate_hz);
+    let refined: Vec<f64> = smooth
+        .iter()
+        .enumerate()
+        .map(|(k, shift)| {
+            // Cycles begin and end with the same event: nothing is shifted there.
+            let edge = (k as f64).min(last - k as f64) / (2.0 * SMOOTH_S * rate_hz);
+            let at = (k as f64 + shift * edge.min(1.0)).clamp(0.0, last);
+            let i = (at as usize).min(frames.len() - 2);
+            canonical[i] + (at - i as f64) * (canonical[i + 1] - canonical[i])
+        })
+        .collect();
+    if refined.windows(2).all(|w| w[0] < w[1]) { refined } else { canonical }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Two dofs that count over one cycle; `course` bends the time between its ends.
+    fn rows(frames: usize, course: impl Fn(f64) -> f64, scale: f64, offset: f64) -> Vec<Vec<f64>> {
+        (0..frames)
+            .map(|t| {
+                let x = TAU * course(t as f64 / (frames - 1) as f64);
+                let mut row = vec![0.9, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+                row.extend([
+                    scale * x.sin() + offset,
+                    scale * (2.0 * x + 0.4).cos() - offset,
+                    0.3 * (x + 1.0).sin(),
+                ]);
+                row
+            })
+            .collect()
+    }
+
+    /// The stretch of a cycle of so many frames, and of one that takes a third longer.
+    fn aligned(frames: usize, rate_hz: f64) -> Vec<Aligned> {
+        let bend = |x: f64| x + 0.06 * (TAU * x).sin();
+        let longer = frames + (frames - 1) / 3;
+        let (input, output) = (rows(frames, |x| x, 0.6, 0.0), rows(longer, bend, 0.9, 0.3));
+        let cycle = |frames: usize| Cycle { knots: vec![0.0, (frames - 1) as f64] };
+        let (own, other) = (cycle(frames), cycle(longer));
+        let data = |class, clip, cycle, dofs| CycleData { class, clip, take: "", index: 0, cycle, dofs };
+        let cycles = [data(0, 0, &own, &input[..]), data(1, 1, &other, &output[..])];
+        let pairing = Pairing {
+            outputs: vec![vec![Some(0), Some(1)], vec![None, Some(1)]],
+            second: vec![],
+            prototypes: vec![],
+        };
+        let contacts = [vec![[true, false]; frames], vec![[false, true]; longer]];
+        let pairs = Pairs {
+            cycles: &cycles,
+            classes: &[(0, 0), (0, 1)],
+            contacts: &[&contacts[0], &contacts[1]],
+            pairing: &pairing,
+            rate_hz,
+            warp_gaits: false,
+        };
+        align(&pairs, 0, 1)
+    }
+
+    /// How far the third joint dof, which is the same in both but for time and so says where the row is, is off; and the
+    /// integral of the warp.
+    fn measured(aligned: &[Aligned]) -> [f64; 2] {
+        let rows = &aligned[0].outputs;
+        let count = rows.len() as f64;
+        let off = |(t, row): (usize, &Vec<f64>)| (row[9] - 0.3 * (TAU * t as f64 / count + 1.0).sin()).abs();
+        [rows.iter().enumerate().map(off).sum::<f64>() / count, rows.iter().map(|row| row[10].exp()).sum()]
+    }
+
+    /// Four times the frames a second, which are warped thinned, meet the same counterparts.
+    #[test]
+    fn frames_of_a_long_clip_meet_theirs_too() {
+        let full = aligned(warp::MOST_FRAMES - 1, 600.0);
+        let long = aligned(4 * warp::MOST_FRAMES - 5, 2400.0);
+        let ([off, _], [off_long, time]) = (measured(&full), measured(&long));
+        println!("off {off:.4} and {off_long:.4}");
+        assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off_long}, {time}");
+    }
+
+    #[test]
+    fn frames_meet_their_counterparts() {
+        let aligned = aligned(61, 60.0);
+        assert_eq!((aligned.len(), aligned[0].inputs.len()), (1, 60));
+        assert_eq!(aligned[0].contacts[10], [false, true]);
+        let [inverse_error, time] = measured(&aligned);
+        assert!(inverse_error < 0.03, "{inverse_error}");
+        assert!((time - 80.0).abs() < 2.0, "the warp integrates to the output's length: {time}");
+    }
+}

@@ -1,0 +1,134 @@
+//! Which projection of a feature tells that a foot stands: multiple discriminant analysis of two classes (paper 001,
+//! section 4.5, "Annotation"; Duda, Hart, Stork 2000, section 3.8).
+//!
+//! The direction `w = S_w⁻¹ (m₁ - m₀)` parts standing from moving frames best; along it each class is a univariate
+//! Gaussian, and the boundary is where both are equally likely. One projection a foot, feet taken as independent.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::numbers::moments;
+
+/// A projection and its boundary: a foot stands where the projection is greater.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footplant {
+    /// Weights of the features.
+    pub projection: Vec<f64>,
+    /// The boundary.
+    pub boundary: f64,
+}
+
+/// Fits one foot: `features` `[frames][n]` and whether the foot stands in each frame.
+///
+/// Where only one of both is ever seen, the boundary says always, or never.
+pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
+    let n = features.first().map_or(0, Vec::len);
+    let count = |which: bool| stands.iter().filter(|&&s| s == which).count();
+    let (standing, moving) = (count(true), count(false));
+    if standing < 2 || moving < 2 || n == 0 {
+        let boundary = if standing > moving { -1.0 } else { 1.0 };
+        return Footplant { projection: vec![0.0; n], boundary };
+    }
+    let mean = |which: bool| {
+        let mut sum = DVector::<f64>::zeros(n);
+        for (row, _) in features.iter().zip(stands).filter(|(_, s)| **s == which) {
+            sum += DVector::from_column_slice(row);
+        }
+        sum / count(which) as f64
+    };
+    let (up, down) = (mean(false), mean(true));
+    let mut centred = DMatrix::zeros(n, features.len());
+    for (k, (row, &stands)) in features.iter().zip(stands).enumerate() {
+        let own = if stands { &down } else { &up };
+        centred.set_column(k, &(DVector::from_column_slice(row) - own));
+    }
+    let mut within = &centred * centred.transpose() / features.len() as f64;
+    // Features that hardly move, or move as others do, must not decide.
+    let ridge = 1e-4 * within.trace() / n as f64 + 1e-12;
+    for i in 0..n {
+        within[(i, i)] += ridge;
+    }
+    let Some(factor) = within.cholesky() else {
+        return Footplant { projection: vec![0.0; n], boundary: if standing > moving { -1.0 } else { 1.0 } };
+    };
+    let w = factor.solve(&(&down - &up));
+    let w = &w / w.norm().max(1e-12);
+    let along = |which: bool| {
+        let values: Vec<f64> = features
+            .iter()
+            .zip(stands)
+            .filter(|(_, s)| **s == which)
+            .map(|(row, _)| row.iter().zip(w.iter()).map(|(a, b)| a * b).sum())
+            .collect();
+        moments(values.into_iter(), 1e-9)
+    };
+    let share = standing as f64 / (standing + moving) as f64;
+    let boundary = boundary(along(false), along(true), share);
+    Footplant { projection: w.iter().copied().collect(), boundary }
+}
+
+/// Where two Gaussians, lower and upper, weighted by their shares, are equal, between their means.
+fn boundary((low, low_sd): (f64, f64), (high, high_sd): (f64, f64), share: f64) -> f64 {
+    let density = |x: f64, mean: f64, sd: f64| -0.5 * ((x - mean) / sd).powi(2) - sd.ln();
+    let misfit =
+        |x: f64| density(x, high, high_sd) + share.ln() - density(x, low, low_sd) - (1.0 - share).ln();
+    let (mut a, mut b) = (low, high);
+    for _ in 0..60 {
+        let middle = 0.5 * (a + b);
+        if misfit(middle) > 0.0 { b = middle } else { a = middle }
+    }
+    0.5 * (a + b)
+}
+
+/// F1 of a footplant on frames with known contacts, counting standing frames.
+pub fn f1(plant: &Footplant, features: &[Vec<f64>], stands: &[bool]) -> f64 {
+    let (mut hit, mut missed, mut wrong) = (0.0, 0.0, 0.0);
+    for (row, &stands) in features.iter().zip(stands) {
+        let value: f64 = row.iter().zip(&plant.projection).map(|(a, b)| a * b).sum();
+        match (value > plant.boundary, stands) {
+            (true, true) => hit += 1.0,
+            (false, true) => missed += 1.0,
+            (true, false) => wrong += 1.0,
+            (false, false) => {}
+        }
+    }
+    if hit > 0.0 { 2.0 * hit / (2.0 * hit + missed + wrong) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_direction_that_parts_the_classes() {
+        // Noise along (1, 1) is large, the classes differ along (1, -1).
+        let mut rows = Vec::new();
+        let mut stands = Vec::new();
+        for k in 0..400 {
+            let noise = ((k * 37 % 101) as f64 / 101.0 - 0.5) * 20.0;
+            let small = ((k * 53 % 97) as f64 / 97.0 - 0.5) * 0.5;
+            let standing = k % 4 == 0;
+            let side = if standing { 1.0 } else { -1.0 };
+            rows.push(vec![noise + side + small, noise - side]);
+            stands.push(standing);
+        }
+        let plant = fit(&rows, &stands);
+        assert!(f1(&plant, &rows, &stands) > 0.999);
+        assert!((plant.projection[0] + plant.projection[1]).abs() < 0.1, "{plant:?}");
+        assert!(plant.boundary.abs() < 0.5, "{plant:?}");
+    }
+
+    #[test]
+    fn one_class_alone_is_always_or_never() {
+        let rows = vec![vec![1.0], vec![2.0], vec![3.0]];
+        assert_eq!(f1(&fit(&rows, &[true; 3]), &rows, &[true; 3]), 1.0);
+        assert_eq!(f1(&fit(&rows, &[false; 3]), &rows, &[true; 3]), 0.0);
+    }
+
+    #[test]
+    fn the_boundary_is_where_both_are_equally_likely() {
+        let at = boundary((0.0, 1.0), (4.0, 2.0), 0.5);
+        let density = |x: f64, m: f64, s: f64| (-0.5 * ((x - m) / s).powi(2)).exp() / s;
+        assert!((density(at, 0.0, 1.0) - density(at, 4.0, 2.0)).abs() < 1e-9);
+        assert!((boundary((0.0, 1.0), (2.0, 1.0), 0.5) - 1.0).abs() < 1e-9);
+    }
+}

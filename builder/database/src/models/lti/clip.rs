@@ -1,0 +1,164 @@
+//! A linear model over a whole clip, in `f64`: what the core does frame by frame, with a start that has settled.
+//!
+//! The state before the first frame is unknown. A stream begins at `x = 0` and waits; a whole clip is extrapolated
+//! backwards instead (paper 001, section 4.4), and the model runs over what comes before. The extrapolation is linear
+//! prediction: each dof as a sum of its next few values, by weights found over the whole clip, held within the dof's
+//! own range. Cost: one pass, and one small least squares a dof.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::models::lti::Model;
+
+/// Bounds of the logarithm of the time warp, as in the core.
+const LOG_STEP: f64 = 1.386_294_4;
+
+/// Values that linear prediction looks at.
+const PREDICTORS: usize = 10;
+
+/// How a clip is translated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Frames that are extrapolated backwards; 0: the start is at `x = 0`.
+    pub before: usize,
+    /// kc and kp of the blend of unexpected input (eqs. 7 and 8); `None`: no blend.
+    pub generalise: Option<(f64, f64)>,
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Translated {
+    /// Dofs, shape `[frames][D]`.
+    pub rows: Vec<Vec<f64>>,
+    /// Differential time warp of each frame: output time for each unit of input time.
+    pub warp: Vec<f64>,
+    /// Which foot stands.
+    pub contacts: Vec<[bool; 2]>,
+    /// How much of the input was blended in.
+    pub passed: Vec<f64>,
+}
+
+impl Model {
+    /// Translates a clip's dofs, shape `[frames][D]`.
+    pub fn translate(&self, rows: &[Vec<f64>], options: &Options) -> Translated {
+        let dofs = self.inputs.len();
+        let mut out =
+            Translated { rows: Vec::new(), warp: Vec::new(), contacts: Vec::new(), passed: Vec::new() };
+        if rows.is_empty() {
+            return out;
+        }
+        let earlier = backwards(rows, options.before);
+        let before = earlier.len();
+        let mut states: Vec<DVector<f64>> =
+            self.units.iter().map(|u| DVector::zeros(u.system.order())).collect();
+        for (t, x) in earlier.into_iter().chain(rows.iter().cloned()).enumerate() {
+            let u: Vec<f64> = x.iter().zip(&self.inputs).map(|(x, (mean, sd))| (x - mean) / sd).collect();
+            let mut y = vec![0.0; dofs + 1];
+            for (unit, state) in self.units.iter().zip(&mut states) {
+                let system = &unit.system;
+                let own =
+                    DVector::from_column_slice(&u[unit.first_input..unit.first_input + system.b.ncols()]);
+                let output = &system.c * &*state + &system.d * &own;
+                y[unit.first_output..unit.first_output + output.len()].copy_from_slice(output.as_slice());
+                *state = &system.a * &*state + &system.b * own;
+            }
+            if t < before {
+                continue;
+            }
+            let furthest = u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+            let passed = options
+                .generalise
+                .map_or(0.0, |(kc, kp)| erf(furthest / (kc * std::f64::consts::SQRT_2)).powf(kp));
+            let value = |d: usize| self.outputs[d].0 + self.outputs[d].1 * y[d];
+            out.rows.push((0..dofs).map(|d| passed * x[d] + (1.0 - passed) * value(d)).collect());
+            out.warp.push(((1.0 - passed) * value(dofs).clamp(-LOG_STEP, LOG_STEP)).exp());
+            let features: Vec<f64> =
+                states.iter().flat_map(|s| s.iter().copied().collect::<Vec<_>>()).collect();
+            out.contacts.push([0, 1].map(|side| {
+                let foot = &self.feet[side];
+                features.iter().zip(&foot.projection).map(|(a, b)| a * b).sum::<f64>() > foot.boundary
+            }));
+            out.passed.push(passed);
+        }
+        out
+    }
+}
+
+/// Frames before the first, in order of time. Shape `[count][D]`; none of clips that are too short to tell.
+fn backwards(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
+    let dofs = rows[0].len();
+    if rows.len() < 4 * PREDICTORS {
+        return Vec::new();
+    }
+    let mut earlier = vec![vec![0.0; dofs]; count];
+    for d in 0..dofs {
+        let mean = rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64;
+        let values: Vec<f64> = rows.iter().map(|r| r[d] - mean).collect();
+        let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(l, h), &v| (l.min(v), h.max(v)));
+        let known = DMatrix::from_fn(values.len() - PREDICTORS, PREDICTORS, |t, k| values[t + 1 + k]);
+        let wanted = DVector::from_column_slice(&values[..values.len() - PREDICTORS]);
+        let mut square = known.tr_mul(&known);
+        let ridge = 1e-3 * square.trace() / PREDICTORS as f64 + 1e-12;
+        for k in 0..PREDICTORS {
+            square[(k, k)] += ridge;
+        }
+        let Some(weights) = square.cholesky().map(|c| c.solve(&known.tr_mul(&wanted))) else { continue };
+        let mut next: Vec<f64> = values[..PREDICTORS].to_vec();
+        for row in earlier.iter_mut().rev() {
+            let value: f64 = next.iter().zip(weights.iter()).map(|(v, w)| v * w).sum();
+            let value = value.clamp(low, high);
+            row[d] = mean + value;
+            next.rotate_right(1);
+            next[0] = value;
+        }
+    }
+    earlier
+}
+
+/// The error function by its integral: Simpson's rule on [0, x], which is exact to 1e-12 for what is asked here.
+fn erf(x: f64) -> f64 {
+    let x = x.min(6.0);
+    let steps = 200;
+    let h = x / f64::from(steps);
+    let sum: f64 = (0..=steps)
+        .map(|k| {
+            let weight = if k == 0 || k == steps {
+                1.0
+            } else if k % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            };
+            weight * (-(h * f64::from(k)).powi(2)).exp()
+        })
+        .sum();
+    sum * h / 3.0 * std::f64::consts::FRAC_2_SQRT_PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gait_goes_on_backwards() {
+        let value = |t: f64, d: f64| (0.21 * t + d).sin() + 0.3 * (0.42 * t + 2.0 * d).cos() + d;
+        let rows: Vec<Vec<f64>> =
+            (0..200).map(|t| (0..3).map(|d| value(f64::from(t), f64::from(d))).collect()).collect();
+        let earlier = backwards(&rows, 30);
+        for (k, row) in earlier.iter().enumerate() {
+            for (d, v) in row.iter().enumerate() {
+                let truth = value(k as f64 - 30.0, d as f64);
+                // It fades the further back it goes.
+                let most = if k < 26 { 0.4 } else { 0.15 };
+                assert!((v - truth).abs() < most, "frame {k}, dof {d}: {v} for {truth}");
+            }
+        }
+        assert!(backwards(&rows[..20], 30).is_empty());
+    }
+
+    #[test]
+    fn the_error_function_is_known() {
+        for (x, truth) in [(0.0, 0.0), (0.5, 0.520_499_877_8), (1.0, 0.842_700_792_9), (2.5, 0.999_593_048)] {
+            assert!((erf(x) - truth).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Models that need no frames at run time: from paired cycles to sections of the blob.
+//!
+//! [`correspond`] puts every frame of the input style beside its counterpart in an output style; [`lti`] estimates
+//! linear time-invariant models from that (paper 001); [`statistic`] takes means and spreads of each style, which
+//! need no pairs (paper 002). [`footplant`] finds, for both, the projection by which a foot is known to stand. [`bilinear`] makes
+//! looped walks with dials for style and speed, which no blob holds.
+
+pub mod bilinear;
+pub mod correspond;
+pub mod footplant;
+pub mod lti;
+pub(crate) mod numbers;
+pub mod statistic;
+
+use gestus_core::blob::layout::section;
+use rayon::prelude::*;
+
+use crate::blob::assemble::Section;
+use correspond::{Aligned, Pairs};
+use gestus_motion::{body::Body, corpus::Example};
+use lti::{n4sid, section::Labelled};
+use statistic::table::Table;
+
+/// Which models are built.
+#[derive(Debug, Clone)]
+pub struct Wanted {
+    /// The style that linear models take.
+    pub from: usize,
+    /// How many styles there are.
+    pub styles: usize,
+    /// One model and table for each action, too.
+    pub by_action: bool,
+    /// Rounds towards the geodesic mean of rotations.
+    pub rounds: usize,
+}
+
+/// The sections of the models, and a line for each that can't be made. `examples` are the clips of the blob with
+/// their dofs, sorted by class.
+pub fn sections(
+    body: &Body,
+    examples: &[(&Example, &[Vec<f64>])],
+    pairs: &Pairs<'_>,
+    wanted: &Wanted,
+    notes: &mut Vec<String>,
+) -> Vec<Section> {
+    let mut sections = Vec::new();
+    match linear(pairs, wanted) {
+        Ok(models) => sections.push((section::LTI, lti::section::section(wanted.from, &models))),
+        Err(style) => notes.push(format!(
+            "no linear models: the pairs of style {style} are too few, or too short, to estimate one from that comes to rest"
+        )),
+    }
+    let mut actions: Vec<Option<usize>> = vec![None];
+    if wanted.by_action {
+        let mut all: Vec<usize> = examples.iter().map(|(e, _)| e.action).collect();
+        all.sort_unstable();
+        all.dedup();
+        actions.extend(all.into_iter().map(Some));
+    }
+    let labels: Vec<(usize, Option<usize>)> =
+        (0..wanted.styles).flat_map(|s| actions.iter().map(move |&a| (s, a))).collect();
+    let tables: Vec<Table> = labels
+        .into_par_iter()
+        .map(|(style, action)| {
+            let clips: Vec<(&Example, &[Vec<f64>])> = examples
+                .iter()
+                .filter(|(e, _)| e.style == style && action.is_none_or(|a| e.action == a))
+                .copied()
+                .collect();
+            Table::of(body, style, action, &clips, wanted.rounds)
+        })
+        .collect();
+    sections.push((section::STATISTIC, statistic::table::section(wanted.from, &tables)));
+    sections
+}
+
+/// A model for each output style; or the first style that has none.
+fn linear(pairs: &Pairs<'_>, wanted: &Wanted) -> Result<Vec<Labelled>, usize> {
+    let mut models = Vec::new();
+    let options = n4sid::Options::default();
+    for style in (0..wanted.styles).filter(|&s| s != wanted.from) {
+        let stretches = correspond::align(pairs, wanted.from, style);
+        let estimate = |stretches: &[Aligned]| {
+            lti::estimate(stretches, pairs.rate_hz, &options).filter(lti::Model::is_usable)
+        };
+        models.push(Labelled { style, action: None, model: estimate(&stretches).ok_or(style)? });
+        let mut actions: Vec<usize> = stretches.iter().map(|s| s.action).collect();
+        actions.sort_unstable();
+        actions.dedup();
+        for action in actions.into_iter().filter(|_| wanted.by_action) {
+            let own: Vec<Aligned> = stretches.iter().filter(|s| s.action == action).cloned().collect();
+            // An action with too little to learn from is served by the model of all.
+            models.extend(estimate(&own).map(|model| Labelled { style, action: Some(action), model }));
+        }
+    }
+    Ok(models)
+}

@@ -1,0 +1,104 @@
+//! Statistics of each style of a corpus as a section of the blob: `gestus_core::blob::layout::statistic`.
+//!
+//! One table a style over all its frames. For footplants, each table holds the projection of the dofs that tells best,
+//! over the style's own frames, when a foot stands ([`crate::models::footplant`]).
+
+use gestus_core::{
+    blob::layout::{NONE, dof, statistic},
+    math::quaternion::Quaternion,
+};
+
+use crate::models::statistic::mean::{self, Spread};
+use crate::models::{
+    footplant::{self, Footplant},
+    numbers::{floats, moments},
+};
+use gestus_motion::{
+    body::{Body, about_y},
+    corpus::Example,
+};
+
+/// Statistics of one style, over one action or all.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The style.
+    pub style: usize,
+    /// The action; `None`: all.
+    pub action: Option<usize>,
+    /// Mean and standard deviation of height, forward and left velocity.
+    pub root: [(f64, f64); 3],
+    /// When the left and the right foot stand, by the dofs.
+    pub feet: [Footplant; 2],
+    /// Of each joint; the root's without its heading.
+    pub joints: Vec<Spread>,
+}
+
+impl Table {
+    /// The statistics of some clips, whose dofs are `dofs`; means by `rounds` towards the geodesic mean.
+    pub fn of(
+        body: &Body,
+        style: usize,
+        action: Option<usize>,
+        clips: &[(&Example, &[Vec<f64>])],
+        rounds: usize,
+    ) -> Self {
+        let rows = || clips.iter().flat_map(|(_, dofs)| dofs.iter());
+        let root = [dof::HEIGHT, dof::FORWARD, dof::LEFT].map(|d| moments(rows().map(move |r| r[d]), 1e-3));
+        let joints = (0..body.skeleton.joints())
+            .map(|j| {
+                let all: Vec<Quaternion> = clips
+                    .iter()
+                    .flat_map(|(example, _)| &example.clip.frames)
+                    .map(|f| {
+                        let q =
+                            if j == 0 { about_y(-body.heading(f)) * f.rotations[0] } else { f.rotations[j] };
+                        [q.i as f32, q.j as f32, q.k as f32, q.w as f32]
+                    })
+                    .collect();
+                mean::spread(all.iter().copied(), rounds)
+            })
+            .collect();
+        let feet = feet(clips);
+        Self { style, action, root, feet, joints }
+    }
+}
+
+/// Footplants by the dofs: fitted to dofs in their spreads, written for dofs as they are.
+fn feet(clips: &[(&Example, &[Vec<f64>])]) -> [Footplant; 2] {
+    let rows = || clips.iter().flat_map(|(_, dofs)| dofs.iter());
+    let dofs = rows().next().map_or(0, Vec::len);
+    let spreads: Vec<(f64, f64)> = (0..dofs).map(|d| moments(rows().map(move |r| r[d]), 1e-3)).collect();
+    let features: Vec<Vec<f64>> =
+        rows().map(|r| r.iter().zip(&spreads).map(|(v, (mean, sd))| (v - mean) / sd).collect()).collect();
+    [0, 1].map(|side| {
+        let stands: Vec<bool> =
+            clips.iter().flat_map(|(e, dofs)| e.contacts.iter().take(dofs.len()).map(|c| c[side])).collect();
+        let Footplant { projection, boundary } = footplant::fit(&features, &stands);
+        let offset: f64 = projection.iter().zip(&spreads).map(|(w, (mean, sd))| w * mean / sd).sum();
+        let projection = projection.iter().zip(&spreads).map(|(w, (_, sd))| w / sd).collect();
+        Footplant { projection, boundary: boundary + offset }
+    })
+}
+
+/// The section: tables of every style; those of `from` stand for an input that is not labelled.
+pub fn section(from: usize, tables: &[Table]) -> Vec<u8> {
+    let mut bytes = vec![0; statistic::HEADER];
+    bytes[statistic::FROM].copy_from_slice(&(from as u16).to_le_bytes());
+    bytes[statistic::TABLES].copy_from_slice(&(tables.len() as u16).to_le_bytes());
+    for table in tables {
+        let mut head = [0; statistic::ROOT];
+        head[statistic::STYLE].copy_from_slice(&(table.style as u16).to_le_bytes());
+        head[statistic::ACTION].copy_from_slice(&table.action.map_or(NONE, |a| a as u16).to_le_bytes());
+        bytes.extend(head);
+        bytes.extend(floats(table.root.iter().flat_map(|r| [r.0, r.1])));
+        for foot in &table.feet {
+            bytes.extend(floats(std::iter::once(foot.boundary).chain(foot.projection.iter().copied())));
+        }
+        let joint = |s: &Spread| {
+            let [x, y, z, w] = s.mean;
+            [x, y, z, w, s.deviation].map(f64::from)
+        };
+        bytes.extend(floats(table.joints.iter().flat_map(joint)));
+    }
+    bytes
+}

@@ -1,0 +1,458 @@
+//! A clip with the style of another, the whole clip at once (paper 002).
+//!
+//! 1. Iterative motion warping sets the frames of both into correspondence (section 4): the shorter is warped onto
+//!    the longer.
+//! 2. Of every joint mean and spread, of the warped clips; the source's rotations are turned by `q̄_s⁻¹ q̄_r` and scaled
+//!    about `q̄_r` by `σ_r / σ_s` (section 5.4, eq. 7). The root's translation is taken from frame to frame and scaled
+//!    number by number (eq. 4), its turning is kept (section 5.2).
+//! 3. The warp is undone by slerp (section 6): the result runs at the source's time.
+//!
+//! The map of step 2 is the same for every frame, so that warping before it and undoing the warp after it cancel, but
+//! for what interpolation blurs. What is left of the warp is how often each frame counts in the statistics: by
+//! default frames are weighted by that, and mapped where they are. [`Options::literal`] takes the clips through the
+//! warp and back; a test holds the two together. Euler angles go the literal way.
+//!
+//! Foot skate is cleaned up behind it (section 6, [`crate::stream::cleanup`]), with the source's contacts, which are the
+//! result's: [`Transferred::contacts`]. [`Options::clean_up`] leaves it out.
+//!
+//! Cost: the warp; then two slerps a joint and frame.
+
+use std::time::Instant;
+
+use gestus_core::{
+    blob::layout::dof,
+    math::quaternion::{self, Quaternion},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::models::statistic::{
+    euler,
+    mean::{self, Spread},
+};
+use crate::{
+    models::numbers::moments,
+    registration::{
+        contact,
+        warp::{
+            self, Warp, WarpError,
+            imw::{Config, imw},
+        },
+    },
+    stream::cleanup::{self, Limbs},
+};
+use gestus_motion::{
+    body::{Body, about_y, row_at},
+    clip::{Clip, Frame},
+};
+
+/// Most that a spread is scaled, as in the core.
+const MOST_SCALE: f32 = 4.0;
+/// Lengths further apart than this are brought together before warping: the slope limit is two.
+const NEAR: f64 = 1.8;
+
+/// How a style is transferred.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Rounds from the recursive mean towards the geodesic one; 0: the paper's own.
+    pub rounds: usize,
+    /// Euler angles instead of quaternions: the variant that the paper holds against its own.
+    pub euler: bool,
+    /// Set frames into correspondence before statistics are taken.
+    pub warp: bool,
+    /// Take the clips through the warp and back, frame by frame.
+    pub literal: bool,
+    /// Take foot skate out at the end.
+    pub clean_up: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rounds: 0, euler: false, warp: true, literal: false, clean_up: true }
+    }
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Transferred {
+    /// The clip, at the source's time.
+    pub clip: Clip,
+    /// Which foot stands, as in the source. Shape `[frames]`.
+    pub contacts: Vec<[bool; 2]>,
+    /// Milliseconds that the correspondence took.
+    pub warp_ms: f64,
+    /// Milliseconds that statistics and transfer took.
+    pub transfer_ms: f64,
+}
+
+/// Gives `source` the style of `reference`; both on the body's skeleton, and at one rate.
+///
+/// # Errors
+/// [`WarpError`] where one of them has no frames.
+pub fn transfer(
+    body: &Body,
+    source: &Clip,
+    reference: &Clip,
+    options: &Options,
+) -> Result<Transferred, WarpError> {
+    if source.frames.is_empty() || reference.frames.is_empty() {
+        return Err(WarpError::Empty);
+    }
+    let (x, y) = (body.clip_dofs(source), body.clip_dofs(reference));
+    let start = Instant::now();
+    let (own, other) = if options.warp { correspond(&x, &y)? } else { straight(x.len(), y.len()) };
+    let warp_ms = start.elapsed().as_secs_f64() * 1e3;
+
+    let start = Instant::now();
+    let headings: Vec<f64> = source.frames.iter().map(|f| body.heading(f)).collect();
+    let (u, v) = (Turns::with(&headings, source), Turns::of(body, reference));
+    let joints = body.skeleton.joints();
+    let rotations: Vec<Vec<Quaternion>> = if options.literal || options.euler {
+        let one = |j: usize| {
+            let (a, b) = (u.warped(j, &own), v.warped(j, &other));
+            let moved = if options.euler {
+                euler::moved(&a, &b)
+            } else {
+                moved(&a, &spread(&a, options), &spread(&b, options))
+            };
+            back(&moved, &own, source.frames.len())
+        };
+        let by_joint: Vec<Vec<Quaternion>> = (0..joints).map(one).collect();
+        (0..source.frames.len()).map(|t| by_joint.iter().map(|r| r[t]).collect()).collect()
+    } else {
+        let from = mean::spreads(&u.frames, &weights(&own, source.frames.len()), options.rounds);
+        let to = mean::spreads(&v.frames, &weights(&other, reference.frames.len()), options.rounds);
+        let maps: Vec<Map> = from.iter().zip(&to).map(|(a, b)| Map::of(a, b)).collect();
+        u.frames.iter().map(|f| f.iter().zip(&maps).map(|(&q, map)| map.apply(q)).collect()).collect()
+    };
+    let root = root(&x, &y, &own, &other);
+    let mut ground = source.frames[0].root;
+    let mut frames = Vec::with_capacity(source.frames.len());
+    for (t, &[height, forward, left]) in root.iter().enumerate() {
+        if t > 0 {
+            ground += about_y(headings[t - 1]) * Vector3::new(left, 0.0, forward) / source.rate_hz;
+        }
+        let mut turns: Vec<UnitQuaternion<f64>> = rotations[t].iter().map(|&q| wide(q)).collect();
+        turns[0] = about_y(headings[t]) * turns[0];
+        frames.push(Frame { root: Vector3::new(ground.x, height, ground.z), rotations: turns });
+    }
+    let transfer_ms = start.elapsed().as_secs_f64() * 1e3;
+    let mut contacts = contact::contacts(source, &body.landmarks);
+    if let Some((limbs, stands)) = Limbs::of_clip(body, source).filter(|_| options.clean_up) {
+        let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
+        frames = cleanup::clean(&limbs, &frames, &stands, window);
+        contacts = stands;
+    }
+    Ok(Transferred { clip: Clip { frames, ..source.clone() }, contacts, warp_ms, transfer_ms })
+}
+
+/// How far, at most, the recursive means of a clip's joints are from the geodesic ones, radians.
+pub fn mean_offset(body: &Body, clip: &Clip) -> f64 {
+    let turns = Turns::of(body, clip);
+    let offset = |j: usize| {
+        let all = turns.joint(j);
+        let recursive = mean::recursive(all.iter().copied());
+        f64::from(quaternion::angle(recursive, mean::geodesic(recursive, all.iter().copied(), 8)))
+    };
+    (0..body.skeleton.joints()).map(offset).fold(0.0, f64::max)
+}
+
+fn spread(rotations: &[Quaternion], options: &Options) -> Spread {
+    mean::spread(rotations.iter().copied(), options.rounds)
+}
+
+/// Mean aligned, spread scaled: the same for every frame of a joint.
+struct Map {
+    turn: Quaternion,
+    mean: Quaternion,
+    scale: f32,
+}
+
+impl Map {
+    fn of(from: &Spread, to: &Spread) -> Self {
+        let turn = quaternion::multiply(quaternion::conjugate(from.mean), to.mean);
+        Self { turn, mean: to.mean, scale: (to.deviation / from.deviation).min(MOST_SCALE) }
+    }
+
+    fn apply(&self, q: Quaternion) -> Quaternion {
+        mean::near_slerp(self.scale, self.mean, quaternion::multiply(q, self.turn))
+    }
+}
+
+fn moved(rotations: &[Quaternion], from: &Spread, to: &Spread) -> Vec<Quaternion> {
+    let map = Map::of(from, to);
+    rotations.iter().map(|&q| map.apply(q)).collect()
+}
+
+/// How often each frame counts: how many of the positions are its own, shared between two where one lies between.
+fn weights(positions: &[f64], frames: usize) -> Vec<f32> {
+    let mut weights = vec![0.0; frames];
+    for &p in positions {
+        let i = (p.max(0.0) as usize).min(frames - 1);
+        let t = (p - i as f64).clamp(0.0, 1.0) as f32;
+        weights[i] += 1.0 - t;
+        weights[(i + 1).min(frames - 1)] += t;
+    }
+    weights
+}
+
+/// Rotations of a clip as the core has them; the root's without its heading. Shape `[frames][joints]`.
+struct Turns {
+    frames: Vec<Vec<Quaternion>>,
+}
+
+impl Turns {
+    fn of(body: &Body, clip: &Clip) -> Self {
+        let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
+        Self::with(&headings, clip)
+    }
+
+    /// The same, of a clip whose headings are known.
+    fn with(headings: &[f64], clip: &Clip) -> Self {
+        let narrow = |q: &UnitQuaternion<f64>| [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
+        let frame = |(f, heading): (&Frame, &f64)| {
+            let mut all: Vec<Quaternion> = f.rotations.iter().map(narrow).collect();
+            all[0] = narrow(&(about_y(-heading) * f.rotations[0]));
+            all
+        };
+        Self { frames: clip.frames.iter().zip(headings).map(frame).collect() }
+    }
+
+    fn joint(&self, joint: usize) -> Vec<Quaternion> {
+        self.frames.iter().map(|f| f[joint]).collect()
+    }
+
+    /// Rotations of a joint at positions of the clip.
+    fn warped(&self, joint: usize, positions: &[f64]) -> Vec<Quaternion> {
+        let all = self.joint(joint);
+        positions.iter().map(|&p| at(&all, p)).collect()
+    }
+}
+
+/// The rotation at a fractional frame index.
+fn at(rotations: &[Quaternion], position: f64) -> Quaternion {
+    let last = rotations.len() - 1;
+    let i = (position.max(0.0) as usize).min(last);
+    let t = (position - i as f64) as f32;
+    if t < 1e-6 || i == last { rotations[i] } else { quaternion::slerp(t, rotations[i], rotations[i + 1]) }
+}
+
+/// Undoes the warp: rotations given at `positions` of a clip, at its frames.
+fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quaternion> {
+    let mut k = 0;
+    (0..frames)
+        .map(|t| {
+            let t = t as f64;
+            while k + 2 < positions.len() && positions[k + 1] <= t {
+                k += 1;
+            }
+            let next = (k + 1).min(positions.len() - 1);
+            let span = positions[next] - positions[k];
+            let share = if span > 0.0 { ((t - positions[k]) / span).clamp(0.0, 1.0) } else { 0.0 };
+            at(rotations, k as f64 + share)
+        })
+        .collect()
+}
+
+/// Height, forward and left velocity of every frame, scaled number by number (eq. 4).
+fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64; 3]> {
+    let numbers = [dof::HEIGHT, dof::FORWARD, dof::LEFT].map(|d| {
+        let at = |rows: &[Vec<f64>], positions: &[f64]| -> Vec<f64> {
+            let one = |&p: &f64| {
+                let i = (p.max(0.0) as usize).min(rows.len() - 1);
+                let next = rows[(i + 1).min(rows.len() - 1)][d];
+                rows[i][d] + (p - i as f64) * (next - rows[i][d])
+            };
+            positions.iter().map(one).collect()
+        };
+        let (from, from_sd) = moments(at(x, own).into_iter(), 1e-3);
+        let (to, to_sd) = moments(at(y, other).into_iter(), 1e-3);
+        let scale = (to_sd / from_sd).min(f64::from(MOST_SCALE));
+        x.iter().map(|row| to + scale * (row[d] - from)).collect::<Vec<f64>>()
+    });
+    (0..x.len()).map(|t| [0, 1, 2].map(|k| numbers[k][t])).collect()
+}
+
+/// Positions in both clips that correspond, as many as the longer has frames.
+fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), WarpError> {
+    if x.len() > y.len() {
+        let (other, own) = correspond(y, x)?;
+        return Ok((own, other));
+    }
+    let [count, most] = warped(x.len(), y.len());
+    let (u, v) = moving(&thinned(x, count), &thinned(y, most));
+    let config = Config { tolerance: 3e-3, ..Config::default() };
+    let warp = imw(&u, &v, &config)?.warp;
+    let own = Warp { positions: inverse(&warp, most) }.stretched(y.len(), count, x.len());
+    Ok((own.positions, (0..y.len()).map(|k| k as f64).collect()))
+}
+
+/// How many frames of a shorter and a longer clip are warped. The shorter is brought nearer to the length of the longer
+/// where the slope limit could not follow.
+fn warped(x: usize, y: usize) -> [usize; 2] {
+    let most = y.min(warp::MOST_FRAMES);
+    let near = (y as f64) < NEAR * x as f64;
+    [if near { (x * most).div_ceil(y) } else { most }, most]
+}
+
+/// What of so many rows a warp looks at, evenly from the first to the last.
+fn thinned(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
+    let [last, end] = [rows.len() - 1, count.max(2) - 1].map(|n| n as f64);
+    (0..count).map(|k| warp::shape(&row_at(rows, last * k as f64 / end))).collect()
+}
+
+/// Both motions in spreads, without the dofs that are still in both: they tell no moment from another.
+fn moving(u: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let deviation = |m: &[Vec<f64>], d: usize| moments(m.iter().map(move |r| r[d]), 0.0).1;
+    let dofs = u.first().map_or(0, Vec::len);
+    let mut kept: Vec<usize> =
+        (0..dofs).filter(|&d| deviation(u, d).max(deviation(v, d)) >= warp::STILL).collect();
+    if kept.is_empty() {
+        kept = (0..dofs).collect();
+    }
+    let pick = |m: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        m.iter().map(|r| kept.iter().map(|&d| r[d]).collect()).collect()
+    };
+    warp::standardised(&pick(u), &pick(v))
+}
+
+/// Where each frame of the second motion is in the first.
+fn inverse(warp: &Warp, frames: usize) -> Vec<f64> {
+    let positions = &warp.positions;
+    let mut i = 0;
+    (0..frames)
+        .map(|j| {
+            let j = j as f64;
+            while i + 2 < positions.len() && positions[i + 1] <= j {
+                i += 1;
+            }
+            let next = (i + 1).min(positions.len() - 1);
+            let span = positions[next] - positions[i];
+            i as f64 + if span > 0.0 { ((j - positions[i]) / span).clamp(0.0, 1.0) } else { 0.0 }
+        })
+        .collect()
+}
+
+fn straight(own: usize, other: usize) -> (Vec<f64>, Vec<f64>) {
+    let all = |n: usize| (0..n).map(|k| k as f64).collect();
+    (all(own), all(other))
+}
+
+fn wide(q: Quaternion) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = q.map(f64::from);
+    // Of unit length already, but for the rounding of f32.
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth;
+
+    fn clips() -> (Body, Clip, Clip) {
+        let corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: vec!["neutral".into(), "proud".into()],
+            clips: 1,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let body = Body::of(&corpus).unwrap();
+        let of = |style: usize| corpus.examples.iter().find(|e| e.style == style).unwrap().clip.clone();
+        (body, of(0), of(1))
+    }
+
+    #[test]
+    fn the_result_has_the_references_statistics() {
+        let (body, source, reference) = clips();
+        let options = Options { rounds: 6, warp: false, clean_up: false, ..Options::default() };
+        let out = transfer(&body, &source, &reference, &options).unwrap().clip;
+        assert_eq!(out.frames.len(), source.frames.len());
+        let (a, b) = (Turns::of(&body, &out), Turns::of(&body, &reference));
+        for j in 0..body.skeleton.joints() {
+            let (found, wanted) = (spread(&a.joint(j), &options), spread(&b.joint(j), &options));
+            assert!(quaternion::angle(found.mean, wanted.mean) < 2e-3, "joint {j}: {found:?} {wanted:?}");
+            let still = spread(&Turns::of(&body, &source).joint(j), &options).deviation < 0.01;
+            assert!(
+                still || (found.deviation / wanted.deviation - 1.0).abs() < 0.02,
+                "joint {j}: {found:?} {wanted:?}"
+            );
+        }
+        // Where it turns is the source's business.
+        for (a, b) in out.frames.iter().zip(&source.frames) {
+            assert!((body.heading(a) - body.heading(b)).abs() < 0.2);
+        }
+    }
+
+    #[test]
+    fn a_clip_in_its_own_style_stays() {
+        let (body, source, _) = clips();
+        for euler in [false, true] {
+            let options = Options { euler, clean_up: false, ..Options::default() };
+            let out = transfer(&body, &source, &source, &options).unwrap().clip;
+            for (a, b) in out.frames.iter().zip(&source.frames) {
+                assert!((a.root - b.root).norm() < 0.01, "{euler}");
+                for (p, q) in a.rotations.iter().zip(&b.rotations) {
+                    assert!(p.angle_to(q) < 0.01, "{euler}: {}", p.angle_to(q));
+                }
+            }
+        }
+    }
+
+    /// Weighing frames by the warp is going through the warp and back.
+    #[test]
+    fn the_warp_cancels_but_for_its_weights() {
+        let (body, source, reference) = clips();
+        let short = Clip { frames: source.frames[..90].to_vec(), ..source };
+        let go = |literal: bool| {
+            let options = Options { literal, clean_up: false, ..Options::default() };
+            transfer(&body, &short, &reference, &options).unwrap().clip
+        };
+        let mut most: f64 = 0.0;
+        for (a, b) in go(false).frames.iter().zip(&go(true).frames) {
+            most = a.rotations.iter().zip(&b.rotations).map(|(p, q)| p.angle_to(q)).fold(most, f64::max);
+        }
+        assert!(most < 0.06, "{most} rad");
+    }
+
+    /// Clips of minutes took minutes. What corresponds in them is found among fewer frames.
+    #[test]
+    fn long_clips_correspond_as_short_ones_do() {
+        let row = |x: f64| {
+            let wave = |k: f64| (k * std::f64::consts::TAU * x + k).sin();
+            [vec![0.9; dof::JOINTS], vec![wave(1.0), wave(2.0), wave(3.5)]].concat()
+        };
+        let rows = |count: usize, course: &dyn Fn(f64) -> f64| -> Vec<Vec<f64>> {
+            (0..count).map(|t| row(course(t as f64 / (count - 1) as f64))).collect()
+        };
+        let course = |x: f64| x + 0.05 * (std::f64::consts::TAU * x).sin();
+        for (own, other) in [(300, 400), (1500, 2000), (2000, 1500), (900, 2000)] {
+            let (x, y) = (rows(own, &|x| x), rows(other, &course));
+            let (own_at, other_at) = correspond(&x, &y).unwrap();
+            assert_eq!([own_at.len(), other_at.len()], [own.max(other); 2]);
+            let off = own_at
+                .iter()
+                .zip(&other_at)
+                .map(|(a, b)| (a / (own - 1) as f64 - course(b / (other - 1) as f64)).abs());
+            let off = off.sum::<f64>() / own_at.len() as f64;
+            assert!(off < 0.01, "{own} and {other} frames: {off} of the clip off");
+        }
+        assert_eq!([warped(300, 400), warped(200, 400)], [[300, 400], [400, 400]]);
+        assert_eq!([warped(1500, 2000), warped(900, 2000)], [[384, 512], [512, 512]]);
+    }
+
+    #[test]
+    fn lengths_may_be_far_apart() {
+        let (body, source, reference) = clips();
+        let short = Clip { frames: source.frames[..30].to_vec(), ..source.clone() };
+        assert_eq!(transfer(&body, &short, &reference, &Options::default()).unwrap().clip.frames.len(), 30);
+        assert_eq!(
+            transfer(&body, &reference, &short, &Options::default()).unwrap().clip.frames.len(),
+            reference.frames.len()
+        );
+        let one = Clip { frames: source.frames[..1].to_vec(), ..source.clone() };
+        assert_eq!(transfer(&body, &one, &reference, &Options::default()).unwrap().clip.frames.len(), 1);
+        let none = Clip { frames: vec![], ..source };
+        assert!(transfer(&body, &none, &reference, &Options::default()).is_err());
+    }
+}

@@ -1,0 +1,200 @@
+//! Foot contacts of a clip, from where its feet are and how fast they move.
+//!
+//! A foot stands where the slower of ankle and toe is slow, and low over its usual height; with hysteresis, so that noise
+//! does not make it flicker. Thresholds follow the size of the body. What carries a foot does not move: to take the
+//! lower of the two instead is as good in gaits, jumps and kicks, and worse where a foot turns on its ball (generated
+//! punches: F1 0.986 against 0.989).
+
+use nalgebra::Vector3;
+
+use gestus_motion::{
+    clip::Clip,
+    corpus::{Cycle, Example},
+    landmarks::Landmarks,
+};
+
+/// Which foot stands, left and right, in every frame. Shape `[frames]`.
+pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
+    let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
+    let frames = positions.len();
+    let leg =
+        landmarks.knees.iter().chain(&landmarks.feet).map(|&j| clip.skeleton.offsets[j].norm()).sum::<f64>()
+            / 2.0;
+    let mut result = vec![[false; 2]; frames];
+    for side in [0, 1] {
+        let joints = [landmarks.feet[side], landmarks.toes[side]];
+        let lows = joints.map(|j| low(&positions, j));
+        let state = |t: usize| -> (f64, f64) {
+            let (before, after) = (t.saturating_sub(1), (t + 1).min(frames - 1));
+            let seconds = (after - before).max(1) as f64 / clip.rate_hz;
+            let of = |i: usize| {
+                let j = joints[i];
+                let speed = (positions[after][j] - positions[before][j]).norm() / seconds;
+                (positions[t][j].y - lows[i], speed)
+            };
+            let (ankle, toe) = (of(0), of(1));
+            // By speed.
+            if ankle.1 < toe.1 { ankle } else { toe }
+        };
+        let mut standing = false;
+        for (t, slot) in result.iter_mut().enumerate() {
+            let (height, speed) = state(t);
+            // A leg is about 0.8 m: 4 to 6.5 cm, 0.4 to 0.7 m/s.
+            let slack = if standing { 1.6 } else { 1.0 };
+            standing = height < 0.05 * leg * slack && speed < 0.55 * leg * slack;
+            slot[side] = standing;
+        }
+    }
+    tidy(&mut result, clip.rate_hz);
+    result
+}
+
+/// Heights of ankle and toes over the floor while they carry the foot, metres, `[side][ankle, toe]`: medians over the
+/// frames in which the foot stands and the joint is the lower of the two, each over its own low in the clip.
+pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 2] {
+    let mut seen: [[Vec<f64>; 2]; 2] = Default::default();
+    for example in examples {
+        let positions: Vec<_> =
+            example.clip.frames.iter().map(|f| f.positions(&example.clip.skeleton)).collect();
+        for side in [0, 1] {
+            let joints = [landmarks.feet[side], landmarks.toes[side]];
+            let lows = joints.map(|j| low(&positions, j));
+            for (position, _) in positions.iter().zip(&example.contacts).filter(|(_, c)| c[side]) {
+                let over = [0, 1].map(|i| position[joints[i]].y - lows[i]);
+                let lower = usize::from(over[1] <= over[0]);
+                seen[side][lower].push(position[joints[lower]].y);
+            }
+        }
+    }
+    seen.map(|joints| {
+        joints.map(|mut heights| {
+            heights.sort_by(f64::total_cmp);
+            heights.get(heights.len() / 2).copied().unwrap_or(0.0)
+        })
+    })
+}
+
+/// A joint's own low: its 5% quantile, so that one bad frame does not count.
+fn low(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
+    let mut heights: Vec<f64> = positions.iter().map(|p| p[joint].y).collect();
+    heights.sort_by(f64::total_cmp);
+    heights[positions.len() / 20]
+}
+
+/// Removes contacts and gaps shorter than 50 ms.
+fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
+    let shortest = (0.05 * rate_hz).ceil() as usize;
+    for side in [0, 1] {
+        let mut start = 0;
+        for t in 1..=contacts.len() {
+            if t == contacts.len() || contacts[t][side] != contacts[start][side] {
+                let inside = start > 0 && t < contacts.len();
+                if inside && t - start < shortest {
+                    let flipped = !contacts[start][side];
+                    contacts[start..t].iter_mut().for_each(|c| c[side] = flipped);
+                }
+                start = t;
+            }
+        }
+    }
+}
+
+/// Standard deviation of the Gaussian on contact likelihoods, seconds (paper 000, section 6): 0.6 frames at 30 Hz.
+pub const GAUSSIAN_S: f64 = 0.02;
+
+/// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
+/// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::methods::mixture::contact_votes`.
+/// [`GAUSSIAN_S`] times the rate is the paper's.
+pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
+    let reach = (3.0 * sigma).ceil() as isize;
+    let kernel: Vec<f64> =
+        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
+    let total: f64 = kernel.iter().sum();
+    let last = likelihoods.len() as isize - 1;
+    let at = |t: isize, side: usize| likelihoods[t.clamp(0, last) as usize][side];
+    (0..likelihoods.len() as isize)
+        .map(|t| {
+            [0, 1].map(|side| {
+                let sum: f64 = kernel.iter().zip(-reach..).map(|(k, i)| k * at(t + i, side)).sum();
+                sum > 0.5 * total
+            })
+        })
+        .collect()
+}
+
+/// Marks of a canonical timeline.
+const MARKS: usize = 48;
+
+/// Cycles that have to agree on a phase, as a share: below, foot-down and foot-up lie about here.
+const AGREED: f64 = 0.9;
+
+/// Annotates the canonical timeline of every action in every style, and carries it to the clips: where nearly all
+/// cycles agree that a foot stands at a phase, or that it does not, all do (paper 000, section 4). Around foot-down and
+/// foot-up, and outside of the cycles, the clip's own contacts stay: one step is a little longer than the next.
+///
+/// One clip's noise then labels no frame of its own; what a style does at a phase, it does in all its cycles.
+pub fn carry(examples: &mut [Example]) {
+    let mut classes: Vec<(usize, usize)> = examples.iter().map(|e| (e.action, e.style)).collect();
+    classes.sort_unstable();
+    classes.dedup();
+    for class in classes {
+        let mut stands = [[0.0f64; 2]; MARKS];
+        let mut seen = [0.0f64; MARKS];
+        for example in examples.iter().filter(|e| (e.action, e.style) == class) {
+            for (frame, phase) in phases(example) {
+                let mark = mark(phase);
+                seen[mark] += 1.0;
+                for side in [0, 1] {
+                    stands[mark][side] += f64::from(u8::from(example.contacts[frame][side]));
+                }
+            }
+        }
+        for example in examples.iter_mut().filter(|e| (e.action, e.style) == class) {
+            for (frame, phase) in phases(example) {
+                let mark = mark(phase);
+                // A few cycles leave no majority to speak of.
+                if seen[mark] < 3.0 {
+                    continue;
+                }
+                for side in [0, 1] {
+                    let share = stands[mark][side] / seen[mark];
+                    if !(1.0 - AGREED..=AGREED).contains(&share) {
+                        example.contacts[frame][side] = share > 0.5;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn mark(phase: f64) -> usize {
+    ((phase * MARKS as f64) as usize).min(MARKS - 1)
+}
+
+/// The frames of a clip that lie in a cycle, with their phases.
+fn phases(example: &Example) -> Vec<(usize, f64)> {
+    let frames = example.clip.frames.len();
+    let of = |c: &Cycle| {
+        let (start, end) = c.span();
+        let range = start.ceil().max(0.0) as usize..(end.ceil().max(0.0) as usize).min(frames);
+        range.map(|f| (f, c.phase(f as f64))).collect::<Vec<_>>()
+    };
+    example.cycles.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gaussian_takes_out_a_stray_frame_and_moves_no_edge() {
+        let mut likelihoods = vec![[1.0, 0.0]; 20];
+        likelihoods[8][0] = 0.1;
+        likelihoods[10..].iter_mut().for_each(|l| l[1] = 1.0);
+        let found = smoothed(&likelihoods, 1.0);
+        assert!(found.iter().all(|c| c[0]), "{found:?}");
+        assert!(found.iter().enumerate().all(|(t, c)| c[1] == (t >= 10)), "{found:?}");
+        // No smoothing: the bare vote.
+        assert!(!smoothed(&likelihoods, 0.0)[8][0]);
+    }
+}

@@ -1,0 +1,33 @@
+//! How an action runs along its canonical timeline.
+
+use serde::{Deserialize, Serialize};
+
+/// Knots of a gait cycle: left, right and left strike.
+pub const GAIT_KNOTS: usize = 3;
+
+/// How an action runs along its canonical timeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Cyclic, cut at foot strikes: walks, runs, turns.
+    Gait,
+    /// One clip is one timeline from start to end: kicks, waves.
+    Whole,
+}
+
+impl Kind {
+    /// The kind that an action has by its name alone.
+    pub fn of_action(action: &str) -> Kind {
+        const GAITS: [&str; 8] = ["walk", "run", "jog", "turn", "march", "strut", "dash", "sneak"];
+        let name = action.to_ascii_lowercase();
+        // Whole words at the start, so that `run-turn` is a gait and `return` is none.
+        let is_gait = name
+            .split(|c: char| !c.is_alphabetic())
+            .any(|word| GAITS.iter().any(|gait| word.strip_prefix(gait).is_some_and(is_ending)));
+        if is_gait { Kind::Gait } else { Kind::Whole }
+    }
+}
+
+fn is_ending(rest: &str) -> bool {
+    matches!(rest, "" | "s" | "ing" | "ning" | "ging" | "ting")
+}

@@ -1,0 +1,333 @@
+//! Anatomical frames: how each body part lies in its joint's own axes.
+//!
+//! The intermediate skeleton of Monzani et al. 2000, as one constant rotation a joint. Frames are named by what
+//! bodies share, so that nothing depends on a rest pose where there is a better witness:
+//!
+//! | part | frame, in the joint's axes |
+//! |---|---|
+//! | upper and lower arms and legs | along the bone; across it, the axis about which elbow or knee bend in the motion |
+//! | feet | up is the floor's normal while they stand; ahead, the toes |
+//! | hands, collarbones | as they lie on average on lower arm and chest |
+//! | toes | as the foot, while it stands |
+//! | trunk | along the bones of the spine; across, left at rest where zero rotations are an upright body, the lines of hips and shoulders where they are not |
+//! | head | upright at rest; level on average where there is no upright rest |
+//!
+//! Axes: X left, Y up, Z ahead for the trunk; Y along the bone and X across for limbs.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Matrix4, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+
+use crate::retarget::{
+    identify::{Parts, path},
+    parts::{Part, Side},
+};
+use gestus_motion::{
+    clip::{Frame, Skeleton},
+    landmarks::rest_positions,
+};
+
+/// A skeleton's frames and lengths.
+#[derive(Debug, Clone)]
+pub struct Anatomy {
+    /// Frame of each joint that has one: from anatomical to the joint's axes.
+    pub frames: BTreeMap<usize, UnitQuaternion<f64>>,
+    /// Length of a leg, mean of both, metres.
+    pub leg_m: f64,
+    /// Length of an arm, mean of both, metres.
+    pub arm_m: f64,
+    /// Height of the ankles over the ground's zero when they stand, metres.
+    pub ankle_m: f64,
+    /// Middle of the hip joints in the root's frame, metres.
+    pub hips: Vector3<f64>,
+    /// Whether zero rotations are an upright body.
+    pub upright: bool,
+    /// What a person should look at.
+    pub doubts: Vec<String>,
+}
+
+/// Positions and orientations in the world of one frame.
+struct World {
+    turns: Vec<UnitQuaternion<f64>>,
+    places: Vec<Vector3<f64>>,
+}
+
+/// Bend of an elbow or knee, on average, below which the motion doesn't say its axis: sine of 4 degrees.
+const LEAST_BEND: f64 = 0.07;
+
+impl Anatomy {
+    /// Measures a body. `sample` are some of its poses, Y up; `upright` is the user's word, where there is one.
+    pub fn of(skeleton: &Skeleton, parts: &Parts, sample: &[Frame], upright: Option<bool>) -> Self {
+        let worlds: Vec<World> = sample.iter().map(|f| world(skeleton, f)).collect();
+        let zero = zero_axes(skeleton, parts);
+        let upright_axes = match upright {
+            Some(true) => zero.or(Some(UnitQuaternion::identity())),
+            Some(false) => None,
+            None => zero,
+        };
+        let mut this = Self {
+            frames: BTreeMap::new(),
+            leg_m: mean_length(skeleton, parts, Part::UpperLeg, Part::Foot),
+            arm_m: mean_length(skeleton, parts, Part::UpperArm, Part::Hand),
+            ankle_m: 0.0,
+            hips: Vector3::zeros(),
+            upright: upright_axes.is_some(),
+            doubts: Vec::new(),
+        };
+        let mut measure = Measure { parts, worlds: &worlds, zero: upright_axes, body: &mut this };
+        measure.hips();
+        measure.trunk();
+        for side in Side::BOTH {
+            measure.limb([Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)], false, side);
+            measure.limb([Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)], true, side);
+            measure.like(Part::Clavicle(side), Part::Chest);
+            measure.like(Part::Hand(side), Part::LowerArm(side));
+            measure.foot(side);
+        }
+        this
+    }
+
+    /// Frame of a joint, where it has one.
+    pub fn frame(&self, joint: usize) -> Option<UnitQuaternion<f64>> {
+        self.frames.get(&joint).copied()
+    }
+}
+
+struct Measure<'a> {
+    parts: &'a Parts,
+    worlds: &'a [World],
+    zero: Option<UnitQuaternion<f64>>,
+    body: &'a mut Anatomy,
+}
+
+impl Measure<'_> {
+    /// Mean over the sample.
+    fn mean(&self, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
+        self.worlds.iter().map(of).sum::<Vector3<f64>>() / self.worlds.len().max(1) as f64
+    }
+
+    /// Mean of a vector of the world, as a joint sees it.
+    fn seen(&self, joint: usize, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
+        self.mean(|w| w.turns[joint].inverse() * of(w))
+    }
+
+    fn hips(&mut self) {
+        let hip = |s: Side| self.parts.get(Part::UpperLeg(s)).unwrap_or(0);
+        let middle = |w: &World| (w.places[hip(Side::Left)] + w.places[hip(Side::Right)]) / 2.0 - w.places[0];
+        self.body.hips = self.seen(0, middle);
+    }
+
+    /// Left of the body, in the world, from a pair of parts.
+    fn left(&self, w: &World, of: fn(Side) -> Part) -> Vector3<f64> {
+        let place = |s: Side| self.parts.get(of(s)).map_or(w.places[0], |j| w.places[j]);
+        (place(Side::Left) - place(Side::Right)).try_normalize(1e-9).unwrap_or_else(Vector3::zeros)
+    }
+
+    /// Hips, spine, chest, neck, head.
+    fn trunk(&mut self) {
+        let mut chain = vec![0];
+        chain.extend(&self.parts.spine);
+        let chest = *chain.last().unwrap_or(&0);
+        chain.extend(&self.parts.neck);
+        for (i, &j) in chain.iter().enumerate() {
+            let share = if chest == 0 { 1.0 } else { (i as f64 / self.parts.spine.len() as f64).min(1.0) };
+            let left = match self.zero {
+                Some(axes) if i > 0 => axes * Vector3::x(),
+                _ => self.seen(j, |w| {
+                    self.left(w, Part::UpperLeg) * (1.0 - share) + self.left(w, Part::UpperArm) * share
+                }),
+            };
+            // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
+            // a joint of no length above it tilt back, and then its own axes say nothing about the spine.
+            let next = chain[i + 1..].iter().copied().find(|&n| {
+                self.mean(|w| Vector3::repeat((w.places[n] - w.places[j]).norm())).x > 0.02 * self.body.leg_m
+            });
+            let up = match (next, self.zero) {
+                (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),
+                (None, Some(axes)) => axes * Vector3::y(),
+                // Heads are held level, on average.
+                (None, None) => self.seen(j, |_| Vector3::y()),
+            };
+            self.body.frames.insert(j, axes(up, left, i == 0));
+        }
+    }
+
+    /// Upper and lower bone of a limb.
+    fn limb(&mut self, chain: [Part; 3], arm: bool, side: Side) {
+        let [Some(upper), Some(lower)] = [chain[0], chain[1]].map(|p| self.parts.get(p)) else { return };
+        let end = self.parts.get(chain[2]);
+        let bone = |from: usize, to: usize| move |w: &World| w.places[to] - w.places[from];
+        let upper_bone = self.seen(upper, bone(upper, lower));
+        let lower_bone = match end {
+            Some(end) => self.seen(lower, bone(lower, end)),
+            // Without a wrist: on along the upper arm's bone.
+            None => upper_bone,
+        };
+        let bend = |w: &World| match end {
+            Some(end) => {
+                let (a, b) = (bone(upper, lower)(w), bone(lower, end)(w));
+                a.cross(&b) / (a.norm() * b.norm()).max(1e-9)
+            }
+            None => Vector3::zeros(),
+        };
+        let hinges = [upper, lower].map(|j| self.seen(j, bend));
+        let weak = hinges[0].norm() < LEAST_BEND || hinges[1].norm() < LEAST_BEND;
+        for (joint, bone, hinge) in [(upper, upper_bone, hinges[0]), (lower, lower_bone, hinges[1])] {
+            let hinge = if weak { self.rest_hinge(joint, bone, arm) } else { Some(hinge) };
+            let across = hinge.unwrap_or_else(|| any_across(&bone));
+            self.body.frames.insert(joint, axes(bone, across, false));
+        }
+        if weak {
+            let (joint, which) =
+                (if arm { "elbow" } else { "knee" }, if side == Side::Left { "left" } else { "right" });
+            let witness = if self.zero.is_some() { "the rest pose" } else { "nothing but its axes" };
+            self.body.doubts.push(format!(
+                "the {which} {joint} hardly bends in this clip: its axis is taken from {witness}"
+            ));
+        }
+    }
+
+    /// The axis of elbow or knee at rest, where zero rotations are an upright body: knees bend about the left axis,
+    /// elbows of hanging arms about the right one; raised arms take it with them.
+    fn rest_hinge(&self, _joint: usize, bone: Vector3<f64>, arm: bool) -> Option<Vector3<f64>> {
+        let axes = self.zero?;
+        if !arm {
+            return Some(axes * Vector3::x());
+        }
+        let down = axes * -Vector3::y();
+        let raise = UnitQuaternion::rotation_between(&down, &bone)?;
+        Some(raise * (axes * -Vector3::x()))
+    }
+
+    /// A part that lies, on average, as the one that it hangs on.
+    fn like(&mut self, part: Part, on: Part) {
+        let (Some(joint), Some(on)) = (self.parts.get(part), self.parts.get(on)) else { return };
+        let Some(frame) = self.body.frame(on) else { return };
+        let relative = self.worlds.iter().map(|w| w.turns[joint].inverse() * w.turns[on]);
+        self.body.frames.insert(joint, mean_rotation(relative) * frame);
+    }
+
+    /// Foot and toes: level while they stand.
+    fn foot(&mut self, side: Side) {
+        let Some(ankle) = self.parts.get(Part::Foot(side)) else { return };
+        let toes = self.parts.get(Part::Toes(side));
+        let height = |w: &World, j: usize| w.places[j].y;
+        let low = |j: usize, share: f64| {
+            let mut heights: Vec<f64> = self.worlds.iter().map(|w| height(w, j)).collect();
+            heights.sort_by(f64::total_cmp);
+            heights.get(((heights.len() - 1) as f64 * share) as usize).copied().unwrap_or(0.0)
+        };
+        if self.worlds.is_empty() {
+            return;
+        }
+        let slack = 0.02 * self.body.leg_m.max(0.1);
+        let (ankle_low, toes_low) = (low(ankle, 0.1), toes.map(|t| low(t, 0.1)));
+        let stands = |w: &&World| {
+            height(w, ankle) < ankle_low + slack
+                && toes.zip(toes_low).is_none_or(|(t, l)| height(w, t) < l + slack)
+        };
+        let standing: Vec<&World> = self.worlds.iter().filter(stands).collect();
+        self.body.ankle_m += 0.5 * ankle_low;
+        let sample: Vec<&World> =
+            if standing.len() * 50 < self.worlds.len() { self.worlds.iter().collect() } else { standing };
+        let count = sample.len().max(1) as f64;
+        let seen = |joint: usize, of: &dyn Fn(&World) -> Vector3<f64>| {
+            sample.iter().map(|w| w.turns[joint].inverse() * of(w)).sum::<Vector3<f64>>() / count
+        };
+        let up = seen(ankle, &|_| Vector3::y());
+        let ahead = |w: &World| match toes {
+            Some(t) => w.places[t] - w.places[ankle],
+            None => self.left(w, Part::UpperLeg).cross(&Vector3::y()),
+        };
+        let forward = seen(ankle, &ahead);
+        let left = up.cross(&forward);
+        let frame = axes(up, left, false);
+        self.body.frames.insert(ankle, frame);
+        if let Some(toes) = toes {
+            let relative = sample.iter().map(|w| w.turns[toes].inverse() * w.turns[ankle]);
+            self.body.frames.insert(toes, mean_rotation(relative) * frame);
+        }
+    }
+}
+
+fn world(skeleton: &Skeleton, frame: &Frame) -> World {
+    let mut turns: Vec<UnitQuaternion<f64>> = Vec::with_capacity(skeleton.joints());
+    for j in 0..skeleton.joints() {
+        turns.push(skeleton.parents[j].map_or(frame.rotations[j], |p| turns[p] * frame.rotations[j]));
+    }
+    World { turns, places: frame.positions(skeleton) }
+}
+
+/// Axes with Y along `up` and X as near to `left` as can be; the other way round where `left` is the surer one.
+fn axes(up: Vector3<f64>, left: Vector3<f64>, left_first: bool) -> UnitQuaternion<f64> {
+    let (first, second) = if left_first { (left, up) } else { (up, left) };
+    let a = first.try_normalize(1e-9).unwrap_or_else(Vector3::y);
+    let b = (second - a * a.dot(&second)).try_normalize(1e-6).unwrap_or_else(|| any_across(&a));
+    let (y, x) = if left_first { (b, a) } else { (a, b) };
+    let matrix = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
+}
+
+fn any_across(v: &Vector3<f64>) -> Vector3<f64> {
+    let other = if v.x.abs() < 0.7 * v.norm() { Vector3::x() } else { Vector3::z() };
+    v.cross(&other).normalize()
+}
+
+/// The rotation nearest to all: the eigenvector of the largest eigenvalue of the sum of their outer products.
+fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
+    let moment = rotations.fold(Matrix4::zeros(), |m, q| m + q.coords * q.coords.transpose());
+    if moment.trace() < 1e-12 {
+        return UnitQuaternion::identity();
+    }
+    let eigen = SymmetricEigen::new(moment);
+    let largest = eigen.eigenvalues.imax();
+    let column = eigen.eigenvectors.column(largest);
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(column[3], column[0], column[1], column[2]))
+}
+
+fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lower: fn(Side) -> Part) -> f64 {
+    let length = |s: Side| -> Option<f64> {
+        let from = parts.get(upper(s))?;
+        let way = path(skeleton, parts.get(lower(s))?);
+        Some(way.iter().skip_while(|&&j| j != from).skip(1).map(|&j| skeleton.offsets[j].norm()).sum())
+    };
+    let known: Vec<f64> = Side::BOTH.into_iter().filter_map(length).collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
+}
+
+/// The body's axes with all rotations zero, where that is an upright body: head above hips, feet below, straight
+/// legs and arms. `None` where it is not.
+fn zero_axes(skeleton: &Skeleton, parts: &Parts) -> Option<UnitQuaternion<f64>> {
+    let rest = rest_positions(skeleton);
+    let place = |p: Part| parts.get(p).map(|j| rest[j]);
+    let top = place(Part::Head).or(place(Part::Chest))?;
+    let legs = Side::BOTH
+        .map(|s| Some((place(Part::UpperLeg(s))?, place(Part::LowerLeg(s))?, place(Part::Foot(s))?)));
+    let [Some(left), Some(right)] = legs else { return None };
+    let hips = (left.0 + right.0) / 2.0;
+    let trunk = (top - hips).try_normalize(1e-6)?;
+    // Up is the axis of the world nearest to the trunk; the trunk of a body at rest is within 20 degrees of it.
+    let axis = trunk.iamax();
+    let up = Vector3::from_fn(|i, _| if i == axis { trunk[axis].signum() } else { 0.0 });
+    if trunk.dot(&up) < 0.94 {
+        return None;
+    }
+    for (hip, knee, ankle) in [left, right] {
+        let (thigh, shin) = ((knee - hip).try_normalize(1e-6)?, (ankle - knee).try_normalize(1e-6)?);
+        if thigh.dot(&up) > -0.8 || shin.dot(&up) > -0.8 || thigh.dot(&shin) < 0.9 {
+            return None;
+        }
+    }
+    for s in Side::BOTH {
+        if let (Some(a), Some(b), Some(c)) =
+            (place(Part::UpperArm(s)), place(Part::LowerArm(s)), place(Part::Hand(s)))
+        {
+            let straight = (b - a).try_normalize(1e-6)?.dot(&(c - b).try_normalize(1e-6)?);
+            if straight < 0.8 {
+                return None;
+            }
+        }
+    }
+    let across = left.0 - right.0;
+    Some(axes(up, across, false))
+}

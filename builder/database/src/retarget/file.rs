@@ -1,0 +1,141 @@
+//! A mapping by file: what names and shape don't say, in TOML.
+//!
+//! ```toml
+//! up = "z"                       # the incoming world's up: x, y, z, -x, -y, -z; found from the motion if left out
+//! rest = "zero"                  # "zero": with all rotations zero the body stands upright; "motion": it does not
+//! [joints]
+//! left-upper-arm = "Arm01"       # part = joint; an empty name says that there is none
+//! right-toes = ""
+//! ```
+
+use std::{collections::BTreeMap, path::Path};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::retarget::parts::Part;
+
+/// The file's content, checked for its words.
+#[derive(Debug, Clone, Default)]
+pub struct MapFile {
+    /// Joint of each part that the file names; `None`: the body has none.
+    pub joints: BTreeMap<Part, Option<String>>,
+    /// Up in the incoming world: axis 0 to 2 and sign.
+    pub up: Option<(usize, f64)>,
+    /// Whether zero rotations are an upright body.
+    pub upright: Option<bool>,
+}
+
+/// A file that can't be used.
+#[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum MapFileError {
+    #[error("{file} can't be read: {error}")]
+    Read { file: String, error: std::io::Error },
+    #[error("{file}: {error}")]
+    Toml { file: String, error: Box<toml::de::Error> },
+    #[error("{file}: `{word}` is no body part; the parts are {parts}")]
+    Part { file: String, word: String, parts: String },
+    #[error("{file}: up = \"{word}\": x, y, z, -x, -y or -z")]
+    Up { file: String, word: String },
+    #[error("{file}: rest = \"{word}\": zero or motion")]
+    Rest { file: String, word: String },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    up: Option<String>,
+    rest: Option<String>,
+    #[serde(default)]
+    joints: BTreeMap<String, String>,
+}
+
+impl MapFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`MapFileError`] names the file and what is wrong in it.
+    pub fn read(path: &Path) -> Result<Self, MapFileError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| MapFileError::Read { file: file.clone(), error })?;
+        Self::parse(&text, &file)
+    }
+
+    /// Reads a text; `file` is for messages.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, file: &str) -> Result<Self, MapFileError> {
+        let file = file.to_owned();
+        let raw: Raw = toml::from_str(text)
+            .map_err(|error| MapFileError::Toml { file: file.clone(), error: Box::new(error) })?;
+        let mut joints = BTreeMap::new();
+        for (word, joint) in raw.joints {
+            let Some(part) = Part::named(&word) else {
+                let parts = Part::all().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+                return Err(MapFileError::Part { file, word, parts });
+            };
+            joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
+        }
+        let up = match raw.up {
+            None => None,
+            Some(word) => {
+                let axes = [
+                    ("x", 0, 1.0),
+                    ("y", 1, 1.0),
+                    ("z", 2, 1.0),
+                    ("-x", 0, -1.0),
+                    ("-y", 1, -1.0),
+                    ("-z", 2, -1.0),
+                ];
+                match axes.iter().find(|a| a.0 == word) {
+                    Some(&(_, axis, sign)) => Some((axis, sign)),
+                    None => return Err(MapFileError::Up { file, word }),
+                }
+            }
+        };
+        let upright = match raw.rest.as_deref() {
+            None => None,
+            Some("zero") => Some(true),
+            Some("motion") => Some(false),
+            Some(word) => return Err(MapFileError::Rest { file, word: word.to_owned() }),
+        };
+        Ok(Self { joints, up, upright })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::retarget::parts::Side;
+
+    #[test]
+    fn parts_axes_and_rest_are_read() {
+        let file = MapFile::parse(
+            "up = \"-z\"\nrest = \"motion\"\n[joints]\nleft-upper-arm = \"Arm01\"\nright_toes = \"\"\n",
+            "m.toml",
+        )
+        .unwrap();
+        assert_eq!(file.joints[&Part::UpperArm(Side::Left)].as_deref(), Some("Arm01"));
+        assert_eq!(file.joints[&Part::Toes(Side::Right)], None);
+        assert_eq!((file.up, file.upright), (Some((2, -1.0)), Some(false)));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_file() {
+        for (text, words) in [
+            ("[joints]\ntail = \"x\"", vec!["m.toml", "tail", "left-foot"]),
+            ("up = \"north\"", vec!["m.toml", "north"]),
+            ("rest = \"bed\"", vec!["m.toml", "bed"]),
+            ("turn = 3", vec!["m.toml", "turn"]),
+            ("[joints\n", vec!["m.toml"]),
+        ] {
+            let message = MapFile::parse(text, "m.toml").unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{message}");
+            }
+        }
+    }
+}

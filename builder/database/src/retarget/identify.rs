@@ -1,0 +1,310 @@
+//! Which joint is which body part: by the map file, by names, by shape, in this order.
+
+use std::{collections::BTreeMap, fmt};
+
+use thiserror::Error;
+
+use crate::retarget::{
+    file::MapFile,
+    parts::{CONVENTIONS, Part, Side, likely},
+    shape,
+};
+use gestus_motion::clip::{Frame, Skeleton};
+
+/// How a part was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    /// The map file says so.
+    File,
+    /// By its name, in that family of skeletons.
+    Name(&'static str),
+    /// By its name, in none in particular.
+    Word,
+    /// By the skeleton's shape.
+    Shape,
+    /// By where it is in the tree, between joints that were found.
+    Tree,
+}
+
+impl fmt::Display for How {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            How::File => f.write_str("map file"),
+            How::Name(family) => write!(f, "name ({family})"),
+            How::Word => f.write_str("name"),
+            How::Shape => f.write_str("shape"),
+            How::Tree => f.write_str("place in the tree"),
+        }
+    }
+}
+
+/// A skeleton whose parts are known.
+#[derive(Debug, Clone, Default)]
+pub struct Parts {
+    /// Joint of each part.
+    pub joints: BTreeMap<Part, usize>,
+    /// How each was found.
+    pub how: BTreeMap<Part, How>,
+    /// From the joint above the hips to the chest, the joint that carries the arms.
+    pub spine: Vec<usize>,
+    /// From the joint above the chest to the head.
+    pub neck: Vec<usize>,
+    /// What a person should look at.
+    pub doubts: Vec<String>,
+}
+
+/// A skeleton whose parts can't be found.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum IdentifyError {
+    #[error(
+        "no {missing} found among the joints {joints}; name them in a map file (--map): [joints] {example} = \"...\""
+    )]
+    Missing { missing: String, joints: String, example: String },
+    #[error("the map file says that {part} is `{name}`, which is no joint; the joints are {joints}")]
+    NoSuchJoint { part: Part, name: String, joints: String },
+    #[error(
+        "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`): say in a map file (--map) which joint is which"
+    )]
+    Tree { upper: Part, upper_joint: String, lower: Part, lower_joint: String },
+    #[error("{a} and {b} are both `{joint}`: say in a map file (--map) which is which")]
+    Twice { a: Part, b: Part, joint: String },
+}
+
+impl Parts {
+    /// Joint of a part.
+    pub fn get(&self, part: Part) -> Option<usize> {
+        self.joints.get(&part).copied()
+    }
+
+    /// Finds the parts of a skeleton. `frames` are some of its poses, Y up.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] where arms or legs are missing, or a file says what is not so.
+    pub fn find(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> Result<Self, IdentifyError> {
+        let mut parts = Self::default();
+        let listed = || skeleton.names.join(", ");
+        for (&part, name) in &file.joints {
+            if let Some(name) = name {
+                let joint = skeleton.find(name).ok_or_else(|| IdentifyError::NoSuchJoint {
+                    part,
+                    name: name.clone(),
+                    joints: listed(),
+                })?;
+                parts.put(part, joint, How::File);
+            }
+        }
+        let denied = |part: &Part| file.joints.get(part).is_some_and(Option::is_none);
+        parts.by_name(skeleton, &denied);
+        if parts.missing().next().is_some() {
+            parts.by_shape(skeleton, frames, &denied);
+        }
+        if !parts.joints.contains_key(&Part::Hips) || parts.get(Part::Hips) != Some(0) {
+            parts.joints.insert(Part::Hips, 0);
+            parts.how.insert(Part::Hips, How::Tree);
+        }
+        let missing: Vec<Part> = parts.missing().collect();
+        if let Some(first) = missing.first() {
+            return Err(IdentifyError::Missing {
+                missing: missing.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
+                joints: listed(),
+                example: first.to_string(),
+            });
+        }
+        parts.check_tree(skeleton)?;
+        parts.trunk(skeleton, &denied);
+        parts.doubt(skeleton);
+        Ok(parts)
+    }
+
+    fn put(&mut self, part: Part, joint: usize, how: How) {
+        self.joints.entry(part).or_insert(joint);
+        self.how.entry(part).or_insert(how);
+    }
+
+    fn missing(&self) -> impl Iterator<Item = Part> + '_ {
+        let needed = Part::all().into_iter().filter(|p| !p.optional() && *p != Part::Hips);
+        needed.filter(|p| !self.joints.contains_key(p))
+    }
+
+    fn by_name(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
+        let known = |c: &super::parts::Convention| {
+            let mut parts: Vec<Part> = skeleton.names.iter().filter_map(|n| c.part(n)).collect();
+            parts.sort_unstable();
+            parts.dedup();
+            parts.len()
+        };
+        // `max_by_key` takes the last of equals; the table's first is the more common.
+        let Some(best) = CONVENTIONS.iter().rev().max_by_key(|c| known(c)) else { return };
+        let taken = |parts: &Self, joint: usize| parts.joints.values().any(|&j| j == joint);
+        if known(best) >= 6 {
+            for (j, name) in skeleton.names.iter().enumerate() {
+                if let Some(part) = best.part(name).filter(|p| !denied(p) && !taken(self, j)) {
+                    self.put(part, j, How::Name(best.name));
+                }
+            }
+        }
+        for (j, name) in skeleton.names.iter().enumerate() {
+            if let Some(part) = likely(name).filter(|p| !denied(p) && !taken(self, j)) {
+                self.put(part, j, How::Word);
+            }
+        }
+    }
+
+    fn by_shape(&mut self, skeleton: &Skeleton, frames: &[Frame], denied: &dyn Fn(&Part) -> bool) {
+        let shape = shape::find(skeleton, frames);
+        // Names and shape together contradict each other too easily: a side of a limb is one or the other.
+        let from_file: Vec<Part> =
+            self.how.iter().filter(|(_, h)| **h == How::File).map(|(p, _)| *p).collect();
+        let complete = shape.parts.len() >= 11;
+        if complete {
+            self.joints.retain(|p, _| from_file.contains(p));
+            self.how.retain(|p, _| from_file.contains(p));
+        }
+        for (part, joint) in shape.parts {
+            if !denied(&part) && !self.joints.values().any(|&j| j == joint && part != Part::Hips) {
+                self.put(part, joint, How::Shape);
+            }
+        }
+        if complete && shape.symmetry < 0.95 {
+            self.doubts.push(format!(
+                "parts were found by shape, and the two sides differ by {:.0}% in length: check them",
+                100.0 * (1.0 - shape.symmetry)
+            ));
+        } else if complete {
+            self.doubts.push(
+                "parts were found by shape, since the names say too little: check left and right".into(),
+            );
+        }
+    }
+
+    fn check_tree(&self, skeleton: &Skeleton) -> Result<(), IdentifyError> {
+        for side in Side::BOTH {
+            let chains: [&[Part]; 2] = [
+                &[Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)],
+                &[Part::Clavicle(side), Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
+            ];
+            for chain in chains {
+                let known: Vec<(Part, usize)> =
+                    chain.iter().filter_map(|&p| Some((p, self.get(p)?))).collect();
+                for pair in known.windows(2) {
+                    let ((upper, a), (lower, b)) = (pair[0], pair[1]);
+                    if !below(skeleton, b, a) || a == b {
+                        let name = |j: usize| skeleton.names[j].clone();
+                        return Err(IdentifyError::Tree {
+                            upper,
+                            upper_joint: name(a),
+                            lower,
+                            lower_joint: name(b),
+                        });
+                    }
+                }
+            }
+        }
+        let all: Vec<(&Part, &usize)> = self.joints.iter().collect();
+        for (i, (a, ja)) in all.iter().enumerate() {
+            if let Some((b, _)) = all[i + 1..].iter().find(|(_, jb)| jb == ja) {
+                let joint = skeleton.names[**ja].clone();
+                return Err(IdentifyError::Twice { a: **a, b: **b, joint });
+            }
+        }
+        Ok(())
+    }
+
+    /// Spine, chest, neck, collarbones: by the tree between what was found.
+    fn trunk(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
+        let arms = Side::BOTH.map(|s| self.get(Part::UpperArm(s)).map_or(vec![0], |j| path(skeleton, j)));
+        let chest =
+            arms[0].iter().zip(&arms[1]).take_while(|(a, b)| a == b).map(|(a, _)| *a).last().unwrap_or(0);
+        if chest > 0 && !denied(&Part::Chest) {
+            self.put(Part::Chest, chest, How::Tree);
+        }
+        let chest = self.get(Part::Chest).unwrap_or(chest);
+        self.spine = path(skeleton, chest).into_iter().skip(1).collect();
+        if let Some(head) = self.get(Part::Head).filter(|&h| below(skeleton, h, chest) && h != chest) {
+            self.neck = path(skeleton, head).into_iter().skip_while(|&j| j != chest).skip(1).collect();
+        } else if let Some(head) = self.joints.remove(&Part::Head) {
+            self.doubts.push(format!("`{}` is not above the chest: no head is mapped", skeleton.names[head]));
+        }
+        for side in Side::BOTH {
+            let between: Vec<usize> = arms[side.index()]
+                .iter()
+                .copied()
+                .skip_while(|&j| j != chest)
+                .skip(1)
+                .filter(|&j| Some(j) != self.get(Part::UpperArm(side)))
+                .collect();
+            if let Some(&last) = between.last()
+                && !denied(&Part::Clavicle(side))
+            {
+                self.put(Part::Clavicle(side), last, How::Tree);
+            }
+        }
+    }
+
+    fn doubt(&mut self, skeleton: &Skeleton) {
+        let length = |upper: Part, lower: Part| -> Option<f64> {
+            let (a, mut b) = (self.get(upper)?, self.get(lower)?);
+            let mut sum = 0.0;
+            while b != a {
+                sum += skeleton.offsets[b].norm();
+                b = skeleton.parents[b]?;
+            }
+            Some(sum)
+        };
+        type Bone = (&'static str, fn(Side) -> Part, fn(Side) -> Part);
+        let bones: [Bone; 4] = [
+            ("thighs", Part::UpperLeg, Part::LowerLeg),
+            ("shins", Part::LowerLeg, Part::Foot),
+            ("upper arms", Part::UpperArm, Part::LowerArm),
+            ("lower arms", Part::LowerArm, Part::Hand),
+        ];
+        let mut doubts = Vec::new();
+        for (what, upper, lower) in bones {
+            let of = |s: Side| length(upper(s), lower(s));
+            match (of(Side::Left), of(Side::Right)) {
+                (Some(l), Some(r)) if l.min(r) < 0.85 * l.max(r) => {
+                    doubts.push(format!(
+                        "the two {what} differ in length: {:.1} and {:.1} cm",
+                        100.0 * l,
+                        100.0 * r
+                    ));
+                }
+                (Some(l), Some(r)) if l.min(r) < 0.03 => {
+                    doubts.push(format!("the {what} are {:.1} cm long", 100.0 * l.min(r)));
+                }
+                _ => {}
+            }
+        }
+        for part in Part::all() {
+            if self.get(part).is_none() {
+                doubts.push(format!("no {part}: what hangs on it follows the joint above"));
+            }
+        }
+        self.doubts.extend(doubts);
+    }
+
+    /// Joints that are no part, nor in spine or neck.
+    pub fn others<'a>(&'a self, skeleton: &'a Skeleton) -> impl Iterator<Item = usize> + 'a {
+        (0..skeleton.joints()).filter(|j| {
+            !self.joints.values().any(|k| k == j) && !self.spine.contains(j) && !self.neck.contains(j)
+        })
+    }
+}
+
+/// Joints from the root to this one.
+pub fn path(skeleton: &Skeleton, joint: usize) -> Vec<usize> {
+    let mut path = vec![joint];
+    let mut at = joint;
+    while let Some(p) = skeleton.parents[at] {
+        path.push(p);
+        at = p;
+    }
+    path.reverse();
+    path
+}
+
+/// Whether `joint` hangs on `above`, or is it.
+fn below(skeleton: &Skeleton, joint: usize, above: usize) -> bool {
+    path(skeleton, joint).contains(&above)
+}

@@ -1,0 +1,16 @@
+//! A robot for a database: a URDF's hinges as the joints of a body, written as tables for `gestus_core::robot`.
+//!
+//! 1. [`gestus_motion::formats::urdf`] reads the tree of hinges;
+//! 2. [`assign`](mod@assign) says which hinge stands for which body part, [`file`](mod@file) overrides it;
+//! 3. [`machine`] finds how links lie in the body, and writes the tables;
+//! 4. [`mod@play`] drives a clip through the core, tick by tick: angles, trajectories, pulses.
+
+pub mod assign;
+pub mod file;
+pub mod machine;
+pub mod play;
+
+pub use assign::{Assignment, assign};
+pub use file::{RobotMap, RobotMapError};
+pub use machine::{Machine, MachineError};
+pub use play::{Played, play};

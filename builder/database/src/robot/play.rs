@@ -1,0 +1,206 @@
+//! A clip on the database's skeleton, driven through a robot tick by tick, and what comes out: angles, a trajectory,
+//! pulses.
+
+use gestus_core::{
+    blob::layout::MAX_JOINTS,
+    robot::{Drive, Driven, layout::MAX_HINGES, limits::Motion},
+};
+use nalgebra::{Quaternion, UnitQuaternion};
+use serde_json::{Value, json};
+
+use crate::robot::machine::Machine;
+use crate::stream;
+use gestus_motion::clip::{Clip, Frame};
+
+/// One tick.
+#[derive(Debug, Clone)]
+pub struct Tick {
+    /// Where the hinges are. Shape `[hinges]`.
+    pub motions: Vec<Motion>,
+    /// Where they should be, within their ranges. Shape `[hinges]`.
+    pub targets: Vec<f32>,
+    /// Pulses, microseconds. Shape `[hinges]`.
+    pub pulses: Vec<u16>,
+    /// What the core said.
+    pub driven: Driven,
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Played {
+    /// Names of the hinges.
+    pub names: Vec<String>,
+    /// Ticks a second.
+    pub tick_hz: f64,
+    /// The ticks; the first is one tick after the start.
+    pub ticks: Vec<Tick>,
+}
+
+/// Drives a clip. The robot stands at zero (or the nearest to it in range) before the first tick.
+pub fn play(machine: &Machine, clip: &Clip) -> Played {
+    let clip = clip.resampled(machine.tick_hz);
+    play_frames(machine, &clip.frames)
+}
+
+/// Drives frames that are one tick apart.
+pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
+    let mut drive =
+        Drive::<MAX_HINGES>::new(machine.tables(), &[]).expect("as many hinges as a robot can have fit");
+    let ticks = frames.iter().map(|frame| {
+        let driven = drive.step(&stream::to_pose::<MAX_JOINTS>(frame));
+        Tick {
+            motions: drive.motions().to_vec(),
+            targets: drive.targets().to_vec(),
+            pulses: (0..drive.motions().len()).map(|h| drive.pulse(h)).collect(),
+            driven,
+        }
+    });
+    Played {
+        ticks: ticks.collect(),
+        names: machine.robot.hinges.iter().map(|h| h.name.clone()).collect(),
+        tick_hz: machine.tick_hz,
+    }
+}
+
+/// Angles between the directions in which hands and feet lie, seen from shoulder or hip: the robot's, where its hinges
+/// are and at their targets, against the body's. Degrees, over limbs and ticks from the first half second on: mean
+/// of what the hinges reached, mean of their targets.
+pub fn end_effectors(machine: &Machine, played: &Played, clip: &Clip) -> (f64, f64) {
+    let tables = machine.tables();
+    let base = quaternion(tables.base());
+    let clip = clip.resampled(machine.tick_hz);
+    let limbs: Vec<_> = (0..).map_while(|l| tables.limb(l)).collect();
+    let first = (0.5 * machine.tick_hz) as usize;
+    let (mut sums, mut count) = ([0.0; 2], 0usize);
+    for (tick, frame) in played.ticks.iter().zip(&clip.frames).skip(first) {
+        let body = frame.positions(&clip.skeleton);
+        let to_base = (frame.rotations[0] * base).inverse();
+        let reached: Vec<f64> = tick.motions.iter().map(|m| f64::from(m.position)).collect();
+        let targets: Vec<f64> = tick.targets.iter().map(|&t| f64::from(t)).collect();
+        for (sum, angles) in sums.iter_mut().zip([reached, targets]) {
+            let places = machine.robot.places(&angles);
+            for limb in &limbs {
+                let [from, to] = limb.joints;
+                let [a, b] = limb.hinges.map(|h| places[h]);
+                let tip = b.transform_point(&limb.tip.map(f64::from).into()).coords;
+                let ours = tip - a.translation.vector;
+                *sum += ours.angle(&(to_base * (body[to] - body[from]))).to_degrees();
+            }
+        }
+        count += limbs.len();
+    }
+    let n = count.max(1) as f64;
+    (sums[0] / n, sums[1] / n)
+}
+
+fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = [x, y, z, w].map(f64::from);
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+}
+
+/// A name that a column may have: no comma, quote or line end.
+fn column(name: &str) -> String {
+    name.chars().map(|c| if c == ',' || c == '"' || c.is_control() { '_' } else { c }).collect()
+}
+
+impl Played {
+    /// Angles as CSV: time in seconds, one column a hinge, radians.
+    pub fn csv(&self) -> String {
+        self.table(|t| t.motions.iter().map(|m| m.position.to_string()).collect())
+    }
+
+    /// Pulses as CSV: time in seconds, one column a hinge, microseconds.
+    pub fn servo_csv(&self) -> String {
+        self.table(|t| t.pulses.iter().map(ToString::to_string).collect())
+    }
+
+    fn table(&self, row: impl Fn(&Tick) -> Vec<String>) -> String {
+        let names: Vec<String> = self.names.iter().map(|n| column(n)).collect();
+        let mut text = format!("time_s,{}\n", names.join(","));
+        for (i, tick) in self.ticks.iter().enumerate() {
+            text += &format!("{:.6},{}\n", (i + 1) as f64 / self.tick_hz, row(tick).join(","));
+        }
+        text
+    }
+
+    /// In the shape of ROS's `trajectory_msgs/JointTrajectory`.
+    pub fn trajectory(&self) -> Value {
+        let points: Vec<Value> = self
+            .ticks
+            .iter()
+            .enumerate()
+            .map(|(i, tick)| {
+                let of = |value: fn(&Motion) -> f32| tick.motions.iter().map(value).collect::<Vec<f32>>();
+                let nanoseconds = ((i + 1) as f64 / self.tick_hz * 1e9).round() as u64;
+                json!({
+                    "positions": of(|m| m.position),
+                    "velocities": of(|m| m.velocity),
+                    "accelerations": of(|m| m.acceleration),
+                    "effort": [],
+                    "time_from_start": { "sec": nanoseconds / 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000 },
+                })
+            })
+            .collect();
+        json!({
+            "header": { "stamp": { "sec": 0, "nanosec": 0 }, "frame_id": "" },
+            "joint_names": self.names,
+            "points": points,
+        })
+    }
+
+    /// Figures of the ride, held against the machine's limits.
+    pub fn figures(&self, machine: &Machine) -> Value {
+        let tables = machine.tables();
+        let tick = f64::from(tables.tick_s());
+        let mut violations = 0usize;
+        let (mut velocity, mut acceleration, mut jerk) = (0.0f64, 0.0f64, 0.0f64);
+        let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0usize);
+        for (i, t) in self.ticks.iter().enumerate() {
+            for (h, m) in t.motions.iter().enumerate() {
+                let limits = tables.limits(h);
+                let rest = Motion { position: t.targets[h], ..Motion::default() };
+                let before = if i > 0 { self.ticks[i - 1].motions[h] } else { rest };
+                let (p, v, a) = (f64::from(m.position), f64::from(m.velocity), f64::from(m.acceleration));
+                let moved = (p - f64::from(before.position)) / tick;
+                let pushed = (a - f64::from(before.acceleration)) / tick;
+                let ratio = |value: f64, limit: f32| value.abs() / f64::from(limit);
+                let (rv, ra, rj) = (
+                    ratio(v, limits.velocity).max(if i > 0 { ratio(moved, limits.velocity) } else { 0.0 }),
+                    ratio(a, limits.acceleration),
+                    if i > 0 { ratio(pushed, limits.jerk) } else { 0.0 },
+                );
+                // What rounding to f32 adds is below these.
+                let inside = (f64::from(limits.low) - 1e-6..=f64::from(limits.high) + 1e-6).contains(&p);
+                if !inside || rv > 1.001 || ra > 1.001 || rj > 1.01 {
+                    violations += 1;
+                }
+                velocity = velocity.max(rv);
+                acceleration = acceleration.max(ra);
+                jerk = jerk.max(rj);
+                // The first half second is the way from where the robot stood.
+                if i as f64 * tick >= 0.5 {
+                    let error = (p - f64::from(t.targets[h])).to_degrees();
+                    squares += error * error;
+                    worst = worst.max(error.abs());
+                    count += 1;
+                }
+            }
+        }
+        let mean = |of: &dyn Fn(&Tick) -> f64| {
+            self.ticks.iter().map(of).sum::<f64>() / self.ticks.len().max(1) as f64
+        };
+        json!({
+            "ticks": self.ticks.len(),
+            "tick_hz": self.tick_hz,
+            "limit_violations": violations,
+            "tracking_rms_deg": (squares / count.max(1) as f64).sqrt(),
+            "tracking_max_deg": worst,
+            "peak_velocity_ratio": velocity,
+            "peak_acceleration_ratio": acceleration,
+            "peak_jerk_ratio": jerk,
+            "end_effector_missing_cm": 100.0 * mean(&|t| f64::from(t.driven.missing_m)),
+            "at_limit_mean": mean(&|t| f64::from(t.driven.at_limit)),
+            "held": self.ticks.iter().filter(|t| t.driven.held).count(),
+        })
+    }
+}

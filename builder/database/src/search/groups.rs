@@ -1,0 +1,242 @@
+//! Joint groups: what takes a mask of the search, a strength and a style of its own.
+//!
+//! A database has up to eight, named when it is built. `body` is the first and holds what no other names, the root always.
+//! Unless told otherwise the others are the arms, left and right, as in paper 000's example of a gesture. A group is named
+//! with its joints, each with all that hangs on it, the nearest name above a joint counting; or by a word that says which:
+//!
+//! ```toml
+//! [build.groups]
+//! legs = []                       # a word: left-arm, right-arm, arms, left-leg, right-leg, legs, torso, head
+//! head = ["Neck"]
+//! sword-arm = ["Shoulder_R"]
+//! ```
+//!
+//! The search's components look at one group each, so that a mask leaves whole components out: the more groups, the less a
+//! component knows of how they move together (`docs/PERFORMANCE.md` has what that costs). Where a window of poses lies on the
+//! floor is told by all joints but the arms', whatever the groups are and whatever is masked.
+
+use std::collections::BTreeMap;
+
+use gestus_core::blob::layout::MAX_GROUPS;
+use thiserror::Error;
+
+use gestus_motion::{clip::Skeleton, landmarks::Landmarks};
+
+/// The group of what no other names.
+pub const BODY: &str = "body";
+
+/// Groups by name, each with its joints; none: those of the word. Empty: the arms.
+pub type Chosen = BTreeMap<String, Vec<String>>;
+
+/// The joint groups of a database.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Groups {
+    /// Names, by number; the first is [`BODY`].
+    pub names: Vec<String>,
+    /// Group of each joint. Shape `[joints]`.
+    pub of_joint: Vec<usize>,
+}
+
+/// Groups that can't be made.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum GroupError {
+    /// More than a blob holds.
+    #[error("{have} joint groups with `{BODY}`, and a database holds {MAX_GROUPS}: put some together")]
+    TooMany {
+        /// How many.
+        have: usize,
+    },
+    /// A name that a command line could not say.
+    #[error(
+        "`{0}` is no name for a joint group: letters, digits, - and _, and not `{BODY}`, which is the rest"
+    )]
+    Name(String),
+    /// A joint that is not there.
+    #[error("joint group `{group}`: there is no joint `{joint}` (joints: {have})")]
+    Joint {
+        /// The group.
+        group: String,
+        /// What was asked for.
+        joint: String,
+        /// What there is.
+        have: String,
+    },
+    /// The root, or a joint that is in another group already.
+    #[error("joint group `{group}`: `{joint}` is in `{other}` already")]
+    Taken {
+        /// The group.
+        group: String,
+        /// The joint.
+        joint: String,
+        /// Where it is.
+        other: String,
+    },
+    /// A word that says no joints of this skeleton.
+    #[error(
+        "joint group `{0}`: which joints? Say it ({0} = [\"Joint\"] or --groups {0}=Joint+Joint), or take a word that \
+         this skeleton has: left-arm, right-arm, arms, left-leg, right-leg, legs, torso, head"
+    )]
+    Which(String),
+}
+
+impl Groups {
+    /// The groups chosen, on a skeleton.
+    ///
+    /// # Errors
+    /// [`GroupError`] where they don't fit it.
+    pub fn of(skeleton: &Skeleton, landmarks: &Landmarks, chosen: &Chosen) -> Result<Self, GroupError> {
+        let arms: Chosen = ["left-arm", "right-arm"].map(|n| (n.to_owned(), Vec::new())).into();
+        let by_default = chosen.is_empty();
+        let chosen = if by_default { &arms } else { chosen };
+        if chosen.len() + 1 > MAX_GROUPS {
+            return Err(GroupError::TooMany { have: chosen.len() + 1 });
+        }
+        let mut names = vec![BODY.to_owned()];
+        let mut named = vec![None; skeleton.joints()];
+        named[0] = Some(0);
+        for (name, joints) in chosen {
+            let letters = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+            if name.is_empty() || name == BODY || !name.chars().all(letters) {
+                return Err(GroupError::Name(name.clone()));
+            }
+            let joints = match joints.as_slice() {
+                [] => by_word(skeleton, landmarks, name),
+                joints => joints.iter().map(|j| find(skeleton, name, j)).collect::<Result<_, _>>()?,
+            };
+            // A body without arms has that group all the same: what was never asked for is no fault.
+            if joints.is_empty() && !by_default {
+                return Err(GroupError::Which(name.clone()));
+            }
+            for joint in joints {
+                if let Some(other) = named[joint].replace(names.len()) {
+                    return Err(GroupError::Taken {
+                        group: name.clone(),
+                        joint: skeleton.names[joint].clone(),
+                        other: names.get(other).unwrap_or(name).clone(),
+                    });
+                }
+            }
+            names.push(name.clone());
+        }
+        // Parents come before their children.
+        let mut of_joint: Vec<usize> = Vec::with_capacity(named.len());
+        for (j, named) in named.iter().enumerate() {
+            of_joint.push(named.or(skeleton.parents[j].map(|p| of_joint[p])).unwrap_or(0));
+        }
+        Ok(Self { names, of_joint })
+    }
+}
+
+/// `legs,head,sword-arm=Shoulder_R+Hand_L` of a command line.
+pub fn parse(parts: &[String]) -> Chosen {
+    let group = |part: &String| {
+        let (name, joints) = part.split_once('=').unwrap_or((part, ""));
+        let joints = joints.split('+').map(str::trim).filter(|j| !j.is_empty()).map(str::to_owned).collect();
+        (name.trim().to_owned(), joints)
+    };
+    parts.iter().map(group).collect()
+}
+
+fn find(skeleton: &Skeleton, group: &str, joint: &str) -> Result<usize, GroupError> {
+    skeleton.find(joint).ok_or_else(|| GroupError::Joint {
+        group: group.to_owned(),
+        joint: joint.to_owned(),
+        have: skeleton.names.join(", "),
+    })
+}
+
+/// The uppermost joints of a part of the body that a word names; none where it names none.
+fn by_word(skeleton: &Skeleton, landmarks: &Landmarks, word: &str) -> Vec<usize> {
+    let arm = |side: usize| {
+        let is_arm = |j: &usize| landmarks.groups[*j] == 1 + side;
+        (0..skeleton.joints()).filter(is_arm).collect::<Vec<_>>()
+    };
+    let leg = |side: usize| vec![landmarks.hip_joints[side]];
+    let called = |words: &[&str]| {
+        let name = |j: usize| skeleton.names[j].to_ascii_lowercase();
+        let found = |j: &usize| *j > 0 && words.iter().any(|w| name(*j).contains(w));
+        (0..skeleton.joints()).find(found).into_iter().collect::<Vec<_>>()
+    };
+    match word {
+        "left-arm" => arm(0),
+        "right-arm" => arm(1),
+        "arms" => [arm(0), arm(1)].concat(),
+        "left-leg" => leg(0),
+        "right-leg" => leg(1),
+        "legs" => [leg(0), leg(1)].concat(),
+        "head" => match called(&["neck"]).as_slice() {
+            [] => called(&["head"]),
+            neck => neck.to_vec(),
+        },
+        "torso" => called(&["spine", "abdomen", "torso", "chest", "back"]),
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth;
+
+    fn body() -> (Skeleton, Landmarks) {
+        let skeleton = synth::skeleton();
+        let landmarks = Landmarks::find(&skeleton).unwrap();
+        (skeleton, landmarks)
+    }
+
+    fn groups(wanted: &[&str]) -> Result<Groups, GroupError> {
+        let (skeleton, landmarks) = body();
+        Groups::of(&skeleton, &landmarks, &parse(&wanted.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>()))
+    }
+
+    fn members(groups: &Groups, name: &str) -> Vec<String> {
+        let number = groups.names.iter().position(|n| n == name).unwrap();
+        let (skeleton, _) = body();
+        let of = |j: &usize| groups.of_joint[*j] == number;
+        (0..skeleton.joints()).filter(of).map(|j| skeleton.names[j].clone()).collect()
+    }
+
+    #[test]
+    fn the_arms_are_groups_unless_others_are_named() {
+        let (_, landmarks) = body();
+        let default = groups(&[]).unwrap();
+        assert_eq!(default.names, ["body", "left-arm", "right-arm"]);
+        assert_eq!(default.of_joint, landmarks.groups);
+        assert_eq!(groups(&["left-arm", "right-arm"]).unwrap(), default);
+    }
+
+    #[test]
+    fn a_joint_belongs_to_the_nearest_name_above_it() {
+        let all = groups(&["torso", "head", "left-arm", "right-arm", "left-leg", "right-leg"]).unwrap();
+        assert_eq!(all.names.len(), 7);
+        let (skeleton, landmarks) = body();
+        assert_eq!(members(&all, "body"), skeleton.names[..1]);
+        assert_eq!(members(&all, "left-leg").len(), 4);
+        assert!(members(&all, "left-leg").contains(&skeleton.names[landmarks.toes[0]]));
+        assert!(members(&all, "head").iter().all(|n| !members(&all, "torso").contains(n)));
+        assert_eq!(members(&all, "left-arm").len(), members(&groups(&[]).unwrap(), "left-arm").len());
+        // By joints, one below the other.
+        let knee = &skeleton.names[landmarks.knees[1]];
+        let hip = &skeleton.names[landmarks.hip_joints[1]];
+        let two = groups(&[&format!("shin={knee}"), &format!("thigh={hip}")]).unwrap();
+        assert_eq!(members(&two, "thigh"), std::slice::from_ref(hip));
+        assert_eq!(members(&two, "shin").len(), 3);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_said() {
+        let (skeleton, landmarks) = body();
+        let said = |wanted: &[&str]| groups(wanted).unwrap_err().to_string();
+        let root = &skeleton.names[0];
+        assert!(said(&[&format!("all={root}")]).contains("is in `body` already"));
+        let knee = &skeleton.names[landmarks.knees[0]];
+        assert!(said(&[&format!("a={knee}"), &format!("b={knee}")]).contains("is in `a` already"));
+        assert!(said(&["tail=Tail"]).contains("there is no joint `Tail` (joints: "));
+        assert!(said(&["wings"]).contains("which joints?"));
+        assert!(said(&["body"]).contains("which is the rest"));
+        assert!(said(&["a:b=X"]).contains("is no name"));
+        let many: Vec<String> = (0..8).map(|i| format!("g{i}=X")).collect();
+        let many: Vec<&str> = many.iter().map(String::as_str).collect();
+        assert!(said(&many).contains("9 joint groups"));
+    }
+}

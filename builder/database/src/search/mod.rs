@@ -1,0 +1,5 @@
+//! What the search looks at and by: features of a window of poses, a graph of nearest neighbors, groups of joints.
+
+pub mod features;
+pub mod graph;
+pub mod groups;

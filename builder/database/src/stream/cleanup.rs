@@ -1,0 +1,382 @@
+//! Foot skate taken out of a whole clip: for files, where later frames are known.
+//!
+//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as paper 002 uses it (section 6):
+//!
+//! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place on the floor, by the joint that
+//!    carries it, ankle or toes, whichever is lower: that which is nearest to where it is in the plant's frames. What
+//!    takes the foot there is its offset in each frame.
+//! 2. **Root.** It takes what the standing feet have in common, between plants what lies between, all smoothed over a
+//!    window; and it comes near enough for every leg to reach.
+//! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::body::two_bone_ik`]), the foot's
+//!    orientation kept.
+//! 4. **Smoothing.** Before and behind a plant the offset grows and fades over the window, so that nothing pops.
+//!
+//! A stream has [`gestus_core::output::foot_lock`] instead, which knows no later frame.
+
+use gestus_core::{
+    Database, Pose,
+    blob::{Leg, layout::MAX_JOINTS},
+    body::two_bone_ik::Chain,
+    math::quaternion,
+};
+use nalgebra::Vector3;
+
+use crate::{
+    registration::contact::{GAUSSIAN_S, contacts, smoothed, sole_heights},
+    stream::{Streamed, from_pose, to_pose},
+};
+use gestus_motion::{
+    body::Body,
+    clip::{Clip, Frame},
+    corpus::Corpus,
+};
+
+/// Part of its length that a leg is stretched to.
+const STRETCH: f64 = 0.995;
+
+/// How often the root is brought near enough for every leg.
+const REACH_ROUNDS: usize = 8;
+
+type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
+
+/// Seconds that a change is spread over by default.
+pub const WINDOW_S: f64 = 0.25;
+
+/// A skeleton as its legs need it: a database's, or a clip's own.
+#[derive(Debug, Clone)]
+pub struct Limbs {
+    legs: [Leg; 2],
+    parents: Vec<Option<usize>>,
+    offsets: Vec<[f32; 3]>,
+    /// From the right to the left hip joint, in the root's frame.
+    side: [f32; 3],
+}
+
+impl Limbs {
+    /// Those of a database; `None` where it names no legs.
+    pub fn of_database(database: &Database<'_>) -> Option<Self> {
+        let joints: Vec<_> = (0..database.counts().joints).map(|j| database.joint(j)).collect();
+        Some(Self {
+            legs: database.legs()?,
+            parents: joints.iter().map(|j| j.parent).collect(),
+            offsets: joints.iter().map(|j| j.offset).collect(),
+            side: database.hips_line(),
+        })
+    }
+
+    /// Those of a clip's body, and which of its feet stand; soles are as high as they are where they stand in the clip.
+    /// `None` where the skeleton has more joints than a pose of the core, or no foot ever stands.
+    pub fn of_clip(body: &Body, clip: &Clip) -> Option<(Self, Vec<[bool; 2]>)> {
+        let marks = &body.landmarks;
+        let stands = contacts(clip, marks);
+        if body.skeleton.joints() > MAX_JOINTS || !stands.iter().flatten().any(|s| *s) {
+            return None;
+        }
+        let mut corpus = Corpus::of_clip(clip);
+        corpus.examples[0].contacts.clone_from(&stands);
+        let heights = sole_heights(&[&corpus.examples[0]], marks);
+        let legs = [0, 1].map(|side| Leg {
+            hip: marks.hip_joints[side],
+            knee: marks.knees[side],
+            ankle: marks.feet[side],
+            toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
+            heights: heights[side].map(|h| h as f32),
+        });
+        let limbs = Self {
+            legs,
+            parents: body.skeleton.parents.clone(),
+            offsets: body.skeleton.offsets.iter().map(|o| [o.x as f32, o.y as f32, o.z as f32]).collect(),
+            side: [body.hips_line.x as f32, body.hips_line.y as f32, body.hips_line.z as f32],
+        };
+        Some((limbs, stands))
+    }
+
+    /// The legs, left and right.
+    pub fn legs(&self) -> &[Leg; 2] {
+        &self.legs
+    }
+
+    /// A leg of a pose, by forward kinematics: what [`Chain::of`] does for a database.
+    fn chain(&self, side: usize, pose: &Pose<MAX_JOINTS>) -> Chain {
+        let leg = &self.legs[side];
+        let turn = |joint: usize| pose.rotations[joint];
+        let (mut parent, mut hip) = (quaternion::IDENTITY, self.offsets[leg.hip]);
+        let mut above = self.parents[leg.hip];
+        while let Some(joint) = above {
+            hip = quaternion::rotate(turn(joint), hip);
+            parent = quaternion::multiply(turn(joint), parent);
+            above = self.parents[joint];
+            hip = plus(hip, if above.is_some() { self.offsets[joint] } else { pose.position });
+        }
+        let thigh = quaternion::multiply(parent, turn(leg.hip));
+        let knee = plus(hip, quaternion::rotate(thigh, self.offsets[leg.knee]));
+        let shin = quaternion::multiply(thigh, turn(leg.knee));
+        let ankle = plus(knee, quaternion::rotate(shin, self.offsets[leg.ankle]));
+        let foot = quaternion::multiply(shin, turn(leg.ankle));
+        let toe = leg.toe.map_or(ankle, |toe| plus(ankle, quaternion::rotate(foot, self.offsets[toe])));
+        let side = quaternion::rotate(turn(0), self.side);
+        Chain { parent, turns: [thigh, shin, foot], hip, knee, ankle, toe, side }
+    }
+}
+
+fn plus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// Cleans a stream's output, whose feet were not held on the way; contacts are its likelihoods, smoothed by the paper's
+/// Gaussian. `window` is how many frames a change is spread over.
+/// Without legs in the database everything stays as it is.
+pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize) {
+    let Some(limbs) = Limbs::of_database(database) else { return };
+    let likelihoods: Vec<[f64; 2]> =
+        streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
+    let stands = smoothed(&likelihoods, GAUSSIAN_S * f64::from(database.rate_hz()));
+    let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+    let cleaned = clean(&limbs, &frames, &stands, window);
+    for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
+        step.frame = frame;
+        step.report.contacts = stands;
+    }
+}
+
+/// The poses with their feet where they stand.
+pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usize) -> Vec<Frame> {
+    let legs = limbs.legs;
+    let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
+    let chains = |poses: &[Pose<MAX_JOINTS>]| -> Vec<[Chain; 2]> {
+        poses.iter().map(|p| [0, 1].map(|side| limbs.chain(side, p))).collect()
+    };
+    let before = chains(&poses);
+    let plants = places(&before, &legs, stands);
+    let shifts = root_shifts(&before, &plants, window);
+    for (pose, shift) in poses.iter_mut().zip(&shifts) {
+        for (slot, shift) in pose.position.iter_mut().zip(shift.iter()) {
+            *slot += *shift as f32;
+        }
+    }
+    // What the root has not taken, the legs do; around the plants it fades.
+    for side in [0, 1] {
+        let own: Vec<Option<Vector3<f64>>> =
+            plants.iter().zip(&shifts).map(|(p, s)| p[side].map(|p| p - s)).collect();
+        let faded = fade(&own, window);
+        for ((pose, before), (offset, shift)) in poses.iter_mut().zip(&before).zip(faded.iter().zip(&shifts))
+        {
+            let leg = &legs[side];
+            let moved = *offset + *shift;
+            let ankle = vector(before[side].ankle) + moved;
+            let chain = limbs.chain(side, pose);
+            let reach =
+                (STRETCH * f64::from(chain.length())).max((vector(chain.ankle) - vector(chain.hip)).norm());
+            if offset.norm() > 1e-6 {
+                chain.place(leg, [ankle.x as f32, ankle.y as f32, ankle.z as f32], reach as f32, pose);
+            }
+        }
+    }
+    poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
+}
+
+fn vector(v: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(v.map(f64::from))
+}
+
+/// Heights of ankle and toes over where they stand, metres.
+fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
+    let height = |place: [f32; 3], i: usize| f64::from(place[1]) - f64::from(leg.heights[i]);
+    [height(chain.ankle, 0), if leg.toe.is_some() { height(chain.toe, 1) } else { f64::INFINITY }]
+}
+
+/// The joint that carries a foot in this frame, the lower of ankle and toes, in two frames.
+fn carrier(at: &Chain, leg: &Leg, before: &Chain) -> [Vector3<f64>; 2] {
+    let [ankle, toe] = over(at, leg);
+    if toe <= ankle { [vector(before.toe), vector(at.toe)] } else { [vector(before.ankle), vector(at.ankle)] }
+}
+
+/// Offsets that take each standing foot to its plant's place: what carries it does not move on the ground, the offset
+/// goes on where the weight goes from heel to toes, and the foot is as far ahead of where it was as it is behind in the
+/// mean of the plant.
+fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offsets {
+    let mut offsets: Offsets = vec![[None; 2]; chains.len()];
+    for side in [0, 1] {
+        let leg = &legs[side];
+        let mut start = 0;
+        while start < chains.len() {
+            let end = (start..chains.len()).find(|&t| !stands[t][side]).unwrap_or(chains.len());
+            let mut offset = Vector3::zeros();
+            let mut plant = Vec::with_capacity(end - start);
+            for t in start..end {
+                if t > start {
+                    let [from, to] = carrier(&chains[t][side], leg, &chains[t - 1][side]);
+                    offset += from - to;
+                }
+                let [ankle, toe] = over(&chains[t][side], leg);
+                plant.push(Vector3::new(offset.x, -ankle.min(toe), offset.z));
+            }
+            let mean = plant.iter().sum::<Vector3<f64>>() / plant.len().max(1) as f64;
+            for (slot, offset) in offsets[start..end].iter_mut().zip(plant) {
+                slot[side] = Some(offset - Vector3::new(mean.x, 0.0, mean.z));
+            }
+            start = end + 1;
+        }
+    }
+    offsets
+}
+
+/// The poses with no foot further than `deep_m` below where it stands in them, metres: those that are, are lifted by
+/// their legs.
+pub fn above_floor(limbs: &Limbs, frames: &[Frame], deep_m: f64) -> Vec<Frame> {
+    let lift = |frame: &Frame| {
+        let mut pose = to_pose::<MAX_JOINTS>(frame);
+        for (side, leg) in limbs.legs.iter().enumerate() {
+            let chain = limbs.chain(side, &pose);
+            let [ankle, toe] = over(&chain, leg);
+            let up = -deep_m - ankle.min(toe);
+            if up > 0.0 {
+                let [x, y, z] = chain.ankle;
+                let reach =
+                    gestus_core::body::two_bone_ik::distance(chain.ankle, chain.hip).max(chain.length());
+                chain.place(leg, [x, y + up as f32, z], reach, &mut pose);
+            }
+        }
+        from_pose(&pose, limbs.parents.len())
+    };
+    frames.iter().map(lift).collect()
+}
+
+/// What the root takes: the mean of the standing feet's offsets, in between what lies between, smoothed, and so that
+/// every leg reaches.
+fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Vector3<f64>> {
+    let common: Vec<Option<Vector3<f64>>> = plants
+        .iter()
+        .map(|p| {
+            let standing: Vec<Vector3<f64>> = p.iter().flatten().copied().collect();
+            (!standing.is_empty()).then(|| standing.iter().sum::<Vector3<f64>>() / standing.len() as f64)
+        })
+        .collect();
+    let mut shifts = smooth(&between(&common), window);
+    // Again and again: what one leg asks for may take the other one out of reach, and what is smoothed falls short. The
+    // little that is left in the end is not smoothed.
+    for round in 0..REACH_ROUNDS {
+        for (shift, (chains, plants)) in shifts.iter_mut().zip(chains.iter().zip(plants)) {
+            for (chain, plant) in chains.iter().zip(plants) {
+                let Some(plant) = plant else { continue };
+                let way = vector(chain.ankle) + plant - vector(chain.hip) - *shift;
+                let (length, most) = (way.norm(), STRETCH * f64::from(chain.length()));
+                if length > most {
+                    *shift += way * (1.0 - most / length);
+                }
+            }
+        }
+        if round + 1 < REACH_ROUNDS {
+            shifts = smooth(&shifts, window / 2);
+        }
+    }
+    shifts
+}
+
+/// Gaps filled by straight lines; held at both ends.
+fn between(values: &[Option<Vector3<f64>>]) -> Vec<Vector3<f64>> {
+    let known: Vec<(usize, Vector3<f64>)> =
+        values.iter().enumerate().filter_map(|(t, v)| v.map(|v| (t, v))).collect();
+    (0..values.len())
+        .map(|t| {
+            let after = known.partition_point(|k| k.0 < t);
+            match (after.checked_sub(1).map(|i| known[i]), known.get(after)) {
+                (_, Some(&(at, v))) if at == t => v,
+                (Some((a, v)), Some(&(b, w))) => v.lerp(&w, (t - a) as f64 / (b - a) as f64),
+                (Some((_, v)), None) | (None, Some(&(_, v))) => v,
+                (None, None) => Vector3::zeros(),
+            }
+        })
+        .collect()
+}
+
+/// A Gaussian over the window.
+fn smooth(values: &[Vector3<f64>], window: usize) -> Vec<Vector3<f64>> {
+    let sigma = (window as f64 / 3.0).max(1e-9);
+    let last = values.len().saturating_sub(1);
+    (0..values.len())
+        .map(|t| {
+            let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+            for i in 0..=2 * window {
+                let away = i as f64 - window as f64;
+                let weight = (-0.5 * (away / sigma).powi(2)).exp();
+                sum += values[(t + i).saturating_sub(window).min(last)] * weight;
+                total += weight;
+            }
+            sum / total
+        })
+        .collect()
+}
+
+/// Offsets in plants as they are; around them they fade by a smoothstep over the window, nearest plant first.
+fn fade(values: &[Option<Vector3<f64>>], window: usize) -> Vec<Vector3<f64>> {
+    let step = |t: f64| 1.0 - t * t * (3.0 - 2.0 * t);
+    (0..values.len())
+        .map(|t| {
+            if let Some(v) = values[t] {
+                return v;
+            }
+            let near = |reach: &dyn Fn(usize) -> Option<usize>| {
+                (1..=window).find_map(|d| values.get(reach(d)?).copied().flatten().map(|v| (d, v)))
+            };
+            let part = |found: Option<(usize, Vector3<f64>)>| {
+                found.map_or(Vector3::zeros(), |(d, v)| v * step(d as f64 / (window + 1) as f64))
+            };
+            part(near(&|d| t.checked_sub(d))) + part(near(&|d| Some(t + d)))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        build::{BuildOptions, build},
+        stream::{Request, stream},
+        synth,
+    };
+
+    #[test]
+    fn gaps_are_filled_and_plants_fade() {
+        let v = |x: f64| Some(Vector3::new(x, 0.0, 0.0));
+        let values = [None, v(1.0), None, None, None, v(5.0), None];
+        let filled: Vec<f64> = between(&values).iter().map(|v| v.x).collect();
+        assert_eq!(filled, [1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0]);
+        assert!(between(&[None, None]).iter().all(|v| *v == Vector3::zeros()));
+        let faded: Vec<f64> = fade(&[v(1.0), None, None, None, None, None], 2).iter().map(|v| v.x).collect();
+        assert_eq!(faded[0], 1.0);
+        assert!(faded[1] > faded[2] && faded[2] > 0.0 && faded[3] == 0.0, "{faded:?}");
+    }
+
+    /// A dip of 17 ms in a likelihood is noise at any rate. The Gaussian was a number of frames, half as long at 60 Hz,
+    /// and the dip lifted a foot.
+    #[test]
+    fn contacts_are_smoothed_over_as_long_at_any_rate() {
+        let corpus = synth::corpus(&synth::Options {
+            rate_hz: 60.0,
+            actions: vec!["walk".into()],
+            styles: ["neutral", "old"].map(String::from).to_vec(),
+            clips: 1,
+            seconds: 3.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let built = build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap();
+        let database = Database::open(&built.bytes).unwrap();
+        let mut streamed = stream(&database, &corpus.examples[0].clip, &Request::style(1), &mut ()).unwrap();
+        let dip = streamed.steps.len() / 2;
+        for (t, step) in streamed.steps.iter_mut().enumerate() {
+            step.report.contact_likelihood = if t == dip { [0.0, 1.0] } else { [1.0, 0.0] };
+        }
+        clean_up(&database, &mut streamed, 15);
+        assert!(streamed.steps.iter().all(|step| step.report.contacts == [true, false]));
+    }
+
+    #[test]
+    fn a_constant_stays_under_the_gaussian() {
+        let values = vec![Vector3::new(1.0, -2.0, 0.5); 9];
+        for v in smooth(&values, 4) {
+            assert!((v - values[0]).norm() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! A clip through the core, frame by frame, on the host: what `translate`, `evaluate` and `gestus-sim run` share.
+
+pub mod cleanup;
+pub mod trace;
+pub mod translate;
+
+use std::time::Instant;
+
+use gestus_core::{
+    Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,
+    blob::layout,
+    body::pose::Dofs,
+    output::retime::{Bounds, Retimer, Tick},
+    search::{graph::Neighbor, query::Feature},
+};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use gestus_motion::clip::{Clip, Frame};
+
+/// Most classes of a database that clips are streamed through here.
+pub const MOST_CLASSES: usize = 256;
+
+/// What the stylizer is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Parameters of the method.
+    pub config: Config,
+    /// Output style: numbers and weights.
+    pub style: Vec<(u16, f32)>,
+    /// The input's action, where it is known.
+    pub action: Option<u16>,
+    /// The input's style, where it is known.
+    pub input_style: Option<u16>,
+    /// Joint groups that the search leaves out.
+    pub masked: Vec<u16>,
+    /// Strength of joint groups, where it is not 1.
+    pub strength: Vec<(u16, f32)>,
+    /// Own output styles of joint groups, numbers and weights, where they are not the body's.
+    pub group_styles: Vec<(u16, Vec<(u16, f32)>)>,
+    /// Bounds of the output's lead and lag: the output is brought to one pose a tick within them.
+    pub bounds: Option<Bounds>,
+}
+
+impl Request {
+    /// One style, nothing known of the input.
+    pub fn style(style: u16) -> Self {
+        Self {
+            config: Config::new(),
+            style: vec![(style, 1.0)],
+            action: None,
+            input_style: None,
+            masked: Vec::new(),
+            strength: Vec::new(),
+            group_styles: Vec::new(),
+            bounds: None,
+        }
+    }
+
+    /// Output styles that have weight in each mix that a frame is answered in: in the body's, and in those that joint
+    /// groups have of their own. Each costs the unpacking and the regression of a frame once more.
+    pub fn mixes(&self, groups: usize) -> Vec<usize> {
+        let own = |group: usize| {
+            let set = self.group_styles.iter().rfind(|(g, _)| usize::from(*g) == group);
+            set.map(|(_, weights)| weights).filter(|weights| !weights.is_empty()).unwrap_or(&self.style)
+        };
+        let mut mixes: Vec<&Vec<(u16, f32)>> = Vec::new();
+        for mix in (0..groups).map(own) {
+            if !mixes.contains(&mix) {
+                mixes.push(mix);
+            }
+        }
+        let heard = |mix: &Vec<(u16, f32)>| mix.iter().filter(|(_, weight)| *weight > 0.0).count();
+        mixes.into_iter().map(heard).collect()
+    }
+}
+
+/// One frame of what came out.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The output pose.
+    pub frame: Frame,
+    /// What the core said.
+    pub report: Report,
+    /// Microseconds that the step took.
+    pub micros: f64,
+}
+
+/// What came out of a stream.
+#[derive(Debug, Clone)]
+pub struct Streamed {
+    /// One step a frame.
+    pub steps: Vec<Step>,
+    /// Digest over all output poses and time steps.
+    pub digest: u32,
+    /// Bytes of the stylizer.
+    pub ram_bytes: usize,
+    /// One pose a tick, where the request has bounds.
+    pub retimed: Option<Retimed>,
+}
+
+/// A stream within its bounds: as many poses as went in, at the input's rate.
+#[derive(Debug, Clone)]
+pub struct Retimed {
+    /// One pose a tick.
+    pub frames: Vec<Frame>,
+    /// What each tick said.
+    pub ticks: Vec<Tick>,
+    /// By how much a live stream is delayed for its lead, seconds. A file is not: its poses stand at their inputs' times.
+    pub latency_s: f32,
+    /// Seconds from a tick to the next.
+    pub tick_s: f64,
+}
+
+impl Retimed {
+    /// Time at which each input frame's pose is shown, seconds from the first, and `None` behind the last tick.
+    pub fn shown_at(&self, rate_hz: f64) -> Vec<Option<f64>> {
+        let places: Vec<f64> =
+            self.ticks.iter().enumerate().map(|(k, t)| k as f64 - f64::from(t.lag_s) * rate_hz).collect();
+        (0..self.ticks.len())
+            .map(|n| {
+                let n = n as f64;
+                let k = places.iter().position(|&p| p >= n - 1e-6)?;
+                let Some(before) = k.checked_sub(1) else { return Some(0.0) };
+                let span = (places[k] - places[before]).max(1e-9);
+                Some((before as f64 + (n - places[before]) / span) / rate_hz)
+            })
+            .collect()
+    }
+}
+
+impl Streamed {
+    /// Time of each output pose, seconds from the first.
+    pub fn times(&self) -> Vec<f64> {
+        let mut time = 0.0;
+        self.steps
+            .iter()
+            .enumerate()
+            .map(|(i, s)| {
+                if i > 0 {
+                    time += f64::from(s.report.step_s);
+                }
+                time
+            })
+            .collect()
+    }
+
+    /// The output poses, which stand at [`times`](Self::times).
+    pub fn frames(&self) -> Vec<Frame> {
+        self.steps.iter().map(|s| s.frame.clone()).collect()
+    }
+
+    /// The output as a clip at a fixed rate: poses at their time stamps, resampled; or tick by tick, where the stream was
+    /// retimed.
+    pub fn clip(&self, like: &Clip, rate_hz: f64) -> Clip {
+        if let Some(retimed) = &self.retimed {
+            let frames = retimed.frames.clone();
+            let clip = Clip {
+                name: like.name.clone(),
+                skeleton: like.skeleton.clone(),
+                rate_hz: like.rate_hz,
+                frames,
+            };
+            return clip.resampled(rate_hz);
+        }
+        let times = self.times();
+        let end = times.last().copied().unwrap_or(0.0);
+        let count = (end * rate_hz + 1e-6).floor() as usize + 1;
+        let mut at = 0;
+        let frames = (0..count)
+            .map(|i| {
+                let time = i as f64 / rate_hz;
+                while at + 2 < times.len() && times[at + 1] <= time {
+                    at += 1;
+                }
+                let Some(next) = self.steps.get(at + 1) else { return self.steps[at].frame.clone() };
+                let span = times[at + 1] - times[at];
+                let t = if span > 0.0 { ((time - times[at]) / span).clamp(0.0, 1.0) } else { 0.0 };
+                gestus_motion::clip::interpolate(&self.steps[at].frame, &next.frame, t)
+            })
+            .collect();
+        Clip { name: like.name.clone(), skeleton: like.skeleton.clone(), rate_hz, frames }
+    }
+}
+
+/// Sees a step without knowing how many joints the stylizer has room for.
+pub trait Watcher {
+    /// The query, F numbers.
+    fn query(&mut self, _feature: &[f32]) {}
+    /// Neighbors of a class, nearest first.
+    fn searched(&mut self, _class: usize, _neighbors: &[Neighbor], _mean_distance2: f32) {}
+    /// Timing neighbors of a kept class and their weights.
+    fn timed(&mut self, _class: usize, _rows: &[u16], _weights: &[f32]) {}
+    /// `x[t]`, `x[t-1]`, `y[t-1]` and the prediction, D numbers each.
+    fn predicted(&mut self, _x: &[f32], _x_prev: &[f32], _y_prev: &[f32], _predicted: &[f32]) {}
+    /// The step is done.
+    fn done(&mut self, _report: &Report) {}
+}
+
+impl Watcher for () {}
+
+struct Adapter<'a, W: Watcher> {
+    watcher: &'a mut W,
+    features: usize,
+    dofs: usize,
+}
+
+impl<const J: usize, W: Watcher> Observer<J> for Adapter<'_, W> {
+    fn query(&mut self, feature: &Feature) {
+        self.watcher.query(&feature[..self.features]);
+    }
+    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
+        self.watcher.searched(class, neighbors, mean_distance2);
+    }
+    fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
+        self.watcher.timed(class, rows, weights);
+    }
+    fn predicted(&mut self, x: &Dofs<J>, x_prev: &Dofs<J>, y_prev: &Dofs<J>, predicted: &Dofs<J>) {
+        let cut = |dofs: &Dofs<J>| dofs.as_flattened()[..self.dofs].to_vec();
+        self.watcher.predicted(&cut(x), &cut(x_prev), &cut(y_prev), &cut(predicted));
+    }
+}
+
+/// Streams a clip, which has to be at the database's rate and on its joints.
+///
+/// # Errors
+/// [`ConfigError`] where the request does not suit the database.
+pub fn stream(
+    database: &Database<'_>,
+    clip: &Clip,
+    request: &Request,
+    watcher: &mut impl Watcher,
+) -> Result<Streamed, ConfigError> {
+    stream_told(database, clip, request, &[], watcher)
+}
+
+/// [`stream`] of somebody who is told the action on the way: from which frame on, and which; ascending.
+///
+/// # Errors
+/// As [`stream`].
+pub fn stream_told(
+    database: &Database<'_>,
+    clip: &Clip,
+    request: &Request,
+    actions: &[(usize, u16)],
+    watcher: &mut impl Watcher,
+) -> Result<Streamed, ConfigError> {
+    let counts = database.counts();
+    if counts.joints <= 22 && counts.classes <= 28 && request.config.k <= 40 {
+        run::<22, 40, 28>(database, clip, request, actions, watcher)
+    } else {
+        run::<{ layout::MAX_JOINTS }, 64, MOST_CLASSES>(database, clip, request, actions, watcher)
+    }
+}
+
+fn run<const J: usize, const K: usize, const C: usize>(
+    database: &Database<'_>,
+    clip: &Clip,
+    request: &Request,
+    actions: &[(usize, u16)],
+    watcher: &mut impl Watcher,
+) -> Result<Streamed, ConfigError> {
+    let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, request.config)?);
+    stylizer.set_style(&request.style)?;
+    stylizer.set_action(request.action)?;
+    stylizer.set_input_style(request.input_style)?;
+    for &group in &request.masked {
+        stylizer.set_mask(group, false)?;
+    }
+    for &(group, strength) in &request.strength {
+        stylizer.set_strength(group, strength)?;
+    }
+    for (group, weights) in &request.group_styles {
+        stylizer.set_group_style(*group, weights)?;
+    }
+    let counts = database.counts();
+    let mut output = Pose::<J>::IDENTITY;
+    let mut playback = request.bounds.map(|b| Playback::<J>::new(database, b)).transpose()?;
+    let mut digest = Digest::new();
+    let mut steps = Vec::with_capacity(clip.frames.len());
+    for (t, frame) in clip.frames.iter().enumerate() {
+        if let Some(told) = actions.iter().find(|a| a.0 == t) {
+            stylizer.set_action(Some(told.1))?;
+        }
+        let input = to_pose::<J>(frame);
+        let mut adapter = Adapter { watcher, features: counts.features, dofs: counts.dofs };
+        let start = Instant::now();
+        let report = stylizer.step_observed(&input, &mut output, &mut adapter);
+        let micros = start.elapsed().as_secs_f64() * 1e6;
+        digest.add(&output, counts.joints, report.step_s);
+        watcher.done(&report);
+        if let Some(playback) = &mut playback {
+            playback.push(&output, report.step_s, counts.joints);
+        }
+        steps.push(Step { frame: from_pose(&output, counts.joints), report, micros });
+    }
+    let retimed = playback.map(|p| p.finish(&output, steps.len(), counts.joints));
+    Ok(Streamed { steps, digest: digest.value(), ram_bytes: size_of::<Stylizer<'_, J, K, C>>(), retimed })
+}
+
+/// Poses that a retimer on the host remembers: bounds of seconds at any usual rate.
+pub(crate) const REMEMBERED: usize = 512;
+
+/// A retimer and what came out of it.
+struct Playback<const J: usize> {
+    retimer: Box<Retimer<J, REMEMBERED>>,
+    frames: Vec<Frame>,
+    ticks: Vec<Tick>,
+    step_s: f32,
+}
+
+impl<const J: usize> Playback<J> {
+    fn new(database: &Database<'_>, bounds: Bounds) -> Result<Self, ConfigError> {
+        let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
+        let retimer = Box::new(Retimer::new(millihz, millihz, bounds)?);
+        Ok(Self { retimer, frames: Vec::new(), ticks: Vec::new(), step_s: 1.0 / database.rate_hz() })
+    }
+
+    fn push(&mut self, pose: &Pose<J>, step_s: f32, joints: usize) {
+        self.retimer.push(pose, step_s);
+        while self.retimer.is_due() {
+            let mut output = Pose::IDENTITY;
+            self.ticks.push(self.retimer.tick(&mut output));
+            self.frames.push(from_pose(&output, joints));
+        }
+    }
+
+    /// Ends the stream: the last pose is held until all poses are out, and the delay of a live stream is taken off.
+    fn finish(mut self, last: &Pose<J>, count: usize, joints: usize) -> Retimed {
+        let latency_s = self.retimer.latency_s();
+        let delay = (latency_s / self.step_s).round() as usize;
+        for _ in 0..delay {
+            self.push(last, self.step_s, joints);
+        }
+        let keep = |i: usize| i >= delay && i < delay + count;
+        let mut index = 0..;
+        self.frames.retain(|_| keep(index.next().unwrap_or(0)));
+        let mut index = 0..;
+        self.ticks.retain(|_| keep(index.next().unwrap_or(0)));
+        Retimed { frames: self.frames, ticks: self.ticks, latency_s, tick_s: f64::from(self.step_s) }
+    }
+}
+
+/// A frame as the core takes it.
+pub fn to_pose<const J: usize>(frame: &Frame) -> Pose<J> {
+    let mut pose = Pose::IDENTITY;
+    pose.position = [frame.root.x as f32, frame.root.y as f32, frame.root.z as f32];
+    for (slot, q) in pose.rotations.iter_mut().zip(&frame.rotations) {
+        *slot = [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
+    }
+    pose
+}
+
+/// A pose of the core as a frame.
+pub fn from_pose<const J: usize>(pose: &Pose<J>, joints: usize) -> Frame {
+    let [x, y, z] = pose.position.map(f64::from);
+    let rotation = |q: &[f32; 4]| {
+        let [x, y, z, w] = q.map(f64::from);
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+    };
+    Frame {
+        root: Vector3::new(x, y, z),
+        rotations: pose.rotations.iter().take(joints).map(rotation).collect(),
+    }
+}

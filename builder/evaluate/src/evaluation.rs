@@ -1,0 +1,68 @@
+//! What a measure returns: rows, means over them, plots; and how it is written to a folder.
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result};
+use serde_json::json;
+
+use crate::report::{
+    html::{Figure, report},
+    table::{self, Row},
+};
+
+/// What was measured.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    /// What: the word of the command.
+    pub what: &'static str,
+    /// What it says and how it was made, for people.
+    pub about: String,
+    /// Columns by which rows are averaged for people.
+    pub keys: Vec<&'static str>,
+    /// The figures.
+    pub rows: Vec<Row>,
+    /// The plots.
+    pub figures: Vec<Figure>,
+}
+
+impl Evaluation {
+    /// Means over the keys.
+    pub fn means(&self) -> Vec<Row> {
+        table::means(&self.rows, &self.keys)
+    }
+
+    /// Means as text.
+    pub fn summary(&self) -> String {
+        table::plain(&self.means())
+    }
+
+    /// Writes tables (JSON, CSV), plots (SVG) and one HTML report to a folder.
+    ///
+    /// # Errors
+    /// Where the folder can't be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let save = |name: String, content: String| {
+            let path = folder.join(name);
+            fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
+        };
+        let object = json!({ "what": self.what, "rows": self.rows });
+        save(format!("{}.json", self.what), serde_json::to_string_pretty(&object)?)?;
+        save(format!("{}.csv", self.what), table::csv(&self.rows))?;
+        for figure in &self.figures {
+            save(format!("{}-{}.svg", self.what, figure.name), figure.svg.clone())?;
+        }
+        let title = format!("gestus evaluate {}", self.what);
+        save(
+            format!("{}.html", self.what),
+            report(&title, &self.about, &self.means(), &self.figures, &self.rows),
+        )
+    }
+}
+
+/// A row from a JSON object.
+pub(crate) fn row(value: serde_json::Value) -> Row {
+    match value {
+        serde_json::Value::Object(map) => map,
+        _ => Row::new(),
+    }
+}

@@ -1,0 +1,97 @@
+//! Gaussian process regression in the folds of [`loo`](super::loo): accuracy, time and memory as its examples double.
+
+use gestus_core::Database;
+
+use crate::{
+    baselines::gaussian_process::{self, Editor, Pairs},
+    evaluation::Evaluation,
+    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, held_out, own_dofs, say_left_out},
+};
+use crate::{
+    plots::{self, Labels},
+    report::{html::Figure, table},
+};
+use gestus_database::{build::BuildError, command_line::progress};
+use gestus_motion::{body::Body, corpus::Corpus};
+
+/// Gaussian process regression as its examples double, on the first test clips: accuracy, time and memory.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let body = Body::of(corpus)?;
+    let options = &LooOptions { to: options.to.iter().copied().take(1).collect(), ..options.clone() };
+    say_left_out(corpus, &body, options);
+    let folds = held_out(corpus, &body, options);
+    let sizes = [64, 128, 256, 512, 1024, 2048];
+    let bar = progress::bar(folds.len() * sizes.len(), "gaussian process");
+    let mut rows = Vec::new();
+    for &HeldOut { test, style, .. } in &folds {
+        let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { continue };
+        let database = Database::open(&bytes)?;
+        for most in sizes {
+            let gp = gaussian_process::Options { most, ..gaussian_process::Options::default() };
+            bar.inc(1);
+            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp, true) else { continue };
+            // The class holds no more than it does.
+            if editor.examples() < most {
+                continue;
+            }
+            let mut row = row.to_json(corpus);
+            row.insert("n".into(), editor.examples().into());
+            row.insert("fit_s".into(), editor.fit_s.into());
+            row.insert("evidence".into(), editor.evidence().into());
+            row.insert("predict_ms".into(), (1e3 * seconds).into());
+            row.insert("memory_bytes".into(), editor.bytes().into());
+            rows.push(row);
+        }
+    }
+    bar.finish_and_clear();
+    let means = table::means(&rows, &["n"]);
+    let series = |key: &str| -> Vec<(f64, f64)> {
+        let number =
+            |r: &table::Row, k: &str| r.get(k).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
+        means.iter().map(|r| (number(r, "n"), number(r, key))).collect()
+    };
+    let labels = Labels { title: "Gaussian process as its data grows", x: "examples", y: "s, ms, cm" };
+    let keys =
+        [("fit_s", "seconds to fit"), ("predict_ms", "ms a frame"), ("joint_error_cm", "joint error, cm")];
+    let lines: Vec<_> = keys.iter().map(|(k, name)| ((*name).to_owned(), series(k))).collect();
+    Ok(Evaluation {
+        what: "gaussian-process",
+        about: "Gaussian process regression with a stabilised predictor, leave one clip out, conditioned on more and more \
+                of the labelled class's examples. Hyperparameters are chosen on a subset of 160 in every row, the best of three starts by \
+                marginal likelihood (`evidence`: its negative logarithm, a mean over outputs and examples)."
+            .into(),
+        keys: vec!["method", "n"],
+        rows,
+        figures: vec![Figure {
+            name: "growth".into(),
+            caption: "Time grows with the cube of the examples, memory and prediction with their square.".into(),
+            svg: plots::lines(labels, &lines),
+        }],
+    })
+}
+
+/// Gaussian process regression over the labelled class, or over all actions of the input's style; and what it is, and
+/// seconds a frame.
+pub(super) fn gaussian(
+    fold: &Fold<'_>,
+    database: &Database<'_>,
+    options: &gaussian_process::Options,
+    labelled: bool,
+) -> Option<(Row, Editor, f64)> {
+    let example = &fold.corpus.examples[fold.test];
+    let (name, classes) = if labelled {
+        ("gaussian-process", vec![class_of(database, example.action, example.style)?])
+    } else {
+        ("gaussian-process-unlabelled", classes_of(database, example.style))
+    };
+    let pairs = Pairs::of(database, &classes, fold.style).thinned(options.most);
+    let editor = Editor::fit(&pairs, options)?;
+    let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
+    let start = std::time::Instant::now();
+    let predicted = editor.run(&x);
+    let seconds = start.elapsed().as_secs_f64() / x.len() as f64;
+    Some((fold.row(name, &own_dofs(fold, database, &predicted), None), editor, seconds))
+}

@@ -1,0 +1,265 @@
+//! The search against brute force over the same features: recall, visits, time.
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use gestus_core::{
+    Config, Database,
+    blob::layout::{MAX_FEATURES, MAX_JOINTS},
+    search::{
+        graph::{Limits, Searcher},
+        metric::Metric,
+        query::{ALIGNED, Window},
+    },
+};
+use serde_json::json;
+
+use crate::{
+    evaluation::{Evaluation, row},
+    fold::{LooOptions, lacking, test_clips},
+};
+use crate::{
+    plots::{self, Labels},
+    report::{html::Figure, table},
+};
+use gestus_database::{
+    build::build,
+    command_line::progress,
+    search::graph::{ClassFeatures, exact_knn},
+    stream::to_pose,
+};
+use gestus_motion::corpus::Corpus;
+
+/// Frames after a jump that are looked at.
+const AFTER: usize = 8;
+
+/// How many neighbors are asked for, as methods: the shipped number, and the paper's 40, which the search keeps in sight.
+fn asked() -> [(&'static str, u16); 2] {
+    [("graph", Config::new().k), ("graph-40", 40)]
+}
+
+type Pose = gestus_core::Pose<MAX_JOINTS>;
+
+/// Streams held-out clips through the search: every frame is a query to every class.
+///
+/// # Errors
+/// Where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
+    let (tests, spared) = spared(corpus, &test_clips(corpus, options.from, options.folds));
+    for &clip in &spared {
+        let example = &corpus.examples[clip];
+        let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
+        eprintln!(
+            "no query: {} stays in the database, whose last clip of {action} in {style} it is",
+            example.clip.name
+        );
+    }
+    if tests.is_empty() {
+        bail!(
+            "--folds {}: no clip of the style {} can be a query: its actions have one clip each, which the database needs",
+            options.folds,
+            corpus.styles[options.from]
+        );
+    }
+    let built = build(&corpus.without(&tests), &options.build)?;
+    let database = Database::open(&built.bytes)?;
+    let bar = progress::bar(tests.len(), "search");
+    let classes = Classes::of(&database);
+    let mut rows: Vec<table::Row> = Vec::new();
+    let mut after_jump = [[(0.0, 0.0); AFTER]; 2];
+    for (i, &test) in tests.iter().enumerate() {
+        let clip = &corpus.examples[test].clip;
+        // The stream jumps in the middle: another clip follows, from its own middle.
+        let other = &corpus.examples[tests[(i + tests.len() / 2) % tests.len()]].clip;
+        let jump = clip.frames.len();
+        let poses: Vec<Pose> =
+            clip.frames.iter().chain(&other.frames[other.frames.len() / 3..]).map(to_pose).collect();
+        let mut results = Vec::new();
+        for ((method, k), after_jump) in asked().into_iter().zip(&mut after_jump) {
+            let (graph, brute) = stream(&database, &classes, &poses, k, jump, after_jump);
+            results.push((method, graph));
+            if method == "graph" {
+                results.push(("brute-force", brute));
+            }
+        }
+        for (method, result) in results {
+            rows.push(row(json!({
+                "method": method,
+                "action": corpus.actions[corpus.examples[test].action],
+                "style": corpus.styles[corpus.examples[test].style],
+                "clip": clip.name,
+                "recall": result.recall,
+                "visits_mean": result.visits,
+                "us_per_query": result.micros,
+            })));
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let recoveries: Vec<(String, Vec<(f64, f64)>)> = asked()
+        .iter()
+        .zip(&after_jump)
+        .map(|((method, _), after)| {
+            let recall =
+                |(t, (found, wanted)): (usize, &(f64, f64))| (t as f64, found / f64::max(*wanted, 1.0));
+            ((*method).to_owned(), after.iter().enumerate().map(recall).collect())
+        })
+        .collect();
+    for (method, recovery) in &recoveries {
+        let method = format!("{method}-after-jump");
+        for (frame, recall) in recovery {
+            rows.push(row(
+                json!({ "method": method, "action": null, "style": null, "frames_after": frame, "recall": recall }),
+            ));
+        }
+    }
+    let labels =
+        Labels { title: "Recall after a jump of the input", x: "frames after the jump", y: "recall" };
+    let figures = vec![Figure {
+        name: "jump".into(),
+        caption: "The input jumps into the middle of another clip at frame 0.".into(),
+        svg: plots::lines(labels, &recoveries),
+    }];
+    Ok(Evaluation {
+        what: "knn",
+        about: "Queries are the frames of held-out clips, one query to each class a frame; recall counts how many of \
+                the nearest by brute force over the same stored features the graph finds: of as many as a stylizer takes \
+                as shipped (graph), and of 40 (graph-40). Time is that of one query to one class, on one thread."
+            .into(),
+        keys: vec!["method", "frames_after"],
+        rows,
+        figures,
+    })
+}
+
+/// Queries all leave the database at once: those of the clips that it can do without, and those that it can't.
+fn spared(corpus: &Corpus, tests: &[usize]) -> (Vec<usize>, Vec<usize>) {
+    let (mut gone, mut kept) = (Vec::new(), Vec::new());
+    for &test in tests {
+        let action = corpus.examples[test].action;
+        // An action that is incomplete anyway is not in the database with it either.
+        let before = lacking(corpus, action, &gone).len();
+        gone.push(test);
+        if lacking(corpus, action, &gone).len() > before {
+            gone.pop();
+            kept.push(test);
+        }
+    }
+    (gone, kept)
+}
+
+/// Stored features of each class, as brute force wants them.
+struct Classes {
+    codes: Vec<Vec<Vec<i8>>>,
+    searchable: Vec<Vec<bool>>,
+    weights: Vec<f32>,
+}
+
+impl Classes {
+    fn of(database: &Database<'_>) -> Self {
+        use gestus_core::blob::layout::flag;
+        let rows = |c: gestus_core::blob::Class| c.first_row..c.first_row + c.rows;
+        let codes = |r: usize| database.feature(r).iter().map(|&b| b as i8).collect();
+        Self {
+            codes: database.classes().map(|c| rows(c).map(codes).collect()).collect(),
+            searchable: database
+                .classes()
+                .map(|c| rows(c).map(|r| database.flags(r) & flag::SEARCHABLE != 0).collect())
+                .collect(),
+            weights: (0..database.counts().features).map(|f| database.feature_scale(f).powi(2)).collect(),
+        }
+    }
+}
+
+#[derive(Default)]
+struct Outcome {
+    recall: f64,
+    visits: f64,
+    micros: f64,
+}
+
+fn stream(
+    database: &Database<'_>,
+    classes: &Classes,
+    poses: &[Pose],
+    k: u16,
+    jump: usize,
+    after_jump: &mut [(f64, f64)],
+) -> (Outcome, Outcome) {
+    let Config { k, pool, visits, jump: jump_factor, .. } = Config::new().k(k);
+    let limits =
+        Limits { k: usize::from(k), pool: usize::from(pool), visits, spare: visits, jump: jump_factor };
+    let counts = database.counts();
+    let mut window = Box::new(Window::new());
+    let mut searcher = Box::new(Searcher::new());
+    let mut last: Vec<(Vec<u16>, f32)> = vec![(Vec::new(), -1.0); counts.classes];
+    let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
+    let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
+    let mut feature = [0.0; MAX_FEATURES];
+    let mut room = [0.0; ALIGNED * MAX_JOINTS];
+    for (t, pose) in poses.iter().enumerate() {
+        window.push(database, pose);
+        window.feature(database, &mut room, &mut feature);
+        let metric = Metric::new(database, &feature, u8::MAX);
+        for class in 0..counts.classes {
+            let start = Instant::now();
+            let (near, effort) =
+                searcher.search(database, class, &metric, &limits, &last[class].0, last[class].1);
+            graph.micros += start.elapsed().as_secs_f64() * 1e6;
+            let rows: Vec<u16> = near.iter().map(|n| n.row).collect();
+            let mean = near.iter().map(|n| n.distance2).sum::<f32>() / near.len().max(1) as f32;
+            let query: Vec<f32> =
+                (0..counts.features).map(|f| feature[f] / database.feature_scale(f)).collect();
+            let features = ClassFeatures {
+                codes: &classes.codes[class],
+                weights: &classes.weights,
+                searchable: &classes.searchable[class],
+            };
+            let start = Instant::now();
+            // As many as the class gives of itself, not as many as were found: what is missing is missed.
+            let exact = exact_knn(&features, &query, limits.k.min(database.class(class).k_cap));
+            brute.micros += start.elapsed().as_secs_f64() * 1e6;
+            let hits = exact.iter().filter(|(_, r)| rows.contains(&(*r as u16))).count() as f64;
+            if t < jump {
+                found += hits;
+                wanted += exact.len() as f64;
+            } else if let Some(slot) = after_jump.get_mut(t - jump) {
+                slot.0 += hits;
+                slot.1 += exact.len() as f64;
+            }
+            graph.visits += f64::from(effort.visits);
+            brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
+            queries += 1.0;
+            last[class] = (rows, mean);
+        }
+    }
+    for outcome in [&mut graph, &mut brute] {
+        outcome.visits /= queries;
+        outcome.micros /= queries;
+    }
+    (graph.recall, brute.recall) = (found / wanted, 1.0);
+    (graph, brute)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gestus_database::synth;
+
+    #[test]
+    fn queries_leave_the_database_a_clip_of_each_class() {
+        let corpus = synth::corpus(&synth::Options {
+            actions: vec!["walk".into()],
+            styles: ["neutral", "proud"].map(String::from).to_vec(),
+            clips: 2,
+            seconds: 4.0,
+            ..synth::Options::default()
+        })
+        .unwrap();
+        let tests = test_clips(&corpus, 0, 5);
+        assert_eq!(tests.len(), 2);
+        assert_eq!(spared(&corpus, &tests), (vec![tests[0]], vec![tests[1]]));
+        let one = corpus.without(&tests[..1]);
+        assert_eq!(spared(&one, &test_clips(&one, 0, 5)).0, Vec::<usize>::new());
+    }
+}

@@ -1,0 +1,350 @@
+//! Leave one clip out: every method translates clips that the database has never seen.
+
+use gestus_core::{Config, Database, blob::layout::dof};
+use rayon::prelude::*;
+
+use crate::{
+    baselines::{
+        gaussian_process,
+        outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
+    },
+    evaluation::Evaluation,
+    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, folds, held_out, own_dofs, say_left_out},
+    measures::growth,
+    metrics::{best_shift, matched},
+};
+use crate::{
+    plots::{self, Labels},
+    report::{html::Figure, table},
+};
+use gestus_database::{
+    build::{BuildError, BuildOptions},
+    command_line::progress,
+    pairing::Scheme,
+    stream::{Request, stream},
+    synth::affine,
+};
+use gestus_motion::{
+    body::{Body, row_at},
+    corpus::Corpus,
+};
+
+/// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
+pub fn default_configs() -> Vec<(String, Config)> {
+    vec![
+        ("mixture".into(), Config::new()),
+        ("mixture-paper".into(), Config::paper()),
+        ("mixture-normalised".into(), Config::normalised()),
+    ]
+}
+
+/// Runs the evaluation and draws its plots.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    say_left_out(corpus, &Body::of(corpus)?, options);
+    let bar = progress::bar(folds(corpus, options), "leave one out");
+    let results = run(corpus, options, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();
+    let mut figures = vec![error_bars(corpus, &results), trade_off(&results)];
+    figures.extend(one_dof(corpus, options)?);
+    Ok(Evaluation {
+        what: "loo",
+        about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
+                hips-centred and facing ahead, to a held-out clip of the output style at equal canonical time. Mean \
+                error rewards averaging: read it beside variability and third difference, which are relative to the \
+                truth clip's."
+            .into(),
+        keys: vec!["method"],
+        rows,
+        figures,
+    })
+}
+
+/// The same on pairs made by rule from the clips of one style: the true answer is known.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn exact(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let pairs = affine::pairs(corpus, options.from, &affine::Options::default())?;
+    let build = BuildOptions { pairing: Scheme::Take, ..options.build.clone() };
+    let options = LooOptions { from: 0, to: vec![1], exact: true, build, ..options.clone() };
+    let evaluation = evaluate(&pairs.corpus, &options)?;
+    Ok(Evaluation {
+        what: "exact",
+        about: "Every clip of the style has an output made by rule: an affine map of each dof on a warped timeline. The \
+                truth is exact, so a method that averages gains nothing by it."
+            .into(),
+        ..evaluation
+    })
+}
+
+fn methods_of(results: &[Row]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for row in results {
+        if !names.contains(&row.method) {
+            names.push(row.method.clone());
+        }
+    }
+    names
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Errors of each method by action: paper 000, Figure 6.
+fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
+    let series: Vec<(String, Vec<f64>)> = methods_of(results)
+        .into_iter()
+        .filter(|m| {
+            [
+                "unchanged",
+                "other-clip",
+                "global-affine",
+                "nearest",
+                "knn",
+                "local-ar",
+                "mixture",
+                "mixture-paper",
+                "lti",
+                "statistic",
+            ]
+            .contains(&m.as_str())
+        })
+        .map(|m| {
+            let of =
+                |a| mean(results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.joint_error_cm));
+            let values = (0..corpus.actions.len()).map(of).collect();
+            (m, values)
+        })
+        .collect();
+    let labels = Labels { title: "Joint error of each method", x: "action", y: "cm" };
+    Figure {
+        name: "errors".into(),
+        caption: "Mean joint error by action, leave one clip out (paper 000, Figure 6).".into(),
+        svg: plots::bars(labels, &corpus.actions, &series),
+    }
+}
+
+/// Error against variability: what averages hide.
+fn trade_off(results: &[Row]) -> Figure {
+    let points: Vec<(String, f64, f64)> = methods_of(results)
+        .into_iter()
+        .filter(|m| m != "unchanged" && m != "global-ar")
+        .map(|m| {
+            let of = || results.iter().filter(|r| r.method == m);
+            (m.clone(), mean(of().filter_map(|r| r.variability)), mean(of().map(|r| r.joint_error_cm)))
+        })
+        .collect();
+    let labels = Labels {
+        title: "Error against variability",
+        x: "cycle-to-cycle variability, real motion = 1",
+        y: "joint error, cm",
+    };
+    Figure {
+        name: "trade-off".into(),
+        caption: "Averages come nearer to the truth than another real clip does, and move less than any."
+            .into(),
+        svg: plots::points(labels, &points),
+    }
+}
+
+/// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
+/// `None` where there is no fold.
+pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Figure>, BuildError> {
+    let body = Body::of(corpus)?;
+    let Some(&HeldOut { test, style, .. }) = held_out(corpus, &body, options).first() else {
+        return Ok(None);
+    };
+    let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { return Ok(None) };
+    let database = Database::open(&bytes)?;
+    let example = &corpus.examples[test];
+    let request = Request { config: options.configs[0].1, ..Request::style(style as u16) };
+    let mut record = Record::of(&database);
+    let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(None) };
+    let predicted = own_dofs(&fold, &database, &record.predicted);
+    let dof = dof::JOINTS + 3 * (body.landmarks.knees[0] - 1);
+    let dof =
+        (dof..dof + 3).max_by(|&a, &b| spread(&fold.x, a).total_cmp(&spread(&fold.x, b))).unwrap_or(dof);
+    let series = |rows: &[Vec<f64>]| {
+        rows.iter().enumerate().map(|(t, r)| (t as f64 / corpus.rate_hz, r[dof])).collect::<Vec<_>>()
+    };
+    let (cycles, truth_cycles) = fold.cycles();
+    let truth: Vec<(f64, f64)> = (0..fold.x.len())
+        .filter_map(|t| {
+            let at = matched(cycles, t, truth_cycles, fold.shift)?;
+            Some((t as f64 / corpus.rate_hz, row_at(&fold.truth_rows, at)[dof]))
+        })
+        .collect();
+    let mut all = vec![
+        ("input".to_owned(), series(&fold.x)),
+        ("mixture".to_owned(), series(&predicted)),
+        ("truth".to_owned(), truth),
+    ];
+    if let Some(class) = class_of(&database, example.action, example.style) {
+        for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
+            let model = GlobalModel::fit(&database, &[class], style, autoregressive, Outputs::One);
+            all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
+        }
+    }
+    let names = body.dof_names();
+    let title = format!("{} of {} in the style {}", names[dof], example.clip.name, corpus.styles[style]);
+    Ok(Some(Figure {
+        name: "dof".into(),
+        caption: "One dof over the input's time, each method against the truth at equal canonical time (paper 000, Figure 3).".into(),
+        svg: plots::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
+    }))
+}
+
+fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
+    let mean = rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64;
+    rows.iter().map(|r| (r[d] - mean).powi(2)).sum()
+}
+
+/// Runs the evaluation; `progress` is called once a fold.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn run(
+    corpus: &Corpus,
+    options: &LooOptions,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Row>, BuildError> {
+    let body = Body::of(corpus)?;
+    let rows: Vec<Vec<Row>> = held_out(corpus, &body, options)
+        .par_iter()
+        .map(|&HeldOut { test, style, .. }| {
+            let rows = fold(corpus, &body, options, test, style);
+            progress();
+            rows
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+fn fold(
+    corpus: &Corpus,
+    body: &Body,
+    options: &LooOptions,
+    test: usize,
+    style: usize,
+) -> Result<Vec<Row>, BuildError> {
+    let Some((fold, bytes)) = Fold::new(corpus, body, options, test, style)? else { return Ok(Vec::new()) };
+    let database = Database::open(&bytes)?;
+    let mut rows = Vec::new();
+    if !options.mixtures_only {
+        baselines(&fold, &database, &mut rows);
+        crate::baselines::models::rows(&fold, &database, &mut rows);
+    }
+    if options.gaussian_process {
+        let settings = gaussian_process::Options::default();
+        let own = growth::gaussian(&fold, &database, &settings, true).map(|g| g.0);
+        // Of one action both are the same.
+        let all = (corpus.actions.len() > 1)
+            .then(|| growth::gaussian(&fold, &database, &settings, false))
+            .flatten();
+        rows.extend(own.into_iter().chain(all.map(|g| g.0)));
+    }
+    for (name, config) in &options.configs {
+        let compared = name == "mixture" && !options.mixtures_only;
+        mixtures(&fold, &database, name, config, compared, &mut rows);
+    }
+    Ok(rows)
+}
+
+/// The rows of a configuration under each labelling condition; and of interpolation of its neighbors, where they are to
+/// be compared.
+fn mixtures(
+    fold: &Fold<'_>,
+    database: &Database<'_>,
+    name: &str,
+    config: &Config,
+    compared: bool,
+    rows: &mut Vec<Row>,
+) {
+    let example = &fold.corpus.examples[fold.test];
+    let (action, from) = (Some(example.action as u16), Some(example.style as u16));
+    let conditions = [
+        ("", None, None),
+        ("-action-known", action, None),
+        ("-style-known", None, from),
+        ("-labelled", action, from),
+    ];
+    for (suffix, action, input_style) in conditions {
+        let method = if suffix == "-labelled" {
+            name.replace("mixture", "local-ar")
+        } else {
+            format!("{name}{suffix}")
+        };
+        let request = Request { config: *config, action, input_style, ..Request::style(fold.style as u16) };
+        let mut record = Record::of(database);
+        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+        let predicted = own_dofs(fold, database, &record.predicted);
+        rows.push(fold.row(&method, &predicted, Some(&streamed)));
+        if compared {
+            neighbors(fold, database, &record, suffix, rows);
+        }
+    }
+}
+
+fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
+    rows.push(fold.row("unchanged", &fold.x, None));
+    if let Some(other) = fold.other {
+        let example = &fold.corpus.examples[other];
+        let theirs = fold.body.clip_dofs(&example.clip);
+        let cycles = &fold.corpus.examples[fold.test].cycles;
+        let shift = best_shift(&fold.x, cycles, &theirs, &example.cycles);
+        let matched_rows: Vec<Vec<f64>> = (0..fold.x.len())
+            .map(|t| {
+                matched(cycles, t, &example.cycles, shift)
+                    .map_or_else(|| theirs[0].clone(), |p| row_at(&theirs, p))
+            })
+            .collect();
+        rows.push(fold.row("other-clip", &matched_rows, None));
+    }
+    let example = &fold.corpus.examples[fold.test];
+    let Some(class) = class_of(database, example.action, example.style) else { return };
+    // The models live in the database's dofs.
+    let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
+    let affine = GlobalModel::fit(database, &[class], fold.style, false, Outputs::One);
+    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true, Outputs::One);
+    let first = affine.run(&x[..1], &x[0]);
+    let means = (database.outputs() > 1)
+        .then(|| GlobalModel::fit(database, &[class], fold.style, false, Outputs::Mean));
+    let models = [("global-ar", &autoregressive), ("global-affine", &affine)];
+    for (name, model) in models.into_iter().chain(means.as_ref().map(|m| ("global-affine-both", m))) {
+        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+        rows.push(fold.row(name, &predicted, None));
+    }
+    // Of one action both are the same.
+    if fold.corpus.actions.len() > 1 {
+        let classes = classes_of(database, example.style);
+        let model = GlobalModel::fit(database, &classes, fold.style, false, Outputs::One);
+        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+        rows.push(fold.row("global-affine-unlabelled", &predicted, None));
+    }
+}
+
+/// Interpolation of the neighbors that were found: of the labelled class, or of all together.
+fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
+    let most = usize::from(Config::new().k);
+    let ways: &[(&str, usize, Outputs)] = match suffix {
+        "-labelled" => {
+            &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One), ("knn-both", most, Outputs::Mean)]
+        }
+        // Of one action both are the same.
+        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most, Outputs::One)],
+        _ => &[],
+    };
+    // The mean of one output is that.
+    for &(name, most, outputs) in ways.iter().filter(|w| w.2 == Outputs::One || database.outputs() > 1) {
+        let of = |classes: &[ClassNeighbors]| {
+            interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, outputs)
+        };
+        rows.push(fold.row(name, &own_dofs(fold, database, &record.each(of)), None));
+    }
+}

@@ -1,0 +1,271 @@
+//! How far feet slide while they stand, and what holding them costs: before and after the lock, beside real motion.
+
+use gestus_core::{Config, Database, blob::Leg};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::{
+    evaluation::{Evaluation, row},
+    fold::{HeldOut, LooOptions, held_out, say_left_out},
+    metrics::{
+        performance::Performance,
+        speed::{self, fastest, peak_speeds},
+    },
+};
+use crate::{
+    plots::{self, Labels},
+    report::{html::Figure, table},
+};
+use gestus_database::{
+    build::{BuildError, build},
+    command_line::progress,
+    stream::{Request, Streamed, stream},
+};
+use gestus_motion::{
+    body::Body,
+    clip::{Frame, Skeleton},
+    corpus::Corpus,
+};
+
+/// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
+/// the one before. Shape `[frames][side]`.
+pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> Vec<[Option<f64>; 2]> {
+    let positions: Vec<Vec<Vector3<f64>>> = of.frames.iter().map(|f| f.positions(skeleton)).collect();
+    (0..positions.len())
+        .map(|t| {
+            [0, 1].map(|side| {
+                let before = t.checked_sub(1).filter(|&b| of.stands[b][side] && of.stands[t][side])?;
+                let leg = &legs[side];
+                let over = |joint: usize, height: f32| positions[t][joint].y - f64::from(height);
+                let joint = match leg.toe {
+                    Some(toe) if over(toe, leg.heights[1]) <= over(leg.ankle, leg.heights[0]) => toe,
+                    _ => leg.ankle,
+                };
+                let way = positions[t][joint] - positions[before][joint];
+                Some(way.x.hypot(way.z) / of.steps_s[t])
+            })
+        })
+        .collect()
+}
+
+/// Mean speed on the ground of feet that stand, cm/s. Not a number where none does, which a table leaves out: 0 would
+/// say that they stand still.
+pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
+    let speeds: Vec<f64> =
+        standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v).collect();
+    speeds.iter().sum::<f64>() / speeds.len() as f64
+}
+
+/// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames; of feet that stand.
+fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
+    let mut heights: Vec<f64> = of
+        .frames
+        .iter()
+        .zip(&of.stands)
+        .flat_map(|(frame, stands)| {
+            let p = frame.positions(skeleton);
+            [0, 1].map(|side| {
+                stands[side].then(|| {
+                    let leg = &legs[side];
+                    let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
+                    100.0 * leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
+                })
+            })
+        })
+        .flatten()
+        .collect();
+    heights.sort_by(f64::total_cmp);
+    let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied();
+    [at(0.05), at(0.95)]
+}
+
+/// How far the lower of ankle and toes of either foot comes below where it stands, in any frame, cm: 0 or less.
+pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
+    let over = |frame: &Frame| {
+        let p = frame.positions(skeleton);
+        let of_leg = |leg: &Leg| {
+            let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
+            leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
+        };
+        of_leg(&legs[0]).min(of_leg(&legs[1]))
+    };
+    100.0 * of.frames.iter().map(over).fold(0.0, f64::min)
+}
+
+/// Runs the evaluation and draws its plots.
+///
+/// # Errors
+/// [`BuildError`] where what is left is no database.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+    let body = Body::of(corpus)?;
+    say_left_out(corpus, &body, options);
+    let folds = held_out(corpus, &body, options);
+    let bar = progress::bar(folds.len(), "skate");
+    let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
+        .par_iter()
+        .enumerate()
+        .map(|(i, fold)| {
+            let result = one(corpus, &body, fold, options, i)?;
+            bar.inc(1);
+            Ok(result)
+        })
+        .collect::<Result<_, BuildError>>()?;
+    bar.finish_and_clear();
+    let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    Ok(Evaluation {
+        what: "skate",
+        about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
+                is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
+                than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
+                holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
+                knees and ankles each against itself."
+            .into(),
+        keys: vec!["method", "action", "style"],
+        rows: rows.into_iter().flatten().collect(),
+        figures: figures.into_iter().flatten().take(6).collect(),
+    })
+}
+
+fn one(
+    corpus: &Corpus,
+    body: &Body,
+    fold: &HeldOut,
+    options: &LooOptions,
+    number: usize,
+) -> Result<(Vec<table::Row>, Option<Figure>), BuildError> {
+    let built = build(&corpus.without(&[fold.test, fold.truth]), &options.build)?;
+    let database = Database::open(&built.bytes)?;
+    let (Some(legs), Some(config)) = (database.legs(), options.configs.first()) else {
+        return Ok((Vec::new(), None));
+    };
+    let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
+    let run = |config: Config| {
+        let request = Request { config, ..Request::style(fold.style as u16) };
+        stream(&database, clip, &request, &mut ())
+    };
+    let unlimited = config.1.speed_limit(0.0);
+    let (Ok(raw), Ok(unlimited), Ok(locked)) =
+        (run(unlimited.contacts(false)), run(unlimited), run(config.1))
+    else {
+        return Ok((Vec::new(), None));
+    };
+    let performances = [
+        ("input", Performance::of_clip(clip, body)),
+        ("raw", Performance::of_stream(&raw)),
+        ("unlimited", Performance::of_stream(&unlimited)),
+        ("locked", Performance::of_stream(&locked)),
+        ("real", Performance::of_clip(truth, body)),
+    ];
+    let skeleton = &corpus.skeleton;
+    let input_peaks = peak_speeds(&performances[0].1);
+    let raw_peaks = peak_speeds(&performances[1].1);
+    let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
+    let input_fastest = fastest(&performances[0].1);
+    let raw_fastest = fastest(&performances[1].1);
+    // As fast as real motion of the output style gets: all of its clips of the action, not the truth alone.
+    let style_fastest = corpus
+        .examples
+        .iter()
+        .filter(|e| e.style == fold.style && e.action == corpus.examples[fold.test].action)
+        .map(|e| fastest(&Performance::of_clip(&e.clip, body)))
+        .fold(0.0, f64::max);
+    let rows = performances
+        .iter()
+        .map(|(method, performance)| {
+            let peaks = peak_speeds(performance);
+            let ratio =
+                |to: &[f64]| leg_joints.iter().map(|&j| peaks[j] / to[j].max(1e-9)).fold(0.0, f64::max);
+            let [low, high] = heights_cm(skeleton, &legs, performance);
+            let (joint, frame) = speed::where_fastest(performance, &skeleton.names);
+            let mut row = row(json!({
+                "method": method,
+                "action": corpus.actions[corpus.examples[fold.test].action],
+                "style": corpus.styles[fold.style],
+                "clip": if *method == "real" { &truth.name } else { &clip.name },
+                "skate_cm_s": skate_cm_s(skeleton, &legs, performance),
+                "joint_speed_ratio": fastest(performance) / input_fastest,
+                "joint_speed_over_raw": fastest(performance) / raw_fastest,
+                "fastest_rad_s": fastest(performance),
+                "fastest_joint": joint,
+                "fastest_frame": frame,
+                "style_fastest_rad_s": style_fastest,
+                "leg_speed_ratio": ratio(&input_peaks),
+                "leg_speed_over_raw": ratio(&raw_peaks),
+                "lowest_cm": low,
+                "highest_cm": high,
+                "deepest_cm": deepest_cm(skeleton, &legs, performance),
+            }));
+            if let Some(streamed) = match *method {
+                "unlimited" => Some(&unlimited),
+                "locked" => Some(&locked),
+                _ => None,
+            } {
+                let raw = &performances[1].1;
+                row.extend(speed::over(&legs, input_fastest, raw, performance, streamed));
+                row.insert("held_cm_max".into(), (100.0 * held_most(streamed)).into());
+                row.insert("let_go".into(), let_go(streamed, raw).into());
+            }
+            if *method == "locked" {
+                row.extend(speed::held_back(skeleton, &performances[2].1, performance));
+            }
+            row
+        })
+        .collect();
+    let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &performances));
+    Ok((rows, figure))
+}
+
+/// How often a foot was let go that stands by its neighbors' votes: for the distance, after which it steps.
+fn let_go(streamed: &Streamed, raw: &Performance) -> usize {
+    let held = |t: usize, side: usize| streamed.steps[t].report.held[side];
+    (1..streamed.steps.len())
+        .flat_map(|t| [0, 1].map(|side| (t, side)))
+        .filter(|&(t, side)| held(t - 1, side) && !held(t, side) && raw.stands[t][side])
+        .count()
+}
+
+fn held_most(streamed: &Streamed) -> f64 {
+    let of = |s: &gestus_database::stream::Step| {
+        [0, 1].map(|i| if s.report.held[i] { f64::from(s.report.held_m[i]) } else { 0.0 })
+    };
+    streamed.steps.iter().flat_map(of).fold(0.0, f64::max)
+}
+
+/// Speed of the left foot's toes on the ground over time, before and after.
+fn foot_speed(
+    corpus: &Corpus,
+    fold: &HeldOut,
+    legs: &[Leg; 2],
+    performances: &[(&str, Performance)],
+) -> Figure {
+    let joint = legs[0].toe.unwrap_or(legs[0].ankle);
+    let series: Vec<(String, Vec<(f64, f64)>)> = performances
+        .iter()
+        .filter(|(name, _)| *name == "raw" || *name == "locked")
+        .map(|(name, performance)| {
+            let places: Vec<Vector3<f64>> =
+                performance.frames.iter().map(|f| f.positions(&corpus.skeleton)[joint]).collect();
+            let mut time = 0.0;
+            let points = (1..places.len())
+                .map(|t| {
+                    time += performance.steps_s[t];
+                    let way = places[t] - places[t - 1];
+                    (time, 100.0 * way.x.hypot(way.z) / performance.steps_s[t])
+                })
+                .take_while(|(time, _)| *time < 4.0)
+                .collect();
+            ((*name).to_owned(), points)
+        })
+        .collect();
+    let name = &corpus.examples[fold.test].clip.name;
+    let style = &corpus.styles[fold.style];
+    let title = format!("Left toes of {name} in the style {style}");
+    Figure {
+        name: format!("{name}-{style}"),
+        caption: format!(
+            "Speed on the ground of the left toes, {name} in the style {style}, before and after the lock."
+        ),
+        svg: plots::lines(Labels { title: &title, x: "output time, s", y: "cm/s" }, &series),
+    }
+}

@@ -1,0 +1,150 @@
+//! The output's time under each policy: how near to the style's own, and how far from the input's.
+
+use anyhow::{Context, Result};
+use gestus_core::{Database, output::retime::Bounds};
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::{
+    evaluation::{Evaluation, row},
+    fold::{Fold, LooOptions, held_out, say_left_out},
+};
+use crate::{
+    plots::{self, Labels},
+    report::{html::Figure, table},
+};
+use gestus_database::{
+    command_line::progress,
+    stream::{Request, Streamed, stream},
+};
+use gestus_motion::{body::Body, corpus::Corpus};
+
+/// Runs the evaluation and draws its plots.
+///
+/// # Errors
+/// Where what is left is no database, or no output can keep those bounds.
+pub fn evaluate(corpus: &Corpus, options: &LooOptions, bounds: Bounds) -> Result<Evaluation> {
+    let body = Body::of(corpus)?;
+    say_left_out(corpus, &body, options);
+    let folds = held_out(corpus, &body, options);
+    let bar = progress::bar(folds.len(), "timing");
+    let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
+        .par_iter()
+        .map(|held| {
+            let Some((fold, bytes)) = Fold::new(corpus, &body, options, held.test, held.style)? else {
+                return Ok((Vec::new(), None));
+            };
+            let database = Database::open(&bytes)?;
+            let config = options.configs.first().map_or_else(Default::default, |c| c.1);
+            let request = Request { config, bounds: Some(bounds), ..Request::style(held.style as u16) };
+            bar.inc(1);
+            let streamed = stream(&database, &corpus.examples[held.test].clip, &request, &mut ())
+                .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;
+            let rows = rows(corpus, &fold, held.style, &streamed, bounds);
+            Ok((rows, figure(corpus, held.test, held.style, &streamed)))
+        })
+        .collect::<Result<_>>()?;
+    bar.finish_and_clear();
+    let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    Ok(Evaluation {
+        what: "timing",
+        about: "The output's time. `free` follows the predicted steps, `sync` the input's, `bounded` the predicted ones \
+                within a stated lead and lag of the input, one pose a tick. Errors are against the truth clip's time \
+                between matched moments."
+            .into(),
+        keys: vec!["method", "action", "style"],
+        rows: rows.into_iter().flatten().collect(),
+        figures: figures.into_iter().flatten().take(8).collect(),
+    })
+}
+
+fn rows(
+    corpus: &Corpus,
+    fold: &Fold<'_>,
+    style: usize,
+    streamed: &Streamed,
+    bounds: Bounds,
+) -> Vec<table::Row> {
+    let rate = corpus.rate_hz;
+    let truth = fold.true_steps();
+    let count = streamed.steps.len();
+    let free: Vec<Option<f64>> =
+        streamed.steps.iter().map(|s| Some(f64::from(s.report.predicted_step_s))).collect();
+    let sync = vec![Some(1.0 / rate); count];
+    let shown = streamed.retimed.as_ref().map_or_else(Vec::new, |r| r.shown_at(rate));
+    let bounded: Vec<Option<f64>> =
+        (0..count).map(|t| Some((*shown.get(t)?)? - (*shown.get(t.checked_sub(1)?)?)?)).collect();
+    // How far the free timeline runs from the input's, and the bounded one.
+    let mut time = 0.0;
+    let astray: Vec<f64> = free
+        .iter()
+        .enumerate()
+        .map(|(t, s)| {
+            time += if t > 0 { s.unwrap_or(0.0) } else { 0.0 };
+            time - t as f64 / rate
+        })
+        .collect();
+    let lags: Vec<f64> = streamed.retimed.iter().flat_map(|r| &r.ticks).map(|t| f64::from(t.lag_s)).collect();
+    let example = &corpus.examples[fold.test];
+    [("free", free, astray), ("sync", sync, vec![0.0]), ("bounded", bounded, lags)]
+        .into_iter()
+        .map(|(method, steps, lags)| {
+            let (mut error, mut ours, mut theirs, mut n) = (0.0, 0.0, 0.0, 0.0);
+            for (step, truth) in steps.iter().zip(&truth) {
+                if let (Some(step), Some(truth)) = (step, truth) {
+                    error += (step - truth).abs();
+                    ours += step;
+                    theirs += truth;
+                    n += 1.0;
+                }
+            }
+            let most = |sign: f64| lags.iter().map(|l| sign * l).fold(0.0, f64::max);
+            row(json!({
+                "method": method,
+                "action": corpus.actions[example.action],
+                "style": corpus.styles[style],
+                "clip": example.clip.name,
+                "step_error_ms": (n > 0.0).then(|| 1000.0 * error / n),
+                "duration_error": (theirs > 0.0).then(|| (ours - theirs).abs() / theirs),
+                "lag_s_max": most(1.0),
+                "lead_s_max": most(-1.0),
+                "lag_s_bound": (method == "bounded").then_some(bounds.lag_s),
+                "lead_s_bound": (method == "bounded").then_some(bounds.lead_s),
+            }))
+        })
+        .collect()
+}
+
+fn figure(corpus: &Corpus, test: usize, style: usize, streamed: &Streamed) -> Option<Figure> {
+    let retimed = streamed.retimed.as_ref()?;
+    let rate = corpus.rate_hz;
+    let mut time = 0.0;
+    let free = streamed
+        .steps
+        .iter()
+        .enumerate()
+        .map(|(t, s)| {
+            time += if t > 0 { f64::from(s.report.step_s) } else { 0.0 };
+            (t as f64 / rate, 1000.0 * (time - t as f64 / rate))
+        })
+        .collect();
+    let bounded = retimed
+        .ticks
+        .iter()
+        .enumerate()
+        .map(|(k, t)| (k as f64 / rate, 1000.0 * f64::from(t.lag_s)))
+        .collect();
+    let (name, style) = (&corpus.examples[test].clip.name, &corpus.styles[style]);
+    let title = format!("Lag of {name} in the style {style}");
+    Some(Figure {
+        name: format!("{name}-{style}"),
+        caption: format!(
+            "How far the output lags behind its input (below zero: leads), {name} in the style {style}, on its own time \
+             and within bounds."
+        ),
+        svg: plots::lines(
+            Labels { title: &title, x: "input time, s", y: "lag, ms" },
+            &[("free".to_owned(), free), ("bounded".to_owned(), bounded)],
+        ),
+    })
+}

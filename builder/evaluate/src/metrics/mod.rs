@@ -1,0 +1,86 @@
+//! The figures, from poses as dofs. See `docs/METRICS.md`.
+
+pub mod annotator;
+pub mod performance;
+pub mod speed;
+
+use gestus_core::blob::layout::dof;
+use nalgebra::Vector3;
+
+use gestus_motion::{
+    body::{Body, row_at},
+    corpus::Cycle,
+};
+
+/// Joint positions of a pose, hips-centred and facing +Z, metres. Shape `[joints]`.
+pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
+    let frame = body.pose(dofs, [0.0; 2], 0.0);
+    let root = frame.root;
+    frame.positions(&body.skeleton).into_iter().map(|p| p - root).collect()
+}
+
+/// Mean distance of the joints of two poses, metres.
+pub fn joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len() as f64
+}
+
+/// Where the frames of one clip are in another: at equal canonical time. Gaits repeat, so canonical time is known
+/// up to whole cycles: `shift` of them lie between the two, and cycles beyond the other's last start again at its
+/// first.
+pub fn matched(cycles: &[Cycle], frame: usize, other: &[Cycle], shift: usize) -> Option<f64> {
+    let index = cycles.iter().position(|c| {
+        let (start, end) = c.span();
+        start <= frame as f64 && (frame as f64) < end
+    })?;
+    Some(other[(index + shift) % other.len()].position(cycles[index].phase(frame as f64)))
+}
+
+/// The shift, in whole cycles, at which the turns of two clips agree best: least squared difference of the cycles'
+/// mean yaw rates.
+pub fn best_shift(rows: &[Vec<f64>], cycles: &[Cycle], other_rows: &[Vec<f64>], other: &[Cycle]) -> usize {
+    let yaw = |rows: &[Vec<f64>], c: &Cycle| {
+        let (start, end) = c.span();
+        let span = &rows[start.max(0.0) as usize..(end.ceil() as usize).clamp(1, rows.len())];
+        span.iter().map(|r| r[dof::YAW]).sum::<f64>() / span.len() as f64
+    };
+    let (own, theirs): (Vec<f64>, Vec<f64>) =
+        (cycles.iter().map(|c| yaw(rows, c)).collect(), other.iter().map(|c| yaw(other_rows, c)).collect());
+    let misfit = |shift: usize| -> f64 {
+        own.iter().enumerate().map(|(i, y)| (y - theirs[(i + shift) % theirs.len()]).powi(2)).sum()
+    };
+    (0..theirs.len()).min_by(|&a, &b| misfit(a).total_cmp(&misfit(b))).unwrap_or(0)
+}
+
+/// Third differences of joint positions, mean norm, metres a frame cubed.
+pub fn third_difference(poses: &[Vec<Vector3<f64>>]) -> f64 {
+    let mut sum = 0.0;
+    let mut count = 0;
+    for w in poses.windows(4) {
+        for j in 0..w[0].len() {
+            sum += (w[3][j] - w[2][j] * 3.0 + w[1][j] * 3.0 - w[0][j]).norm();
+            count += 1;
+        }
+    }
+    sum / f64::from(count.max(1))
+}
+
+/// Cycle-to-cycle variability: root mean square distance of the joints from the mean cycle, at equal phases, metres.
+/// `None` of fewer than two cycles.
+pub fn variability(body: &Body, rows: &[Vec<f64>], cycles: &[Cycle]) -> Option<f64> {
+    const PHASES: usize = 16;
+    if cycles.len() < 2 {
+        return None;
+    }
+    let (mut sum, mut count) = (0.0, 0.0);
+    for p in 0..PHASES {
+        let phase = p as f64 / PHASES as f64;
+        let poses: Vec<Vec<Vector3<f64>>> =
+            cycles.iter().map(|c| centred(body, &row_at(rows, c.position(phase)))).collect();
+        for j in 0..poses[0].len() {
+            let mean = poses.iter().map(|p| p[j]).sum::<Vector3<f64>>() / poses.len() as f64;
+            sum += poses.iter().map(|p| (p[j] - mean).norm_squared()).sum::<f64>();
+            count += poses.len() as f64 - 1.0;
+        }
+    }
+    Some((sum / count).sqrt())
+}

@@ -1,0 +1,145 @@
+//! Rows of figures as JSON, CSV, HTML and text.
+
+use serde_json::{Map, Value};
+
+use crate::report::markup::escape;
+
+/// A row: names and values, in order.
+pub type Row = Map<String, Value>;
+
+/// Names of all columns, in order of their first use.
+pub fn columns(rows: &[Row]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in rows.iter().flat_map(Map::keys) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// A value as text: numbers with four digits, nothing for what is missing.
+pub fn text(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => String::new(),
+        Some(Value::String(s)) => s.clone(),
+        Some(Value::Number(n)) if n.is_f64() => format!("{:.4}", n.as_f64().unwrap_or(0.0)),
+        Some(other) => other.to_string(),
+    }
+}
+
+/// Rows as CSV; fields with commas, quotes or line ends are quoted.
+pub fn csv(rows: &[Row]) -> String {
+    let quoted = |field: &str| {
+        if field.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.to_owned()
+        }
+    };
+    let columns = columns(rows);
+    let mut out = columns.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",") + "\n";
+    for row in rows {
+        let full = |value: Option<&Value>| match value {
+            Some(Value::Number(n)) => n.to_string(),
+            other => text(other),
+        };
+        out += &columns.iter().map(|c| quoted(&full(row.get(*c)))).collect::<Vec<_>>().join(",");
+        out.push('\n');
+    }
+    out
+}
+
+/// Rows as an HTML table.
+pub fn html(rows: &[Row]) -> String {
+    let columns = columns(rows);
+    let head: String = columns.iter().map(|c| format!("<th>{}</th>", escape(c))).collect();
+    let body: String = rows
+        .iter()
+        .map(|row| {
+            let cells: String =
+                columns.iter().map(|c| format!("<td>{}</td>", escape(&text(row.get(*c))))).collect();
+            format!("<tr>{cells}</tr>\n")
+        })
+        .collect();
+    format!("<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n")
+}
+
+/// Rows as columns of text.
+pub fn plain(rows: &[Row]) -> String {
+    let columns = columns(rows);
+    let mut cells: Vec<Vec<String>> = vec![columns.iter().map(|c| (*c).to_owned()).collect()];
+    cells.extend(rows.iter().map(|row| columns.iter().map(|c| text(row.get(*c))).collect()));
+    let width = |c: usize| cells.iter().map(|row| row[c].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+    cells
+        .iter()
+        .map(|row| {
+            let line: Vec<String> = row.iter().zip(&widths).map(|(c, &w)| format!("{c:<w$}")).collect();
+            line.join("  ").trim_end().to_owned() + "\n"
+        })
+        .collect()
+}
+
+/// The mean of every number over the rows that agree in `keys`, in order of their first use, and how many rows those
+/// are: means over other rows can't be held against each other.
+pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
+    let mut groups: Vec<(Row, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        let key: Row =
+            keys.iter().filter_map(|k| row.get(*k).map(|v| ((*k).to_owned(), v.clone()))).collect();
+        match groups.iter_mut().find(|(k, _)| *k == key) {
+            Some((_, members)) => members.push(row),
+            None => groups.push((key, vec![row])),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(mut key, members)| {
+            key.insert("rows".into(), members.len().into());
+            for column in columns(rows) {
+                let numbers: Vec<f64> =
+                    members.iter().filter_map(|m| m.get(column).and_then(Value::as_f64)).collect();
+                if !numbers.is_empty() && !keys.contains(&column) {
+                    key.insert(
+                        column.to_owned(),
+                        (numbers.iter().sum::<f64>() / numbers.len() as f64).into(),
+                    );
+                }
+            }
+            key
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn rows() -> Vec<Row> {
+        [json!({"m": "a,\"b\"", "e": 1.0}), json!({"m": "c", "n": 3}), json!({"m": "c", "n": 5, "e": 2.0})]
+            .into_iter()
+            .filter_map(|v| v.as_object().cloned())
+            .collect()
+    }
+
+    #[test]
+    fn csv_quotes_and_fills_what_is_missing() {
+        assert_eq!(csv(&rows()), "m,e,n\n\"a,\"\"b\"\"\",1.0,\nc,,3\nc,2.0,5\n");
+    }
+
+    #[test]
+    fn means_go_over_what_is_there() {
+        let means = means(&rows(), &["m"]);
+        assert_eq!(means.len(), 2);
+        assert_eq!(means[1]["rows"], 2);
+        assert_eq!((means[1]["n"].as_f64(), means[1]["e"].as_f64()), (Some(4.0), Some(2.0)));
+    }
+
+    #[test]
+    fn html_escapes() {
+        assert!(html(&rows()).contains("a,&quot;b&quot;"));
+    }
+}

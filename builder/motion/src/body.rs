@@ -1,0 +1,178 @@
+//! A skeleton with what the dofs are relative to, and the way from clips to dofs, in `f64`.
+//!
+//! The same conversion as `gestus_core::body::pose` does in `f32` on the board; a test holds one against the other.
+
+use std::sync::Arc;
+
+use gestus_core::Database;
+use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+
+use crate::{
+    clip::{Clip, Frame, Skeleton},
+    corpus::Corpus,
+    landmarks::{LandmarkError, Landmarks, rest_positions},
+};
+
+/// A skeleton, its mean pose and the joints that matter.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// The skeleton.
+    pub skeleton: Arc<Skeleton>,
+    /// Joints that matter: feet, hips, groups.
+    pub landmarks: Landmarks,
+    /// Mean local rotation of each joint; the root's without its heading. Shape `[joints]`.
+    pub means: Vec<UnitQuaternion<f64>>,
+    /// Direction from the right to the left hip joint in the root's frame, unit length.
+    pub hips_line: Vector3<f64>,
+}
+
+/// The rotation about Y by that angle.
+pub fn about_y(angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle)
+}
+
+impl Body {
+    /// The body of a corpus: means over all its frames.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] where hips or legs can't be found in the skeleton.
+    pub fn of(corpus: &Corpus) -> Result<Self, LandmarkError> {
+        let skeleton = corpus.skeleton.clone();
+        let landmarks = Landmarks::find(&skeleton)?;
+        let hips_line = hips_line(&skeleton, &landmarks);
+        let joints = skeleton.joints();
+        let mut body =
+            Self { skeleton, landmarks, means: vec![UnitQuaternion::identity(); joints], hips_line };
+        let mut moments = vec![Matrix4::<f64>::zeros(); joints];
+        for frame in corpus.examples.iter().flat_map(|e| &e.clip.frames) {
+            let heading = body.heading(frame);
+            for (j, moment) in moments.iter_mut().enumerate() {
+                let local = if j == 0 { about_y(-heading) * frame.rotations[0] } else { frame.rotations[j] };
+                *moment += local.coords * local.coords.transpose();
+            }
+        }
+        body.means = moments.into_iter().map(mean_rotation).collect();
+        Ok(body)
+    }
+
+    /// Degrees of freedom: 3 joints + 4.
+    pub fn dofs(&self) -> usize {
+        gestus_core::blob::layout::dofs(self.skeleton.joints())
+    }
+
+    /// Heading of a frame, radians: that of the hips line on the ground, 0 along +Z, growing towards +X.
+    pub fn heading(&self, frame: &Frame) -> f64 {
+        let line = frame.rotations[0] * self.hips_line;
+        (-line.z).atan2(line.x)
+    }
+
+    /// Dofs of every frame of a clip, shape `[frames][D]`. The velocities of the first frame are those of the second.
+    pub fn clip_dofs(&self, clip: &Clip) -> Vec<Vec<f64>> {
+        let headings: Vec<f64> = clip.frames.iter().map(|f| self.heading(f)).collect();
+        (0..clip.frames.len())
+            .map(|i| {
+                let now = i.max(1).min(clip.frames.len() - 1);
+                let before = now.saturating_sub(1);
+                let moved = clip.frames[now].root - clip.frames[before].root;
+                let velocity = about_y(-headings[before]) * moved * clip.rate_hz;
+                let turned = wrap(headings[now] - headings[before]) * clip.rate_hz;
+                let frame = &clip.frames[i];
+                let tilt = self.relative(0, about_y(-headings[i]) * frame.rotations[0]);
+                let mut dofs = vec![frame.root.y, tilt.x, tilt.y, tilt.z, velocity.z, velocity.x, turned];
+                for j in 1..self.skeleton.joints() {
+                    dofs.extend(self.relative(j, frame.rotations[j]).iter());
+                }
+                dofs
+            })
+            .collect()
+    }
+
+    fn relative(&self, joint: usize, rotation: UnitQuaternion<f64>) -> Vector3<f64> {
+        log(&(self.means[joint].inverse() * rotation))
+    }
+
+    /// The pose of dofs, standing at that ground position with that heading.
+    pub fn pose(&self, dofs: &[f64], ground: [f64; 2], heading: f64) -> Frame {
+        let map =
+            |at: usize| UnitQuaternion::from_scaled_axis(Vector3::new(dofs[at], dofs[at + 1], dofs[at + 2]));
+        let root = about_y(heading) * self.means[0] * map(1);
+        let others = (1..self.skeleton.joints()).map(|j| self.means[j] * map(7 + 3 * (j - 1)));
+        Frame {
+            root: Vector3::new(ground[0], dofs[0], ground[1]),
+            rotations: std::iter::once(root).chain(others).collect(),
+        }
+    }
+
+    /// Names of the dofs, in order.
+    pub fn dof_names(&self) -> Vec<String> {
+        dof_names(self.skeleton.names.iter().map(String::as_str))
+    }
+
+    /// The same body with a database's means: its dofs are the database's.
+    pub fn with_means_of(&self, database: &Database<'_>) -> Self {
+        let mean = |j: usize| {
+            let [x, y, z, w] = database.joint(j).mean.map(f64::from);
+            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+        };
+        Self { means: (0..database.counts().joints).map(mean).collect(), ..self.clone() }
+    }
+}
+
+/// The skeleton of a database.
+pub fn database_skeleton(database: &Database<'_>) -> Skeleton {
+    let joints: Vec<_> = (0..database.counts().joints).map(|j| database.joint(j)).collect();
+    Skeleton {
+        names: database.manifest().map(|m| m.joints.iter().map(String::from).collect()).unwrap_or_default(),
+        parents: joints.iter().map(|j| j.parent).collect(),
+        offsets: joints.iter().map(|j| j.offset.map(f64::from).into()).collect(),
+    }
+}
+
+/// Names of the dofs of a skeleton with those joints, in order.
+pub fn dof_names<'a>(joints: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> =
+        ["hips.height", "hips.tilt.x", "hips.tilt.y", "hips.tilt.z", "root.forward", "root.left", "root.yaw"]
+            .map(String::from)
+            .to_vec();
+    names.extend(joints.skip(1).flat_map(|joint| ["x", "y", "z"].map(|axis| format!("{joint}.{axis}"))));
+    names
+}
+
+/// The pose between two rows of dofs at a fractional position, held at both ends.
+pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
+    let position = position.clamp(0.0, (rows.len() - 1) as f64);
+    let i = (position as usize).min(rows.len() - 1);
+    let next = (i + 1).min(rows.len() - 1);
+    let t = position - i as f64;
+    rows[i].iter().zip(&rows[next]).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+/// Rotation vector of a rotation, along the short way, radians.
+pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let q = if q.w < 0.0 { UnitQuaternion::new_unchecked(-q.into_inner()) } else { *q };
+    q.scaled_axis()
+}
+
+/// An angle brought into -π..π.
+pub fn wrap(angle: f64) -> f64 {
+    use std::f64::consts::PI;
+    (angle + PI).rem_euclid(2.0 * PI) - PI
+}
+
+/// The hips line at rest: from the right to the left hip joint, as the root sees them.
+fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
+    // Bones between the root and the hip joints count as stiff.
+    let positions = rest_positions(skeleton);
+    let [left, right] = landmarks.hip_joints;
+    (positions[left] - positions[right]).try_normalize(1e-9).unwrap_or_else(Vector3::x)
+}
+
+/// The rotation nearest to all: first eigenvector of the sum of `q qᵀ` (Markley et al. 2007), which does not care
+/// about the signs of the quaternions.
+fn mean_rotation(moment: Matrix4<f64>) -> UnitQuaternion<f64> {
+    let eigen = SymmetricEigen::new(moment);
+    let largest = eigen.eigenvalues.imax();
+    let v = eigen.eigenvectors.column(largest).into_owned();
+    let v = if v[3] < 0.0 { -v } else { v };
+    UnitQuaternion::new_normalize(Quaternion::from(v))
+}

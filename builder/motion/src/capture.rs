@@ -1,0 +1,196 @@
+//! Files of captured motion, BVH and glTF: one, or a folder of them read in a fixed order, where a bad file is reported
+//! and left out.
+//!
+//! A glTF file may hold several animations. As one file it is named with the animation that is meant, `hero.glb#walk`;
+//! in a folder it is a folder of its own, whose clips are its animations: `hero/walk`. Where it holds one alone, that
+//! goes by the file's name, as with BVH.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::formats::{
+    bvh::{Bvh, BvhError, BvhErrorKind},
+    gltf::{self, GltfError, GltfErrorKind},
+};
+
+/// Deepest nesting of folders that is followed.
+const MAX_FOLDERS: usize = 32;
+
+/// A file that could not be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CaptureError {
+    /// BVH, or a folder.
+    #[error(transparent)]
+    Bvh(#[from] BvhError),
+    /// glTF.
+    #[error(transparent)]
+    Gltf(#[from] GltfError),
+}
+
+impl CaptureError {
+    /// The file, as the caller named it.
+    pub fn file(&self) -> &str {
+        match self {
+            Self::Bvh(error) => &error.file,
+            Self::Gltf(error) => &error.file,
+        }
+    }
+}
+
+fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    path.extension().is_some_and(|e| endings.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
+}
+
+/// Whether a file is glTF, by its name.
+pub fn is_gltf(path: &Path) -> bool {
+    ends_in(path, &["glb", "gltf"])
+}
+
+/// Whether a file is one of motion, by its name.
+pub fn is_capture(path: &Path) -> bool {
+    ends_in(path, &["bvh"]) || is_gltf(path)
+}
+
+/// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which is no motion.
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
+/// What [`read_folder`] found.
+#[derive(Debug, Clone, Default)]
+pub struct Folder {
+    /// The documents that could be read, with their paths, sorted by path. An animation of several has the path that it
+    /// would have in a folder of its file's name.
+    pub documents: Vec<(PathBuf, Bvh)>,
+    /// Why the others could not, in the same order.
+    pub skipped: Vec<CaptureError>,
+    /// How many of the documents came from glTF.
+    animations: usize,
+}
+
+impl Folder {
+    /// One line for the end of a command: how many were read, and how many were not.
+    pub fn summary(&self) -> String {
+        let files = self.documents.len() - self.animations;
+        let read = match (files, self.animations) {
+            (files, 0) => format!("read {files} BVH files"),
+            (0, animations) => format!("read {animations} glTF animations"),
+            (files, animations) => format!("read {files} BVH files and {animations} glTF animations"),
+        };
+        match self.skipped.len() {
+            0 => read,
+            n => format!("{read}, skipped {n} that could not be read (--strict stops at the first)"),
+        }
+    }
+}
+
+/// Reads every `.bvh`, `.glb` and `.gltf` file below a folder (or the one file that `path` is), sorted by path.
+///
+/// A file that cannot be read is put in [`Folder::skipped`]; with `strict`, the first in order is the error.
+/// Links to folders are not followed, hidden files and folders (`.name`) are passed over. Documents are named by their
+/// path.
+pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
+    let mut paths = Vec::new();
+    let mut errors = Vec::new();
+    if path.is_file() {
+        paths.push(path.to_path_buf());
+    } else {
+        let mut open = vec![(path.to_path_buf(), 0)];
+        while let Some((folder, depth)) = open.pop() {
+            let entries = fs::read_dir(&folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
+            let entries = match entries {
+                Ok(entries) => entries,
+                // The folder itself must be there; one below it may be closed to us.
+                Err(e) if depth == 0 || strict => return Err(io_error(&folder, &e).into()),
+                Err(e) => {
+                    errors.push(io_error(&folder, &e).into());
+                    continue;
+                }
+            };
+            for entry in entries.iter().filter(|entry| !is_hidden(&entry.path())) {
+                let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
+                let path = entry.path();
+                if is_folder && depth < MAX_FOLDERS {
+                    open.push((path, depth + 1));
+                } else if !is_folder && is_capture(&path) {
+                    paths.push(path);
+                }
+            }
+        }
+    }
+    paths.sort();
+    let read: Vec<Result<Vec<(PathBuf, Bvh)>, CaptureError>> =
+        paths.par_iter().map(|path| clips(path)).collect();
+    let mut folder = Folder { skipped: errors, ..Folder::default() };
+    for (path, clips) in paths.iter().zip(read) {
+        match clips {
+            Ok(clips) => {
+                folder.animations += if is_gltf(path) { clips.len() } else { 0 };
+                folder.documents.extend(clips);
+            }
+            Err(error) if strict => return Err(error),
+            Err(error) => folder.skipped.push(error),
+        }
+    }
+    folder.documents.sort_by(|a, b| a.0.cmp(&b.0));
+    folder.skipped.sort_by(|a, b| a.file().cmp(b.file()));
+    Ok(folder)
+}
+
+/// The documents of a file, with the paths that they go by.
+fn clips(path: &Path) -> Result<Vec<(PathBuf, Bvh)>, CaptureError> {
+    if !is_gltf(path) {
+        return Ok(vec![(path.to_path_buf(), read_bvh(path)?)]);
+    }
+    let animations = gltf::read(path)?;
+    let alone = animations.len() == 1;
+    let place = |name: &str| match alone {
+        true => path.to_path_buf(),
+        // With an ending, so that a point in the name is none.
+        false => path.with_extension("").join(format!("{}.glb", name.replace(['/', '\\'], "_"))),
+    };
+    Ok(animations.into_iter().map(|(name, document)| (place(&name), document)).collect())
+}
+
+/// Reads one file, or the animation of it that is named behind a `#`; it goes by its path in messages.
+///
+/// # Errors
+/// [`CaptureError`] where it can't be read, or is one of several animations and not named.
+pub fn read(path: &Path) -> Result<Bvh, CaptureError> {
+    let text = path.to_string_lossy();
+    let (file, wanted) = match text.split_once('#') {
+        Some((file, name)) if !path.exists() && is_gltf(Path::new(file)) => (Path::new(file), Some(name)),
+        _ => (path, None),
+    };
+    if !is_gltf(file) {
+        return Ok(read_bvh(path)?);
+    }
+    let mut animations = gltf::read(file)?;
+    let names: Vec<String> = animations.iter().map(|(name, _)| name.clone()).collect();
+    let file = file.to_string_lossy().into_owned();
+    let at = match wanted {
+        Some(wanted) => names
+            .iter()
+            .position(|n| n == wanted)
+            .ok_or_else(|| GltfErrorKind::NoSuch { wanted: wanted.to_owned(), names: names.clone() }),
+        None if names.len() > 1 => Err(GltfErrorKind::Several { file: file.clone(), names }),
+        None => Ok(0),
+    };
+    match at {
+        Ok(at) => Ok(animations.swap_remove(at).1),
+        Err(kind) => Err(GltfError { file, kind }.into()),
+    }
+}
+
+fn read_bvh(path: &Path) -> Result<Bvh, BvhError> {
+    let bytes = fs::read(path).map_err(|e| io_error(path, &e))?;
+    Bvh::parse(&bytes, &path.to_string_lossy())
+}
+
+fn io_error(path: &Path, error: &std::io::Error) -> BvhError {
+    let kind = BvhErrorKind::Io(error.to_string());
+    BvhError { file: path.to_string_lossy().into_owned(), line: 0, column: 0, kind }
+}

@@ -1,0 +1,102 @@
+//! A curve of an animation: values at times, and what lies between them.
+
+use gltf::animation::Interpolation;
+use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
+
+use crate::clip::slerp;
+
+/// Values at times. With cubic splines there are three a time: slope before, value, slope after.
+#[derive(Debug, Clone)]
+pub struct Curve<const N: usize> {
+    times: Vec<f64>,
+    values: Vec<[f64; N]>,
+    interpolation: Interpolation,
+}
+
+impl<const N: usize> Curve<N> {
+    /// # Errors
+    /// What is wrong with it, where its times do not grow or its values are not one (or three) a time.
+    pub fn new(
+        times: Vec<[f64; 1]>,
+        values: Vec<[f64; N]>,
+        interpolation: Interpolation,
+    ) -> Result<Self, &'static str> {
+        let times: Vec<f64> = times.into_iter().flatten().collect();
+        let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        if times.is_empty() {
+            return Err("it has no keys");
+        }
+        if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
+            return Err("its times do not grow from 0 on");
+        }
+        if values.len() != each * times.len() {
+            return Err("it has another number of values than its times want");
+        }
+        Ok(Self { times, values, interpolation })
+    }
+
+    /// Seconds, growing.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    fn value(&self, key: usize) -> SVector<f64, N> {
+        let at = if self.interpolation == Interpolation::CubicSpline { 3 * key + 1 } else { key };
+        self.values[at].into()
+    }
+
+    /// The key before a time, and how far the time is to the next, 0 to 1. The first and the last value hold beyond.
+    fn place(&self, time: f64) -> (usize, f64) {
+        let after = self.times.partition_point(|&t| t <= time);
+        match (after.checked_sub(1), self.times.get(after)) {
+            (None, _) => (0, 0.0),
+            (Some(key), None) => (key, 0.0),
+            (Some(key), Some(next)) => (key, (time - self.times[key]) / (next - self.times[key])),
+        }
+    }
+
+    /// Value at a time, component by component.
+    fn at(&self, time: f64) -> SVector<f64, N> {
+        let (key, u) = self.place(time);
+        let now = self.value(key);
+        if u <= 0.0 || self.interpolation == Interpolation::Step {
+            return now;
+        }
+        let next = self.value(key + 1);
+        if self.interpolation == Interpolation::Linear {
+            return now + (next - now) * u;
+        }
+        // glTF 2.0, appendix C: slopes are a second's.
+        let seconds = self.times[key + 1] - self.times[key];
+        let slope = SVector::<f64, N>::from(self.values[3 * key + 2]) * seconds;
+        let next_slope = SVector::<f64, N>::from(self.values[3 * key + 3]) * seconds;
+        let (u2, u3) = (u * u, u * u * u);
+        now * (2.0 * u3 - 3.0 * u2 + 1.0)
+            + slope * (u3 - 2.0 * u2 + u)
+            + next * (3.0 * u2 - 2.0 * u3)
+            + next_slope * (u3 - u2)
+    }
+}
+
+impl Curve<3> {
+    /// The vector at a time.
+    pub fn vector(&self, time: f64) -> Vector3<f64> {
+        self.at(time)
+    }
+}
+
+impl Curve<4> {
+    /// The rotation at a time.
+    pub fn rotation(&self, time: f64) -> UnitQuaternion<f64> {
+        let (key, u) = self.place(time);
+        if u > 0.0 && self.interpolation == Interpolation::Linear {
+            return slerp(&unit(self.value(key)), &unit(self.value(key + 1)), u);
+        }
+        unit(self.at(time))
+    }
+}
+
+/// A rotation of the numbers `[x, y, z, w]`; none of zeros.
+pub fn unit(numbers: SVector<f64, 4>) -> UnitQuaternion<f64> {
+    UnitQuaternion::try_new(Quaternion::from_vector(numbers), 1e-9).unwrap_or_default()
+}

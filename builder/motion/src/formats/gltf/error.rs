@@ -1,0 +1,62 @@
+//! What can be wrong with a glTF file: where, and what to do.
+
+use thiserror::Error;
+
+use crate::formats::bvh::ConvertError;
+
+/// A file that could not be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{file}: {kind}")]
+pub struct GltfError {
+    /// The file, as the caller named it.
+    pub file: String,
+    /// What is wrong.
+    pub kind: GltfErrorKind,
+}
+
+/// What is wrong with a glTF file.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum GltfErrorKind {
+    #[error("cannot be read: {0}")]
+    Io(String),
+    #[error("{0}; this is no glTF 2.0 file, or a damaged one: export it again")]
+    NotGltf(String),
+    #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
+    Packed(String),
+    #[error("buffer {buffer} is in {uri}: {reason}; put it there, or export one .glb file")]
+    Buffer { buffer: usize, uri: String, reason: String },
+    #[error("buffer {buffer}: its data URI is no base64: {reason}; export the file again")]
+    DataUri { buffer: usize, reason: String },
+    #[error("accessor {accessor}: {what}; the file is damaged, export it again")]
+    Accessor { accessor: usize, what: &'static str },
+    #[error(
+        "node `{node}` hangs on itself or on two others, which no tree does; the file is damaged, export it again"
+    )]
+    NoTree { node: String },
+    #[error(
+        "nodes are nested more than {limit} deep, which no body needs; leave what is not of the body out of the export"
+    )]
+    TooDeep { limit: usize },
+    #[error("no animation turns a joint, so nothing moves; export it again with animation")]
+    NoMotion,
+    #[error("{place}: {what}; export the animation again")]
+    Curve { place: String, what: &'static str },
+    #[error(
+        "node `{node}` is scaled by {scale:?}, and a skeleton is scaled alike along all axes and not to zero; apply scales \
+         before the export"
+    )]
+    Scale { node: String, scale: [f64; 3] },
+    #[error(
+        "animation `{animation}`: {seconds:.1} s of {joints} joints at {rate_hz} frames a second would fill the memory; cut \
+         the clip, or correct its times"
+    )]
+    TooLong { animation: String, seconds: f64, joints: usize, rate_hz: f64 },
+    #[error("{0}")]
+    Convert(ConvertError),
+    #[error("it holds {} animations: {}; name one, as in `{file}#{}`", .names.len(), .names.join(", "), .names[0])]
+    Several { file: String, names: Vec<String> },
+    #[error("no animation is called `{wanted}`; it holds {}", .names.join(", "))]
+    NoSuch { wanted: String, names: Vec<String> },
+}

@@ -1,0 +1,255 @@
+//! glTF 2.0 (`.glb`, `.gltf`), the exchange format of games: the motion of its skeletons, as BVH documents.
+//!
+//! A glTF file holds nodes that hang on each other, and animations: curves over time of the translation and the
+//! rotation of single nodes. Its axes are ours (right-handed, Y up) and its lengths are metres. Every animation becomes
+//! a document of its own:
+//!
+//! 1. `document` and `data`: what of the file is motion; the buffers, inside the file, beside it or in data URIs, and
+//!    the numbers in them. Nothing that the file says of itself is believed before it is checked.
+//! 2. `tree`: the nodes, and those of them that are the body: the joints of the skin that the animation moves, or
+//!    without a skin the nodes that it moves, with what lies between them.
+//! 3. `curve`: steps, lines and cubic splines, at any time (glTF 2.0, section 3.11 and appendix C).
+//! 4. Here: poses at a fixed rate. What is above the body, moved or scaled, is carried into its first joint; scales are
+//!    taken into the lengths of the bones.
+//!
+//! From there on it is a [`Bvh`] document like any other, and what is written for it is BVH on the same joints.
+//!
+//! glTF has no frame rate. Where keys lie at a rate of 20 to 240 a second that is the clip's; where they are fewer,
+//! because the writer left out what it could, it is 60.
+
+mod curve;
+mod data;
+mod document;
+mod error;
+mod tree;
+
+use std::{collections::HashMap, fs, io, path::Path};
+
+use gltf::animation::{Animation, Property};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+pub use error::{GltfError, GltfErrorKind};
+
+use crate::{
+    clip::MAX_FRAMES,
+    formats::bvh::{Bvh, Rigged, Unit},
+};
+use curve::Curve;
+use data::{Buffers, Open};
+use document::{document, names};
+use tree::Tree;
+
+/// Rates that keys are believed to have been captured or baked at, a second.
+const RATES: std::ops::RangeInclusive<f64> = 20.0..=240.0;
+/// The rate of curves with fewer keys, a second.
+const RESAMPLED: f64 = 60.0;
+/// Joint rotations that a clip is given memory for: those of 64 joints over the longest clip.
+const MOST_POSES: f64 = 64.0 * MAX_FRAMES as f64;
+/// Translation of an inner joint that counts as moving, metres.
+const STILL_M: f64 = 1e-6;
+/// Change of a scale that is worth a note, as a fraction.
+const RESCALED: f64 = 0.01;
+
+/// Reads the animations of a file that move a body, in the file's order, each with its name.
+///
+/// Documents are named `FILE#ANIMATION`, and `FILE` where it is the only one.
+///
+/// # Errors
+/// [`GltfError`] where the file, or one of its animations, can't be used.
+pub fn read(path: &Path) -> Result<Vec<(String, Bvh)>, GltfError> {
+    let file = path.to_string_lossy();
+    let error = |kind| GltfError { file: file.clone().into_owned(), kind };
+    let bytes = fs::read(path).map_err(|e| error(GltfErrorKind::Io(e.to_string())))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    parse(&bytes, &file, &|uri| fs::read(folder.join(uri)))
+}
+
+/// The animations in the bytes of a file. `open` reads a file beside it.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(
+    bytes: &[u8],
+    file: &str,
+    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<Vec<(String, Bvh)>, GltfError> {
+    animations(bytes, file, open).map_err(|kind| GltfError { file: file.to_owned(), kind })
+}
+
+fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Bvh)>, GltfErrorKind> {
+    let (document, blob) = document(bytes)?;
+    let tree = Tree::new(&document)?;
+    let buffers = Buffers::new(&document, blob.as_deref(), open);
+    let names = names(&document);
+    let mut found = Vec::new();
+    for (animation, name) in document.animations().zip(names) {
+        let curves = Curves::read(&animation, &name, &tree, &buffers)?;
+        // Of what moves, but turns nothing, there is no skeleton: cameras, doors, faces.
+        if !curves.rotations.is_empty() {
+            found.push((name, curves));
+        }
+    }
+    let alone = found.len() == 1;
+    found
+        .into_iter()
+        .map(|(name, curves)| {
+            let title = if alone { file.to_owned() } else { format!("{file}#{name}") };
+            let bvh = curves.document(&tree, &name, &title)?;
+            Ok((name, bvh))
+        })
+        .collect::<Result<Vec<_>, _>>()
+        .and_then(|found| if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) })
+}
+
+/// The curves of an animation, by node.
+#[derive(Default)]
+struct Curves {
+    translations: HashMap<usize, Curve<3>>,
+    rotations: HashMap<usize, Curve<4>>,
+    notes: Vec<String>,
+    /// Nodes that are moved, in the animation's order.
+    moved: Vec<usize>,
+}
+
+impl Curves {
+    fn read(
+        animation: &Animation<'_>,
+        name: &str,
+        tree: &Tree,
+        buffers: &Buffers<'_>,
+    ) -> Result<Self, GltfErrorKind> {
+        let mut curves = Self::default();
+        for channel in animation.channels() {
+            let (target, sampler) = (channel.target(), channel.sampler());
+            let (node, interpolation) = (target.node().index(), sampler.interpolation());
+            let place = |what| GltfErrorKind::Curve {
+                place: format!("animation `{name}`, node `{}`", tree.nodes[node].name),
+                what,
+            };
+            let times = || buffers.floats::<1>(&sampler.input());
+            let vectors = || {
+                Curve::new(times()?, buffers.floats::<3>(&sampler.output())?, interpolation).map_err(place)
+            };
+            match target.property() {
+                Property::Translation => {
+                    curves.translations.insert(node, vectors()?);
+                }
+                Property::Rotation => {
+                    let curve = Curve::new(times()?, buffers.floats::<4>(&sampler.output())?, interpolation);
+                    curves.rotations.insert(node, curve.map_err(place)?);
+                }
+                Property::Scale => {
+                    curves.note_scale(&tree.nodes[node], &vectors()?);
+                    continue;
+                }
+                // Left out before.
+                Property::MorphTargetWeights => continue,
+            }
+            if !curves.moved.contains(&node) {
+                curves.moved.push(node);
+            }
+        }
+        Ok(curves)
+    }
+
+    /// A skeleton has the bones that it has.
+    fn note_scale(&mut self, node: &tree::Node, curve: &Curve<3>) {
+        let off =
+            |t: &f64| (curve.vector(*t) - Vector3::from(node.scale)).amax() > RESCALED * node.scale[0].abs();
+        if curve.times().iter().any(off) {
+            self.notes.push(format!("the scale of {} is animated; it stays as it is without", node.name));
+        }
+    }
+
+    /// The times of every curve of those nodes.
+    fn times<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = &'a [f64]> {
+        let translations = nodes.iter().filter_map(|n| self.translations.get(n).map(Curve::times));
+        translations.chain(nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times)))
+    }
+
+    /// Keys of the curve that has most.
+    fn most_keys(&self, nodes: &[usize]) -> usize {
+        self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
+    }
+
+    /// First and last time, and the rate: all of what moves the body.
+    fn timeline(&self, nodes: &[usize]) -> (f64, f64, f64) {
+        let all: Vec<&[f64]> = self.times(nodes).collect();
+        let start = all.iter().map(|t| t[0]).fold(f64::INFINITY, f64::min);
+        let end = all.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
+        // Half of the spacings are no longer than this: a stray key between two frames decides nothing.
+        let mut spacings: Vec<f64> = all.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
+        spacings.sort_by(f64::total_cmp);
+        let rate = spacings.get(spacings.len() / 2).map_or(RESAMPLED, |s| 1.0 / s);
+        let whole = rate.round();
+        // Times are written in single precision.
+        let rate = if (rate - whole).abs() <= 1e-3 * rate { whole } else { rate };
+        (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
+    }
+
+    /// Where a node is in its parent, the parent's units.
+    fn translation(&self, tree: &Tree, node: usize, time: f64) -> Vector3<f64> {
+        self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time))
+    }
+
+    /// A node's turn in its parent.
+    fn rotation(&self, tree: &Tree, node: usize, time: f64) -> UnitQuaternion<f64> {
+        self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time))
+    }
+
+    /// The body's motion as a document.
+    fn document(self, tree: &Tree, name: &str, title: &str) -> Result<Bvh, GltfErrorKind> {
+        let body = tree.body(&self.moved);
+        let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
+        let mut above: Vec<usize> = tree.up(top).skip(1).collect();
+        above.reverse();
+        let nodes: Vec<usize> = above.iter().chain(&body).copied().collect();
+        let (start, end, rate_hz) = self.timeline(&nodes);
+        if !start.is_finite() {
+            return Err(GltfErrorKind::NoMotion);
+        }
+        let seconds = end - start;
+        let frames = (seconds * rate_hz + 1e-3).floor();
+        // Two keys may lie a day apart.
+        let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
+        if frames > most || frames * body.len() as f64 > MOST_POSES {
+            let (animation, joints) = (name.to_owned(), body.len());
+            return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
+        }
+        let frames = frames as usize + 1;
+
+        // Metres a unit of what hangs on each node.
+        let mut scales: HashMap<usize, f64> = HashMap::new();
+        let is_parent = |node: usize| nodes.iter().any(|&n| tree.nodes[n].parent == Some(node));
+        for &node in nodes.iter().filter(|&&n| is_parent(n)) {
+            let outer = tree.nodes[node].parent.map_or(1.0, |p| scales[&p]);
+            scales.insert(node, outer * tree.scale(node)?);
+        }
+        let outer = |node: usize| tree.nodes[node].parent.map_or(1.0, |p| scales[&p]);
+        let time = |frame: usize| (start + frame as f64 / rate_hz).min(end);
+        let place = |node: usize, frame: usize| self.translation(tree, node, time(frame)) * outer(node);
+        let moves = |node: usize| {
+            let first = place(node, 0);
+            self.translations.contains_key(&node)
+                && (1..frames).any(|f| (place(node, f) - first).amax() > STILL_M)
+        };
+        let rigged = body.iter().map(|&node| Rigged {
+            name: tree.nodes[node].name.clone(),
+            parent: tree.nodes[node].parent.and_then(|p| body.iter().position(|&n| n == p)),
+            offset: place(node, 0),
+            moves: node == top || moves(node),
+        });
+        let pose = |node: usize, frame: usize| {
+            let rotation = self.rotation(tree, node, time(frame));
+            Isometry3::from_parts(Translation3::from(place(node, frame)), rotation)
+        };
+        let poses = (0..frames).map(|f| {
+            let carrier = above.iter().fold(Isometry3::identity(), |sum, &n| sum * pose(n, f));
+            let mut poses: Vec<Isometry3<f64>> = body.iter().map(|&n| pose(n, f)).collect();
+            poses[0] = carrier * poses[0];
+            poses
+        });
+        let bvh = Bvh::from_poses(title, rate_hz, Unit::Metres, rigged.collect(), poses);
+        Ok(bvh.map_err(GltfErrorKind::Convert)?.of_format(Unit::Metres, self.notes))
+    }
+}

@@ -1,0 +1,148 @@
+//! The nodes of a file, and which of them are the body that an animation moves.
+
+use std::collections::HashSet;
+
+use gltf::Document;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::formats::bvh::{MAX_DEPTH, NOT_IN_NAMES};
+use crate::formats::gltf::{curve::unit, document::unique, error::GltfErrorKind};
+
+/// How far the scales of three axes may be apart, as a fraction.
+const UNEVEN: f64 = 0.01;
+
+/// A node as it stands where nothing moves it.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// Its name, unique in the file.
+    pub name: String,
+    /// The node that it hangs on.
+    pub parent: Option<usize>,
+    /// Where it is in its parent's frame, the parent's units.
+    pub translation: Vector3<f64>,
+    /// Its turn in its parent's frame.
+    pub rotation: UnitQuaternion<f64>,
+    /// Its scale, axis by axis.
+    pub scale: [f64; 3],
+}
+
+/// All nodes of a file.
+#[derive(Debug)]
+pub struct Tree {
+    /// In the order of the file.
+    pub nodes: Vec<Node>,
+    /// What hangs on each.
+    children: Vec<Vec<usize>>,
+    /// Joints of each skin.
+    skins: Vec<Vec<usize>>,
+}
+
+impl Tree {
+    /// # Errors
+    /// Where nodes hang on several others or in a circle, or too deep.
+    pub fn new(document: &Document) -> Result<Self, GltfErrorKind> {
+        let names = unique(document.nodes().map(|node| {
+            let name = node.name().unwrap_or("").trim().replace(NOT_IN_NAMES, "_");
+            if name.is_empty() { format!("node{}", node.index()) } else { name }
+        }));
+        let at_rest = |(node, name): (gltf::Node<'_>, String)| {
+            let (t, r, s) = node.transform().decomposed();
+            Node {
+                name,
+                parent: None,
+                translation: t.map(f64::from).into(),
+                rotation: unit(r.map(f64::from).into()),
+                scale: s.map(f64::from),
+            }
+        };
+        let mut nodes: Vec<Node> = document.nodes().zip(names).map(at_rest).collect();
+        let mut children = vec![Vec::new(); nodes.len()];
+        for node in document.nodes() {
+            for child in node.children() {
+                children[node.index()].push(child.index());
+                if nodes[child.index()].parent.replace(node.index()).is_some() {
+                    return Err(GltfErrorKind::NoTree { node: nodes[child.index()].name.clone() });
+                }
+            }
+        }
+        let skins = document.skins().map(|s| s.joints().map(|j| j.index()).collect()).collect();
+        let tree = Self { nodes, children, skins };
+        let all = 0..tree.nodes.len();
+        if let Some(node) = all.clone().find(|&n| tree.up(n).skip(1).take(MAX_DEPTH).any(|above| above == n))
+        {
+            return Err(GltfErrorKind::NoTree { node: tree.nodes[node].name.clone() });
+        }
+        if all.into_iter().any(|n| tree.up(n).nth(MAX_DEPTH).is_some()) {
+            return Err(GltfErrorKind::TooDeep { limit: MAX_DEPTH });
+        }
+        Ok(tree)
+    }
+
+    /// A node, its parent, and so on to the top.
+    pub fn up(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(node), |&n| self.nodes[n].parent)
+    }
+
+    fn is_below(&self, node: usize, top: usize) -> bool {
+        self.up(node).any(|n| n == top)
+    }
+
+    /// The lowest node that all of these are, or hang on.
+    fn common(&self, nodes: &[usize]) -> Option<usize> {
+        self.up(*nodes.first()?).find(|&top| nodes.iter().all(|&n| self.is_below(n, top)))
+    }
+
+    /// The joints of the body that an animation of these nodes moves, depth first, and the first of them carries all:
+    /// those of the largest skin that it moves and of skins below it, or without a skin the nodes themselves; and what
+    /// lies between them.
+    pub fn body(&self, moved: &[usize]) -> Vec<usize> {
+        let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moved.contains(j));
+        let largest = self.skins.iter().filter(is_moved).max_by_key(|skin| skin.len());
+        let mut wanted: Vec<usize> = match largest {
+            Some(skin) => match self.common(skin) {
+                Some(top) => {
+                    let below = |skin: &&Vec<usize>| self.common(skin).is_some_and(|n| self.is_below(n, top));
+                    self.skins.iter().filter(is_moved).filter(below).flatten().copied().collect()
+                }
+                None => skin.clone(),
+            },
+            None => moved.to_vec(),
+        };
+        if self.common(&wanted).is_none() {
+            // Several trees: the one that most of them are in.
+            let root = |n: usize| self.up(n).last();
+            let in_tree_of = |n: usize| wanted.iter().filter(|&&m| root(m) == root(n)).count();
+            if let Some(most) = wanted.iter().copied().max_by_key(|&n| (in_tree_of(n), std::cmp::Reverse(n)))
+            {
+                let most = root(most);
+                wanted.retain(|&n| root(n) == most);
+            }
+        }
+        let Some(top) = self.common(&wanted) else { return Vec::new() };
+        let mut members: HashSet<usize> = HashSet::from([top]);
+        for node in wanted {
+            members.extend(self.up(node).take_while(|&n| n != top));
+        }
+        let mut order = Vec::with_capacity(members.len());
+        let mut open = vec![top];
+        while let Some(node) = open.pop() {
+            order.push(node);
+            open.extend(self.children[node].iter().rev().filter(|n| members.contains(n)));
+        }
+        order
+    }
+
+    /// By how much a node scales what hangs on it, which is the same along every axis.
+    ///
+    /// # Errors
+    /// Where it is not.
+    pub fn scale(&self, node: usize) -> Result<f64, GltfErrorKind> {
+        let [x, y, z] = self.nodes[node].scale;
+        let even = x > 1e-9 && [y, z].iter().all(|s| (s / x - 1.0).abs() <= UNEVEN);
+        if even && x.is_finite() {
+            Ok((x + y + z) / 3.0)
+        } else {
+            Err(GltfErrorKind::Scale { node: self.nodes[node].name.clone(), scale: [x, y, z] })
+        }
+    }
+}

@@ -1,0 +1,460 @@
+//! URDF, the robots' description format: the tree of links and hinges of a file, read by `urdf-rs` behind a guard.
+//!
+//! A file comes from anywhere, so before any XML is parsed it has to be of a bearable size and depth, and to have no
+//! document type: that is where entities, local or external, would be declared. After it, links and joints have to
+//! make one tree, numbers have to be finite, and axes to have a direction. Every error names the file, and the line
+//! or the joint.
+
+use std::{fs, path::Path};
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use thiserror::Error;
+
+/// The toy humanoid of 16 servos that comes with the project.
+pub const TOY: &str = include_str!("../../assets/toy.urdf");
+
+/// Largest file, bytes.
+pub const MAX_BYTES: usize = 4 << 20;
+/// Most elements inside each other.
+pub const MAX_DEPTH: usize = 24;
+/// Most joints.
+pub const MAX_JOINTS: usize = 512;
+
+/// A joint that turns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hinge {
+    /// The joint's name.
+    pub name: String,
+    /// Name of the link behind it.
+    pub link: String,
+    /// The hinge that it hangs on, through any number of fixed joints; `None`: the base.
+    pub parent: Option<usize>,
+    /// From the frame behind the parent to its own, at zero, metres.
+    pub origin: Isometry3<f64>,
+    /// Axis in its own frame.
+    pub axis: UnitVector3<f64>,
+    /// Least and greatest angle, radians.
+    pub range: (f64, f64),
+    /// Greatest velocity, rad/s; `None` where the file says none.
+    pub velocity: Option<f64>,
+    /// Greatest acceleration, rad/s² (URDF 1.2).
+    pub acceleration: Option<f64>,
+    /// Greatest jerk, rad/s³ (URDF 1.2).
+    pub jerk: Option<f64>,
+    /// It follows another joint, and has no motor of its own.
+    pub mimics: bool,
+}
+
+/// A link that is fixed somewhere: ends of limbs are among them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fixed {
+    /// The link.
+    pub link: String,
+    /// The hinge that it is behind; `None`: the base.
+    pub parent: Option<usize>,
+    /// Where it is in the frame behind that hinge.
+    pub origin: Isometry3<f64>,
+}
+
+/// A robot: its hinges, parents before children, depth first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Its name.
+    pub name: String,
+    /// The link that everything hangs on.
+    pub base: String,
+    /// The hinges.
+    pub hinges: Vec<Hinge>,
+    /// Links behind fixed joints.
+    pub fixed: Vec<Fixed>,
+    /// What was read otherwise than it says: prismatic joints held at zero, limits that are missing.
+    pub notes: Vec<String>,
+}
+
+/// A file that can't be used.
+#[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum UrdfError {
+    #[error("{file} can't be read: {error}")]
+    Read { file: String, error: std::io::Error },
+    #[error("{file}: {bytes} bytes, a robot has at most {MAX_BYTES}")]
+    Size { file: String, bytes: usize },
+    #[error(
+        "{file}, line {line}: a document type or entity; these are not read: take it out (run xacro first)"
+    )]
+    Doctype { file: String, line: usize },
+    #[error("{file}, line {line}: more than {MAX_DEPTH} elements inside each other")]
+    Depth { file: String, line: usize },
+    #[error("{file}, line {line}: a tag, comment or instruction has no end")]
+    Open { file: String, line: usize },
+    #[error("{file}: {joints} joints, a robot has at most {MAX_JOINTS}")]
+    Joints { file: String, joints: usize },
+    #[error("{file}: {error}")]
+    Xml { file: String, error: Box<urdf_rs::UrdfError> },
+    #[error("{file}, joint `{joint}`: {what}")]
+    Joint { file: String, joint: String, what: String },
+    #[error("{file}: {what}")]
+    Tree { file: String, what: String },
+}
+
+impl Robot {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`UrdfError`] names the file and the place.
+    pub fn read(path: &Path) -> Result<Self, UrdfError> {
+        let file = path.display().to_string();
+        let error = |error| UrdfError::Read { file: file.clone(), error };
+        let bytes = fs::metadata(path).map_err(error)?.len() as usize;
+        if bytes > MAX_BYTES {
+            return Err(UrdfError::Size { file, bytes });
+        }
+        let text = fs::read_to_string(path).map_err(|error| UrdfError::Read { file: file.clone(), error })?;
+        Self::parse(&text, &file)
+    }
+
+    /// Reads a text; `file` is for messages.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, file: &str) -> Result<Self, UrdfError> {
+        let text = guard(text, file)?;
+        let robot = urdf_rs::read_from_string(&text)
+            .map_err(|error| UrdfError::Xml { file: file.to_owned(), error: Box::new(error) })?;
+        if robot.joints.len() > MAX_JOINTS {
+            return Err(UrdfError::Joints { file: file.to_owned(), joints: robot.joints.len() });
+        }
+        tree(&robot, file)
+    }
+
+    /// Index of the hinge of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.hinges.iter().position(|h| h.name == name)
+    }
+
+    /// Where the hinges' frames are with those angles, seen from the base; behind the turn. Shape `[hinges]`.
+    pub fn places(&self, angles: &[f64]) -> Vec<Isometry3<f64>> {
+        let mut places: Vec<Isometry3<f64>> = Vec::with_capacity(self.hinges.len());
+        for (hinge, &angle) in self.hinges.iter().zip(angles) {
+            let before = hinge.parent.map_or_else(Isometry3::identity, |p| places[p]);
+            places.push(before * hinge.origin * UnitQuaternion::from_axis_angle(&hinge.axis, angle));
+        }
+        places
+    }
+}
+
+/// Looks at the text before any parser does. Gives it back with a velocity of 0, which is none, in each `limit` that
+/// says none: the parser takes the word for required.
+fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
+    let file = || file.to_owned();
+    if text.len() > MAX_BYTES {
+        return Err(UrdfError::Size { file: file(), bytes: text.len() });
+    }
+    let start = text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+    if !start.starts_with('<') {
+        let word: String = start.split_whitespace().next().unwrap_or("").chars().take(40).collect();
+        let is =
+            if word == "HIERARCHY" { "; this is a BVH file, a motion".to_owned() } else { String::new() };
+        let what = format!("it is no URDF, which begins with `<`: it begins with `{word}`{is}");
+        return Err(UrdfError::Tree { file: file(), what });
+    }
+    let line = |at: usize| text[..at].matches('\n').count() + 1;
+    let mut whole = String::with_capacity(text.len());
+    let (mut depth, mut at) = (0usize, 0);
+    while let Some(open) = text[at..].find('<').map(|i| at + i) {
+        let rest = &text[open..];
+        let behind = |start: &str, end: &str| {
+            let inside = &rest[start.len()..];
+            inside.find(end).map(|i| start.len() + i + end.len())
+        };
+        // What is inside comments, instructions and character data is no markup.
+        let length = if rest.starts_with("<!--") {
+            behind("<!--", "-->")
+        } else if rest.starts_with("<![CDATA[") {
+            behind("<![CDATA[", "]]>")
+        } else if rest.starts_with("<?") {
+            behind("<?", "?>")
+        } else if rest.starts_with("<!") {
+            return Err(UrdfError::Doctype { file: file(), line: line(open) });
+        } else {
+            tag_length(rest)
+        };
+        // A parser may see another end than this one does, and depth behind it.
+        let Some(length) = length else { return Err(UrdfError::Open { file: file(), line: line(open) }) };
+        let tag = &rest[..length];
+        whole.push_str(&text[at..open]);
+        if tag.starts_with("<!") || tag.starts_with("<?") {
+            whole.push_str(tag);
+        } else {
+            if tag.starts_with("</") {
+                depth = depth.saturating_sub(1);
+            } else if !tag.ends_with("/>") {
+                depth += 1;
+            }
+            match tag.strip_prefix("<limit").filter(|attributes| lacks_velocity(attributes)) {
+                Some(attributes) => whole.extend(["<limit velocity=\"0\"", attributes]),
+                None => whole.push_str(tag),
+            }
+        }
+        if depth > MAX_DEPTH {
+            return Err(UrdfError::Depth { file: file(), line: line(open) });
+        }
+        at = open + length;
+    }
+    whole.push_str(&text[at..]);
+    Ok(whole)
+}
+
+/// Bytes of a tag, up to the first `>` outside of quotes.
+fn tag_length(tag: &str) -> Option<usize> {
+    let mut quote = None;
+    for (i, c) in tag.char_indices() {
+        match quote {
+            Some(open) if c == open => quote = None,
+            Some(_) => {}
+            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c == '>' => return Some(i + 1),
+            None => {}
+        }
+    }
+    None
+}
+
+/// Whether what follows `<limit` are its attributes, without a velocity.
+fn lacks_velocity(attributes: &str) -> bool {
+    let words = attributes.split(['"', '\'']).step_by(2);
+    let mut words =
+        words.flat_map(|text| text.split(|c: char| c.is_whitespace() || matches!(c, '=' | '/' | '>')));
+    attributes.starts_with(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))
+        && !words.any(|word| word == "velocity")
+}
+
+fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.xyz.0;
+    let [roll, pitch, yaw] = pose.rpy.0;
+    Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
+fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
+    let fail = |what: String| UrdfError::Tree { file: file.to_owned(), what };
+    let of = |joint: &urdf_rs::Joint, what: &str| UrdfError::Joint {
+        file: file.to_owned(),
+        joint: joint.name.clone(),
+        what: what.to_owned(),
+    };
+    let link = |name: &str| robot.links.iter().position(|l| l.name == name);
+    let mut parent = vec![None; robot.links.len()];
+    for (j, joint) in robot.joints.iter().enumerate() {
+        let (above, below) = (link(&joint.parent.link), link(&joint.child.link));
+        let Some(below) = below else {
+            return Err(of(joint, &format!("its child `{}` is no link", joint.child.link)));
+        };
+        if above.is_none() {
+            return Err(of(joint, &format!("its parent `{}` is no link", joint.parent.link)));
+        }
+        if parent[below].replace(j).is_some() {
+            return Err(of(joint, &format!("`{}` hangs on two joints", joint.child.link)));
+        }
+        if robot.joints[..j].iter().any(|other| other.name == joint.name) {
+            return Err(of(joint, "two joints have this name"));
+        }
+    }
+    let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| parent[l].is_none()).collect();
+    let &[base] = roots.as_slice() else {
+        return Err(fail(format!("{} links hang on nothing; expected one, the base", roots.len())));
+    };
+    let mut read = Robot {
+        name: robot.name.clone(),
+        base: robot.links[base].name.clone(),
+        hinges: Vec::new(),
+        fixed: Vec::new(),
+        notes: Vec::new(),
+    };
+    // Links to visit: the link, the hinge before it, and from there to it. Joints in the order of the file.
+    let mut open = vec![(base, None, Isometry3::identity())];
+    let mut seen = 0;
+    while let Some((l, behind, at)) = open.pop() {
+        seen += 1;
+        let (mut behind, mut at) = (behind, at);
+        if let Some(joint) = parent[l].map(|j: usize| &robot.joints[j]) {
+            match hinge(joint, behind, at, &mut read.notes).map_err(|what| of(joint, &what))? {
+                Some(hinge) => {
+                    read.hinges.push(hinge);
+                    // What follows hangs on it, and begins in its frame.
+                    (behind, at) = (Some(read.hinges.len() - 1), Isometry3::identity());
+                }
+                None => {
+                    read.fixed.push(Fixed { link: robot.links[l].name.clone(), parent: behind, origin: at })
+                }
+            }
+        }
+        // The last pushed is the next: children in the order of the file.
+        for joint in robot.joints.iter().rev().filter(|j| j.parent.link == robot.links[l].name) {
+            let origin = at * isometry(&joint.origin);
+            let mut numbers = origin.translation.vector.iter().chain(origin.rotation.coords.iter());
+            if !numbers.all(|v| v.is_finite() && v.abs() < 100.0) {
+                return Err(of(joint, "its origin is not finite or further than 100 m"));
+            }
+            if let Some(below) = link(&joint.child.link) {
+                open.push((below, behind, origin));
+            }
+        }
+    }
+    if seen != robot.links.len() {
+        return Err(fail("some joints make a ring, and hang on no base".to_owned()));
+    }
+    if read.hinges.is_empty() {
+        return Err(fail("no joint turns".to_owned()));
+    }
+    Ok(read)
+}
+
+/// A joint as a hinge; `None` where it does not turn.
+fn hinge(
+    joint: &urdf_rs::Joint,
+    parent: Option<usize>,
+    origin: Isometry3<f64>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Hinge>, String> {
+    use urdf_rs::JointType::{Continuous, Fixed, Floating, Planar, Prismatic, Revolute, Spherical};
+    let range = match joint.joint_type {
+        Fixed => return Ok(None),
+        Prismatic | Floating | Planar | Spherical => {
+            notes.push(format!("joint `{}` is no hinge: it is held at zero", joint.name));
+            return Ok(None);
+        }
+        Continuous => (-std::f64::consts::PI, std::f64::consts::PI),
+        Revolute => (joint.limit.lower, joint.limit.upper),
+    };
+    let axis =
+        UnitVector3::try_new(Vector3::from(joint.axis.xyz.0), 1e-6).ok_or("its axis has no direction")?;
+    if !(range.0.is_finite() && range.1.is_finite() && range.0.abs() < 50.0 && range.1.abs() < 50.0) {
+        return Err(format!("its limits are {} to {} rad", range.0, range.1));
+    }
+    if range.1 - range.0 < 1e-3 {
+        notes.push(format!("joint `{}` has no range: it is held at zero", joint.name));
+        return Ok(None);
+    }
+    let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3);
+    Ok(Some(Hinge {
+        name: joint.name.clone(),
+        link: joint.child.link.clone(),
+        parent,
+        origin,
+        axis,
+        range,
+        velocity: rate(joint.limit.velocity),
+        acceleration: rate(joint.limit.acceleration),
+        jerk: rate(joint.limit.jerk),
+        mimics: joint.mimic.is_some(),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The toy that comes with the project.
+
+    #[test]
+    fn the_toy_has_sixteen_hinges_in_tree_order() {
+        let robot = Robot::parse(TOY, "toy.urdf").unwrap();
+        assert_eq!((robot.hinges.len(), robot.base.as_str()), (16, "torso"));
+        assert!(robot.hinges.iter().enumerate().all(|(i, h)| h.parent.is_none_or(|p| p < i)));
+        let knee = &robot.hinges[robot.find("left_knee").unwrap()];
+        assert_eq!(robot.hinges[knee.parent.unwrap()].name, "left_hip_pitch");
+        let feet = robot.places(&[0.0; 16]);
+        let ankle = feet[robot.find("left_ankle_roll").unwrap()].translation.vector;
+        // Hip 0.015 + 0.012, thigh 0.09, shin 0.086, ankle 0.006 below the base.
+        assert!((ankle - Vector3::new(0.0, 0.037, -0.209)).norm() < 1e-12, "{ankle}");
+        assert!(robot.fixed.iter().any(|f| f.link == "left_hand"));
+    }
+
+    fn robot(joints: &str) -> String {
+        format!("<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>{joints}</robot>")
+    }
+
+    fn joint(name: &str, parent: &str, child: &str, more: &str) -> String {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"1\"/>{more}</joint>"
+        )
+    }
+
+    #[test]
+    fn fixed_joints_are_folded_into_the_hinge_behind_them() {
+        let text = format!(
+            "<robot name=\"r\"><link name=\"a\"/><link name=\"m\"/><link name=\"b\"/>\
+             <joint name=\"f\" type=\"fixed\"><parent link=\"a\"/><child link=\"m\"/><origin xyz=\"0 0 1\" rpy=\"0 0 1.5707963267948966\"/></joint>{}</robot>",
+            joint("j", "m", "b", "<origin xyz=\"1 0 0\"/>")
+        );
+        let read = Robot::parse(&text, "r.urdf").unwrap();
+        let at = read.hinges[0].origin.translation.vector;
+        assert!((at - Vector3::new(0.0, 1.0, 1.0)).norm() < 1e-9, "{at}");
+        assert_eq!(read.hinges[0].parent, None);
+    }
+
+    #[test]
+    fn nothing_hides_depth_from_the_guard() {
+        let deep = |open: &str, close: &str| format!("{}{}", open.repeat(100_000), close.repeat(100_000));
+        for text in [
+            deep("<a x=\"/>\">", "</a>"),
+            deep("<a x='/>'>", "</a>"),
+            format!("<?x > <!-- ?>{}<!-- -->", deep("<a>", "</a>")),
+            format!("<!-->{} -->{}", "<a/>", deep("<a>", "</a>")),
+        ] {
+            let error = Robot::parse(&text, "r.urdf").unwrap_err();
+            assert!(matches!(error, UrdfError::Depth { .. }), "{error}");
+        }
+        for text in ["<robot name=\"r>", "<a><!-- ", "<?xml", "<a <![CDATA["] {
+            let error = Robot::parse(text, "r.urdf").unwrap_err();
+            assert!(matches!(error, UrdfError::Open { line: 1, .. }), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_limit_without_velocity_has_none() {
+        let two = joint("j", "a", "b", "") + &joint("k", "b", "c", "").replace("velocity=\"2\" ", "");
+        let read = Robot::parse(&robot(&two), "r.urdf").unwrap();
+        assert_eq!((read.hinges[0].velocity, read.hinges[1].velocity), (Some(2.0), None));
+        assert_eq!(read.hinges[1].range, (-1.0, 1.0));
+        for (attributes, lacks) in [
+            (" lower='velocity'/>", true),
+            ("/>", true),
+            (" velocity = '1'/>", false),
+            ("\n\tvelocity=\"1\">", false),
+            ("er/>", false),
+        ] {
+            assert_eq!(lacks_velocity(attributes), lacks, "{attributes}");
+        }
+    }
+
+    #[test]
+    fn a_motion_is_no_robot() {
+        let message = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err().to_string();
+        assert!(message.contains("walk.bvh: it is no URDF") && message.contains("a BVH file"), "{message}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_file_and_place() {
+        let deep = format!("{}{}", "<a>".repeat(30), "</a>".repeat(30));
+        for (text, words) in [
+            ("<?xml version=\"1.0\"?>\n<!DOCTYPE r [<!ENTITY x SYSTEM \"file:///etc/passwd\">]>\n<robot name=\"r\"/>".to_owned(), vec!["r.urdf", "line 2", "document type"]),
+            (deep, vec!["r.urdf", "line 1", "inside each other"]),
+            ("<robot name=\"r\">".to_owned(), vec!["r.urdf"]),
+            (String::new(), vec!["r.urdf"]),
+            (robot(""), vec!["r.urdf", "3 links hang on nothing"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("k", "a", "nowhere", ""))), vec!["`k`", "`nowhere`"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("k", "c", "b", ""))), vec!["`k`", "two joints"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("j", "b", "c", ""))), vec!["`j`", "two joints have this name"]),
+            (robot(&(joint("j", "b", "c", "") + &joint("k", "c", "b", ""))), vec!["ring"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", "").replace("0 1 0", "0 0 0"))), vec!["`k`", "axis"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", "").replace("upper=\"1\"", "upper=\"inf\""))), vec!["`k`", "limits"]),
+        ] {
+            let message = Robot::parse(&text, "r.urdf").unwrap_err().to_string();
+            for word in words {
+                assert!(message.contains(word), "{text}\n{message}");
+            }
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Fewer joints: a corpus for a body that has not all of the skeleton's, or a board that has no room for them.
+//!
+//! Contacts and cycles stay those that the whole skeleton showed. What is kept has to be a tree from the root, for a
+//! joint without its parent would have to take over the parent's turns.
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::{
+    clip::{Clip, Frame, Skeleton},
+    corpus::{Corpus, Example},
+};
+
+/// Joints that can't be kept by themselves.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum JointsError {
+    /// No such joint.
+    #[error("the skeleton has no joint `{name}`: it has {list}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        list: String,
+    },
+    /// The parent is left out.
+    #[error("joint `{joint}` can't be kept without its parent `{parent}`")]
+    Parent {
+        /// The joint.
+        joint: String,
+        /// Its parent.
+        parent: String,
+    },
+}
+
+/// Indices of the joints to keep, in the skeleton's order.
+///
+/// # Errors
+/// [`JointsError`] for unknown names, and where a parent is missing.
+pub fn kept(skeleton: &Skeleton, names: &[String]) -> Result<Vec<usize>, JointsError> {
+    if let Some(name) = names.iter().find(|n| skeleton.find(n).is_none()) {
+        return Err(JointsError::Unknown { name: name.clone(), list: skeleton.names.join(", ") });
+    }
+    let kept: Vec<usize> = (0..skeleton.joints()).filter(|&j| names.contains(&skeleton.names[j])).collect();
+    let orphan = kept.iter().find_map(|&j| {
+        let parent = skeleton.parents[j].unwrap_or(0);
+        (!kept.contains(&parent)).then_some((j, parent))
+    });
+    match orphan {
+        Some((joint, parent)) => Err(JointsError::Parent {
+            joint: skeleton.names[joint].clone(),
+            parent: skeleton.names[parent].clone(),
+        }),
+        None => Ok(kept),
+    }
+}
+
+/// The clip on some of its joints; `skeleton` is what [`skeleton_of`] gives for them.
+pub fn clip_on(clip: &Clip, kept: &[usize], skeleton: &Arc<Skeleton>) -> Clip {
+    let pick = |f: &Frame| Frame { root: f.root, rotations: kept.iter().map(|&j| f.rotations[j]).collect() };
+    Clip {
+        name: clip.name.clone(),
+        skeleton: skeleton.clone(),
+        rate_hz: clip.rate_hz,
+        frames: clip.frames.iter().map(pick).collect(),
+    }
+}
+
+/// The skeleton of some joints, which are a tree.
+pub fn skeleton_of(skeleton: &Skeleton, kept: &[usize]) -> Arc<Skeleton> {
+    let place = |j: usize| kept.iter().position(|&k| k == j);
+    Arc::new(Skeleton {
+        names: kept.iter().map(|&j| skeleton.names[j].clone()).collect(),
+        parents: kept.iter().map(|&j| skeleton.parents[j].and_then(place)).collect(),
+        offsets: kept.iter().map(|&j| skeleton.offsets[j]).collect(),
+    })
+}
+
+impl Corpus {
+    /// The corpus on some of its joints, by name.
+    ///
+    /// # Errors
+    /// [`JointsError`] for unknown names, and where a parent is missing.
+    pub fn on_joints(&self, names: &[String]) -> Result<Corpus, JointsError> {
+        let kept = kept(&self.skeleton, names)?;
+        let skeleton = skeleton_of(&self.skeleton, &kept);
+        let on = |e: &Example| Example { clip: clip_on(&e.clip, &kept, &skeleton), ..e.clone() };
+        Ok(Corpus {
+            skeleton: skeleton.clone(),
+            examples: self.examples.iter().map(on).collect(),
+            ..self.clone()
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! Joints that matter: hips, knees, feet, arms; by their names, or by the skeleton's shape where names say nothing.
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::clip::Skeleton;
+
+/// The joints that matter. Pairs are left, right.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Landmarks {
+    /// Upper ends of the thighs.
+    pub hip_joints: [usize; 2],
+    /// Knees.
+    pub knees: [usize; 2],
+    /// Ankles.
+    pub feet: [usize; 2],
+    /// Toes, where the skeleton has them; the ankles otherwise.
+    pub toes: [usize; 2],
+    /// Part of each joint: 0 trunk, legs and head, 1 left arm, 2 right arm. Shape `[joints]`.
+    pub groups: Vec<usize>,
+}
+
+/// A skeleton without recognisable legs.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "no {0} found in the skeleton (joints: {1}): it takes a body with two legs of hip, knee and foot; \
+     name the joints like `LeftUpLeg`, `UpperLeg_L` or `lfemur`"
+)]
+pub struct LandmarkError(&'static str, String);
+
+impl Landmarks {
+    /// Finds the landmarks of a skeleton.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] where there are no two legs.
+    pub fn find(skeleton: &Skeleton) -> Result<Self, LandmarkError> {
+        let rest = rest_positions(skeleton);
+        let fail = |what| LandmarkError(what, skeleton.names.join(", "));
+        let legs = [0, 1].map(|side| leg(skeleton, &rest, side));
+        let [Some(left), Some(right)] = legs else { return Err(fail("legs")) };
+        let both = |i: usize| [left[i], right[i]];
+        let mut groups = vec![0; skeleton.joints()];
+        for side in [0, 1] {
+            for arm in arm(skeleton, &rest, side) {
+                groups[arm] = 1 + side;
+            }
+        }
+        Ok(Self { hip_joints: both(0), knees: both(1), feet: both(2), toes: both(3), groups })
+    }
+}
+
+/// Positions with every rotation at rest, hips at the origin.
+pub fn rest_positions(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
+    let mut positions: Vec<Vector3<f64>> = Vec::with_capacity(skeleton.joints());
+    for j in 0..skeleton.joints() {
+        positions.push(skeleton.offsets[j] + skeleton.parents[j].map_or(Vector3::zeros(), |p| positions[p]));
+    }
+    positions
+}
+
+/// 0 left, 1 right, by the ways in which names say it.
+fn side_of(name: &str) -> Option<usize> {
+    let lower = name.to_ascii_lowercase();
+    let starts = |c: char| {
+        // `LHand`, `lfemur`, `l_hand`; but not `Lower...` or `root`.
+        name.starts_with(c.to_ascii_uppercase()) && name.chars().nth(1).is_some_and(char::is_uppercase)
+            || [
+                "femur", "tibia", "foot", "toes", "hip", "clavicle", "humerus", "radius", "wrist", "hand",
+                "thumb", "fingers", "knee", "ankle", "shoulder", "elbow",
+            ]
+            .iter()
+            .any(|part| {
+                lower
+                    .strip_prefix(c)
+                    .is_some_and(|rest| rest.trim_start_matches(['_', '.']).starts_with(part))
+            })
+    };
+    let ends = |c: char| {
+        lower.ends_with(&format!("_{c}"))
+            || lower.ends_with(&format!(".{c}"))
+            || lower.contains(&format!("_{c}_"))
+    };
+    if lower.contains("left") || ends('l') || starts('l') {
+        Some(0)
+    } else if lower.contains("right") || ends('r') || starts('r') {
+        Some(1)
+    } else {
+        None
+    }
+}
+
+fn chain(skeleton: &Skeleton, leaf: usize) -> Vec<usize> {
+    let mut chain = vec![leaf];
+    while let Some(parent) = skeleton.parents[chain[chain.len() - 1]] {
+        chain.push(parent);
+    }
+    chain.reverse();
+    chain
+}
+
+/// Leaves of the skeleton with the chain of joints from the root to each.
+fn chains(skeleton: &Skeleton) -> Vec<Vec<usize>> {
+    let leaf = |j: &usize| !skeleton.parents.contains(&Some(*j));
+    (0..skeleton.joints()).filter(leaf).map(|j| chain(skeleton, j)).collect()
+}
+
+fn on_side(skeleton: &Skeleton, rest: &[Vector3<f64>], chain: &[usize], side: usize) -> bool {
+    let named = chain.iter().rev().find_map(|&j| side_of(&skeleton.names[j]));
+    // Without names: left is +X of a body that faces +Z.
+    let by_place = if rest[chain[chain.len() - 1]].x > 0.0 { 0 } else { 1 };
+    named.unwrap_or(by_place) == side
+}
+
+/// Hip joint, knee, ankle, toes of a side: the chain that reaches lowest.
+fn leg(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Option<[usize; 4]> {
+    let is_leg = |name: &str| {
+        let n = name.to_ascii_lowercase();
+        ["leg", "foot", "toe", "femur", "tibia", "thigh", "knee", "ankle", "shin", "calf"]
+            .iter()
+            .any(|p| n.contains(p))
+    };
+    let chains: Vec<Vec<usize>> =
+        chains(skeleton).into_iter().filter(|c| c.len() >= 4 && on_side(skeleton, rest, c, side)).collect();
+    let named =
+        chains.iter().filter(|c| c.iter().any(|&j| is_leg(&skeleton.names[j]))).max_by_key(|c| c.len());
+    let lowest = || {
+        let depth = |c: &&Vec<usize>| rest[c[c.len() - 1]].y;
+        chains.iter().min_by(|a, b| depth(a).total_cmp(&depth(b)))
+    };
+    let chain = named.or_else(lowest)?;
+    // Some skeletons put a joint of no length between hips and thigh (`LHipJoint`): the thigh and the shin are
+    // the two longest bones of the chain, one after the other.
+    let bones: Vec<f64> = chain.iter().map(|&j| skeleton.offsets[j].norm()).collect();
+    let knee =
+        (2..chain.len() - 1).max_by(|&a, &b| (bones[a] + bones[a + 1]).total_cmp(&(bones[b] + bones[b + 1])));
+    let knee = knee.filter(|_| chain.len() >= 4).or(if chain.len() == 4 { Some(2) } else { None })?;
+    let toes = (knee + 2).min(chain.len() - 1);
+    Some([chain[knee - 1], chain[knee], chain[knee + 1], chain[toes]])
+}
+
+/// Joints of an arm, from the collarbone on: side branches above the legs.
+fn arm(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Vec<usize> {
+    let is_arm = |name: &str| {
+        let n = name.to_ascii_lowercase();
+        [
+            "arm", "hand", "shoulder", "elbow", "wrist", "clavicle", "collar", "humerus", "radius", "thumb",
+            "finger", "index",
+        ]
+        .iter()
+        .any(|p| n.contains(p))
+    };
+    let named: Vec<usize> = (0..skeleton.joints())
+        .filter(|&j| is_arm(&skeleton.names[j]) && side_of(&skeleton.names[j]) == Some(side))
+        .collect();
+    if !named.is_empty() {
+        return named;
+    }
+    // By shape: the part of a side's widest chain that no other chain shares, above the hips.
+    let chains = chains(skeleton);
+    let widest = chains
+        .iter()
+        .filter(|c| on_side(skeleton, rest, c, side) && rest[c[c.len() - 1]].y > 0.0)
+        .max_by(|a, b| rest[a[a.len() - 1]].x.abs().total_cmp(&rest[b[b.len() - 1]].x.abs()));
+    let shared = |j: &usize| chains.iter().filter(|c| c.contains(j)).count() > 1;
+    widest.map_or(Vec::new(), |c| c.iter().copied().filter(|j| !shared(j)).collect())
+}
