@@ -17,6 +17,7 @@ mod recording;
 mod same;
 mod shell;
 mod stack;
+mod structure;
 mod target;
 mod tools;
 mod wasm;
@@ -105,6 +106,8 @@ enum Chore {
         #[arg(long)]
         quick: bool,
     },
+    /// Check that no files depend on each other in a circle, and that no file or function is too long
+    Structure,
     /// Record the golden digests anew, and show what changed
     Golden {
         /// The golden blob with legs too: where the format or the builder was meant to change
@@ -141,6 +144,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Wasm { setup } => wasm::run(setup),
         Chore::RealData => real_data::run(),
         Chore::Same { base, quick } => same::run(&base, quick),
+        Chore::Structure => structure::run(),
         Chore::Golden { blob } => golden(blob),
     }
 }
