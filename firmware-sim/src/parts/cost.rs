@@ -2,7 +2,7 @@
 //!
 //! A stage's instructions are a sum of units of work times a price a unit, which was fitted to the counts of an
 //! emulated board (`cargo run --release -p gestus-firmware-sim --example calibrate`, figures in
-//! `docs/PERFORMANCE.md`):
+//! `docs/experiments/boards.md`):
 //!
 //! ```text
 //! query       q · J W F                        J joints, W frames of the window, F features

@@ -3,7 +3,7 @@
 //! Cycles are paired by content ([`crate::pairing`]) and brought to equal canonical time. Whole-clip actions have nothing
 //! but their ends in common: iterative motion warping ([`crate::registration::warp::imw`]) finds the correspondence within each
 //! pair. Gaits have strikes, found from the feet, between which time is taken to run evenly; warping them on top is an
-//! option that costs more than it gives (`docs/PERFORMANCE.md`). The output is warped to the input's
+//! option that costs more than it gives (`docs/experiments/methods.md`). The output is warped to the input's
 //! time, and the logarithm of the differential time warp `w` goes with it as one dof more: its exponential is
 //! positive whatever a linear model makes of it.
 

@@ -16,7 +16,7 @@
 
 use crate::pairing::distance2;
 
-/// Output cycles among which an input cycle's is found. 4 does about as well, 12 too; see `docs/PERFORMANCE.md`.
+/// Output cycles among which an input cycle's is found. 4 does about as well, 12 too; see `docs/experiments/pairing.md`.
 const NEAREST: usize = 8;
 
 /// One output for each input cycle, in the inputs' order; none without outputs.

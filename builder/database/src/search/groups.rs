@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The search's components look at one group each, so that a mask leaves whole components out: the more groups, the less a
-//! component knows of how they move together (`docs/PERFORMANCE.md` has what that costs). Where a window of poses lies on the
+//! component knows of how they move together (`docs/experiments/feet.md` has the cost). Where a window of poses lies on the
 //! floor is told by all joints but the arms', whatever the groups are and whatever is masked.
 
 use std::collections::BTreeMap;
