@@ -31,7 +31,7 @@ const FULL_CLASSES: &str = "--actions walk,run,walk-turn-left,walk-turn-right \
     --styles normal,active,elderly,feminine --from normal --folds 2";
 /// Stands for a robot's description.
 const ROBOT: &str = "ROBOT";
-const ROBOT_FILE: &str = "builder/assets/toy.urdf";
+const ROBOT_FILE: &str = "builder/motion/assets/toy.urdf";
 
 /// A stream of generated motion.
 const STREAM: &str = "--db ../build/small.gestus --input ../synth/clips/walk_neutral_001.bvh";

@@ -184,7 +184,7 @@ fn paths(tokens: TokenStream, found: &mut BTreeSet<Vec<String>>) {
                 if colons != 2 {
                     end(&mut path);
                 }
-                if !is_field && (colons == 2 && !path.is_empty() || colons != 2) {
+                if !(is_field || colons == 2 && path.is_empty()) {
                     path.push(ident.to_string());
                 }
                 (colons, is_field) = (0, false);
