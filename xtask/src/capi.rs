@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{
     recording::{Recorded, record},
-    shell::{Outcome, answer, cargo, command, root, run as run_command, run_for, target_dir},
+    shell::{Outcome, cargo, command, root, run as run_command, run_within, stdout_of, target_dir},
     target, tools,
 };
 
@@ -127,7 +127,7 @@ fn on_board(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
     gcc.args(["-ffreestanding", "-nostdlib", "-Wl,--gc-sections", "-Wl,-z,noexecstack", "-T"]);
     gcc.args(sources(&["mps2.ld", "example.c", "mps2.c"])).arg(folder.join(M4F).join("release/libgestus.a"));
     run_command(gcc.arg("-o").arg(&example))?;
-    if let Some(size) = answer(command("arm-none-eabi-size").arg(&example)) {
+    if let Some(size) = stdout_of(command("arm-none-eabi-size").arg(&example)) {
         println!("{size}");
     }
     let bytes =
@@ -141,7 +141,7 @@ fn on_board(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
     for (file, address) in loaded {
         qemu.args(["-device", &format!("loader,file={},addr={address:#x},force-raw=on", file.display())]);
     }
-    let (done, output) = run_for(&mut qemu, PATIENCE)?;
+    let (done, output) = run_within(&mut qemu, PATIENCE)?;
     print!("{output}");
     if !done || !output.contains(", the host's") {
         bail!("the example does not give the host's digest on the board");

@@ -16,7 +16,7 @@ use anyhow::{Result, bail, ensure};
 
 use crate::{
     shell::{
-        Outcome, answer, built, command, nightly_cargo, root, run as run_command, run_captured, show,
+        Outcome, built, command, nightly_cargo, root, run as run_command, run_captured, show, stdout_of,
         target_dir,
     },
     tools,
@@ -159,7 +159,7 @@ fn targets(krate: &str) -> Vec<String> {
 
 /// What is missing for fuzzing, after trying to install it where that is wanted.
 fn missing(setup: bool) -> Option<String> {
-    let nightly = || answer(nightly_cargo().arg("--version")).is_some();
+    let nightly = || stdout_of(nightly_cargo().arg("--version")).is_some();
     if setup && !nightly() {
         let mut rustup = command("rustup");
         rustup.args(["toolchain", "install", "nightly", "--profile", "minimal"]);

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 
-use crate::shell::{answer_of, command, json, sim};
+use crate::shell::{command, json, run_for_stdout, sim};
 
 /// What the lines of a short stream have to say.
 const EXPECTED: [&str; 3] = ["database open: ", "Hello", "Style"];
@@ -17,7 +17,7 @@ pub fn check() -> Result<()> {
     json(sim()?.args(["board", "m4f", "--generated", "--defmt", "--frames", "3", "--json"]))?;
     let log = std::path::Path::new(&image).with_file_name("m4f.log");
     let bytes = std::fs::File::open(&log).with_context(|| log.display().to_string())?;
-    let lines = answer_of(command("defmt-print").args(["-e", &image]).stdin(bytes))?;
+    let lines = run_for_stdout(command("defmt-print").args(["-e", &image]).stdin(bytes))?;
     for line in lines.lines().take(8) {
         println!("  {line}");
     }

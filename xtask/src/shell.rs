@@ -4,10 +4,11 @@ use std::{
     env, fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail};
+use wait_timeout::ChildExt;
 
 /// How a chore ended.
 #[derive(Debug, PartialEq, Eq)]
@@ -55,7 +56,7 @@ pub fn target_dir() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
 }
 
-/// A program, to be run in the root. What `cargo run` set for this program is no concern of others.
+/// A program, to be run in the root, without the variables that `cargo run` set for this one.
 pub fn command(program: &str) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root());
@@ -73,8 +74,8 @@ pub fn cargo() -> Command {
     command(&env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
 }
 
-/// A program of the workspace, or an example (`examples/NAME`): built as the tests have it, with the features that all
-/// packages together ask for, so that behind `cargo test --workspace` nothing is compiled a second time.
+/// A program of the workspace, or an example (`examples/NAME`). It is built with the features of the whole workspace, as
+/// `cargo test --workspace` builds it, so that nothing is compiled a second time.
 ///
 /// # Errors
 /// Where the workspace does not build.
@@ -136,7 +137,7 @@ pub fn run_captured(command: &mut Command) -> Result<(bool, String)> {
 ///
 /// # Errors
 /// Where the program can't be started.
-pub fn run_for(command: &mut Command, patience: Duration) -> Result<(bool, String)> {
+pub fn run_within(command: &mut Command, patience: Duration) -> Result<(bool, String)> {
     let shown = show(command);
     println!("$ {shown}");
     // A file, since a pipe that nobody reads would stop the program.
@@ -144,43 +145,36 @@ pub fn run_for(command: &mut Command, patience: Duration) -> Result<(bool, Strin
     let output = fs::File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
     command.stdin(Stdio::null()).stdout(output).stderr(Stdio::null());
     let mut child = command.spawn().with_context(|| format!("`{shown}` can't be started"))?;
-    let start = Instant::now();
-    let status = loop {
-        match child.try_wait()? {
-            Some(status) => break Some(status),
-            None if start.elapsed() > patience => {
-                child.kill()?;
-                child.wait()?;
-                break None;
-            }
-            None => std::thread::sleep(Duration::from_millis(50)),
-        }
-    };
+    let status = child.wait_timeout(patience)?;
+    if status.is_none() {
+        child.kill()?;
+        child.wait()?;
+    }
     let text = fs::read(&path).map(|t| String::from_utf8_lossy(&t).into_owned()).unwrap_or_default();
     fs::remove_file(&path).ok();
     Ok((status.is_some_and(|s| s.success()), text))
 }
 
-/// Standard output of a command that succeeds; `None` where it fails or is not there.
-pub fn answer(command: &mut Command) -> Option<String> {
+/// Standard output of a command that succeeds; `None` where it fails or can't be started.
+pub fn stdout_of(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Standard output of a command, which is one JSON object; what it says besides goes to standard error.
+/// Standard output of a command that writes one JSON object to it. Its messages go to standard error.
 ///
 /// # Errors
-/// Where it fails, or says something else.
+/// Where it fails, or writes something else.
 pub fn json(command: &mut Command) -> Result<serde_json::Value> {
-    let text = answer_of(command.stdin(Stdio::null()))?;
-    serde_json::from_str(text.trim()).with_context(|| format!("`{}` does not say JSON", show(command)))
+    let text = run_for_stdout(command.stdin(Stdio::null()))?;
+    serde_json::from_str(text.trim()).with_context(|| format!("`{}` does not write JSON", show(command)))
 }
 
 /// Shows a command, runs it, and gives its standard output.
 ///
 /// # Errors
 /// Where the program can't be started or exits with something else than 0.
-pub fn answer_of(command: &mut Command) -> Result<String> {
+pub fn run_for_stdout(command: &mut Command) -> Result<String> {
     let shown = show(command);
     println!("$ {shown}");
     let output = command.stderr(Stdio::inherit()).output();
@@ -191,7 +185,7 @@ pub fn answer_of(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// A command as a person would type it, with the settings that were made for it.
+/// A command as a person would type it, with the variables that were set for it.
 pub fn show(command: &Command) -> String {
     let set = command
         .get_envs()
@@ -217,15 +211,15 @@ mod tests {
     }
 
     #[test]
-    fn a_program_that_is_not_there_has_no_answer() {
-        assert_eq!(answer(&mut command("gestus-no-such-program")), None);
+    fn a_program_that_is_not_there_has_no_output() {
+        assert_eq!(stdout_of(&mut command("gestus-no-such-program")), None);
     }
 
     #[test]
     fn a_program_that_hangs_is_ended() {
-        let (done, _) = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap();
+        let (done, _) = run_within(command("sleep").arg("60"), Duration::from_millis(100)).unwrap();
         assert!(!done);
-        let (done, said) = run_for(command("echo").arg("well"), Duration::from_secs(60)).unwrap();
+        let (done, said) = run_within(command("echo").arg("well"), Duration::from_secs(60)).unwrap();
         assert!(done && said == "well\n");
     }
 

@@ -9,7 +9,7 @@
 use std::{path::Path, process::Command};
 
 use crate::{
-    shell::{answer, cargo, command},
+    shell::{cargo, command, stdout_of},
     tools::{install_packages, try_all},
 };
 
@@ -67,11 +67,11 @@ pub fn find(target: &str, setup: bool) -> Result<Source, String> {
 
 fn present(target: &str) -> Option<Source> {
     let has_core = |mut rustc: Command| {
-        let folder = answer(rustc.args(["--print", "target-libdir", "--target", target]));
+        let folder = stdout_of(rustc.args(["--print", "target-libdir", "--target", target]));
         folder.is_some_and(|f| Path::new(&f).is_dir())
     };
     let has_sources = |mut rustc: Command| {
-        let sysroot = answer(rustc.args(["--print", "sysroot"]));
+        let sysroot = stdout_of(rustc.args(["--print", "sysroot"]));
         sysroot.is_some_and(|s| Path::new(&s).join("lib/rustlib/src/rust/library/core").is_dir())
     };
     if has_core(command("rustc")) {

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::shell::{answer, cargo, command, run as run_command};
+use crate::shell::{cargo, command, run as run_command, stdout_of};
 
 /// Where a program comes from.
 enum Source {
@@ -39,13 +39,13 @@ pub fn has(program: &str) -> bool {
     match program {
         "chromium" => browser().is_some(),
         // Without a subcommand's arguments it takes `--version` for an error.
-        "cargo-fuzz" => answer(cargo().args(["fuzz", "--version"])).is_some(),
+        "cargo-fuzz" => stdout_of(cargo().args(["fuzz", "--version"])).is_some(),
         program => can_start(program),
     }
 }
 
 fn can_start(program: &str) -> bool {
-    answer(command(program).arg("--version")).is_some()
+    stdout_of(command(program).arg("--version")).is_some()
 }
 
 /// Which of the programs are missing, and how to get them; `None` where all are there. With `setup`, installs them

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{
     recording::{Recorded, record},
-    shell::{Outcome, cargo, command, root, run as run_command, run_for, sim, target_dir},
+    shell::{Outcome, cargo, command, root, run as run_command, run_within, sim, target_dir},
     target, tools,
 };
 
@@ -67,7 +67,7 @@ fn in_browser(browser: &str, recorded: &Recorded) -> Result<()> {
     let page = folder.join("view.html");
     run_command(sim()?.args(["view", "--db"]).arg(&recorded.blob).arg("-o").arg(&page))?;
     let profile = folder.join(format!("chromium-{}", std::process::id()));
-    let (done, dom) = run_for(&mut headless(browser, &profile, &page), PATIENCE)?;
+    let (done, dom) = run_within(&mut headless(browser, &profile, &page), PATIENCE)?;
     fs::remove_dir_all(&profile).ok();
     if !done {
         bail!("{browser} does not open {} in time:\n{dom}", page.display());

@@ -18,7 +18,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::{
     real_data,
-    shell::{Outcome, answer_of, cargo, command, root, run as run_command, target_dir},
+    shell::{Outcome, cargo, command, root, run as run_command, run_for_stdout, target_dir},
 };
 use cases::Case;
 
@@ -34,7 +34,8 @@ const COMMANDS: &str = "commands.txt";
 /// # Errors
 /// Where a revision does not build, or a command fails.
 pub fn run(base: &str, quick: bool) -> Result<Outcome> {
-    let revision = answer_of(command("git").args(["rev-parse", "--verify", &format!("{base}^{{commit}}")]))?;
+    let revision =
+        run_for_stdout(command("git").args(["rev-parse", "--verify", &format!("{base}^{{commit}}")]))?;
     let kept = target_dir().join("same").join(revision.trim());
     let tree = target_dir().join("same/working-tree");
     let data = real_data::folder().map(|f| f.join("bandai-namco-2")).filter(|f| f.is_dir());

@@ -16,7 +16,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, Result};
 
-use crate::shell::{Outcome, answer_of, command, root};
+use crate::shell::{Outcome, command, root, run_for_stdout};
 use graph::Crate;
 use source::Source;
 
@@ -38,8 +38,13 @@ const DRAWN: [&str; 2] = ["core", "builder"];
 /// # Errors
 /// Where a source can't be read or parsed.
 pub fn run() -> Result<Outcome> {
-    let list =
-        answer_of(command("git").args(["ls-files", "--cached", "--others", "--exclude-standard", "*.rs"]))?;
+    let list = run_for_stdout(command("git").args([
+        "ls-files",
+        "--cached",
+        "--others",
+        "--exclude-standard",
+        "*.rs",
+    ]))?;
     let mut sources = BTreeMap::new();
     for path in list.lines().filter(|path| root().join(path).is_file()) {
         let text = fs::read_to_string(root().join(path)).with_context(|| format!("{path} can't be read"))?;
