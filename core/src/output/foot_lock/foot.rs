@@ -17,29 +17,29 @@ const SETTLE_SPEED: f32 = 0.25;
 const STRETCH: f32 = 0.995;
 /// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
 const SOFT_M: f32 = 0.01;
-/// By how much the other joint has to be lower before it carries the foot, metres.
+/// The other joint carries the foot when it is lower by this much, metres.
 const HANDOVER_M: f32 = 0.0005;
-/// How fast an offset is eased out at most, m/s: a large one takes longer than a small one.
+/// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.
 const RETURN_SPEED: f32 = 0.3;
-/// How fast a foot steps at most, m/s.
+/// Highest speed of a step, m/s.
 const STEP_SPEED: f32 = 1.0;
-/// How high it steps, as a part of its way, and at most, metres.
+/// Height of a step, as a part of its length, and its maximum, metres.
 const STEP_LIFT: f32 = 0.15;
 const STEP_LIFT_M: f32 = 0.03;
-/// A body that is further from its foot than this has not gone there: the foot is there at once, metres.
+/// A body that is further from its held foot than this was moved, and did not walk: the foot follows at once, metres.
 const TELEPORT_M: f32 = 1.0;
-/// The height over the floor of toes that are not there.
+/// Height over the floor of the toes of a skeleton without toes.
 const NEVER_M: f32 = 1e3;
 
 /// How feet are locked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tuning {
-    /// Whether feet are held at all; where not, what has been done is eased out, but for the way that the root has gone.
+    /// Whether feet are held. If not, offsets are eased out; the root stays where the lock has moved it.
     pub on: bool,
-    /// A foot that is held further than this from where the prediction has it steps there, metres.
+    /// A foot held further than this from its prediction steps there, metres.
     pub release_m: f32,
-    /// How long an offset is eased out at least, seconds.
+    /// Shortest time in which an offset is eased out, seconds.
     pub ease_s: f32,
 }
 
@@ -49,7 +49,7 @@ pub struct Tuning {
 pub(super) enum Phase {
     /// In the air: the offset is eased out.
     Free,
-    /// Let go while it stands: it steps to where the prediction has it.
+    /// Released while it stands: it steps to its prediction.
     Step,
     /// Held by the ankle.
     Heel,
@@ -61,13 +61,13 @@ pub(super) enum Phase {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Foot {
     pub phase: Phase,
-    /// What is added to the ankle's place, metres, the root's lift apart.
+    /// Added to the ankle's position, metres, without the root's lift.
     pub offset: Vector,
-    /// Held: the place on the ground (y unused). Free or stepping: the offset when it was let go.
+    /// Held: the position on the ground (y unused). Free or stepping: the offset when it was released.
     held: Vector,
-    /// Where the joint that does not carry the foot was on the ground in the last frame.
+    /// Position on the ground, in the last frame, of the joint that does not carry the foot.
     other: [f32; 2],
-    /// Seconds since it was let go.
+    /// Seconds since the release.
     age_s: f32,
 }
 
@@ -81,9 +81,9 @@ impl Foot {
 }
 
 impl Foot {
-    /// A frame on: down, held, from heel to toes, up, or eased out. `over` are the heights of ankle and toes over the
-    /// floor that they would stand on. Returns how far a foot that was held before slides in the prediction, x and z,
-    /// and 1 in between; zeros of others.
+    /// Advances by a frame: foot-down, hold, roll from heel to toes, foot-up, or ease out. `over` are the heights of ankle
+    /// and toes over where they would stand. Returns how far a foot that was held before slides in the prediction: `[x, 1,
+    /// z]`; zeros for other feet.
     #[inline]
     pub fn advance(
         &mut self,
@@ -98,10 +98,10 @@ impl Foot {
         let mut slid = [0.0; 3];
         if !self.is_held() {
             self.ease(step_s, tuning.ease_s);
-            // One that steps comes down first.
+            // A stepping foot has to come down first.
             if self.phase == Phase::Free && stands {
                 self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
-                // From now on the root comes down without it.
+                // From now on the hips drop without it.
                 self.offset[1] += stoop;
                 self.held = add(self.carrier(chain), self.offset);
             }
@@ -143,12 +143,12 @@ impl Foot {
         slid
     }
 
-    /// Where the joint that carries the foot is predicted.
+    /// Predicted position of the joint that carries the foot.
     fn carrier(&self, chain: &Chain) -> Vector {
         if self.phase == Phase::Toe { chain.toe } else { chain.ankle }
     }
 
-    /// Lets go: from now on the foot comes down with the root, which must not be seen.
+    /// Releases the foot. From now on it drops with the hips; its offset makes up for that at once.
     fn release(&mut self, phase: Phase, stoop: f32) {
         self.offset[1] -= stoop;
         (self.phase, self.held, self.age_s) = (phase, self.offset, 0.0);
@@ -188,7 +188,7 @@ pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
     lower(over_floor(leg, chain, 0.0))
 }
 
-/// How much higher a foot has to be, which is so far over where it stands and is lifted already.
+/// How much a foot that is this far over the floor, and lifted already, has to be lifted more, metres.
 pub(super) fn too_deep(over: [f32; 2], lifted: f32) -> f32 {
     let deep = -SOFT_M - lower(over) - lifted;
     if deep > 0.0 { deep } else { 0.0 }
@@ -198,7 +198,7 @@ pub(super) fn lower(over: [f32; 2]) -> f32 {
     if over[1] <= over[0] { over[1] } else { over[0] }
 }
 
-/// How far from the hip joint a lock may take the ankle: almost the whole leg, or as far as it is.
+/// How far from the hip joint the lock may move the ankle: almost the whole leg, or as far as it already is.
 #[inline(never)]
 pub(super) fn reach(chain: &Chain) -> f32 {
     let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));

@@ -1,24 +1,24 @@
 //! Feet that stand stay where they are.
 //!
-//! A regression moves the feet of its output a few centimetres while they should stand. Here, behind the prediction and
-//! without a look ahead, each foot that stands
+//! A regression moves the feet of its output by a few centimetres while they should stand. Here, after the prediction and
+//! without look-ahead, each foot that stands
 //! ([`crate::methods::mixture::contact_votes`]) is held by the joint that carries it, heel (ankle) or toes, whichever is
 //! lower:
 //!
-//! 1. At foot-down the place where the foot has come down is remembered; nothing moves yet. From then on the foot's
-//!    **offset** is what takes it back there. When the weight goes from heel to toes, the toes are held where they were.
-//! 2. The root follows its feet: what standing feet slide on and on, forward and sideways, is the root's speed that does
-//!    not agree with its legs. It is learnt over a few steps and taken off the root, all of it in a stream's first frames;
-//!    the legs take the rest. Where a held foot is out of a leg's reach, the root stays behind.
-//! 3. Heights go to the floor: the root takes what all standing feet have in common, slowly (a critically damped
-//!    spring), and comes down where a leg would be stretched beyond its length; the legs take the rest.
+//! 1. At foot-down the position of the foot is stored; nothing moves yet. From then on the foot's **offset** moves it back
+//!    there. When the weight rolls from heel to toes, the toes are held where they were.
+//! 2. The root follows its feet. Standing feet that keep sliding, forward or sideways, show that the root's speed does not
+//!    match the legs. The error is learnt over a few steps and subtracted from the root's speed, all of it in a stream's
+//!    first frames; the legs take the rest. Where a held foot is out of reach, the root stays behind.
+//! 3. The root takes the height that all standing feet have in common, slowly (a critically damped spring), and the hips
+//!    drop where a leg would be stretched beyond its length; the legs take the rest.
 //! 4. At foot-up the offset is eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. A foot
-//!    that has come further than `release_m` from where the prediction has it does not slide there but **steps**: it is
-//!    lifted a little, stands on nothing meanwhile, and is held again when it has come down.
-//! 5. No foot goes through the floor, in the air or held: what is lower than 1 cm under where it stands is lifted.
-//! 6. Each leg meets its target by [`crate::body::two_bone_ik`].
+//!    that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted a little,
+//!    does not count as standing meanwhile, and is held again when it has come down.
+//! 5. No foot sinks through the floor, in the air or held: a foot more than 1 cm too low is lifted.
+//! 6. Each leg reaches its target by [`crate::body::two_bone_ik`].
 //!
-//! The prediction fed back stays as it was: this is on the way out alone.
+//! The prediction that is fed back stays unchanged: the lock changes the output alone.
 //! Source: Xia 2015, section 6; Kovar, Schreiner and Gleicher 2002 ("Footskate cleanup"), in a causal form.
 //! Cost: 5,500 instructions a frame on a Cortex-M4F, 8,000 at most.
 
@@ -43,9 +43,9 @@ use crate::{
     },
 };
 
-/// How fast the floor under a foot follows what the caller says, m/s.
+/// Highest speed at which the floor under a foot follows the caller's height, m/s.
 const FLOOR_SPEED: f32 = 0.8;
-/// A foot whose prediction is this high over the floor does not stand, whatever its neighbors say. Metres.
+/// A foot predicted this high over the floor does not stand, whatever the votes. Metres.
 const UP_M: f32 = 0.06;
 
 /// The locks of both feet: all that is kept between frames.

@@ -13,19 +13,20 @@ use crate::{
     },
 };
 
-/// Time constant of the root's own correction of its speed, seconds of standing, and the most that it comes to, m/s.
+/// Time constant of the correction of the root's speed, seconds of standing, and its maximum, m/s.
 const LEARN_S: f32 = 0.25;
 const DRIFT_SPEED: f32 = 0.8;
 /// Rate of the spring that moves the root's height, 1/s.
 const ROOT_RATE: f32 = 6.0;
-/// The most that the root comes down for a stretched leg, metres.
+/// Largest drop of the hips for a stretched leg, metres.
 const HIP_DROP_M: f32 = 0.04;
-/// Time constant of its way up again, seconds.
+/// Time constant of their way up again, seconds.
 const HIP_DROP_S: f32 = 0.15;
-/// How fast it comes down at most, m/s.
+/// Highest speed of the drop, m/s.
 const HIP_DROP_SPEED: f32 = 0.5;
-/// How fast feet that are held take it along on the ground at most, m/s.
+/// Highest speed at which held feet pull the root over the ground, m/s.
 const PULL_SPEED: f32 = 2.0;
+
 /// What the lock adds to the root: all that is kept of it between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -33,13 +34,13 @@ pub(super) struct RootShift {
     /// How much higher the root is than predicted, metres, and how fast that grows, m/s.
     pub lift: f32,
     rise: f32,
-    /// How far the root has come down for a stretched leg, metres, 0 or less.
+    /// How far the hips have dropped for a stretched leg, metres, 0 or less.
     pub hip_drop: f32,
     /// What is added to the root's speed, forward and left, m/s.
     drift_speed: [f32; 2],
-    /// What that has come to, x and z, metres.
+    /// Its integral, x and z, metres.
     drift: [f32; 2],
-    /// For how long the root's speed has been learnt, seconds, [`LEARN_S`] at most.
+    /// How long the correction has been learnt, seconds, at most [`LEARN_S`].
     learnt_s: f32,
 }
 
@@ -52,7 +53,7 @@ impl RootShift {
         [self.lift, self.rise, self.hip_drop, self.drift[0], self.drift[1]].iter().any(|v| *v != 0.0)
     }
 
-    /// Moves the root by what has been learnt of its speed.
+    /// Moves the root by the learnt correction of its speed.
     pub fn apply_drift<const J: usize>(&mut self, [fx, fz]: [f32; 2], step_s: f32, pose: &mut Pose<J>) {
         let [forward, left] = self.drift_speed;
         // Left of (x, z) is (z, -x): facing +Z it is +X.
@@ -62,8 +63,8 @@ impl RootShift {
         pose.position[2] += self.drift[1];
     }
 
-    /// What held feet slide in the prediction, the sum of their ways x and z and in between how many they are, says how
-    /// fast the root goes astray. Returns how far it is to go for it at once, x and z.
+    /// Learns the error of the root's speed from how far held feet slide in the prediction: `[sum of x, number of feet, sum
+    /// of z]`. Returns the root's way in this frame, x and z, metres.
     pub fn learn_drift(
         &mut self,
         feet: &[Foot; 2],
@@ -73,7 +74,7 @@ impl RootShift {
         on: bool,
     ) -> [f32; 2] {
         if !on || feet.iter().any(|foot| foot.phase == Phase::Step) {
-            // What was learnt has taken a foot too far.
+            // The correction has moved a foot too far.
             let left = exp(-step_s / LEARN_S);
             (self.drift_speed, self.learnt_s) = (self.drift_speed.map(|v| v * left), 0.0);
             return [0.0; 2];
@@ -87,7 +88,7 @@ impl RootShift {
             // A way of a frame, over the frame's time, times the frame's time over the constant.
             *speed = clamp(*speed + slid / LEARN_S, -DRIFT_SPEED, DRIFT_SPEED);
         }
-        // All of the first frame's, half of the second's: nothing better is known of a start.
+        // All of the first frame's way, half of the second's: at a start nothing better is known.
         self.learnt_s = clamp(self.learnt_s + step_s, 1e-3, LEARN_S);
         let part = clamp(step_s / self.learnt_s, 0.0, 1.0);
         [x * part, z * part]
@@ -102,7 +103,7 @@ impl RootShift {
         }
     }
 
-    /// The root takes the height that the standing feet have in common.
+    /// Leads the root's lift to the height that the standing feet have in common.
     pub fn lift(&mut self, legs: [(&Leg, &Chain, f32, bool); 2], step_s: f32, on: bool) {
         let (mut sum, mut count) = (0.0, 0.0);
         for (leg, chain, floor, stands) in legs {
@@ -111,7 +112,7 @@ impl RootShift {
                 count += 1.0;
             }
         }
-        // Nobody on the ground: the root goes on as it is.
+        // No foot on the ground: the root keeps its lift.
         let aloft = if on { self.lift } else { 0.0 };
         let wanted = if count > 0.0 { sum / count } else { aloft };
         // Stable at any rate of frames: a step of the spring is at most half a radian.
@@ -120,7 +121,7 @@ impl RootShift {
         self.lift += step_s * self.rise;
     }
 
-    /// The root comes down, at once, where a held foot stretches its leg; and goes up again slowly. True where that is
+    /// Drops the hips, at once, where a held foot stretches its leg, and raises them again slowly. True where the drop is
     /// not enough.
     pub fn drop_hips(&mut self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> bool {
         let mut need = 0.0;
@@ -139,8 +140,7 @@ impl RootShift {
         need < self.hip_drop
     }
 
-    /// How far the root is to go on the ground, x and z, to have the feet that are held within reach: what a leg is too
-    /// short by when the root has come down.
+    /// The root's way on the ground, x and z, that brings held feet within reach after the drop, metres.
     pub fn out_of_reach(&self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> [f32; 2] {
         let mut way = [0.0; 2];
         for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {
