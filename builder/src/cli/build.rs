@@ -24,6 +24,8 @@ use gestus_database::{
 use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
+use super::open;
+
 /// Build a database from a folder of BVH and glTF files.
 #[derive(clap::Args)]
 pub struct Args {
@@ -163,7 +165,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     std::fs::write(&args.output, &built.bytes)
         .with_context(|| format!("{} can't be written", args.output.display()))?;
-    let database = super::open(&args.output, &built.bytes)?;
+    let database = open::open(&args.output, &built.bytes)?;
     let figures = super::inspect::figures(&database, built.bytes.len())?;
     if args.json {
         let mut figures = figures;

@@ -6,6 +6,8 @@ use anyhow::{Context, Result, bail};
 use gestus_database::blob::cut;
 use serde_json::json;
 
+use super::open;
+
 /// Cut a database to what a smaller board needs.
 #[derive(clap::Args)]
 pub struct Args {
@@ -28,8 +30,8 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("say what is to be kept: --models-only");
     }
     super::apart([Some(&args.db)], [("-o", Some(&args.output))])?;
-    let bytes = super::read_blob(&args.db)?;
-    let database = super::open(&args.db, &bytes)?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
     let cut = cut::models_only(&database).with_context(|| args.db.display().to_string())?;
     std::fs::write(&args.output, &cut)
         .with_context(|| format!("{} can't be written", args.output.display()))?;

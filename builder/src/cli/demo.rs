@@ -24,6 +24,8 @@ use gestus_motion::{
 };
 use serde_json::json;
 
+use super::open;
+
 /// Generated motion to a database to a stylized clip, with a page to look at.
 #[derive(clap::Args)]
 pub struct DemoArgs {
@@ -137,7 +139,7 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     let built = build(&corpus, &BuildOptions::default())?;
     let blob = folder.join("demo.gestus");
     fs::write(&blob, &built.bytes).with_context(|| format!("{} can't be written", blob.display()))?;
-    let database = super::open(&blob, &built.bytes)?;
+    let database = open::open(&blob, &built.bytes)?;
     eprintln!("3. streaming new motion through the core, unlabelled, one pose at a time");
     let body = Body::of(&corpus)?;
     let mut shown: Vec<(String, Example, Streamed)> = Vec::new();

@@ -22,6 +22,7 @@ use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
 use super::build::Selection;
+use super::open;
 
 /// Most lead and lag, seconds.
 const MOST_BOUND_S: f32 = 10.0;
@@ -278,8 +279,8 @@ fn why_nothing(corpus: &Corpus, options: &LooOptions) -> String {
 /// What judges a database with clips of any skeleton.
 fn on_database(args: &Args, measure: impl FnOnce(&Database<'_>) -> Result<Evaluation>) -> Result<Evaluation> {
     let path = args.db.as_ref().context("this judges a database: give --db DB.gestus")?;
-    let bytes = super::read_blob(path)?;
-    let database = super::open(path, &bytes)?;
+    let bytes = open::read_blob(path)?;
+    let database = open::open(path, &bytes)?;
     make_output(args)?;
     measure(&database)
 }

@@ -11,6 +11,8 @@ use gestus_core::{
 use gestus_database::{blob::export, command_line::stylizer_args::methods};
 use serde_json::{Value, json};
 
+use super::open;
+
 /// Show what is in a database, and verify it.
 #[derive(clap::Args)]
 pub struct InspectArgs {
@@ -114,8 +116,8 @@ fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
 
 /// Runs `inspect`.
 pub fn inspect(args: &InspectArgs) -> Result<()> {
-    let bytes = super::read_blob(&args.db)?;
-    let database = super::open(&args.db, &bytes)?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
     let figures = figures(&database, bytes.len())?;
     if args.json {
         super::say(&figures)?;
@@ -170,8 +172,8 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
 
 /// Runs `export`.
 pub fn export(args: &ExportArgs) -> Result<()> {
-    let bytes = super::read_blob(&args.db)?;
-    let database = super::open(&args.db, &bytes)?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
     if database.counts().frames == 0 {
         anyhow::bail!("{}: it holds models only, and no frames to export", args.db.display());
     }

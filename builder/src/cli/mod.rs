@@ -8,6 +8,7 @@ mod demo;
 mod effort;
 mod evaluate;
 mod inspect;
+mod open;
 mod retarget;
 mod transfer;
 mod translate;
@@ -87,17 +88,6 @@ pub fn run() -> Result<()> {
         Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args, &given),
     }
-}
-
-/// Reads a database's bytes; it is opened where they live.
-pub fn read_blob(path: &std::path::Path) -> Result<Vec<u8>> {
-    use anyhow::Context;
-    std::fs::read(path).with_context(|| format!("{} can't be read", path.display()))
-}
-
-/// Opens a database, naming its file where that fails.
-pub fn open<'a>(path: &std::path::Path, bytes: &'a [u8]) -> Result<gestus_core::Database<'a>> {
-    gestus_core::Database::open(bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))
 }
 
 #[cfg(test)]

@@ -10,6 +10,8 @@ use gestus_database::{
 use gestus_motion::formats::bvh::{Bvh, Unit};
 use serde_json::json;
 
+use super::open;
+
 /// Map a clip's skeleton to a database's: show the mapping, write the mapped clip, write the map for a board.
 #[derive(clap::Args)]
 pub struct Args {
@@ -49,8 +51,8 @@ pub fn run(args: &Args) -> Result<()> {
         [Some(&args.db), Some(&args.input), args.map.as_ref()],
         [("-o", args.output.as_ref()), ("--section", args.section.as_ref())],
     )?;
-    let bytes = super::read_blob(&args.db)?;
-    let database = super::open(&args.db, &bytes)?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
     let file = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let (_, binding, clip) = read_clip(&args.input, &database, args.unit)?;
     super::tell(&args.input, binding.notes());

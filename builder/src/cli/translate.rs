@@ -27,6 +27,8 @@ use gestus_evaluate::pages::{self, view};
 use gestus_motion::formats::{bvh::Unit, urdf};
 use serde_json::{Value, json};
 
+use super::open;
+
 /// Translate a clip into another style.
 #[derive(clap::Args)]
 pub struct Args {
@@ -215,8 +217,8 @@ pub fn run(args: &Args) -> Result<()> {
             .into_iter()
             .chain(robot.outputs()),
     )?;
-    let bytes = super::read_blob(&args.db)?;
-    let database = super::open(&args.db, &bytes)?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
     let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let input = Input::read_with(&args.input, &database, &map, args.unit)?;
     super::tell(&args.input, input.notes());

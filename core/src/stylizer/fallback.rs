@@ -51,43 +51,6 @@ fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
     maps(x_prev).get(map).zip(maps(x).get(map)).map_or(0.0, |(before, now)| turned(before, now))
 }
 
-/// The state of fault handling between frames.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(super) struct FaultState {
-    /// Number of the last input that was a pose, accepted or a glitch.
-    number: Option<u32>,
-    /// Frames from the last accepted input to this one, by their numbers.
-    gap: u16,
-    leaps: u8,
-    /// Seconds left of the blend back.
-    blend_back_s: f32,
-    /// The feet that the last output stands on, one bit each.
-    stands: u8,
-}
-
-impl FaultState {
-    pub const fn new() -> Self {
-        Self { number: None, gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
-    }
-
-    /// Frames from the last accepted input to this one: by their numbers, or by the glitches between them.
-    pub fn frames(&self) -> f32 {
-        let glitches = u16::from(self.leaps) + 1;
-        f32::from(if glitches > self.gap { glitches } else { self.gap })
-    }
-
-    /// Frames from the last pose to number `number`; `None` where it is not after that.
-    fn gap(&self, number: u32) -> Option<u16> {
-        let Some(last) = self.number else { return Some(1) };
-        // Numbers wrap; the nearer way round says which is later.
-        match number.wrapping_sub(last) {
-            0 | 0x8000_0000.. => None,
-            gap => Some(u16::try_from(gap).unwrap_or(u16::MAX)),
-        }
-    }
-}
-
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`step`](Self::step) for a loop: one tick, with the input that has arrived since the last tick and its number (any
     /// count that grows by one a frame and may wrap), or without an input. Always gives a pose, by the policy [`Safety`];

@@ -3,12 +3,13 @@
 mod configure;
 pub mod effort_dial;
 mod fallback;
+mod faults;
 mod settings;
 pub mod style_mix;
 
 pub use fallback::BLEND_BACK_S;
 
-use fallback::FaultState;
+use faults::FaultState;
 
 use crate::{
     Config, ConfigError, Degraded, Observer, Pose, Report,

@@ -22,10 +22,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use gestus_motion::{body::row_at, corpus::Cycle};
+use gestus_motion::corpus::Cycle;
 
+mod cycles;
 mod similar_actions;
 mod spread;
+
+pub use cycles::{ClassName, CycleData};
+
+use cycles::{at, distance2};
 
 /// Cycles that a prototype averages.
 const KERNEL_CYCLES: usize = 12;
@@ -84,23 +89,6 @@ impl Scheme {
     }
 }
 
-/// A cycle of the database, with what pairing looks at.
-#[derive(Debug, Clone)]
-pub struct CycleData<'a> {
-    /// Number of its class.
-    pub class: usize,
-    /// Number of its clip.
-    pub clip: usize,
-    /// Take of its clip.
-    pub take: &'a str,
-    /// Which cycle of its clip it is, from 0.
-    pub index: usize,
-    /// Its timeline, in frames of the clip.
-    pub cycle: &'a Cycle,
-    /// Dofs of the whole clip, shape `[frames][D]`.
-    pub dofs: &'a [Vec<f64>],
-}
-
 /// An averaged cycle, stored as a short clip of its own.
 #[derive(Debug, Clone)]
 pub struct Prototype {
@@ -122,9 +110,6 @@ pub struct Pairing {
     /// The averaged cycles.
     pub prototypes: Vec<Prototype>,
 }
-
-/// Action and style of a class.
-pub type ClassName = (usize, usize);
 
 /// Pairs all cycles, which are sorted by class, clip and time.
 pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, scheme: Scheme) -> Pairing {
@@ -201,10 +186,6 @@ fn real<'a>(members: &'a [usize], content: &'a [Vec<f64>]) -> impl Iterator<Item
 
 fn nearest<'a>(to: &[f64], among: impl Iterator<Item = (usize, &'a [f64])>) -> usize {
     among.min_by(|a, b| distance2(to, a.1).total_cmp(&distance2(to, b.1))).map_or(0, |(i, _)| i)
-}
-
-fn distance2(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 /// Numbers that say what a cycle is about.
@@ -291,11 +272,6 @@ fn viterbi(
     }
     path.reverse();
     path
-}
-
-/// Dofs of a cycle at a phase, interpolated.
-fn at(cycle: &CycleData<'_>, phase: f64) -> Vec<f64> {
-    row_at(cycle.dofs, cycle.cycle.position(phase))
 }
 
 /// Centres spread over the contents of a class: the first is the mean, each further one lies farthest from those

@@ -11,7 +11,7 @@
 //!
 //! On the walks, runs and turns of METHODS: walk and turns 1.4, a run and any of them 4.4 and more.
 
-use crate::pairing::{ClassName, CycleData, at, distance2};
+use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
 use crate::registration::{timeline::GAIT_KNOTS, warp};
 
 /// Most that the nearest cycle of a kin action is farther than the nearest of the same action.

@@ -14,7 +14,7 @@
 //!
 //! which is error diffusion as printers do it. Deterministic; cost: one distance a pair of cycles.
 
-use crate::pairing::distance2;
+use crate::pairing::cycles::distance2;
 
 /// Output cycles among which an input cycle's is found. 4 does about as well, 12 too; see `docs/experiments/pairing.md`.
 const NEAREST: usize = 8;

@@ -10,11 +10,12 @@
 //!
 //! Both give a [`Warp`]; [`demo`] compares them on a warp that is known.
 
+pub use error::WarpError;
 use gestus_core::blob::layout::dof;
-use thiserror::Error;
 
 pub mod demo;
 pub mod dtw;
+mod error;
 pub mod imw;
 pub mod repeat;
 pub mod space;
@@ -52,44 +53,6 @@ impl Warp {
         let sum: f64 = self.positions.iter().zip(&other.positions).map(|(a, b)| (a - b).abs()).sum();
         sum / self.positions.len() as f64
     }
-}
-
-/// Motions that can't be warped onto each other.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum WarpError {
-    /// A motion without frames.
-    #[error("a motion without frames can't be warped")]
-    Empty,
-    /// Rows of different length.
-    #[error(
-        "frames have {have} dofs where {need} are needed: both motions need the same dofs in every frame"
-    )]
-    Dofs {
-        /// Dofs of the first frame of the first motion.
-        need: usize,
-        /// Dofs found.
-        have: usize,
-    },
-    /// NaN or infinity.
-    #[error("frame {frame} has a dof that is not finite")]
-    NotFinite {
-        /// The frame, from 0.
-        frame: usize,
-    },
-    /// Lengths that the slope limit does not allow.
-    #[error(
-        "{from} frames can't be warped onto {to} with slopes of 1/{slope} to {slope}: resample one of them, \
-         or raise the slope limit"
-    )]
-    Lengths {
-        /// Frames of the first.
-        from: usize,
-        /// Frames of the second.
-        to: usize,
-        /// The slope limit.
-        slope: usize,
-    },
 }
 
 /// Checks two motions: frames, one number of dofs, finite.

@@ -9,7 +9,7 @@
 //! Cost: O(frames x s frames x s^2) time, and as many bytes as there are cells; of both motions about as long, two
 //! thirds of the cells can't be reached within the slope limit and are passed over.
 
-use crate::registration::warp::WarpError;
+use crate::registration::warp::error::WarpError;
 
 /// How many frames of the lengthened `q` may be used up when row `row` of `rows` is done: first and last.
 pub(super) fn reach(row: usize, rows: usize, columns: usize, limit: usize) -> (usize, usize) {
