@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::STDOUT;
 
 /// Values of the JSON output that change from run to run: where, by the start of the case's name, the key, and why.
-const VOLATILE: [(&str, &str, &str); 9] = [
+const VOLATILE: [(&str, &str, &str); 10] = [
     ("", "median_us", "time of a step on this machine"),
     ("", "p99_us", "time of a step on this machine"),
     ("", "us_per_query", "time of a search on this machine"),
@@ -17,7 +17,8 @@ const VOLATILE: [(&str, &str, &str); 9] = [
     ("effort-clip", "seconds", "time that the synthesis took"),
     ("transfer", "warp_ms", "time of the time warp"),
     ("transfer", "transfer_ms", "time of the transfer"),
-    ("", "fit_s", "time of a regression"),
+    ("gaussian-process", "fit_s", "time of a regression"),
+    ("gaussian-process", "predict_ms", "time of a prediction"),
 ];
 /// Differences that are shown of a case.
 const SHOWN: usize = 20;
