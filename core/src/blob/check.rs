@@ -67,6 +67,15 @@ pub(crate) fn reserved(section: u16, zero: bool) -> Checked {
     if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
 }
 
+/// Whether a section has the length that it needs.
+pub(crate) fn length(section: u16, need: usize, have: usize) -> Checked {
+    if need == have {
+        Ok(())
+    } else {
+        Err(BlobError::Length { section, need: as_u32(need), have: as_u32(have) })
+    }
+}
+
 /// The error of a table that is shorter or longer than it says.
 fn truncated(need: usize, have: usize) -> BlobError {
     BlobError::Truncated { need: as_u32(need), have: as_u32(have) }

@@ -7,7 +7,7 @@
 //! What a frame needs of the database are runs of two to four rows in a row. Within a block they share bases and
 //! widths, so a run is unpacked dof by dof rather than row by row: the second row costs half of the first.
 
-use super::{
+use crate::blob::{
     Database,
     layout::{block, dof_record},
     read::{Record, u16_at, u32_at},
@@ -40,7 +40,7 @@ impl Database<'_> {
             let field = (u32_at(fields, bit >> 3) >> (bit & 7)) & below(width);
             *last = (i32::from(u16_at(bases, 2 * (self.counts.dofs - 1)) as i16) + field as i32) as f32;
         }
-        let records = self.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
+        let records = self.required.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
         for (value, record) in dofs.iter_mut().zip(records) {
             *value *= Record(record).f32(dof_record::STEP);
         }
@@ -68,8 +68,8 @@ impl Database<'_> {
     #[inline(never)]
     fn packed(&self, row: usize) -> Packed<'_> {
         let count = self.counts.dofs;
-        let start = u32_at(self.blocks, 4 * (row >> self.block_shift)) as usize;
-        let bytes = self.rows.get(start..).unwrap_or(&[]);
+        let start = u32_at(self.required.blocks, 4 * (row >> self.block_shift)) as usize;
+        let bytes = self.required.rows.get(start..).unwrap_or(&[]);
         let row_bytes = usize::from(u16_at(bytes, block::ROW_BYTES.start));
         let within = row & (self.counts.block_rows - 1);
         let (bases, widths) = (block::BASES + 2 * count, block::header(count));

@@ -10,12 +10,14 @@
 //! The counterpart of the frame *before* comes from the same output cycle (an autoregressive model needs a
 //! `y[t-1]` that leads to `y[t]`), a little below phase 0 where the cycle has just begun.
 
-use super::{
-    Database,
-    layout::{NONE, cycle},
-    read::{Record, u16_at},
+use crate::{
+    blob::{
+        Database,
+        layout::{NONE, cycle},
+        read::{Record, u16_at},
+    },
+    math::clamp,
 };
-use crate::math::clamp;
 
 /// A place in a clip, between two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,17 +89,17 @@ impl Cycle<'_> {
 impl<'db> Database<'db> {
     #[inline(never)]
     fn cycle(&self, index: usize) -> Cycle<'db> {
-        let record = Record::of(self.cycles, index, cycle::LENGTH);
+        let record = Record::of(self.required.cycles, index, cycle::LENGTH);
         let (first_row, rows) = self.clip(record.u32(cycle::CLIP) as usize);
         let first_knot = record.u32(cycle::FIRST_KNOT) as usize;
-        let knots = self.knots.as_chunks::<4>().0.get(first_knot..).unwrap_or(&[]);
+        let knots = self.required.knots.as_chunks::<4>().0.get(first_knot..).unwrap_or(&[]);
         let segments = usize::from(record.u16(cycle::KNOTS)).saturating_sub(1);
         Cycle { knots, segments, first_row, rows }
     }
 
     /// First row of a cycle.
     fn cycle_start(&self, index: usize) -> usize {
-        Record::of(self.cycles, index, cycle::LENGTH).u32(cycle::START) as usize
+        Record::of(self.required.cycles, index, cycle::LENGTH).u32(cycle::START) as usize
     }
 
     /// The cycle of class `class` that a row lies in: the last that starts at or before it.
@@ -119,7 +121,7 @@ impl<'db> Database<'db> {
     /// Outputs of a cycle in a style: one, or two.
     #[inline]
     pub fn outputs(&self) -> usize {
-        1 + usize::from(self.pairs.len() > 2 * self.counts.cycles * self.counts.styles)
+        1 + usize::from(self.required.pairs.len() > 2 * self.counts.cycles * self.counts.styles)
     }
 
     /// The counterparts in `style` of a row that lies in cycle `cycle`, one or two; none where the cycle has none. The
@@ -138,7 +140,7 @@ impl<'db> Database<'db> {
         table: usize,
     ) -> Option<Counterpart> {
         let place = (table * self.counts.cycles + cycle) * self.counts.styles + style;
-        let output = u16_at(self.pairs, 2 * place);
+        let output = u16_at(self.required.pairs, 2 * place);
         if output == NONE {
             return None;
         }
@@ -161,6 +163,7 @@ impl<'db> Database<'db> {
 
     /// True where every style in `styles` has a counterpart of the cycle.
     pub fn paired(&self, cycle: usize) -> bool {
-        (0..self.counts.styles).all(|s| u16_at(self.pairs, 2 * (cycle * self.counts.styles + s)) != NONE)
+        (0..self.counts.styles)
+            .all(|s| u16_at(self.required.pairs, 2 * (cycle * self.counts.styles + s)) != NONE)
     }
 }

@@ -1,28 +1,21 @@
-//! Checks of the effort dial's section: axes that have a length, Efforts that are numbers, and weights that add up at
-//! every node.
+//! The effort dial: nodes, axes that have a length, Efforts in range, and weights that add up at every node.
 
-use super::{
+use super::Checked;
+use crate::blob::{
     Database,
-    check::{Checked, as_u32, check, reserved},
+    check::{check, length, reserved},
     layout::{effort, section},
     read::{Record, f32_at, u16_at},
 };
-use crate::BlobError;
 
+/// Checks the effort dial.
 #[inline]
-pub(super) fn effort(db: &Database<'_>) -> Checked {
-    let Some(bytes) = db.optional(section::EFFORT) else { return Ok(()) };
+pub(super) fn dial(db: &Database<'_>, bytes: &[u8]) -> Checked {
     let styles = db.counts.styles;
     let head = Record(bytes);
     let bad = |record, fits| check(section::EFFORT, record, fits);
-    let length = |need| match bytes.len() == need {
-        true => Ok(()),
-        false => {
-            Err(BlobError::Length { section: section::EFFORT, need: as_u32(need), have: as_u32(bytes.len()) })
-        }
-    };
     if bytes.len() < effort::table(styles) {
-        return length(effort::table(styles));
+        return length(section::EFFORT, effort::table(styles), bytes.len());
     }
     let mut nodes = 1usize;
     for k in 0..3 {
@@ -46,7 +39,7 @@ pub(super) fn effort(db: &Database<'_>) -> Checked {
     for i in 0..3 * styles {
         bad(10 + i, factor(effort::styles() + 4 * i).is_some())?;
     }
-    length(effort::table(styles) + nodes * styles)?;
+    length(section::EFFORT, effort::table(styles) + nodes * styles, bytes.len())?;
     let table = bytes.get(effort::table(styles)..).unwrap_or(&[]);
     for node in 0..nodes {
         let sum: u16 = Record::of(table, node, styles).0.iter().map(|&w| u16::from(w)).sum();

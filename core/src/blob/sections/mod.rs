@@ -1,0 +1,30 @@
+//! Readers of the sections: [`Database`](super::Database)'s methods, one file for each section or group of sections
+//! that are read together.
+
+mod classes;
+mod dofs;
+mod feet;
+mod lti;
+mod manifest;
+mod pairs;
+mod rows;
+mod search;
+mod skeleton;
+mod statistic;
+mod timing;
+
+pub use classes::Class;
+pub use feet::Leg;
+pub use lti::{LinearModel, Unit};
+pub use manifest::{Manifest, Names};
+pub use pairs::{Counterpart, Moment};
+pub use skeleton::Joint;
+pub use statistic::Table;
+pub use timing::TimingDof;
+
+use super::layout::NONE;
+
+/// The action of a model; `None` for a model of all actions.
+fn labelled(action: u16) -> Option<u16> {
+    (action != NONE).then_some(action)
+}

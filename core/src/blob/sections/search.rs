@@ -1,0 +1,52 @@
+//! What the search reads: the stored features with their scales and groups, and each frame's graph edges and flags.
+
+use crate::blob::{
+    Database,
+    layout::{DEGREE, query},
+    read::{Record, f32_at},
+};
+
+impl<'db> Database<'db> {
+    /// The stored feature of a captured frame: i8, one a byte.
+    #[inline]
+    pub fn feature(&self, row: usize) -> &'db [u8] {
+        let length = self.counts.features;
+        self.required
+            .features
+            .get(row.wrapping_mul(length)..)
+            .and_then(|rest| rest.get(..length))
+            .unwrap_or(&[])
+    }
+
+    /// Metres for one step of a stored feature.
+    #[inline(never)]
+    pub fn feature_scale(&self, feature: usize) -> f32 {
+        f32_at(self.required.query, query::scales(self.counts.window, self.counts.joints) + 4 * feature)
+    }
+
+    /// Joint group that a feature looks at.
+    #[inline(never)]
+    pub fn feature_group(&self, feature: usize) -> usize {
+        let at = query::groups(self.counts.window, self.counts.joints, self.counts.features) + feature;
+        self.required.query.get(at).copied().map_or(0, usize::from)
+    }
+
+    /// The query section, as [`layout::query`] divides it.
+    #[inline]
+    pub fn query_section(&self) -> &'db [u8] {
+        self.required.query
+    }
+
+    /// Graph edges of a captured frame: rows of its class, [`NONE`] where there is none.
+    #[inline]
+    pub fn edges(&self, row: usize) -> [u16; DEGREE] {
+        let record = Record::of(self.required.graph, row, 2 * DEGREE);
+        core::array::from_fn(|i| record.u16(2 * i..2 * i + 2))
+    }
+
+    /// Flags of a captured frame ([`layout::flag`]); 0 for any other row.
+    #[inline]
+    pub fn flags(&self, row: usize) -> u8 {
+        self.required.flags.get(row).copied().unwrap_or(0)
+    }
+}

@@ -1,0 +1,154 @@
+//! Sections of captured motion: clips, cycles and their pairs, classes with each frame's flags and edges, packed rows,
+//! and the timing metric.
+
+use super::{Checked, counts::MOST_RECORDS, lengths::blocks_of};
+use crate::blob::{
+    Class, Database,
+    check::{check, length, reserved},
+    layout::{ENTRIES, NONE, block, class, cycle, flag, section, timing},
+    read::{Record, f32_at, u16_at, u32_at},
+};
+
+#[inline]
+pub(super) fn clips(db: &Database<'_>) -> Checked {
+    let mut next = 0;
+    for i in 0..db.counts.clips {
+        let (first, rows) = db.clip(i);
+        // Clips lie side by side and fill the rows.
+        check(section::CLIPS, i, first == next && (1..=db.counts.rows).contains(&rows))?;
+        next = first + rows;
+    }
+    check(section::CLIPS, db.counts.clips, next == db.counts.rows)
+}
+
+#[inline]
+pub(super) fn cycles(db: &Database<'_>) -> Checked {
+    let c = &db.counts;
+    for i in 0..c.cycles {
+        let record = Record::of(db.required.cycles, i, cycle::LENGTH);
+        let clip = record.u32(cycle::CLIP) as usize;
+        let first = record.u32(cycle::FIRST_KNOT) as usize;
+        let knots = usize::from(record.u16(cycle::KNOTS));
+        let start = record.u32(cycle::START) as usize;
+        let refers = clip < c.clips
+            && knots >= 2
+            && first <= MOST_RECORDS
+            && 4 * (first + knots) <= db.required.knots.len();
+        check(section::CYCLES, i, refers)?;
+        reserved(section::CYCLES, record.zero(cycle::RESERVED))?;
+        let (first_row, rows) = db.clip(clip);
+        check(section::CYCLES, i, start >= first_row && start < first_row + rows)?;
+        let mut before = f32::NEG_INFINITY;
+        for k in first..first + knots {
+            let knot = f32_at(db.required.knots, 4 * k);
+            // A hundredth of a frame a segment at least: phases stay finite.
+            check(
+                section::KNOTS,
+                k,
+                knot - before >= 0.01 && (-1000.0..=rows as f32 + 1000.0).contains(&knot),
+            )?;
+            before = knot;
+        }
+    }
+    let table = c.cycles * c.styles;
+    for i in 0..db.required.pairs.len() / 2 {
+        let output = u16_at(db.required.pairs, 2 * i);
+        // A second output is there wherever it is looked for.
+        check(section::PAIRS, i, usize::from(output) < c.cycles || (output == NONE && i < table))?;
+    }
+    Ok(())
+}
+
+#[inline]
+pub(super) fn classes(db: &Database<'_>) -> Checked {
+    let c = &db.counts;
+    let (mut next_row, mut next_cycle) = (0, 0);
+    for i in 0..c.classes {
+        let class = db.class(i);
+        let bad = |fits| check(section::CLASSES, i, fits);
+        bad((1..=usize::from(u16::MAX)).contains(&class.rows) && class.first_row == next_row)?;
+        bad(class.first_cycle == next_cycle && (1..=c.cycles).contains(&class.cycles))?;
+        bad(usize::from(class.action) < c.actions && usize::from(class.style) < c.styles)?;
+        bad((0..i).all(|j| (db.class(j).action, db.class(j).style) != (class.action, class.style)))?;
+        next_row += class.rows;
+        next_cycle += class.cycles;
+        bad(next_row <= c.frames && next_cycle <= c.cycles)?;
+        let searchable = (class.first_row..next_row).filter(|&r| db.flags(r) & flag::SEARCHABLE != 0).count();
+        bad(searchable == class.searchable && (1..=searchable).contains(&class.k_cap))?;
+        let entries =
+            Record::of(db.required.classes, i, class::LENGTH).0.get(class::ENTRY_POINTS).unwrap_or(&[]);
+        bad(db.entries(i).count() > 0)?;
+        for e in 0..ENTRIES {
+            let row = u16_at(entries, 2 * e);
+            bad(row == NONE || can_be_found(db, &class, row))?;
+        }
+        let mut before = None;
+        for j in class.first_cycle..next_cycle {
+            let start = Record::of(db.required.cycles, j, cycle::LENGTH).u32(cycle::START) as usize;
+            let ascends = before.is_none_or(|b| start > b);
+            check(section::CYCLES, j, ascends && (class.first_row..next_row).contains(&start))?;
+            before = Some(start);
+        }
+        rows_of_class(db, i)?;
+    }
+    check(section::CLASSES, c.classes, next_row == c.frames)
+}
+
+/// A row of the class that the search may return.
+fn can_be_found(db: &Database<'_>, class: &Class, row: u16) -> bool {
+    let row = usize::from(row);
+    row < class.rows && db.flags(class.first_row + row) & flag::SEARCHABLE != 0
+}
+
+fn rows_of_class(db: &Database<'_>, index: usize) -> Checked {
+    let class = db.class(index);
+    let mut cycle = None;
+    for row in class.first_row..class.first_row + class.rows {
+        let flags = db.flags(row);
+        check(section::FLAGS, row, flags & !flag::ALL == 0)?;
+        // The first row of a class follows nothing.
+        check(section::FLAGS, row, flags & flag::FOLLOWS == 0 || row > class.first_row)?;
+        if flags & flag::SEARCHABLE != 0 {
+            cycle = db.cycle_of(index, row).or(cycle);
+            let paired = cycle.is_some_and(|c| db.paired(c));
+            check(section::FLAGS, row, flags & flag::FOLLOWS != 0 && paired)?;
+        }
+        for edge in db.edges(row) {
+            check(section::GRAPH, row, edge == NONE || can_be_found(db, &class, edge))?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn blocks(db: &Database<'_>) -> Checked {
+    let c = &db.counts;
+    let mut next = 0;
+    for b in 0..blocks_of(db) {
+        let start = u32_at(db.required.blocks, 4 * b) as usize;
+        check(section::BLOCKS, b, start == next)?;
+        let bytes = db.required.rows.get(start..).unwrap_or(&[]);
+        let row_bytes = usize::from(u16_at(bytes, block::ROW_BYTES.start));
+        let widths = bytes.get(block::BASES + 2 * c.dofs..block::header(c.dofs)).unwrap_or(&[]);
+        check(section::ROWS, b, widths.len() == c.dofs.div_ceil(2))?;
+        let bits: usize = widths.iter().map(|w| usize::from(w & 15) + usize::from(w >> 4)).sum();
+        let last_nibble_zero = c.dofs.is_multiple_of(2) || widths.last().is_some_and(|w| w >> 4 == 0);
+        check(section::ROWS, b, row_bytes == bits.div_ceil(8) && last_nibble_zero)?;
+        let rows = c.block_rows.min(c.rows - b * c.block_rows);
+        next = (start + block::header(c.dofs) + rows * row_bytes).next_multiple_of(2);
+        check(section::ROWS, b, next <= db.required.rows.len())?;
+    }
+    let need = if c.rows > 0 { next + block::PADDING } else { 0 };
+    length(section::ROWS, need, db.required.rows.len())
+}
+
+#[inline]
+pub(super) fn timing_metric(db: &Database<'_>) -> Checked {
+    for i in 0..db.counts.timing {
+        let record = Record::of(db.required.timing, i, timing::LENGTH);
+        let entry = db.timing(i);
+        let weights_fit = (0.0..=1e9).contains(&entry.pose) && (0.0..=1e9).contains(&entry.change);
+        check(section::TIMING, i, entry.dof < db.counts.dofs && weights_fit)?;
+        reserved(section::TIMING, record.zero(timing::RESERVED))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! Linear time-invariant models: directory, labels, ranges, dofs and poles.
+
+use super::{Checked, in_range, is_deviation};
+use crate::blob::{
+    Database, LinearModel, Numbers, Unit,
+    check::{check, length, reserved},
+    layout::{MAX_ORDER, lti, section},
+    read::{Record, u16_at},
+};
+
+/// Checks the linear models: directory, ranges, dofs, poles.
+#[inline]
+pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
+    let c = db.counts();
+    let (id, models) = (section::LTI, db.linear_models());
+    let mut next = lti::HEADER + models * lti::ENTRY;
+    if bytes.len() < next {
+        return length(id, next, bytes.len());
+    }
+    reserved(id, Record(bytes).zero(lti::RESERVED))?;
+    let from = u16_at(bytes, lti::FROM.start);
+    check(id, models, usize::from(from) < c.styles)?;
+    for i in 0..models {
+        let entry = Record::of(bytes.get(lti::HEADER..).unwrap_or(&[]), i, lti::ENTRY);
+        let model = db.linear_model(i);
+        let labels_fit = usize::from(model.style) < c.styles
+            && model.style != from
+            && model.action.is_none_or(|a| usize::from(a) < c.actions);
+        check(id, i, labels_fit && entry.u32(lti::OFFSET) as usize == next)?;
+        let doubled =
+            (0..i).map(|j| db.linear_model(j)).any(|m| (m.style, m.action) == (model.style, model.action));
+        // One unit a joint, and two more of the root; their states have room in a stylizer of as many joints.
+        check(id, i, !doubled && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
+        next = next.saturating_add(entry.u32(lti::BYTES) as usize);
+        check(id, i, next <= bytes.len())?;
+        check(id, i, one_model(&model, c.dofs))?;
+    }
+    length(id, next, bytes.len())?;
+    let every = (0..c.styles as u16).all(|s| s == from || db.linear_model_of(s, None).is_some());
+    check(id, models, every)
+}
+
+#[inline]
+fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
+    let units = lti::units(dofs, model.states);
+    if model.bytes() < units {
+        return false;
+    }
+    let dofs_fit = (0..=dofs).all(|d| {
+        let [input_mean, input_deviation, output_mean, output_deviation] = model.dof(d);
+        in_range([input_mean, output_mean].into_iter(), 1e3)
+            && is_deviation(input_deviation)
+            && is_deviation(output_deviation)
+    });
+    let feet_fit = in_range(Numbers::at(model.bytes.get(..units).unwrap_or(&[]), lti::feet(dofs)), 1e6);
+    if !dofs_fit || !feet_fit {
+        return false;
+    }
+    let (mut at, mut states) = (units, 0);
+    for _ in 0..model.units {
+        let unit = LinearModel::unit(model.bytes, at);
+        let numbers = lti::numbers(unit.order, unit.inputs, unit.outputs);
+        let sizes_fit = unit.order <= MAX_ORDER
+            && (1..=4).contains(&unit.inputs)
+            && (1..=4).contains(&unit.outputs)
+            && unit.first_input + unit.inputs <= dofs
+            && unit.first_output + unit.outputs <= dofs + 1
+            && model.bytes.get(at + lti::UNIT_RESERVED) == Some(&0);
+        if !sizes_fit || unit.numbers.count() < numbers {
+            return false;
+        }
+        if !in_range(unit.numbers.take(numbers), 1e4) || !is_stable(&unit) {
+            return false;
+        }
+        at += lti::UNIT + 4 * numbers;
+        states += unit.order;
+    }
+    at == model.bytes() && states == model.states
+}
+
+// A function of its own, and of slices: the compiler would lay out all 64 products.
+#[inline(never)]
+fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}
+
+/// True where every pole lies inside the unit circle: `A` to the power of 1,024 is small. Ten squarings.
+#[inline]
+fn is_stable(unit: &Unit<'_>) -> bool {
+    let mut power = [[0.0_f32; MAX_ORDER]; MAX_ORDER];
+    let mut numbers = unit.numbers;
+    for row in power.iter_mut().take(unit.order) {
+        for (slot, number) in row.iter_mut().take(unit.order).zip(&mut numbers) {
+            *slot = number;
+        }
+    }
+    for _ in 0..10 {
+        let mut square = [[0.0; MAX_ORDER]; MAX_ORDER];
+        for (out, row) in square.iter_mut().zip(&power) {
+            for (&factor, other) in row.iter().zip(&power) {
+                add_scaled(out, factor, other);
+            }
+        }
+        power = square;
+    }
+    // What has grown beyond all bounds is no number, and in no range.
+    (0.0..=1.0).contains(&power.iter().flatten().map(|v| v * v).sum::<f32>())
+}

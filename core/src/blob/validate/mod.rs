@@ -1,0 +1,136 @@
+//! What `open` checks, in two passes: where the sections lie and that their bytes are what was written
+//! ([`sections`]); then that every number in them is in its range and every index refers to something that is
+//! there ([`contents`]), so that nothing afterwards needs a check.
+
+mod body;
+mod counts;
+mod effort;
+mod frames;
+mod lengths;
+mod lti;
+mod query;
+mod statistic;
+
+use super::{
+    Database,
+    check::{Checked, Envelope, as_u32, reserved},
+    crc::crc32c,
+    layout::{
+        ALIGNMENT, MAGIC, VERSION, entry, header,
+        section::{self, Optional, Required},
+    },
+    read::Record,
+};
+use crate::BlobError;
+
+const ENVELOPE: Envelope = Envelope {
+    section: 0,
+    magic: MAGIC,
+    version: VERSION,
+    header: header::LENGTH,
+    total: header::TOTAL,
+    crc: header::CRC,
+};
+
+/// Finds the sections and checks header, table, checksums and lengths.
+#[inline]
+pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
+    let head = ENVELOPE.open(bytes)?;
+    let total = bytes.len();
+    let count = usize::from(head.u16(header::SECTIONS));
+    let table_end = header::LENGTH + count * entry::LENGTH;
+    ENVELOPE.sum(bytes, table_end)?;
+    reserved(0, head.zero(header::RESERVED))?;
+
+    let mut required: [Option<&[u8]>; section::REQUIRED.len()] = [None; section::REQUIRED.len()];
+    let mut optional: [Option<&[u8]>; section::OPTIONAL.len()] = [None; section::OPTIONAL.len()];
+    let mut end = table_end;
+    for i in 0..count {
+        let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
+        let id = record.u16(entry::ID);
+        if !record.zero(entry::RESERVED) {
+            return Err(BlobError::Reserved { section: id });
+        }
+        let misplaced = BlobError::Section { section: id };
+        let (start, length) = (record.u32(entry::OFFSET) as usize, record.u32(entry::BYTES) as usize);
+        let slot = match section::REQUIRED.iter().position(|&r| r == id) {
+            Some(i) => required.get_mut(i),
+            None => section::OPTIONAL.iter().position(|&o| o == id).and_then(|i| optional.get_mut(i)),
+        };
+        let Some(slot) = slot else { return Err(misplaced) };
+        // Sections follow each other in the order of the table, each on the next boundary.
+        if start != end.next_multiple_of(ALIGNMENT) || length > total {
+            return Err(misplaced);
+        }
+        let (Some(padding), Some(content)) = (bytes.get(end..start), bytes.get(start..start + length)) else {
+            return Err(misplaced);
+        };
+        if padding.iter().any(|&b| b != 0) {
+            return Err(BlobError::Reserved { section: id });
+        }
+        if crc32c(&[content]) != record.u32(entry::CRC) {
+            return Err(BlobError::Checksum { section: id });
+        }
+        if slot.replace(content).is_some() {
+            return Err(misplaced);
+        }
+        end = start + length;
+    }
+    if end != total {
+        return Err(BlobError::Truncated { need: as_u32(end), have: as_u32(total) });
+    }
+    let mut sections: [&[u8]; section::REQUIRED.len()] = [&[]; section::REQUIRED.len()];
+    for ((slot, content), &id) in sections.iter_mut().zip(required).zip(&section::REQUIRED) {
+        *slot = content.ok_or(BlobError::Section { section: id })?;
+    }
+    let counts = counts::counts(head)?;
+    Ok(Database {
+        counts,
+        identity: head.u32(header::CRC),
+        rate_hz: head.f32(header::RATE),
+        block_shift: counts.block_rows.trailing_zeros(),
+        required: Required::from_array(sections),
+        optional: Optional::from_array(optional),
+    })
+}
+
+/// Checks every number of every section.
+#[inline]
+pub(super) fn contents(db: &Database<'_>) -> Checked {
+    lengths::lengths(db)?;
+    body::manifest(db)?;
+    body::skeleton(db)?;
+    body::dofs(db)?;
+    query::query_section(db)?;
+    frames::clips(db)?;
+    frames::cycles(db)?;
+    frames::classes(db)?;
+    frames::blocks(db)?;
+    frames::timing_metric(db)?;
+    // A retargeting map is checked where it is opened.
+    let Optional { lti, statistic, effort, retarget: _, feet } = db.optional;
+    if let Some(bytes) = lti {
+        lti::linear_models(db, bytes)?;
+    }
+    if let Some(bytes) = statistic {
+        statistic::tables(db, bytes)?;
+    }
+    if let Some(bytes) = effort {
+        effort::dial(db, bytes)?;
+    }
+    if let Some(bytes) = feet {
+        body::feet(db, bytes)?;
+    }
+    let translates = db.counts.frames > 0 || lti.is_some() || statistic.is_some();
+    if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
+}
+
+#[inline]
+fn in_range(mut numbers: impl Iterator<Item = f32>, most: f32) -> bool {
+    numbers.all(|v| (-most..=most).contains(&v))
+}
+
+#[inline]
+fn is_deviation(value: f32) -> bool {
+    (1e-6..=1e3).contains(&value)
+}
