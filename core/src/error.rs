@@ -1,4 +1,4 @@
-//! What can be wrong with a blob, or with what a caller asks for. Small, `Copy`, without strings of its own.
+//! The errors of the core: `Copy`, and without strings of their own.
 
 use core::fmt;
 
@@ -92,7 +92,7 @@ impl fmt::Display for BlobError {
             Self::Reserved { section } => {
                 write!(
                     f,
-                    "a reserved byte of {} is not zero: the blob is newer than this core, or damaged",
+                    "a reserved byte of {} is not zero: the blob is newer than this core or damaged, build it again with the builder of this version",
                     Name(section)
                 )
             }
@@ -117,7 +117,7 @@ impl fmt::Display for Name {
     }
 }
 
-/// Why a stylizer refused a database or a setting. The setting in force before stays.
+/// Why a stylizer refused a database or a setting. The setting before stays in force.
 ///
 /// It travels over the [`link`](crate::link): new variants go to the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -161,7 +161,7 @@ pub enum ConfigError {
     },
     /// No class has the labelled action in the labelled style.
     NoClass,
-    /// A weight is negative or not finite, or all are zero; or a joint group is to have more than three styles.
+    /// A weight is negative or not finite, or all are zero; or a joint group is given more than three styles.
     Weights,
     /// An argument is out of its range or not finite, or a mask leaves nothing to search.
     OutOfRange,
@@ -174,10 +174,10 @@ pub enum ConfigError {
         /// The drive's capacity.
         have: u16,
     },
-    /// The database does not hold what the method needs: frames, linear models or statistics.
+    /// The database lacks the data of the method: frames, linear models or statistics.
     Method,
-    /// A linear model translates the whole body at once: it has one state and one time step for all joints, so that a
-    /// joint group can't have a style of its own.
+    /// A joint group can't have a style of its own with linear models, which have one state and one time step for the
+    /// whole body.
     WholeBody,
     /// A robot or a map was made for another database.
     OtherDatabase,

@@ -1,4 +1,4 @@
-//! What a board counts, by number. Numbers are part of the protocol: a number's meaning never changes.
+//! The numbers of what a board counts. They are part of the protocol: a number's meaning never changes.
 
 use super::{Damage, Statistic};
 
@@ -80,7 +80,7 @@ pub fn name(number: u16) -> Option<&'static str> {
     NAMES.iter().find(|(n, _)| *n == number).map(|(_, name)| *name)
 }
 
-/// What a server counts of its line, since it was made. Counters stop at their largest value.
+/// A server's counts of its line. Counters stop at their largest value.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinkCounts {
@@ -111,14 +111,14 @@ pub struct LinkCounts {
 }
 
 impl LinkCounts {
-    /// Counts one more of a kind.
-    pub(super) fn one(counter: &mut u32) {
+    /// Adds one to a counter.
+    pub(super) fn increment(counter: &mut u32) {
         *counter = counter.saturating_add(1);
     }
 
     /// Counts a damaged frame.
     pub fn damaged(&mut self, damage: Damage) {
-        Self::one(match damage {
+        Self::increment(match damage {
             Damage::Cut => &mut self.cut,
             Damage::Corrupted => &mut self.corrupted,
             Damage::Overlong => &mut self.overlong,

@@ -1,4 +1,4 @@
-//! Why a board did not do what it was asked.
+//! The errors with which a board replies.
 
 use core::fmt;
 
@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::ConfigError;
 
-/// Why a request was not carried out. The order is the wire format.
+/// Why a request was refused. The order is the wire format.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Fault {
-    /// There is no session: the board has started anew, or nobody has said hello.
+    /// There is no session: the board has restarted, or the host has sent no [`Request::Hello`](super::Request::Hello).
     NoSession,
     /// The frame is of another version of the protocol.
     Version {
@@ -20,9 +20,9 @@ pub enum Fault {
         /// The frame's version.
         have: u8,
     },
-    /// The message can't be decoded, or is none that the board knows.
+    /// The message can't be decoded, or the board does not know it.
     Malformed,
-    /// The pose has not the database's joints.
+    /// The pose has another number of joints than the database.
     Joints {
         /// Joints of the database.
         need: u16,
@@ -31,9 +31,9 @@ pub enum Fault {
     },
     /// The stylizer refuses the setting; the one before stays in force.
     Refused(ConfigError),
-    /// The answer is longer than the board's buffer.
+    /// The reply is longer than the board's buffer.
     Overlong,
-    /// No robot hangs on the board.
+    /// The board has no robot.
     NoRobot,
 }
 
@@ -41,14 +41,14 @@ impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NoSession => {
-                f.write_str("the board knows of no session: it has started anew; start the stream again")
+                f.write_str("the board has no session, since it has restarted: start the stream again")
             }
             Self::Version { need, have } => write!(
                 f,
-                "the board speaks version {need} of the protocol, this is {have}: take host and firmware of one release"
+                "the board uses version {need} of the protocol, the host version {have}: install host and firmware of one release"
             ),
             Self::Malformed => f.write_str(
-                "the board can't read the message: its firmware may be older; take host and firmware of one release",
+                "the board can't read the message: its firmware may be older; install host and firmware of one release",
             ),
             Self::Joints { need, have } => {
                 write!(f, "the pose has {have} joints, the board's database {need}: use the board's database")
@@ -58,7 +58,7 @@ impl fmt::Display for Fault {
                 "the board has no robot: build its firmware with one, and flash the robot's tables for its database",
             ),
             Self::Overlong => {
-                f.write_str("the answer is longer than the board's buffer: build its firmware with a larger one")
+                f.write_str("the reply is longer than the board's buffer: build its firmware with a larger one")
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Messages to frames: header, postcard, checksum, COBS, all in one pass over one buffer.
+//! Writes messages as frames: header, postcard, checksum and COBS in one pass over one buffer.
 
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub const HEADER: usize = 4;
 /// Bytes of a frame that are not its message, before COBS: header and checksum.
 pub const OVERHEAD: usize = HEADER + 4;
 
-/// Which way a frame goes.
+/// Direction of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
@@ -23,17 +23,17 @@ pub enum Direction {
     Reply,
 }
 
-/// What stands before a frame's message.
+/// The header of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Header {
     /// Version of the protocol; [`VERSION`] in frames of this one.
     pub version: u8,
-    /// Which way it goes.
+    /// Direction of the frame.
     pub direction: Direction,
-    /// How often the request was sent before; a reply has that of the request that it was made for.
+    /// How often the request was sent before; a reply repeats that of its request.
     pub attempt: u8,
-    /// Number of the request, one more than the last one's; a reply has that of its request.
+    /// Number of the request, one more than that of the last; a reply repeats that of its request.
     pub sequence: u16,
 }
 
@@ -57,7 +57,7 @@ impl Header {
         [self.version << 4 | direction, self.attempt, low, high]
     }
 
-    /// `None` of a direction that there is not.
+    /// The header in these bytes; `None` if the direction is invalid.
     pub(super) const fn of([first, attempt, low, high]: [u8; HEADER]) -> Option<Self> {
         let direction = match first & 15 {
             0 => Direction::Request,
@@ -68,9 +68,9 @@ impl Header {
     }
 }
 
-/// Bytes that a [`Server`](super::Server) needs in each of its buffers for poses of that many joints: the longest
-/// answer to a pose, framed, and not less than any other message, those of a robot of 40 hinges among them. A board that
-/// drives more needs [`robot_buffer_length`] where that is more.
+/// Bytes that a [`Server`](super::Server) needs in each of its buffers for poses with that many joints: enough for the
+/// framed reply to a pose and for any other message, including those of a robot of up to 40 hinges. A board with more
+/// hinges needs at least [`robot_buffer_length`].
 pub const fn buffer_length(joints: usize) -> usize {
     // Zero, postcard of the pose and of a report with every class and stage, overhead, zero.
     let pose = 1 + 12 + 2 + 16 * joints;
@@ -80,7 +80,7 @@ pub const fn buffer_length(joints: usize) -> usize {
     if framed < 288 { 288 } else { framed }
 }
 
-/// The same for the answers of a robot of that many hinges: 6 bytes a hinge and 48.
+/// Bytes that the replies of a robot of that many hinges need: 6 for each hinge, and 48.
 pub const fn robot_buffer_length(hinges: usize) -> usize {
     HINGE_BYTES * hinges + 48
 }
@@ -112,17 +112,17 @@ impl<const N: usize> Frame<N> {
         Self { bytes: [0; N], length: 0 }
     }
 
-    /// Puts a message into the frame, in place of the one before.
+    /// Replaces the frame's message.
     ///
     /// # Errors
-    /// [`Full`] where it does not fit; the frame is empty then.
+    /// [`Full`] if it does not fit; the frame is then empty.
     pub fn write(&mut self, header: Header, message: &impl Serialize) -> Result<&[u8], Full> {
         self.length = 0;
         self.length = self.try_write(header, message).map_err(|_| Full)?;
         Ok(self.bytes())
     }
 
-    /// The bytes to send; none before a message was written.
+    /// The bytes to send; empty before the first message.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
@@ -144,14 +144,14 @@ impl<const N: usize> Default for Frame<N> {
     }
 }
 
-/// Stuffs bytes as they come (COBS), and sums them up.
+/// COBS encoder and checksum of the bytes that are serialised.
 struct Stuffer<'a> {
     bytes: &'a mut [u8],
-    /// Where the next byte goes.
+    /// Index of the next byte.
     at: usize,
-    /// Where the running group's length goes, once it is known.
+    /// Index of the current group's length, which is written when the group ends.
     code_at: usize,
-    /// Length of the running group, its code included.
+    /// Length of the current group with its code.
     code: u8,
     crc: Crc32c,
 }
@@ -159,7 +159,7 @@ struct Stuffer<'a> {
 impl<'a> Stuffer<'a> {
     fn new(bytes: &'a mut [u8]) -> postcard::Result<Self> {
         let mut stuffer = Self { bytes, at: 0, code_at: 1, code: 1, crc: Crc32c::new() };
-        // The zero in front ends whatever a broken frame has left behind.
+        // The leading zero ends any incomplete frame before.
         stuffer.put(0)?;
         stuffer.put(0)?;
         Ok(stuffer)
@@ -171,7 +171,7 @@ impl<'a> Stuffer<'a> {
         Ok(())
     }
 
-    /// Ends the running group and starts one.
+    /// Ends the current group and starts a new one.
     fn group(&mut self) -> postcard::Result<()> {
         self.close();
         (self.code_at, self.code) = (self.at, 1);
@@ -191,7 +191,7 @@ impl Flavor for Stuffer<'_> {
 
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
         self.crc.add(byte);
-        // A full group stands for its bytes without a zero behind them. It is ended only when another byte comes.
+        // No zero follows a full group. It ends only when another byte comes.
         if self.code == u8::MAX {
             self.group()?;
         }

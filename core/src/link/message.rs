@@ -1,7 +1,7 @@
-//! What the two ends say to each other.
+//! The messages of host and board.
 //!
 //! The order of the variants and fields is the wire format: append, never insert, and raise
-//! [`VERSION`](super::VERSION) where an old end would misread the new message.
+//! [`VERSION`](super::VERSION) if an older host or board would misread the new message.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -14,98 +14,98 @@ use crate::{
 
 /// Most pairs of a number and a value in a message.
 pub const MAX_PAIRS: usize = 20;
-/// Most stages whose instructions a report tells apart.
+/// Most stages of a step whose instructions a report contains.
 pub const MAX_STAGES: usize = 8;
-/// Statistics of one reply.
+/// Most statistics in one reply.
 pub const PAGE: usize = 12;
 
 /// Numbers and values: styles and their weights, groups and their strengths, parameters.
 pub type Pairs = Vec<(u16, f32), MAX_PAIRS>;
 
-/// What the host asks for.
+/// A message from the host.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Request<'a> {
-    /// Starts a session: every setting and the stream go back to how the board starts. Answer: [`Reply::Hello`].
+    /// Starts a session: resets every setting and the stream. Reply: [`Reply::Hello`].
     Hello {
-        /// A number that the host draws for each session, to tell a new one from a repetition.
+        /// A random number of the session, which tells a new session from a repeated request.
         session: u32,
     },
-    /// Output styles and their weights. Answer, as for all settings: [`Reply::Done`].
+    /// Output styles and their weights. Reply, as for all settings: [`Reply::Done`].
     Style(Pairs),
-    /// What the host knows of the input.
+    /// Labels of the input; `None` if unknown.
     Labels {
         /// Its action.
         action: Option<u16>,
         /// Its style.
         input_style: Option<u16>,
     },
-    /// Whether the search looks at a joint group.
+    /// Whether the search uses a joint group.
     Mask {
         /// The group.
         group: u16,
-        /// Looked at or not.
+        /// True if it is used.
         searched: bool,
     },
     /// Joint groups and their strengths of style.
     Strength(Pairs),
-    /// [`parameter`](super::parameter)s and their values; those that are not named stay.
+    /// [`parameter`](super::parameter)s and their values; the others stay.
     Configure(Pairs),
-    /// Forgets the stream; settings stay.
+    /// Starts a new stream; settings stay.
     Reset,
-    /// One step. Answer: [`Reply::Pose`].
+    /// One step. Reply: [`Reply::Pose`].
     #[serde(borrow)]
     Pose(PoseBytes<'a>),
-    /// A page of statistics. Answer: [`Reply::Statistics`].
+    /// A page of statistics. Reply: [`Reply::Statistics`].
     Statistics {
         /// How many to skip.
         skip: u16,
     },
-    /// Where the robot's hinges are, as its servos report it. Answer: [`Reply::Robot`].
+    /// Where the robot's hinges are, as its servos report it. Reply: [`Reply::Robot`].
     Robot {
-        /// Angles in radians, f32 little-endian, from the first hinge on; those that are missing are taken to be zero.
+        /// Angles in radians, f32 little-endian, from the first hinge on; zero for those that are missing.
         #[serde(borrow)]
         angles: &'a [u8],
     },
-    /// A tick of the robot towards the pose that was put out last. Answer: [`Reply::Drive`].
+    /// A tick of the robot towards the last output pose. Reply: [`Reply::Drive`].
     Drive,
-    /// The own output style of a joint group, or none. Answer: [`Reply::Done`].
+    /// A separate output style of a joint group. Reply: [`Reply::Done`].
     GroupStyle {
         /// The group.
         group: u16,
-        /// Styles and their weights; empty: the body's.
+        /// Styles and their weights; if empty, the group takes the body's style.
         weights: Pairs,
     },
 }
 
-/// What the board answers.
+/// A message from the board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reply<'a> {
-    /// Who is there. A new session has begun.
+    /// The board's identity. A new session has begun.
     #[serde(borrow)]
     Hello(Identity<'a>),
     /// The setting is in force.
     Done,
-    /// The pose in its style, and what the step said.
+    /// The output pose, and the report of the step.
     Pose(PoseBytes<'a>, StepReport),
     /// A page of statistics: numbers ([`counter`](super::counter)) and values.
     Statistics {
-        /// There are more behind these.
+        /// True if more follow.
         more: bool,
-        /// This page's.
+        /// The statistics of this page.
         page: Vec<Statistic, PAGE>,
     },
-    /// The request was not carried out, and this is why.
+    /// The request was refused, and why.
     Fault(Fault),
-    /// Which robot there is.
+    /// The robot's identity.
     Robot(RobotIdentity),
-    /// What the robot does now.
+    /// The report of the robot's tick.
     #[serde(borrow)]
     Drive(DriveReport<'a>),
 }
 
-/// Who a board is, and what it runs.
+/// A board's name, firmware and database.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity<'a> {
@@ -129,7 +129,7 @@ pub struct Identity<'a> {
     pub buffer_bytes: u16,
 }
 
-/// A pose as it travels: metres and quaternions `[x, y, z, w]`, binary32, little-endian.
+/// A pose as it is sent: metres and quaternions `[x, y, z, w]`, binary32, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PoseBytes<'a> {
@@ -140,13 +140,13 @@ pub struct PoseBytes<'a> {
 }
 
 impl PoseBytes<'_> {
-    /// Joints of the pose; `None` where the bytes are no whole number of joints.
+    /// Joints of the pose; `None` if the last joint is incomplete.
     pub fn joints(&self) -> Option<usize> {
         let (joints, rest) = self.rotations.as_chunks::<16>();
         rest.is_empty().then_some(joints.len())
     }
 
-    /// Copies the pose bit by bit. Joints that it lacks are left alone.
+    /// Copies the pose bit by bit. Further joints of `pose` keep their values.
     pub fn read<const J: usize>(&self, pose: &mut Pose<J>) {
         pose.position = self.position;
         for (slots, bytes) in pose.rotations.iter_mut().zip(self.rotations.as_chunks::<16>().0) {
@@ -157,13 +157,13 @@ impl PoseBytes<'_> {
     }
 }
 
-/// Room for a pose's bytes.
+/// Buffer of a pose's bytes.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PoseBuffer<const J: usize>([[u8; 16]; J]);
 
 impl<const J: usize> PoseBuffer<J> {
-    /// Room for J joints.
+    /// A buffer for J joints.
     pub const fn new() -> Self {
         Self([[0; 16]; J])
     }
@@ -188,7 +188,7 @@ impl<const J: usize> Default for PoseBuffer<J> {
     }
 }
 
-/// A [`Report`] as it travels.
+/// A [`Report`] as it is sent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepReport {
@@ -208,7 +208,7 @@ pub struct StepReport {
     pub degraded: u32,
     /// Classes and proportions, largest first.
     pub classes: Vec<(u16, f32), MAX_KEPT>,
-    /// Instructions of the step by stage, as [`Board::stages`](super::Board::stages) counts them; none where it
+    /// Instructions of the step by stage, as [`Board::stages`](super::Board::stages) counts them; empty if it
     /// does not.
     pub stages: Vec<u32, MAX_STAGES>,
 }
@@ -225,12 +225,12 @@ impl StepReport {
             bytes_read: report.bytes_read,
             contacts: left | right << 1,
             degraded: u32::from(report.degraded.bits()),
-            classes: taken(report.classes.iter().map(|s| (s.class, s.proportion))),
-            stages: taken(stages.iter().copied()),
+            classes: first(report.classes.iter().map(|s| (s.class, s.proportion))),
+            stages: first(stages.iter().copied()),
         }
     }
 
-    /// The report that was sent. Flags that this core does not know are left out.
+    /// The report that was sent, without flags that this core does not know.
     pub fn report(&self) -> Report {
         let mut report = Report {
             distance2: self.distance2,
@@ -241,7 +241,7 @@ impl StepReport {
             predicted_step_s: self.predicted_step_s,
             ..Report::default()
         };
-        report.classes = taken(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
+        report.classes = first(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
         for (flag, _) in Degraded::NAMES {
             report.degraded.set(flag, self.degraded & u32::from(flag.bits()) != 0);
         }
@@ -249,8 +249,8 @@ impl StepReport {
     }
 }
 
-/// The first items, as many as there is room for. (`collect` panics where there is none.)
-pub(super) fn taken<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T, M> {
+/// The first `M` items. (`collect` panics if there are more.)
+fn first<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T, M> {
     let mut list = Vec::new();
     for item in items.take(M) {
         let _ = list.push(item);
@@ -258,7 +258,7 @@ pub(super) fn taken<T, const M: usize>(items: impl Iterator<Item = T>) -> Vec<T,
     list
 }
 
-/// Decodes a message; `None` where the bytes are none, or more than one.
+/// Decodes a message; `None` if the bytes are not exactly one message.
 pub fn decode<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     match postcard::take_from_bytes(bytes) {
         Ok((message, [])) => Some(message),

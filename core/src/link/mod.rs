@@ -1,21 +1,20 @@
-//! The link between a board and a host: poses over a serial line that loses, doubles, cuts and garbles.
+//! The link between a board and a host: poses over a serial line that loses, doubles, cuts and corrupts bytes.
 //!
-//! The host asks, the board answers. A question and its answer are messages ([`Request`], [`Reply`]) in postcard,
-//! in frames that end with a zero byte:
+//! The host sends requests and the board replies. Both are messages ([`Request`], [`Reply`]) in postcard, in frames that
+//! end with a zero byte:
 //!
 //! ```text
 //!  0x00 | COBS( version and direction | attempt | sequence | message      | CRC-32C ) | 0x00
 //!       |       1 byte                | 1 byte  | u16      | postcard     | u32     |
 //! ```
 //!
-//! COBS (Cheshire and Baker, "Consistent Overhead Byte Stuffing", 1999) keeps zero bytes out of what is between the
-//! zeros, so that a receiver is back in step at the next one, whatever came before. [`Receiver`] takes the line byte
-//! by byte in bounded memory; [`Server`] is the board's end and owns nothing but two buffers and some counters.
+//! COBS (Cheshire and Baker, "Consistent Overhead Byte Stuffing", 1999) removes zero bytes from a frame's content, so
+//! that a receiver is synchronised again at the next zero. [`Receiver`] reads the line byte by byte in bounded memory;
+//! [`Server`] is the board's end and owns only two buffers and some counters.
 //!
-//! A stream stays exact over such a line, because a stylizer has a memory: a pose that is stepped twice is a
-//! different stream. So the host sends one request at a time and repeats it, under the same sequence number, until
-//! the answer comes; the board carries out a sequence number once, and answers its repetitions from the answer it has
-//! kept. `docs/LINK.md` is the specification.
+//! A stylizer depends on the poses before, so that each pose has to be stepped exactly once. The host sends one request
+//! at a time and repeats it, with the same sequence number, until the reply comes. The board executes a sequence number
+//! once, and answers its repetitions with the reply that it has kept. `docs/LINK.md` is the specification.
 //!
 //! Cost: about 40 instructions a byte on a Cortex-M4F (CRC 10, COBS and postcard the rest); a pose of 22 joints is
 //! some 380 bytes there and 440 back. RAM: two buffers of [`buffer_length`] bytes and 100 bytes of state.
@@ -28,6 +27,7 @@ mod message;
 mod receiver;
 mod robot;
 mod server;
+mod settings;
 
 pub use board::{Board, Statistic};
 pub use counter::LinkCounts;

@@ -1,4 +1,4 @@
-//! A serial line to frames, byte by byte, in bounded memory and bounded time a byte.
+//! Finds the frames on a serial line, byte by byte, in bounded memory and bounded time for each byte.
 //!
 //! ```text
 //!            byte > 0: code        bytes of the group
@@ -8,20 +8,20 @@
 //!         checked: Frame, Cut or Corrupted               Cut
 //! ```
 //!
-//! A frame that is longer than the buffer is read to its end and reported; nothing that comes leaves the receiver
-//! out of step for longer than to the next zero byte.
+//! A frame that is longer than the buffer is read to its end and reported. After any input the receiver is synchronised
+//! again at the next zero byte.
 
 use super::frame::{HEADER, Header, OVERHEAD};
 use crate::blob::crc::crc32c;
 
-/// What is wrong with what stood between two zero bytes.
+/// What is wrong with the bytes between two zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Damage {
     /// It ends before it should: bytes are missing. (A cut between two COBS groups looks like corruption.)
     Cut,
-    /// The checksum does not agree: bytes were changed, or two frames ran into one.
+    /// The checksum does not agree: bytes were changed, or two frames were joined.
     Corrupted,
     /// It is longer than the buffer.
     Overlong,
@@ -37,30 +37,30 @@ pub struct Received<'a> {
     pub message: &'a [u8],
 }
 
-/// Takes a line byte by byte and gives the frames on it. `N` bytes are the longest frame before COBS.
+/// Reads a line byte by byte and returns the frames on it. `N` is the length of the longest frame before COBS, in bytes.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Receiver<const N: usize> {
     bytes: [u8; N],
     length: u16,
-    /// Bytes of the running group that are still to come.
+    /// Bytes of the current group that are still to come.
     left: u8,
-    /// The running group stands for a zero behind its bytes, if another group follows.
+    /// A zero follows the current group's bytes if another group follows.
     zero: bool,
-    /// A byte of the frame has come.
+    /// A byte of the frame has arrived.
     begun: bool,
     overlong: bool,
 }
 
 impl<const N: usize> Receiver<N> {
-    /// A receiver that has seen nothing.
+    /// A receiver at the beginning of a line.
     pub const fn new() -> Self {
         const { assert!(N <= u16::MAX as usize, "a receiver's buffer is at most 65,535 bytes") };
         Self { bytes: [0; N], length: 0, left: 0, zero: false, begun: false, overlong: false }
     }
 
-    /// Takes the next byte of the line. Something is returned at the end of a frame alone; the frame is there until
-    /// the next byte.
+    /// Takes the next byte of the line. Returns a frame or its damage at the end of a frame, otherwise `None`. The frame
+    /// stays valid until the next byte.
     #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Result<Received<'_>, Damage>> {
         if byte == 0 {
@@ -95,7 +95,7 @@ impl<const N: usize> Receiver<N> {
         let length = usize::from(self.length);
         (self.length, self.left, self.zero, self.begun, self.overlong) = (0, 0, false, false, false);
         if !begun {
-            // Zeros in a row stand between frames.
+            // There may be several zeros between frames.
             return None;
         }
         if overlong {
@@ -129,10 +129,10 @@ mod tests {
     use crate::link::Frame;
 
     /// Sequence number and message, or what is wrong.
-    type Heard = Result<(u16, Vec<u8>), Damage>;
+    type Event = Result<(u16, Vec<u8>), Damage>;
 
     /// All that comes out for these bytes: the length of each message, or its damage.
-    fn fed(receiver: &mut Receiver<64>, bytes: &[u8]) -> Vec<Heard> {
+    fn feed(receiver: &mut Receiver<64>, bytes: &[u8]) -> Vec<Event> {
         let mut all = vec![];
         for &byte in bytes {
             if let Some(event) = receiver.receive(byte) {
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_whole_frames_from_broken_ones_and_is_back_in_step() {
+    fn tells_whole_frames_from_broken_ones_and_is_synchronised_again() {
         let (a, b) = (framed(1, b"first"), framed(2, b"\0nd\0\0"));
         let good = |n: u16| Ok(if n == 1 { (1, b"first".to_vec()) } else { (2, b"\0nd\0\0".to_vec()) });
         let whole = a.len();
@@ -156,7 +156,7 @@ mod tests {
             bytes[at] = to;
             bytes
         };
-        let cases: [(&str, Vec<u8>, Vec<Heard>); 10] = [
+        let cases: [(&str, Vec<u8>, Vec<Event>); 10] = [
             ("clean", [a.clone(), b.clone()].concat(), vec![good(1), good(2)]),
             ("starts in the middle", [&a[9..], &b[..]].concat(), vec![Err(Damage::Cut), good(2)]),
             ("cut at the end", [&a[..whole - 8], &b[..]].concat(), vec![Err(Damage::Cut), good(2)]),
@@ -177,7 +177,7 @@ mod tests {
             ),
         ];
         for (name, bytes, expected) in cases {
-            assert_eq!(fed(&mut Receiver::new(), &bytes), expected, "{name}");
+            assert_eq!(feed(&mut Receiver::new(), &bytes), expected, "{name}");
         }
     }
 
@@ -190,11 +190,11 @@ mod tests {
                 let mut raw = [&Header::request(9, 0).bytes()[..], &message].concat();
                 raw.extend(crc32c(&[&raw]).to_le_bytes());
                 let mut receiver = Receiver::<600>::new();
-                let mut heard = None;
+                let mut event = None;
                 for byte in [cobs::encode_vec(&raw), vec![0]].concat() {
-                    heard = receiver.receive(byte).map(|event| event.map(|r| r.message.to_vec()));
+                    event = receiver.receive(byte).map(|frame| frame.map(|r| r.message.to_vec()));
                 }
-                assert_eq!(heard, Some(Ok(message)), "{length} bytes, a zero every {every}");
+                assert_eq!(event, Some(Ok(message)), "{length} bytes, a zero every {every}");
             }
         }
     }
@@ -207,7 +207,7 @@ mod tests {
                 let mut changed = bytes.clone();
                 changed[at] ^= flip;
                 // The zeros at the ends may come and go; what is between them is never taken for another.
-                for frame in fed(&mut Receiver::new(), &changed).into_iter().flatten() {
+                for frame in feed(&mut Receiver::new(), &changed).into_iter().flatten() {
                     assert_eq!(frame, (7, b"notic".to_vec()), "byte {at} flipped by {flip:#x}");
                 }
             }

@@ -1,9 +1,9 @@
-//! A board with a robot on it: poses go out as joint angles and pulses, and the host hears of every one.
+//! A board with a robot: poses become the hinges' angles and pulses, which the host receives.
 //!
-//! A [`Driver`] is a [`Board`] around another one. It holds the [`Drive`] of a robot's tables, takes the pose that the
-//! stylizer has put out last, and moves the hinges one tick towards it each time that it is asked to
-//! ([`Request::Drive`](super::Request::Drive)): the robot's ticks and the stream's frames have rates of their own, and
-//! whoever keeps the time, keeps both. Boards without a robot carry none of it.
+//! A [`Driver`] is a [`Board`] around another one. It holds the [`Drive`] of a robot, and with every
+//! [`Request::Drive`](super::Request::Drive) moves the hinges one tick towards the last pose of the stylizer. The robot's
+//! ticks and the stream's frames have rates of their own, and the host times both. Boards without a robot contain none
+//! of this code.
 //!
 //! Cost: the drive (`docs/PERFORMANCE.md`, "Around a step"), and six bytes a hinge on the line.
 
@@ -20,7 +20,7 @@ use crate::{
 /// Bytes of a hinge on the line: its angle, f32, and its pulse, u16.
 pub const HINGE_BYTES: usize = 6;
 
-/// Which robot hangs on a board.
+/// The robot of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RobotIdentity {
@@ -30,15 +30,15 @@ pub struct RobotIdentity {
     pub hinges: u16,
     /// Hinges that the board has room for.
     pub capacity: u16,
-    /// From one tick to the next, seconds.
+    /// Time between two ticks, seconds.
     pub tick_s: f32,
 }
 
-/// What a tick of a robot did, as it travels.
+/// The report of a robot's tick, as it is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveReport<'a> {
-    /// [`Driven::held`]; also where the stream has put out no pose yet.
+    /// [`Driven::held`]; also before the stream's first pose.
     pub held: bool,
     /// [`Driven::at_limit`].
     pub at_limit: u16,
@@ -53,7 +53,7 @@ pub struct DriveReport<'a> {
 }
 
 impl DriveReport<'_> {
-    /// Angles in radians and pulses in microseconds. Bytes that are no whole hinge are left out.
+    /// Angles in radians and pulses in microseconds. Bytes of an incomplete hinge are ignored.
     pub fn hinges(&self) -> impl Iterator<Item = (f32, u16)> + '_ {
         let (hinges, _) = self.hinges.as_chunks::<HINGE_BYTES>();
         hinges.iter().map(|&[a, b, c, d, low, high]| {
@@ -62,18 +62,18 @@ impl DriveReport<'_> {
     }
 }
 
-/// Room for the hinges' bytes.
+/// Buffer of the hinges' bytes.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HingeBuffer([[u8; HINGE_BYTES]; MAX_HINGES]);
 
 impl HingeBuffer {
-    /// Room for as many hinges as a robot can have.
+    /// A buffer for as many hinges as a robot can have.
     pub const fn new() -> Self {
         Self([[0; HINGE_BYTES]; MAX_HINGES])
     }
 
-    /// The report of a tick; `hinge` gives angle and pulse of each hinge, and `None` behind the last.
+    /// The report of a tick; `hinge` gives angle and pulse of each hinge, and `None` after the last.
     pub fn report(
         &mut self,
         driven: &Driven,
@@ -102,7 +102,7 @@ impl Default for HingeBuffer {
     }
 }
 
-/// A board, and a robot of up to `H` hinges on it.
+/// A board with a robot of up to `H` hinges.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Driver<'r, B, const H: usize> {
@@ -111,10 +111,10 @@ pub struct Driver<'r, B, const H: usize> {
 }
 
 impl<'r, B, const H: usize> Driver<'r, B, H> {
-    /// The robot on the board, its hinges at zero, or the nearest to it in range.
+    /// The robot on the board, each hinge at the angle in its range that is nearest to zero.
     ///
     /// # Errors
-    /// [`ConfigError`] where the robot was made for another database, or has more hinges than `H`.
+    /// [`ConfigError`] if the robot was made for another database, or has more hinges than `H`.
     pub fn new(board: B, robot: Robot<'r>, database: &Database<'_>) -> Result<Self, ConfigError> {
         robot.fits(database, H)?;
         Ok(Self { board, drive: Drive::new(robot, &[])? })
@@ -182,7 +182,7 @@ impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> 
         for (slot, &bytes) in given.iter_mut().zip(angles) {
             *slot = f32::from_le_bytes(bytes);
         }
-        // The same robot fitted before.
+        // It was accepted before, with as many hinges.
         if let Ok(drive) = Drive::new(robot, &given) {
             self.drive = drive;
         }

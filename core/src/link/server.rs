@@ -1,17 +1,16 @@
-//! The board's end of the link: bytes in, bytes out.
+//! The board's end of the link: takes bytes, and gives the bytes of replies.
 
 use super::{
-    Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, Pairs, PoseBuffer,
+    Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, PoseBuffer,
     PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, buffer_length,
     counter, decode, robot_buffer_length,
 };
-use crate::config::parameters;
-use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUPS};
+use crate::{Config, Pose, Report, Stylizer};
 
 /// Serves a stylizer over a line.
 ///
-/// `N` bytes is each of its two buffers: [`buffer_length`] of the joints, or [`robot_buffer_length`] of the hinges
-/// where that is more. Feed it every byte that comes in with [`receive`](Self::receive), and send what that returns:
+/// `N` is the length of each of its two buffers in bytes: [`buffer_length`] of the joints or [`robot_buffer_length`] of
+/// the hinges, whichever is larger. Pass every byte that arrives to [`receive`](Self::receive), and send what it returns:
 ///
 /// ```
 /// use gestus_core::{Stylizer, link::{Board, Server, buffer_length}};
@@ -33,8 +32,7 @@ use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUP
 /// }
 /// ```
 ///
-/// Shorter buffers are an error of the compiler, since a pose that has been stepped and whose answer does not fit is a
-/// stream that is lost:
+/// Shorter buffers do not compile: if the reply to a pose did not fit, the host would lose a step of the stream.
 ///
 /// ```compile_fail
 /// # use gestus_core::{Stylizer, link::Server};
@@ -46,24 +44,24 @@ use crate::{Config, ConfigError, Pose, Report, Stylizer, blob::layout::MAX_GROUP
 /// # serve(&mut Stylizer::new(database, crate::Config::new()).unwrap());
 /// ```
 ///
-/// No sequence of bytes makes it panic or hang. A byte costs a bounded number of instructions: those of storing it,
-/// and at the end of a frame those of at most one step.
+/// No sequence of bytes makes it panic or hang. A byte costs a bounded number of instructions: it is stored, and the
+/// last one of a frame runs at most one step.
 #[derive(Debug)]
 pub struct Server<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
     stylizer: &'a mut Stylizer<'db, J, K, C>,
-    /// What a session starts with.
+    /// The parameters that a session starts with.
     config: Config,
     board: B,
     receiver: Receiver<N>,
-    /// The answer to the last request that was carried out, kept in case that it has to be sent again.
+    /// The reply to the last request that was executed, kept in case it has to be sent again.
     answer: Frame<N>,
     session: Option<u32>,
-    /// The last request that was carried out, and the last of its attempts that arrived.
+    /// Header of the last request that was executed, with the last of its attempts that arrived.
     last: Header,
     counts: LinkCounts,
 }
 
-/// Who serves what, and what was counted.
+/// The stylizer, the session and the counts.
 #[cfg(feature = "defmt")]
 impl<B, const J: usize, const K: usize, const C: usize, const N: usize> defmt::Format
     for Server<'_, '_, B, J, K, C, N>
@@ -78,7 +76,7 @@ impl<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize>
 where
     B: Board<J>,
 {
-    /// A server that nobody has said hello to. The stylizer's parameters are those that sessions start with.
+    /// A server without a session. Sessions start with the stylizer's present parameters.
     pub fn new(stylizer: &'a mut Stylizer<'db, J, K, C>, board: B) -> Self {
         const {
             assert!(N >= buffer_length(J), "a server's buffers are shorter than buffer_length of its joints");
@@ -99,7 +97,7 @@ where
         }
     }
 
-    /// Takes the next byte of the line, and gives what is to be sent back.
+    /// Takes the next byte of the line. Returns the bytes to send back at the end of a frame that needs a reply.
     pub fn receive(&mut self, byte: u8) -> Option<&[u8]> {
         let received = match self.receiver.receive(byte)? {
             Ok(received) => received,
@@ -108,8 +106,8 @@ where
                 return None;
             }
         };
-        LinkCounts::one(&mut self.counts.frames);
-        let mut desk = Desk {
+        LinkCounts::increment(&mut self.counts.frames);
+        let mut handler = Handler {
             stylizer: self.stylizer,
             config: self.config,
             board: &mut self.board,
@@ -118,10 +116,10 @@ where
             last: &mut self.last,
             counts: &mut self.counts,
         };
-        desk.take(received).then(|| self.answer.bytes())
+        handler.handle(received).then(|| self.answer.bytes())
     }
 
-    /// What was counted of the line.
+    /// The counts of the line.
     pub fn counts(&self) -> &LinkCounts {
         &self.counts
     }
@@ -137,9 +135,9 @@ where
     }
 }
 
-/// A server without its receiver, which holds the request's bytes meanwhile.
-struct Desk<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
-    stylizer: &'a mut Stylizer<'db, J, K, C>,
+/// A server without its receiver, which holds the bytes of the request that is executed.
+pub(super) struct Handler<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
+    pub(super) stylizer: &'a mut Stylizer<'db, J, K, C>,
     config: Config,
     board: &'a mut B,
     answer: &'a mut Frame<N>,
@@ -149,17 +147,17 @@ struct Desk<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N:
 }
 
 impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize>
-    Desk<'_, '_, B, J, K, C, N>
+    Handler<'_, '_, B, J, K, C, N>
 {
-    /// Carries a request out where it is due. True where the answer is to be sent.
-    fn take(&mut self, Received { header, message }: Received<'_>) -> bool {
+    /// Executes a request if it is the next. True if the reply is to be sent.
+    fn handle(&mut self, Received { header, message }: Received<'_>) -> bool {
         if header.direction == Direction::Reply {
-            LinkCounts::one(&mut self.counts.foreign);
+            LinkCounts::increment(&mut self.counts.foreign);
             return false;
         }
         if header.version != VERSION {
-            LinkCounts::one(&mut self.counts.foreign);
-            // Another program is at the other end now.
+            LinkCounts::increment(&mut self.counts.foreign);
+            // The host runs another program now, so the session is over.
             *self.session = None;
             self.fault(header, Fault::Version { need: VERSION, have: header.version });
             return true;
@@ -176,33 +174,37 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             }
             if header.sequence == self.last.sequence {
                 let again = header.attempt == self.last.attempt;
-                LinkCounts::one(if again { &mut self.counts.doubled } else { &mut self.counts.repeated });
+                LinkCounts::increment(if again {
+                    &mut self.counts.doubled
+                } else {
+                    &mut self.counts.repeated
+                });
                 self.last.attempt = header.attempt;
                 return true;
             }
             if header.sequence != self.last.sequence.wrapping_add(1) {
-                LinkCounts::one(&mut self.counts.stale);
+                LinkCounts::increment(&mut self.counts.stale);
                 return false;
             }
         }
         *self.last = header;
         self.counts.lost = self.counts.lost.saturating_add(u32::from(header.attempt));
-        LinkCounts::one(&mut self.counts.requests);
-        if let Err(fault) = self.carry_out(header, request.as_ref(), new_session) {
+        LinkCounts::increment(&mut self.counts.requests);
+        if let Err(fault) = self.execute(header, request.as_ref(), new_session) {
             self.fault(header, fault);
         }
         true
     }
 
-    // On its own: what it takes apart is off the stack in a step. With the desk's capacities: it is compiled with the
+    // A function of its own, so that decoding takes no stack during a step; a method, so that it is compiled with the
     // firmware, for size.
     #[inline(never)]
     fn request(message: &[u8]) -> Option<Request<'_>> {
         decode(message)
     }
 
-    // What it calls is never inlined into it: the frames of a step and of a page of statistics would add up.
-    fn carry_out(
+    // None of the functions that it calls is inlined: their stack frames would add up.
+    fn execute(
         &mut self,
         header: Header,
         request: Option<&Request<'_>>,
@@ -210,7 +212,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     ) -> Result<(), Fault> {
         #[cfg(feature = "defmt")]
         if let Some(request) = request.filter(|r| !matches!(r, Request::Pose(_))) {
-            defmt::info!("asked: {}", request);
+            defmt::info!("request: {}", request);
         }
         match *request.ok_or(Fault::Malformed)? {
             Request::Hello { .. } => {
@@ -228,24 +230,6 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             ref setting => self.set(setting)?,
         }
         self.reply(header, &Reply::Done)
-    }
-
-    /// Requests that change a setting; of any other nothing.
-    #[inline(never)]
-    fn set(&mut self, request: &Request<'_>) -> Result<(), ConfigError> {
-        match *request {
-            Request::Style(ref weights) => self.stylizer.set_style(weights),
-            Request::Labels { action, input_style } => self.labels(action, input_style),
-            Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
-            Request::Strength(ref strengths) => self.strengths(strengths),
-            Request::GroupStyle { group, ref weights } => self.stylizer.set_group_style(group, weights),
-            Request::Configure(ref parameters) => self.configure(parameters),
-            Request::Reset => {
-                self.stylizer.reset();
-                Ok(())
-            }
-            _ => Ok(()),
-        }
     }
 
     #[inline(never)]
@@ -275,7 +259,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         }
         let mut output = Pose::<J>::IDENTITY;
         let report = self.stepped(bytes, &mut output);
-        LinkCounts::one(&mut self.counts.steps);
+        LinkCounts::increment(&mut self.counts.steps);
         self.answer_pose(header, &output, &report)
     }
 
@@ -311,54 +295,13 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn drive(&mut self, header: Header) -> Result<(), Fault> {
         let driven = match self.stylizer.last_output() {
             Some(pose) => self.board.drive(pose),
-            // No pose is held, as one that is none.
+            // Before the first pose: an invalid one, so that the hinges stay where they are.
             None => self.board.drive(&Pose { position: [f32::NAN; 3], ..Pose::IDENTITY }),
         };
         let driven = driven.ok_or(Fault::NoRobot)?;
         let mut buffer = HingeBuffer::new();
         let report = buffer.report(&driven, |hinge| self.board.hinge(hinge));
         self.answer.write(header.reply(), &Reply::Drive(report)).map(|_| ()).map_err(overlong)
-    }
-
-    /// Both labels or none: each alone may name no class with the other's old value.
-    #[inline(never)]
-    fn labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
-        let before = self.stylizer.labels();
-        self.put_labels(action, input_style).inspect_err(|_| {
-            // Those before name a class.
-            let _ = self.put_labels(before.0, before.1);
-        })
-    }
-
-    fn put_labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
-        self.stylizer.set_input_style(None)?;
-        self.stylizer.set_action(action)?;
-        self.stylizer.set_input_style(input_style)
-    }
-
-    /// All strengths or none.
-    #[inline(never)]
-    fn strengths(&mut self, strengths: &Pairs) -> Result<(), ConfigError> {
-        let before: [f32; MAX_GROUPS] = core::array::from_fn(|group| self.stylizer.strength(group));
-        for &(group, strength) in strengths {
-            if let Err(error) = self.stylizer.set_strength(group, strength) {
-                for (group, strength) in (0..).zip(before) {
-                    // Groups that there are not refuse theirs.
-                    let _ = self.stylizer.set_strength(group, strength);
-                }
-                return Err(error);
-            }
-        }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn configure(&mut self, parameters: &Pairs) -> Result<(), ConfigError> {
-        let mut config = *self.stylizer.config();
-        for &(number, value) in parameters {
-            config = parameters::set(config, number, value)?;
-        }
-        self.stylizer.set_config(config)
     }
 
     #[inline(never)]
@@ -374,7 +317,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.reply(header, &Reply::Statistics { more, page })
     }
 
-    /// The link's own counts, the sizes, and then what the board counts.
+    /// Statistic `index`: the link's own counts, the sizes, then the board's counts.
     fn statistic(&mut self, index: u16) -> Option<Statistic> {
         let counts = self.counts.statistics();
         let sizes = [
@@ -397,9 +340,9 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
 
     #[inline(never)]
     fn fault(&mut self, header: Header, fault: Fault) {
-        LinkCounts::one(&mut self.counts.faults);
+        LinkCounts::increment(&mut self.counts.faults);
         #[cfg(feature = "defmt")]
-        defmt::warn!("not done: {}", fault);
+        defmt::warn!("request refused: {}", fault);
         // A fault is a few bytes, and N is hundreds.
         let _ = self.answer.write(header.reply(), &Reply::Fault(fault));
     }

@@ -42,15 +42,15 @@ pub mod header {
     pub const SKELETON: Range<usize> = 24..28;
     /// Leg length of the database over that of the incoming body, f32.
     pub const SCALE: Range<usize> = 28..32;
-    /// Height of the incoming body's ankles when they stand, metres, f32.
+    /// Height of the incoming body's ankles when its feet are on the floor, metres, f32.
     pub const SOURCE_ANKLE: Range<usize> = 32..36;
-    /// Height of the database's ankles when they stand, metres, f32.
+    /// Height of the database's ankles when the feet are on the floor, metres, f32.
     pub const TARGET_ANKLE: Range<usize> = 36..40;
     /// Rotation from the incoming world to one with Y up, quaternion, 4 f32.
     pub const WORLD: Range<usize> = 40..56;
-    /// Middle of the hip joints in the incoming root's frame, metres, 3 f32.
+    /// Midpoint of the hip joints in the incoming root's frame, metres, 3 f32.
     pub const SOURCE_HIPS: Range<usize> = 56..68;
-    /// Middle of the hip joints in the database root's frame, metres, 3 f32.
+    /// Midpoint of the hip joints in the database root's frame, metres, 3 f32.
     pub const TARGET_HIPS: Range<usize> = 68..80;
     /// Zero.
     pub const RESERVED: Range<usize> = 80..96;
@@ -84,8 +84,8 @@ pub mod record {
     pub const RESERVED: usize = 3;
     /// Share of the second joint, 0 to 1, f32.
     pub const WEIGHT: Range<usize> = 4..8;
-    /// From each joint's frame to that of the record's, two quaternions, 8 f32. [`STAY`]: the first is the local
-    /// rotation that it keeps.
+    /// Rotation from each of these joints' frames to that of the record's joint, two quaternions, 8 f32. [`STAY`]: the
+    /// first is the joint's constant local rotation.
     pub const TURNS: Range<usize> = 8..40;
     /// The joint has no counterpart: its local rotation stays.
     pub const STAY: u8 = 0;
@@ -106,9 +106,9 @@ pub mod limb {
     pub const TARGET: Range<usize> = 4..7;
     /// Zero.
     pub const RESERVED: Range<usize> = 7..8;
-    /// Its end is placed in the room.
+    /// Its end goes to a position in world space.
     pub const LEG: u8 = 0;
-    /// Its end is placed relative to its beginning.
+    /// Its end goes to a position relative to its beginning.
     pub const ARM: u8 = 1;
 }
 

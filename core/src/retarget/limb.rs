@@ -1,5 +1,5 @@
-//! Two bones that reach for a point: hip, knee, ankle or shoulder, elbow, wrist. Knees and elbows keep the axis about
-//! which they are bent; the limb of [`crate::body::two_bone_ik`], turned in the world.
+//! Inverse kinematics of a limb of two bones (hip, knee, ankle or shoulder, elbow, wrist) in world space. Knees and
+//! elbows keep the axis about which they are bent. [`crate::body::two_bone_ik`] does the trigonometry.
 
 use crate::{
     body::two_bone_ik,
@@ -9,33 +9,33 @@ use crate::{
     },
 };
 
-/// A limb's reach in units of its length may not come nearer to straight than this: there the plane of its bend is
-/// lost, and a millimetre more of reach takes degrees of the knee.
+/// Longest reach in units of the limb's length. In a straight limb the plane of the bend is undefined, and near it a
+/// millimetre of reach changes the knee by degrees.
 const STRAIGHT: f32 = 0.9999;
-/// Sine of the bend under which a limb has no plane: rounding is a hundredth of it.
+/// Sine of the bend below which its plane is taken to be undefined: 100 times the rounding error.
 const NO_BEND: f32 = 1e-4;
 
-/// Where a limb `ours` has to reach, seen from its beginning, to point where `theirs` does and be bent as much:
-/// their reach scaled by length.
-pub fn scaled_reach(theirs: [Vector; 3], ours: [Vector; 3]) -> Vector {
+/// Where the end of limb `target` has to be, relative to its beginning, to point as `source` does and be bent as much:
+/// the source's reach, scaled by length.
+pub fn scaled_reach(source: [Vector; 3], target: [Vector; 3]) -> Vector {
     let length = |[a, b, c]: [Vector; 3]| two_bone_ik::distance(a, b) + two_bone_ik::distance(b, c);
-    let whole = length(theirs);
-    let scale = if whole > 1e-6 { length(ours) / whole } else { 0.0 };
-    subtract(theirs[2], theirs[0]).map(|v| v * scale)
+    let whole = length(source);
+    let scale = if whole > 1e-6 { length(target) / whole } else { 0.0 };
+    subtract(source[2], source[0]).map(|v| v * scale)
 }
 
-/// Turns of the upper and the lower bone, in the world, that bring the limb's end to `goal`, seen from its beginning.
-/// `upper` and `lower` are the bones as they are; where they are in line the limb bends about `side`, or about any axis
-/// across. Out of reach: the limb points there, as long as it can be.
+/// World rotations of the upper and the lower bone that bring the limb's end to `goal`, which is relative to its
+/// beginning. `upper` and `lower` are the bones before the rotation. If they are in line the limb bends about `side`, or
+/// about any axis perpendicular to the limb if there is no `side`. A limb that is too short points at the goal.
 pub fn bend(upper: Vector, lower: Vector, side: Option<Vector>, goal: Vector) -> [Quaternion; 2] {
     let [x, y, z] = upper;
     let any = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
     let side = side.map_or(any, |side| {
-        // Across the limb, or it would not come as near as the angle of the bend says.
+        // Perpendicular to the limb: otherwise the bend would not shorten the limb as computed.
         let along = dot(side, upper) / dot(upper, upper);
         subtract(side, upper.map(|v| along * v))
     });
-    // It stays bent to the side that it is bent to.
+    // The limb stays bent to the same side.
     let bent = cross(upper, lower);
     let is_bent = norm(bent) > NO_BEND * norm(upper) * norm(lower);
     let side = if is_bent && dot(bent, side) < 0.0 { side.map(|v| -v) } else { side };

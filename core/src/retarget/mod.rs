@@ -1,25 +1,24 @@
-//! An incoming skeleton with other names, proportions, rest pose and axes, taken to the database's, and back.
+//! Retargeting: poses of a skeleton with other names, proportions, rest pose and axes to the database's, and back.
 //!
-//! What both skeletons share are body parts: an upper arm is an upper arm. The builder gives every part of either
-//! skeleton an *anatomical frame* (bone direction, hinge axis, sole of the foot), constant in the joint's own frame:
-//! the intermediate skeleton. A joint of one skeleton then has the orientation, in the world, of its counterpart
-//! in the other,
+//! Both skeletons have the same body parts. The builder gives every part of either skeleton an *anatomical frame*
+//! (bone direction, hinge axis, sole of the foot) that is constant in the joint's own frame: the intermediate skeleton.
+//! The world orientation of a joint then follows from that of its counterpart in the other skeleton,
 //!
 //! ```text
 //! R_t = R_s A_s A_t⁻¹ = R_s C        C constant, from the map
 //! ```
 //!
-//! and joints between counterparts (spines of different joint counts) share the turn between their neighbors:
-//! `R_t = nlerp(R_a C_a, R_b C_b, w)`. The middle of the hip joints moves as the source's, scaled by leg length,
-//! and stands as high over the ankles. Then each limb is bent by inverse kinematics ([`limb`]): ankles
-//! go to where the source's are in the scaled room, so that a foot that stands, stands; hands to where they are
-//! seen from the shoulder, scaled by arm length. Both steps are invertible: what goes in comes back.
+//! and joints between counterparts (spines with different numbers of joints) interpolate between their neighbors:
+//! `R_t = nlerp(R_a C_a, R_b C_b, w)`. The midpoint of the hip joints moves as the source's does, scaled by leg length
+//! and with its height measured from the ankles. Inverse kinematics then bends each limb ([`limb`]). Ankles go to the
+//! source's position in the scaled space, so that a planted foot stays planted; hands keep the source's direction from
+//! the shoulder, scaled by arm length. Every step is invertible, so that a pose survives the way there and back.
 //!
 //! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, "Using an intermediate skeleton and inverse kinematics
-//! for motion retargeting", which paper 000 (section 4) names for input on another skeleton.
+//! for motion retargeting", which Xia 2015 (section 4) cites for input on another skeleton.
 //!
-//! Cost: two quaternion products a joint of either skeleton, four angles a limb; 31 joints to 21 take about 25,000
-//! instructions, and the way back 29,000, on a Cortex-M4F (`docs/PERFORMANCE.md`).
+//! Cost: two quaternion products for each joint of either skeleton and four angles for each limb. On a Cortex-M4F 31
+//! joints to 21 take about 25,000 instructions, and back 29,000 (`docs/PERFORMANCE.md`).
 
 pub mod layout;
 pub mod limb;
@@ -53,7 +52,7 @@ pub struct Map<'m> {
 struct Side<'m> {
     joints: usize,
     skeleton: &'m [u8],
-    /// What it takes to bring the other skeleton's orientations here.
+    /// Where each joint's orientation comes from: joints of the other skeleton and constant rotations.
     records: &'m [u8],
     hips: Vector,
     ankle: f32,
@@ -61,8 +60,8 @@ struct Side<'m> {
 
 /// World orientations and positions of a skeleton's joints.
 struct World<const J: usize> {
-    turns: [Quaternion; J],
-    places: [Vector; J],
+    orientations: [Quaternion; J],
+    positions: [Vector; J],
 }
 
 impl<'m> Map<'m> {
@@ -91,10 +90,12 @@ impl<'m> Map<'m> {
         self.scale
     }
 
-    /// Checks that the map was made for a database, and that poses of `capacity` joints hold the incoming skeleton.
+    /// Checks that the map was made for this database, and that a pose of `capacity` joints can hold the incoming
+    /// skeleton.
     ///
     /// # Errors
-    /// [`ConfigError::Joints`] where the capacity is too small, [`ConfigError::OtherDatabase`] where it was not.
+    /// [`ConfigError::Joints`] if the capacity is too small, [`ConfigError::OtherDatabase`] if the map was made for another
+    /// database.
     pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
         let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         if self.sources() > capacity {
@@ -107,8 +108,8 @@ impl<'m> Map<'m> {
         Ok(())
     }
 
-    /// An incoming pose on the database's skeleton. What is no pose becomes none: its position is not a number, by which a
-    /// stylizer knows it ([`Degraded::INPUT`](crate::Degraded::INPUT)).
+    /// Converts an incoming pose to the database's skeleton. An invalid pose gives an output whose position is NaN, which
+    /// a stylizer reports as [`Degraded::INPUT`](crate::Degraded::INPUT).
     pub fn bring<const N: usize, const J: usize>(&self, input: &Pose<N>, output: &mut Pose<J>) {
         if !input.is_valid(self.sources()) {
             output.position = [f32::NAN; 3];
@@ -119,11 +120,11 @@ impl<'m> Map<'m> {
         if let Some(root) = lifted.rotations.first_mut() {
             *root = quaternion::multiply(self.world, *root);
         }
-        carry(&self.source, &self.target, self.scale, &self.pairs(false), &lifted, output, None);
+        convert(&self.source, &self.target, self.scale, &self.pairs(false), &lifted, output, None);
     }
 
-    /// A pose of the database on the incoming skeleton. Joints without a counterpart move as in `like`, the incoming
-    /// pose that it answers; where that is no pose they stay as they are in `output`.
+    /// Converts a pose of the database to the incoming skeleton. Joints without a counterpart take their rotations from
+    /// `like`, the incoming pose of the same frame; if `like` is invalid they keep those of `output`.
     pub fn take_back<const J: usize, const N: usize>(
         &self,
         stylized: &Pose<J>,
@@ -132,7 +133,7 @@ impl<'m> Map<'m> {
     ) {
         let (source, target) = (&self.source, &self.target);
         let kept = if like.is_valid(self.sources()) { *like } else { *output };
-        carry(target, source, 1.0 / self.scale, &self.pairs(true), stylized, output, Some(&kept));
+        convert(target, source, 1.0 / self.scale, &self.pairs(true), stylized, output, Some(&kept));
         let down = quaternion::conjugate(self.world);
         output.position = quaternion::rotate(down, output.position);
         if let Some(root) = output.rotations.first_mut() {
@@ -140,7 +141,7 @@ impl<'m> Map<'m> {
         }
     }
 
-    /// The limbs, as seen from one skeleton to the other.
+    /// The limbs from the source to the target, or `back` from the target to the source.
     fn pairs(&self, back: bool) -> [Option<Pair>; layout::MAX_LIMBS] {
         let mut pairs = [None; layout::MAX_LIMBS];
         for (slot, bytes) in pairs.iter_mut().zip(self.limbs.chunks_exact(limb_bytes::LENGTH)) {
@@ -173,7 +174,7 @@ impl Side<'_> {
 
     /// Forward kinematics.
     fn world<const J: usize>(&self, pose: &Pose<J>) -> World<J> {
-        let mut world = World { turns: [IDENTITY; J], places: [pose.position; J] };
+        let mut world = World { orientations: [IDENTITY; J], positions: [pose.position; J] };
         for (j, &rotation) in pose.rotations.iter().enumerate().take(self.joints) {
             let (parent, _, offset) = self.joint(j);
             let (turn, place) = match parent.and_then(|p| world.at(p)) {
@@ -190,29 +191,29 @@ impl Side<'_> {
 
 impl<const J: usize> World<J> {
     fn at(&self, joint: usize) -> Option<(Quaternion, Vector)> {
-        Some((*self.turns.get(joint)?, *self.places.get(joint)?))
+        Some((*self.orientations.get(joint)?, *self.positions.get(joint)?))
     }
 
-    fn place(&self, joint: usize) -> Vector {
-        self.places.get(joint).copied().unwrap_or([0.0; 3])
+    fn position(&self, joint: usize) -> Vector {
+        self.positions.get(joint).copied().unwrap_or([0.0; 3])
     }
 
-    fn turn(&self, joint: usize) -> Quaternion {
-        self.turns.get(joint).copied().unwrap_or(IDENTITY)
+    fn orientation(&self, joint: usize) -> Quaternion {
+        self.orientations.get(joint).copied().unwrap_or(IDENTITY)
     }
 
-    fn set(&mut self, joint: usize, turn: Quaternion, place: Vector) {
-        if let Some(slot) = self.turns.get_mut(joint) {
-            *slot = turn;
+    fn set(&mut self, joint: usize, orientation: Quaternion, position: Vector) {
+        if let Some(slot) = self.orientations.get_mut(joint) {
+            *slot = orientation;
         }
-        if let Some(slot) = self.places.get_mut(joint) {
-            *slot = place;
+        if let Some(slot) = self.positions.get_mut(joint) {
+            *slot = position;
         }
     }
 }
 
-/// Takes a pose from one skeleton to the other.
-fn carry<const A: usize, const B: usize>(
+/// Converts a pose from one skeleton to the other.
+fn convert<const A: usize, const B: usize>(
     from: &Side<'_>,
     to: &Side<'_>,
     scale: f32,
@@ -222,12 +223,12 @@ fn carry<const A: usize, const B: usize>(
     like: Option<&Pose<B>>,
 ) {
     let source = from.world(input);
-    // A place in the source's room, in the target's.
-    let moved =
+    // A position in the source's space, scaled to the target's.
+    let scaled =
         |p: Vector| -> Vector { [scale * p[0], to.ankle + scale * (p[1] - from.ankle), scale * p[2]] };
 
     // 1. Orientations.
-    let mut world = World { turns: [IDENTITY; B], places: [[0.0; 3]; B] };
+    let mut world = World { orientations: [IDENTITY; B], positions: [[0.0; 3]; B] };
     let mut stays = [None; B];
     for (j, stay) in stays.iter_mut().enumerate().take(to.joints) {
         let bytes = Record::of(to.records, j, record::LENGTH);
@@ -237,76 +238,84 @@ fn carry<const A: usize, const B: usize>(
         let turn = if bytes.u8(record::KIND) == record::FOLLOW {
             let follow = |i: usize| {
                 let joint = usize::from(bytes.u8(record::FROM.start + i));
-                quaternion::multiply(source.turn(joint), turns(i))
+                quaternion::multiply(source.orientation(joint), turns(i))
             };
             let weight = bytes.f32(record::WEIGHT);
             if weight > 0.0 { nlerp(follow(0), follow(1), weight) } else { follow(0) }
         } else {
             let local = like.and_then(|l| l.rotations.get(j).copied()).unwrap_or(turns(0));
             *stay = Some(local);
-            quaternion::multiply(parent.map_or(IDENTITY, |p| world.turn(p)), local)
+            quaternion::multiply(parent.map_or(IDENTITY, |p| world.orientation(p)), local)
         };
         world.set(j, turn, [0.0; 3]);
     }
 
-    // 2. The root: the middle of the hip joints moves as the source's does.
-    let middle = moved(add(input.position, quaternion::rotate(source.turn(0), from.hips)));
-    let position = subtract(middle, quaternion::rotate(world.turn(0), to.hips));
-    place(to, &mut world, position);
+    // 2. The root: the midpoint of the hip joints moves as the source's does.
+    let middle = scaled(add(input.position, quaternion::rotate(source.orientation(0), from.hips)));
+    let position = subtract(middle, quaternion::rotate(world.orientation(0), to.hips));
+    set_positions(to, &mut world, position);
 
     // 3. Limbs. Legs are listed from left to right; a straight knee bends about the line from one to the other.
-    let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| world.place(pair.to[0]));
+    let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| world.position(pair.to[0]));
     let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
     let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
     for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
         let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
-        let theirs = ends(&|j| source.place(j), pair.from);
-        let ours = ends(&|j| world.place(j), pair.to);
-        let goal =
-            if pair.arm { limb::scaled_reach(theirs, ours) } else { subtract(moved(theirs[2]), ours[0]) };
+        let source_limb = ends(&|j| source.position(j), pair.from);
+        let target_limb = ends(&|j| world.position(j), pair.to);
+        let goal = if pair.arm {
+            limb::scaled_reach(source_limb, target_limb)
+        } else {
+            subtract(scaled(source_limb[2]), target_limb[0])
+        };
         let side = if pair.arm { None } else { across };
-        *bend = limb::bend(subtract(ours[1], ours[0]), subtract(ours[2], ours[1]), side, goal);
+        *bend = limb::bend(
+            subtract(target_limb[1], target_limb[0]),
+            subtract(target_limb[2], target_limb[1]),
+            side,
+            goal,
+        );
     }
 
     // 4. Local rotations.
     for (j, stay) in stays.iter().enumerate().take(to.joints) {
         let (parent, segment, _) = to.joint(j);
-        let before = parent.map(|p| world.turn(p));
+        let before = parent.map(|p| world.orientation(p));
         if let Some(local) = *stay {
             let turn = quaternion::multiply(before.unwrap_or(IDENTITY), local);
             world.set(j, turn, [0.0; 3]);
         } else if let Some(number) = segment.checked_sub(1) {
             let bend = bends.get(number / 2).map_or(IDENTITY, |b| if number % 2 == 0 { b[0] } else { b[1] });
-            world.set(j, quaternion::multiply(bend, world.turn(j)), [0.0; 3]);
+            world.set(j, quaternion::multiply(bend, world.orientation(j)), [0.0; 3]);
         }
         let local = match (before, *stay) {
             (_, Some(local)) => local,
-            (Some(before), None) => quaternion::multiply(quaternion::conjugate(before), world.turn(j)),
-            (None, None) => world.turn(j),
+            (Some(before), None) => quaternion::multiply(quaternion::conjugate(before), world.orientation(j)),
+            (None, None) => world.orientation(j),
         };
         if let Some(slot) = output.rotations.get_mut(j) {
-            // Hundreds of products are not repeated: one correction a frame keeps the length.
+            // Rounding adds up over a chain of products: one normalization a frame keeps unit length.
             *slot = quaternion::normalize(local).unwrap_or(IDENTITY);
         }
     }
     output.position = position;
 }
 
-/// Positions from orientations.
-fn place<const B: usize>(side: &Side<'_>, world: &mut World<B>, root: Vector) {
+/// Computes the joints' positions from their orientations.
+fn set_positions<const B: usize>(side: &Side<'_>, world: &mut World<B>, root: Vector) {
     for j in 0..side.joints.min(B) {
         let (parent, _, offset) = side.joint(j);
         let at = match parent.and_then(|p| world.at(p)) {
             Some((turn, from)) => add(from, quaternion::rotate(turn, offset)),
             None => root,
         };
-        if let Some(slot) = world.places.get_mut(j) {
+        if let Some(slot) = world.positions.get_mut(j) {
             *slot = at;
         }
     }
 }
 
-/// Interpolation along the short way; the two are neighbors of a spine, so that the chord will do for the arc.
+/// Normalized linear interpolation along the shorter arc. The two are neighbors in a spine, near enough for the chord.
 fn nlerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
     let dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
     let t_b = if dot < 0.0 { -t } else { t };
@@ -317,7 +326,7 @@ fn nlerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
     quaternion::normalize(mixed).unwrap_or(a)
 }
 
-/// What a map knows its database by: CRC-32C of the joints' parents and offsets.
+/// Identifies a skeleton: CRC-32C of the joints' parents and offsets. A map and a robot store that of their database.
 pub fn fingerprint(database: &Database<'_>) -> u32 {
     // One checksum a joint, folded: no buffer of the skeleton's length.
     (0..database.counts().joints).fold(0u32, |sum, j| {

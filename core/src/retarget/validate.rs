@@ -1,4 +1,4 @@
-//! What [`Map::open`] checks: where the tables lie and that their bytes are what was written, then every number.
+//! What [`Map::open`] checks: the places and checksum of the tables, then every number.
 
 use super::{
     Map, Side,

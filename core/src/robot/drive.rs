@@ -1,4 +1,4 @@
-//! The robot's state from tick to tick.
+//! The robot's state: where each hinge is, and where it is going.
 
 use super::{
     Robot,
@@ -17,21 +17,21 @@ use crate::{
     },
 };
 
-/// No servo is further from its middle, radians.
+/// Largest angle that is accepted as a reading of a servo, radians.
 const MOST_ANGLE: f32 = 100.0;
 
-/// What a tick says about itself.
+/// The report of a tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[must_use = "it says whether the pose was held and how far the robot lags"]
+#[must_use = "it says whether the pose was valid and how far the robot lags"]
 pub struct Driven {
-    /// The pose was none (NaN, no unit quaternions): the angles of the last one were kept as targets.
+    /// The pose was invalid (NaN, or rotations that are not unit quaternions), so the last targets were kept.
     pub held: bool,
-    /// Hinges whose target is at an end of their range.
+    /// Number of hinges whose target is at an end of their range.
     pub at_limit: u16,
     /// Largest distance between a hinge and its target, radians.
     pub lag: f32,
-    /// Largest way that a hand or foot is away from where it should be, as a target, metres.
+    /// Largest distance between a hand or foot, at the target angles, and where it should be, metres.
     pub missing_m: f32,
 }
 
@@ -44,17 +44,17 @@ pub struct Drive<'r, const H: usize> {
     targets: [f32; H],
 }
 
-/// Orientation and place of a link, seen from the base.
+/// Orientation and position of a link relative to the base.
 type Place = (Quaternion, Vector);
 
 impl<'r, const H: usize> Drive<'r, H> {
-    /// A robot that stands still at the given angles (those that its servos report; zero, or the nearest to it in
-    /// range, for hinges beyond the slice, and for angles that no servo has: NaN, and beyond 100 rad).
+    /// A robot at rest at the given angles, which are those that its servos report, radians. A hinge without an angle,
+    /// or with NaN or more than 100 rad, starts at the angle in its range that is nearest to zero.
     ///
-    /// It knows no database: ask [`Robot::fits`] first, or poses of another skeleton move these hinges.
+    /// Check with [`Robot::fits`] first that the robot was made for the poses' database.
     ///
     /// # Errors
-    /// [`ConfigError::Hinges`] where it has more than `H`.
+    /// [`ConfigError::Hinges`] if the robot has more than `H`.
     pub fn new(robot: Robot<'r>, angles: &[f32]) -> Result<Self, ConfigError> {
         let count = robot.hinges();
         if count > H {
@@ -76,17 +76,17 @@ impl<'r, const H: usize> Drive<'r, H> {
         self.robot
     }
 
-    /// Where the hinges are. Shape `[hinges]`.
+    /// The hinges' motions after the last tick. Shape `[hinges]`.
     pub fn motions(&self) -> &[Motion] {
         self.motions.get(..self.robot.hinges()).unwrap_or(&self.motions)
     }
 
-    /// Where they are going, within their ranges but not their rates. Shape `[hinges]`.
+    /// The hinges' target angles, within their ranges, radians. Shape `[hinges]`.
     pub fn targets(&self) -> &[f32] {
         self.targets.get(..self.robot.hinges()).unwrap_or(&self.targets)
     }
 
-    /// The pulse of a hinge's servo, microseconds; 0 where there is no such hinge.
+    /// The pulse of a hinge's servo, microseconds; 0 if there is no such hinge.
     pub fn pulse(&self, hinge: usize) -> u16 {
         match self.motions.get(hinge) {
             Some(motion) if hinge < self.robot.hinges() => self.robot.servo(hinge).pulse(motion.position),
@@ -94,7 +94,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         }
     }
 
-    /// One tick towards a pose. The first moves off from where the robot is, like any other: within all limits.
+    /// One tick towards a pose, within all limits. The first tick starts from where the robot is.
     pub fn step<const J: usize>(&mut self, pose: &Pose<J>) -> Driven {
         let mut driven = Driven::default();
         let mut goals = self.targets;
@@ -117,7 +117,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         driven
     }
 
-    /// The hinges' angles for a pose, within their ranges. Returns the largest way that a limb's end is away.
+    /// The hinges' angles for a pose, within their ranges. Returns the largest distance that a limb's end is off, metres.
     fn angles<const J: usize>(&self, pose: &Pose<J>, angles: &mut [f32; H]) -> f32 {
         let robot = &self.robot;
         // The body.
@@ -149,8 +149,8 @@ impl<'r, const H: usize> Drive<'r, H> {
             let before = parent.and_then(|p| links.get(p).copied()).unwrap_or((IDENTITY, [0.0; 3]));
             let joint = turns.get(group.joint).copied().unwrap_or(IDENTITY);
             let wanted = quaternion::multiply(to_base, quaternion::multiply(joint, group.turn));
-            let seen = quaternion::multiply(quaternion::conjugate(before.0), wanted);
-            let turn = quaternion::multiply(seen, quaternion::conjugate(group.zero));
+            let relative = quaternion::multiply(quaternion::conjugate(before.0), wanted);
+            let turn = quaternion::multiply(relative, quaternion::conjugate(group.zero));
             let at = |h: usize| self.targets.get(group.first + h).copied().unwrap_or(0.0);
             let found = group.hinges.solve(turn, [at(0), at(1), at(2)]);
             let range = group.first..group.first + group.hinges.count;
@@ -183,7 +183,8 @@ impl<'r, const H: usize> Drive<'r, H> {
         }
     }
 
-    /// Lets a limb reach; `goal` is seen from where it begins.
+    /// Corrects a limb's angles so that its end comes to `goal`, which is relative to its beginning. Returns the distance
+    /// that is left, metres.
     fn reach(&self, limb: super::Limb, goal: Vector, angles: &mut [f32; H], links: &mut [Place; H]) -> f32 {
         let [first, last] = limb.hinges;
         let none =

@@ -1,17 +1,17 @@
 //! A joint's rotation as the angles of up to three hinges, about arbitrary axes, in chain order.
 //!
-//! With every hinge at zero, the axes a1, a2, a3 stand somewhere in the frame of the link before them; a turn
-//! of the link behind them is a product of exponentials. For the wanted turn T and a vector v behind the hinges,
+//! The axes a1, a2, a3 are those of the hinges at angle zero, in the frame of the link before them. The rotation of the
+//! link behind them is a product of exponentials. For the wanted rotation T and a vector v behind the hinges,
 //!
 //! ```text
 //! e(a1 q1) e(a2 q2) v = w       =>  a1·e(a2 q2) v = a1·w  =  A + B cos q2 + C sin q2      two solutions
 //!                                   q1 = angle about a1 from e(a2 q2) v to w
 //! ```
 //!
-//! Three hinges: v = a3 (the third doesn't move it), w = T a3, and q3 is what is left about a3. Two hinges: v is
-//! the bone, which is pointed where it should. One hinge: the angle about a1 that brings v nearest to w. The axes
-//! need not be orthogonal; what can't be reached is approached. Where v comes to lie along a1 (gimbal lock), q1 is
-//! free: it keeps its last value, and q3 makes up for it.
+//! Three hinges: v = a3 (the third doesn't move it), w = T a3, and q3 is the rotation about a3 that is left. Two hinges:
+//! v is the bone, which is aimed along w. One hinge: the angle about a1 that brings v nearest to w. The axes need not be
+//! orthogonal; a rotation out of reach is approximated. If v comes to lie along a1 (gimbal lock), q1 is undetermined:
+//! it keeps its last value, and q3 compensates.
 //!
 //! Source: Paden 1986, subproblems 1 and 2, in Murray, Li and Sastry 1994, section 3.3; Davenport angles. Cost: five
 //! arc tangents and cosines at most.
@@ -39,26 +39,27 @@ fn angle(axis: Vector, v: Vector, w: Vector) -> (f32, f32) {
 pub struct Hinges {
     /// How many, 1 to 3.
     pub count: usize,
-    /// Axes; those beyond `count` are not looked at.
+    /// Axes; those beyond `count` are not used.
     pub axes: [Vector; 3],
-    /// With one or two hinges: the direction to be pointed, at zero, in the frame of the link before.
+    /// For one or two hinges: the direction that they aim, at angle zero, in the frame of the link before.
     pub pointed: Vector,
-    /// Ranges of the angles.
+    /// Least and greatest angle of each, radians.
     pub ranges: [(f32, f32); 3],
 }
 
-/// What a direction near gimbal lock is determined by at least: sine squared of 2 degrees.
+/// Below this an angle is undetermined (gimbal lock): sine squared of 2 degrees.
 const LOCK: f32 = 1.2e-3;
 
 impl Hinges {
-    /// Angles for a wanted turn, from the hinges' zero; `last` are those of the tick before. Each is within its range.
+    /// Angles for a wanted rotation, relative to the hinges' zero; `last` are those of the tick before. Each is within its
+    /// range. Radians.
     pub fn solve(&self, turn: Quaternion, last: [f32; 3]) -> [f32; 3] {
         let [a1, a2, a3] = self.axes;
         let pointed = if self.count == 3 { a3 } else { self.pointed };
         let wanted = quaternion::rotate(turn, pointed);
         if self.count <= 1 {
-            let (q, sure) = angle(a1, pointed, wanted);
-            let q = if sure > LOCK { q } else { last[0] };
+            let (q, certainty) = angle(a1, pointed, wanted);
+            let q = if certainty > LOCK { q } else { last[0] };
             return [self.nearest(0, q, last[0]), 0.0, 0.0];
         }
         // A + B cos q2 + C sin q2 = a1·w
@@ -77,8 +78,8 @@ impl Hinges {
         if other.1 < one.1 { other.0 } else { one.0 }
     }
 
-    /// The other angles for a second one, and what speaks against them: degrees out of range count most, then the way
-    /// from the tick before.
+    /// Completes the angles for a second one, and gives their cost: mostly how far they are out of range, then the change
+    /// since the tick before.
     fn finish(
         &self,
         turn: Quaternion,
@@ -91,13 +92,13 @@ impl Hinges {
         let free2 = near(q2, last[1]);
         let q2 = self.nearest(1, q2, last[1]);
         let second = about(a2, q2);
-        let (free1, sure) = angle(a1, quaternion::rotate(second, pointed), wanted);
-        let free1 = if sure > LOCK { near(free1, last[0]) } else { last[0] };
+        let (free1, certainty) = angle(a1, quaternion::rotate(second, pointed), wanted);
+        let free1 = if certainty > LOCK { near(free1, last[0]) } else { last[0] };
         let q1 = self.nearest(0, free1, last[0]);
         let mut cost = 10.0 * (abs(free2 - q2) + abs(free1 - q1)) + abs(q1 - last[0]) + abs(q2 - last[1]);
         let mut q3 = 0.0;
         if self.count == 3 {
-            // What the first two leave: its twist about the third axis.
+            // The rotation that the first two leave: its twist about the third axis.
             let before = quaternion::multiply(about(a1, q1), second);
             let rest = quaternion::multiply(quaternion::conjugate(before), turn);
             let free3 = near(2.0 * atan2(dot([rest[0], rest[1], rest[2]], a3), rest[3]), last[2]);
@@ -107,7 +108,7 @@ impl Hinges {
         ([q1, q2, q3], cost)
     }
 
-    /// An angle, turned by whole turns next to the last one, and held within the range.
+    /// An angle, moved by whole turns next to the last one and clamped to the range.
     fn nearest(&self, hinge: usize, q: f32, last: f32) -> f32 {
         self.hold(hinge, near(q, last))
     }
@@ -117,7 +118,7 @@ impl Hinges {
         if q >= low && q <= high {
             return q;
         }
-        // A whole turn away it may be within.
+        // It may be in range a whole turn away.
         for other in [q - core::f32::consts::TAU, q + core::f32::consts::TAU] {
             if other >= low && other <= high {
                 return other;
@@ -127,7 +128,7 @@ impl Hinges {
     }
 }
 
-/// `q` by at most two whole turns, to within half a turn of `last`.
+/// `q` moved by at most two whole turns to within half a turn of `last`.
 fn near(q: f32, last: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     let mut q = q;

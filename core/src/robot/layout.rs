@@ -4,8 +4,8 @@
 //! ```text
 //! 0        64                 + 16 J         + 84 H      + 84 G                    + 20 L
 //! | header | database skeleton| hinges       | groups: joints as hinges            | limbs    |
-//! | counts | parent, offset   | where, axis, | which joint, axes at zero,          | what     |
-//! | tick   | of J joints      | limits, servo| how the link lies in the joint      | reaches  |
+//! | counts | parent, offset   | place, axis, | joint, axes at zero,                | joints,  |
+//! | tick   | of J joints      | limits, servo| rotation from joint to link         | tip      |
 //! ```
 
 use core::ops::Range;
@@ -20,7 +20,7 @@ pub const MAX_HINGES: usize = 64;
 pub const MAX_LIMBS: usize = 8;
 /// Most hinges of a limb.
 pub const MAX_CHAIN: usize = 8;
-/// The parent of a hinge that sits on the base.
+/// The parent of a hinge that is mounted on the base.
 pub const BASE: u8 = 255;
 
 /// Byte ranges of the header (64 bytes).
@@ -48,9 +48,9 @@ pub mod header {
     pub const CRC: Range<usize> = 24..28;
     /// CRC-32C of the database's skeleton, u32: see [`fingerprint`](crate::retarget::fingerprint).
     pub const SKELETON: Range<usize> = 28..32;
-    /// From one tick to the next, seconds, f32.
+    /// Time between two ticks, seconds, f32.
     pub const TICK: Range<usize> = 32..36;
-    /// From the database's root to the robot's base, quaternion, 4 f32.
+    /// Rotation from the database's root to the robot's base, quaternion, 4 f32.
     pub const BASE: Range<usize> = 36..52;
     /// Zero.
     pub const RESERVED_2: Range<usize> = 52..64;
@@ -74,13 +74,13 @@ pub mod hinge {
     use super::Range;
     /// Length of a hinge.
     pub const LENGTH: usize = 84;
-    /// Index of the hinge that it hangs on, u8; [`BASE`](super::BASE).
+    /// Index of the hinge before it in the chain, u8, or [`BASE`](super::BASE).
     pub const PARENT: usize = 0;
     /// Zero.
     pub const RESERVED: Range<usize> = 1..4;
     /// Position in the frame behind the parent, metres, 3 f32.
     pub const OFFSET: Range<usize> = 4..16;
-    /// From the frame behind the parent to its own, at zero, quaternion, 4 f32.
+    /// Rotation from the frame behind the parent to its own at angle zero, quaternion, 4 f32.
     pub const TURN: Range<usize> = 16..32;
     /// Axis in its own frame, unit vector, 3 f32.
     pub const AXIS: Range<usize> = 32..44;
@@ -90,26 +90,26 @@ pub mod hinge {
     pub const SERVO: Range<usize> = 64..84;
 }
 
-/// Byte ranges of a group: the hinges that stand for a joint (84 bytes).
+/// Byte ranges of a group: the hinges that take the place of one joint (84 bytes).
 pub mod group {
     use super::Range;
     /// Length of a group.
     pub const LENGTH: usize = 84;
-    /// First hinge, u8; the others follow it, each on the one before.
+    /// First hinge, u8; the others follow it, each mounted on the one before.
     pub const FIRST: usize = 0;
     /// How many, 1 to 3, u8.
     pub const COUNT: usize = 1;
     /// Joint of the database, u8.
     pub const JOINT: usize = 2;
-    /// Limb that reaches when this group is set, u8: its number plus 1, or 0.
+    /// Limb that is corrected once this group is set, u8: its number plus 1, or 0.
     pub const LIMB: usize = 3;
-    /// From the joint's frame to that of the link behind the hinges, quaternion, 4 f32.
+    /// Rotation from the joint's frame to that of the link behind the hinges, quaternion, 4 f32.
     pub const TURN: Range<usize> = 4..20;
-    /// From the frame before the hinges to that behind them, at zero, quaternion, 4 f32.
+    /// Rotation from the frame before the hinges to that behind them at angle zero, quaternion, 4 f32.
     pub const ZERO: Range<usize> = 20..36;
     /// The axes at zero, in the frame before the hinges, 9 f32.
     pub const AXES: Range<usize> = 36..72;
-    /// One or two hinges: the direction to be pointed, in the frame behind them, 3 f32.
+    /// For one or two hinges: the direction that they aim, in the frame behind them, 3 f32.
     pub const POINTED: Range<usize> = 72..84;
 }
 
@@ -120,9 +120,9 @@ pub mod limb {
     pub const LENGTH: usize = 20;
     /// Where it begins and ends in the database's skeleton, two joints, u8.
     pub const JOINTS: Range<usize> = 0..2;
-    /// First and last hinge, u8; each hangs on the one before.
+    /// First and last hinge, u8; each is mounted on the one before.
     pub const HINGES: Range<usize> = 2..4;
-    /// Length of the robot's limb over the body's, f32.
+    /// Length of the robot's limb divided by that of the body's, f32.
     pub const SCALE: Range<usize> = 4..8;
     /// Its end, in the frame behind the last hinge, metres, 3 f32.
     pub const TIP: Range<usize> = 8..20;

@@ -1,32 +1,31 @@
-//! One hinge within its limits of position, velocity, acceleration and jerk, on line: the next tick of the fastest
-//! motion to a target that may change at every tick.
+//! The motion of one hinge within its limits of position, velocity, acceleration and jerk, computed online: the next
+//! tick of the fastest motion to a target that may change at every tick.
 //!
-//! Two primitives make it up, both with bounded acceleration and jerk: *stop* takes the velocity to zero as fast as
-//! can be, *push* takes it to the limit, towards the target. Where a stop that begins now would end is known in
-//! closed form (the stop position), and it moves monotonically while pushing; so
+//! It consists of two primitives with bounded acceleration and jerk: *stop* brings the velocity to zero as fast as
+//! possible, *push* brings it to the limit, towards the target. The position at which a stop that begins now would end
+//! (the stop position) is known in closed form, and it moves monotonically during a push. Therefore
 //!
 //! ```text
 //! push while the stop position is short of the target, then stop
 //! ```
 //!
-//! is the time-optimal motion to rest at the target (the seven phases of a third-order profile), and a tick of it is
-//! found by looking for the switch (false position). A moving target is tracked in its own frame, with the velocity at which it
-//! moved since the last tick.
+//! is the time-optimal motion to rest at the target (the seven phases of a third-order profile). A tick finds the time of
+//! the switch by false position. A moving target is tracked in its own frame, with its velocity since the last tick.
 //!
-//! What holds, whatever the targets are: velocity, acceleration and jerk within their limits at every instant, not at
-//! ticks alone; and a stop that begins now ends within the position limits. The second is an invariant: a tick that
-//! would break it is replaced by one towards the target at rest, which can't, because the stop position only
-//! moves between where it is and the target. So there is no overshoot at a limit, and no chatter: nothing is clamped
-//! after the fact. NaN as a target is a stop.
+//! For any targets, velocity, acceleration and jerk are within their limits at every instant, not only at ticks, and a
+//! stop that begins now ends within the position limits. The second is an invariant: a tick that would break it is
+//! replaced by one towards the target at rest, which keeps it, since the stop position then only moves towards the
+//! target. Nothing is clamped afterwards, so that a hinge neither overshoots a limit nor chatters there. NaN as a target
+//! is a stop.
 //!
-//! Idea: Kröger 2011, "Opening the door to new sensor-based robot applications"; Berscheid and Kröger 2021,
+//! Sources: Kröger 2011, "Opening the door to new sensor-based robot applications"; Berscheid and Kröger 2021,
 //! "Jerk-limited real-time trajectory generation with arbitrary target states" (Ruckig). Cost: at most 20 profiles of one
 //! root and three divisions. A whole drive of 16 hinges takes about 84,000 instructions a tick on a Cortex-M4F
 //! (`docs/PERFORMANCE.md`).
 
 use crate::math::{abs, clamp, sqrt};
 
-/// What a hinge may do. Radians and seconds.
+/// Limits of a hinge. Radians and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
@@ -42,7 +41,7 @@ pub struct Limits {
     pub jerk: f32,
 }
 
-/// Where a hinge is and how it moves.
+/// Position, velocity and acceleration of a hinge.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Motion {
@@ -54,10 +53,10 @@ pub struct Motion {
     pub acceleration: f32,
 }
 
-/// Looks for the switch within a tick, at most.
-const LOOKS: usize = 8;
-/// Radians short of the target that are near enough for the switch.
-const CLOSE: f32 = 1e-6;
+/// Most iterations that look for the switch within a tick.
+const ITERATIONS: usize = 8;
+/// Distance from the target at which the search for the switch ends, radians.
+const TOLERANCE: f32 = 1e-6;
 
 /// Constant jerk for a time.
 #[derive(Clone, Copy)]
@@ -67,7 +66,7 @@ struct Phase {
 }
 
 impl Limits {
-    /// True where every number makes sense: a range, and limits above zero.
+    /// True if every number is in its range, and the least angle below the greatest.
     pub fn is_valid(&self) -> bool {
         let rate = |v: f32| (1e-4..=1e7).contains(&v);
         (-100.0..=100.0).contains(&self.low)
@@ -101,7 +100,7 @@ impl Limits {
         }
     }
 
-    /// Where a stop that begins now ends, radians.
+    /// The position at which a stop that begins now ends, radians.
     pub fn stop_position(&self, now: Motion) -> f32 {
         run(now, &self.toward(now, 0.0), f32::INFINITY).position
     }
@@ -116,7 +115,7 @@ impl Limits {
         }
         let side = if left < 0.0 { -1.0 } else { 1.0 };
         let push = self.toward(at, side * self.velocity - pace);
-        // What is left to go, where a stop begins after so much of the push.
+        // The distance from the stop position to the target.
         let short = |m: Motion| side * -self.stop_position(m);
         let pushed = run(at, &push, seconds);
         let beyond = short(pushed);
@@ -134,11 +133,11 @@ impl Limits {
         }
     }
 
-    /// Whether a stop from there stays within the range, and the velocity within its limit.
+    /// True if a stop from there stays within the range, and velocity and acceleration are within their limits.
     fn is_safe(&self, m: Motion, low: f32, high: f32) -> bool {
         let rest = self.stop_position(m);
-        // Where the acceleration brakes more than the stop needs, the way turns before it ends: bound the turn by the
-        // time that the acceleration takes to fade.
+        // If the acceleration brakes more than the stop needs, the motion reverses before it ends: bound the position of
+        // the reversal by the time that the acceleration takes to fade.
         let turn = m.position + m.velocity * (abs(m.acceleration) / self.jerk);
         let turns = m.velocity * m.acceleration < 0.0
             && m.acceleration * m.acceleration > 2.0 * self.jerk * abs(m.velocity);
@@ -150,10 +149,10 @@ impl Limits {
             && abs(m.acceleration) <= self.acceleration * 1.0001
     }
 
-    /// The fastest way to a velocity: jerk, hold, jerk back to no acceleration.
+    /// The fastest change to a velocity: jerk, constant acceleration, jerk back to zero acceleration.
     fn toward(&self, from: Motion, velocity: f32) -> [Phase; 3] {
         let (j, a) = (self.jerk, from.acceleration);
-        // What the velocity becomes if the acceleration just fades.
+        // The velocity after the acceleration has gone to zero by itself.
         let fading = from.velocity + 0.5 * a * abs(a) / j;
         let side = if velocity < fading { -1.0 } else { 1.0 };
         let (a, change) = (side * a, side * (velocity - from.velocity));
@@ -174,19 +173,19 @@ impl Limits {
     }
 }
 
-/// The time in 0 to `end` at which a falling function, `first` at 0 and `last` below zero at the end, comes down to zero:
-/// the last time looked at where it is not below. False position, with Illinois' weights.
+/// The root of a falling function between 0, where it is `first`, and `end`, where it is `last` and negative: the latest
+/// time evaluated at which it is not negative. False position with Illinois weights.
 fn crossing(end: f32, first: f32, last: f32, value: impl Fn(f32) -> f32) -> f32 {
     let (mut from, mut to) = (0.0, end);
     let (mut above, mut below) = (first, last);
-    for _ in 0..LOOKS {
+    for _ in 0..ITERATIONS {
         let span = above - below;
         let share = if span > 1e-20 { clamp(above / span, 0.02, 0.98) } else { 0.5 };
         let time = from + share * (to - from);
         let height = value(time);
         if height >= 0.0 {
             (from, above) = (time, height);
-            if height < CLOSE {
+            if height < TOLERANCE {
                 break;
             }
             below *= 0.5;
@@ -210,7 +209,7 @@ fn run(from: Motion, phases: &[Phase; 3], seconds: f32) -> Motion {
         a += t * phase.jerk;
     }
     if left > 0.0 {
-        // What rounding leaves of the acceleration is not carried on.
+        // Rounding may leave some acceleration after the last phase.
         a = 0.0;
         if left.is_finite() {
             p += v * left;

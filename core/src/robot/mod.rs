@@ -1,17 +1,17 @@
-//! A pose of the database as what a robot with hinges can do: joint angles within their limits, and servo pulses.
+//! Poses of the database as motion of a robot with hinges: angles within the hinges' limits, and servo pulses.
 //!
 //! One tick walks through the modules in this order ([`Drive::step`]):
 //!
-//! 1. forward kinematics of the pose; each joint's orientation, seen from the hips, is what the link behind its
-//!    hinges should have;
-//! 2. [`hinges`] splits it into the angles of up to three hinges, group after group from the base outwards, each as
-//!    seen from where the hinges before it really got to;
-//! 3. [`reach`] corrects arms and legs, so that hands and feet are where the body's are, in the robot's proportions;
+//! 1. forward kinematics of the pose gives each joint's orientation relative to the hips, the target of the link behind
+//!    its hinges;
+//! 2. [`hinges`] splits it into the angles of up to three hinges, group by group from the base outwards, relative to
+//!    the orientation that the hinges before have reached;
+//! 3. [`reach`] corrects arms and legs, so that hands and feet are where the body's are, scaled to the robot;
 //! 4. [`limits`] moves each hinge towards its angle within position, velocity, acceleration and jerk;
 //! 5. [`servo`] turns angles into pulses.
 //!
-//! The tables come from a blob of their own that the builder makes out of a URDF ([`layout`], `docs/FORMAT.md`).
-//! The base is free: where the robot stands, and whether it falls, is not decided here.
+//! The tables are a file of their own that the builder makes from a URDF ([`layout`], `docs/FORMAT.md`). The base is
+//! free: this module does not decide where the robot stands, or keep it from falling.
 
 mod drive;
 pub mod hinges;
@@ -45,21 +45,21 @@ pub struct Robot<'r> {
     limbs: &'r [u8],
 }
 
-/// A hinge: where it sits and about what it turns.
+/// A hinge: its position, orientation and axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hinge {
-    /// The hinge that it hangs on; `None`: the base.
+    /// The hinge before it in the chain; `None`: it is mounted on the base.
     pub parent: Option<usize>,
     /// Position in the frame behind the parent, metres.
     pub offset: Vector,
-    /// From the frame behind the parent to its own, at zero.
+    /// Rotation from the frame behind the parent to the hinge's own, at angle zero.
     pub turn: Quaternion,
     /// Axis in its own frame, unit vector.
     pub axis: Vector,
 }
 
-/// The hinges that stand for a joint.
+/// The hinges that take the place of one joint.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Group {
@@ -67,11 +67,11 @@ pub struct Group {
     pub first: usize,
     /// Joint of the database.
     pub joint: usize,
-    /// Limb that reaches when this group is set.
+    /// Limb that is corrected by [`reach`] once this group is set.
     pub limb: Option<usize>,
-    /// From the joint's frame to that of the link behind the hinges.
+    /// Rotation from the joint's frame to that of the link behind the hinges.
     pub turn: Quaternion,
-    /// From the frame before the hinges to that behind them, at zero.
+    /// Rotation from the frame before the hinges to that behind them, at angle zero.
     pub zero: Quaternion,
     /// Axes, ranges and the direction to be pointed.
     pub hinges: Hinges,
@@ -85,7 +85,7 @@ pub struct Limb {
     pub joints: [usize; 2],
     /// First and last hinge.
     pub hinges: [usize; 2],
-    /// Length of the robot's limb over the body's.
+    /// Length of the robot's limb divided by that of the body's.
     pub scale: f32,
     /// Its end, in the frame behind the last hinge, metres.
     pub tip: Vector,
@@ -107,7 +107,7 @@ impl<'r> Robot<'r> {
         self.hinges.len() / hinge::LENGTH
     }
 
-    /// Tells this robot's tables from others': their CRC-32C.
+    /// Identifies the robot's tables: their CRC-32C.
     pub fn identity(&self) -> u32 {
         Record(self.bytes).u32(header::CRC)
     }
@@ -122,17 +122,17 @@ impl<'r> Robot<'r> {
         self.joints.len() / joint::LENGTH
     }
 
-    /// From one tick to the next, seconds.
+    /// Time between two ticks, seconds.
     pub fn tick_s(&self) -> f32 {
         Record(self.bytes).f32(header::TICK)
     }
 
-    /// From the database's root to the robot's base.
+    /// Rotation from the database's root to the robot's base.
     pub fn base(&self) -> Quaternion {
         Record(self.bytes).floats(header::BASE)
     }
 
-    /// Checks that the robot was made for a database, and that `capacity` holds its hinges.
+    /// Checks that the robot was made for this database, and has at most `capacity` hinges.
     ///
     /// # Errors
     /// [`ConfigError::Hinges`] or [`ConfigError::OtherDatabase`].
@@ -211,7 +211,7 @@ impl<'r> Robot<'r> {
         self.limbs.len() / limb::LENGTH
     }
 
-    /// Limb `index`, where there is one.
+    /// Limb `index`, if there is one.
     pub fn limb(&self, index: usize) -> Option<Limb> {
         let bytes = Record::of(self.limbs, index, limb::LENGTH);
         let pair = |at: usize| [usize::from(bytes.u8(at)), usize::from(bytes.u8(at + 1))];

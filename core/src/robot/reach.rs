@@ -1,15 +1,15 @@
-//! Hands and feet where they belong: a few steps of damped least squares over the hinges of a limb.
+//! Inverse kinematics of a robot's limb: a few steps of damped least squares over its hinges.
 //!
-//! For the way e that is missing, and the Jacobian J (column i: axis i crossed with the way from hinge i to the tip),
+//! With the error e (from tip to goal) and the Jacobian J (column i: axis i crossed with the vector from hinge i to tip),
 //!
 //! ```text
 //! Δq = Jᵀ (J Jᵀ + λ² 1)⁻¹ e
 //! ```
 //!
-//! a 3x3 system in closed form. The damping keeps a stretched limb from flailing: what is out of reach is pointed
-//! at. Angles stay in their ranges at every step, and start from the decomposition, so that the limb's posture is
-//! the body's. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: [`STEPS`] times the hinges' forward
-//! kinematics at most.
+//! a 3x3 system in closed form. The damping keeps a stretched limb stable: it points at a goal that is out of reach.
+//! Angles stay in their ranges at every step. They start from the angles of [`hinges`](super::hinges), so that the limb
+//! keeps the body's posture. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: the forward kinematics of the
+//! hinges, at most [`STEPS`] + 1 times.
 
 use super::layout::MAX_CHAIN;
 use crate::{
@@ -25,8 +25,8 @@ use crate::{
 pub const STEPS: usize = 4;
 /// Largest change of an angle in a step, radians.
 const STRIDE: f32 = 0.35;
-/// Nearer than this in units of the limb's length is there.
-const THERE: f32 = 1e-3;
+/// Error at which the search stops, in units of the goal's distance.
+const TOLERANCE: f32 = 1e-3;
 
 /// A hinge of the limb.
 #[derive(Debug, Clone, Copy)]
@@ -34,24 +34,24 @@ const THERE: f32 = 1e-3;
 pub struct Link {
     /// Position in the frame behind the one before, metres.
     pub offset: Vector,
-    /// From that frame to its own, at zero.
+    /// Rotation from that frame to its own, at angle zero.
     pub turn: Quaternion,
     /// Axis in its own frame.
     pub axis: Vector,
-    /// Range of the angle.
+    /// Least and greatest angle, radians.
     pub range: (f32, f32),
-    /// The angle.
+    /// The angle, radians.
     pub angle: f32,
 }
 
-/// Moves the limb's angles so that its tip comes to `goal`. `before` is the orientation of the frame behind the hinge
-/// that the limb hangs on; `goal` is seen from the limb's first hinge, in the base's axes; `tip` is in the frame
-/// behind the last hinge. At most [`MAX_CHAIN`] links are looked at. Returns the way that is still missing, metres.
+/// Changes the limb's angles so that its tip comes to `goal`. `before` is the orientation of the frame that the limb is
+/// mounted on; `goal` is relative to the limb's first hinge, in the base's axes; `tip` is in the frame behind the last
+/// hinge. Only the first [`MAX_CHAIN`] links are used. Returns the distance that is left, metres.
 pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) -> f32 {
     let length2 = dot(goal, goal);
     let mut missing = [0.0; 3];
     for step in 0..=STEPS {
-        // Axes and places, from the first hinge on.
+        // Axes and positions, from the first hinge on.
         let mut columns = [[0.0f32; 3]; MAX_CHAIN];
         let mut places = [[0.0f32; 3]; MAX_CHAIN];
         let (mut turn, mut place) = (before, [0.0; 3]);
@@ -66,8 +66,8 @@ pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) 
         }
         let end = add(place, quaternion::rotate(turn, tip));
         missing = subtract(goal, end);
-        let near = dot(missing, missing) <= THERE * THERE * length2;
-        // Also true of NaN: nothing more can be done.
+        let near = dot(missing, missing) <= TOLERANCE * TOLERANCE * length2;
+        // NaN also ends the search.
         if near || step == STEPS || !dot(missing, missing).is_finite() {
             break;
         }

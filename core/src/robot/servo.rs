@@ -1,4 +1,4 @@
-//! Angles as the pulses of hobby servos: microseconds, with offset, direction and end stops.
+//! From angles to the pulses of hobby servos: microseconds, with offset, direction and end stops.
 //!
 //! ```text
 //! pulse = centre + direction (angle - zero) gain       held between least and greatest, rounded to a microsecond
@@ -8,7 +8,7 @@
 
 use crate::math::clamp;
 
-/// How a servo is mounted and driven.
+/// The pulse range of a servo and how it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Servo {
@@ -25,7 +25,7 @@ pub struct Servo {
 }
 
 impl Servo {
-    /// True where every number makes sense.
+    /// True if every number is in its range.
     pub fn is_valid(&self) -> bool {
         let pulse = |v: f32| (1.0..=20_000.0).contains(&v);
         pulse(self.least_us)
@@ -36,7 +36,7 @@ impl Servo {
             && (-100.0..=100.0).contains(&self.zero)
     }
 
-    /// The pulse for an angle, microseconds. NaN: the centre.
+    /// The pulse for an angle, microseconds; for NaN that of the centre.
     pub fn pulse(&self, angle: f32) -> u16 {
         let free = self.centre_us + (angle - self.zero) * self.gain_us;
         let free = if free.is_finite() { free } else { self.centre_us };
