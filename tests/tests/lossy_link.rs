@@ -5,7 +5,8 @@ use std::time::Duration;
 use gestus_core::{
     Config, Database, Stylizer,
     link::{
-        Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, buffer_length, counter, decode,
+        Fault, Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, buffer_length, counter,
+        decode,
     },
 };
 use gestus_database::stream::Request as Wish;

@@ -4,7 +4,11 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         Counts, Manifest, Names,
-        layout::{self, MAX_TIMING, NONE, class, cycle, flag, foot, joint, section, timing},
+        layout::{
+            self, MAX_TIMING, NONE, class, cycle, flag, foot, joint,
+            section::{self, Required},
+            timing,
+        },
     },
 };
 use serde::{Deserialize, Serialize};
@@ -282,35 +286,34 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     });
     let names: Vec<String> = examples.iter().map(|e| e.clip.name.clone()).collect();
     let manifest = manifest(corpus, &examples, &groups, names, pairing.prototypes.len(), options);
-    let mut sections: Vec<Section> = vec![
-        (section::MANIFEST, manifest),
-        (section::SKELETON, skeleton_section(&body, &groups)),
-        (
-            section::DOFS,
-            steps
-                .iter()
-                .zip(&scales)
-                .flat_map(|(a, b)| [a.to_le_bytes(), b.to_le_bytes()])
-                .flatten()
-                .collect(),
-        ),
-        (section::QUERY, space.section(&groups.of_joint)),
-        (section::CLASSES, class_bytes),
-        (
-            section::CLIPS,
-            clip_table.iter().flat_map(|&(f, r)| [f as u32, r as u32]).flat_map(u32::to_le_bytes).collect(),
-        ),
-        (section::CYCLES, cycle_bytes),
-        (section::KNOTS, knot_bytes),
-        (section::PAIRS, pairs.flat_map(u16::to_le_bytes).collect()),
-        (section::BLOCKS, packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect()),
-        (section::ROWS, packed.bytes),
-        (section::FEATURES, codes.iter().flatten().map(|&c| c as u8).collect()),
-        (section::GRAPH, graph),
-        (section::FLAGS, flags),
-        (section::TIMING, timing_section(&timing_dofs)),
-        (section::FEET, feet_section(&body, &examples)),
-    ];
+    let required = Required {
+        manifest,
+        skeleton: skeleton_section(&body, &groups),
+        dofs: steps
+            .iter()
+            .zip(&scales)
+            .flat_map(|(a, b)| [a.to_le_bytes(), b.to_le_bytes()])
+            .flatten()
+            .collect(),
+        query: space.section(&groups.of_joint),
+        classes: class_bytes,
+        clips: clip_table
+            .iter()
+            .flat_map(|&(f, r)| [f as u32, r as u32])
+            .flat_map(u32::to_le_bytes)
+            .collect(),
+        cycles: cycle_bytes,
+        knots: knot_bytes,
+        pairs: pairs.flat_map(u16::to_le_bytes).collect(),
+        blocks: packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect(),
+        rows: packed.bytes,
+        features: codes.iter().flatten().map(|&c| c as u8).collect(),
+        graph,
+        flags,
+        timing: timing_section(&timing_dofs),
+    };
+    let mut sections: Vec<Section> = required.numbered().into();
+    sections.push((section::FEET, feet_section(&body, &examples)));
     sections.extend(models);
     let bytes = assemble(&counts, corpus.rate_hz, &sections);
     Database::open(&bytes)?;

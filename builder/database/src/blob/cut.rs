@@ -20,24 +20,17 @@ pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
     if database.linear_from().is_none() && database.statistic_from().is_none() {
         bail!("it holds neither linear models nor statistics: build it without --no-models");
     }
-    let kept = [section::SKELETON, section::DOFS];
-    // Models say when feet stand; what holds them there is a section of its own.
-    let alone = [section::LTI, section::STATISTIC, section::EFFORT, section::RETARGET, section::FEET];
     let manifest = Manifest { clips: Names(""), ..database.manifest()? };
     let required = database.sections().into_iter().map(|(id, bytes)| -> Result<Section> {
         Ok(match id {
             section::MANIFEST => (id, postcard::to_stdvec(&manifest)?),
-            _ if kept.contains(&id) => (id, bytes.to_vec()),
+            _ if section::is_kept_by_cut(id) => (id, bytes.to_vec()),
             _ => (id, Vec::new()),
         })
     });
     let mut sections = required.collect::<Result<Vec<Section>>>()?;
-    sections.extend(
-        database
-            .optional_sections()
-            .filter(|(id, _)| alone.contains(id))
-            .map(|(id, bytes)| (id, bytes.to_vec())),
-    );
+    let optional = database.optional_sections().filter(|(id, _)| section::is_kept_by_cut(*id));
+    sections.extend(optional.map(|(id, bytes)| (id, bytes.to_vec())));
     let counts = Counts {
         frames: 0,
         rows: 0,

@@ -1,8 +1,8 @@
 //! The table of sections: number, name, presence, and what `cut --models-only` does with it.
 //!
-//! A section is a line of the table, and nothing else lists them. The core and the builder hold one value for each
-//! section in a [`Required`] or an [`Optional`]. Their literals and patterns name every field, so that a section
-//! without a length, a check or an encoder does not compile.
+//! A section is a line of the table, and nothing else lists them all. Core and builder keep one value for each section in
+//! a [`Required`] or an [`Optional`], whose literals and patterns name every field: a required section without a length
+//! or an encoder does not compile, nor does an optional one without a check.
 
 macro_rules! sections {
     (
@@ -16,7 +16,7 @@ macro_rules! sections {
 
         /// The sections that every database has, in the order in which they are written.
         pub const REQUIRED: [u16; [$($id),*].len()] = [$($ID),*];
-        /// The sections that a database may have, in the order in which they are written behind the required ones.
+        /// The sections that a database may have, by number. They are written behind the required ones, in any order.
         pub const OPTIONAL: [u16; [$($number),*].len()] = [$($PART),*];
 
         /// Name of a section: what `gestus inspect` and errors print.
