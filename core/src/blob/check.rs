@@ -1,5 +1,4 @@
-//! What the checks of every table have in common: the header that it begins with, and the error for what does not
-//! fit.
+//! The checks that blobs, retargeting maps and robots share: their headers, and the errors.
 
 use core::ops::Range;
 
@@ -8,19 +7,19 @@ use crate::BlobError;
 
 pub(crate) type Checked = Result<(), BlobError>;
 
-/// Where a table that stands for itself says what it is.
+/// The fields that the header of a blob, a map or a robot has in common, and where they are.
 pub(crate) struct Envelope {
-    /// Section that errors name; 0 is a database's header.
+    /// Section in errors; 0 for a database.
     pub section: u16,
     /// First bytes.
     pub magic: [u8; 8],
-    /// Version that this core reads; it stands behind the magic, as u16.
+    /// Version that this core reads; a u16 behind the magic.
     pub version: u16,
     /// Length of the header.
     pub header: usize,
-    /// Where the header says the length of everything, u32.
+    /// The length of all bytes in the header, u32.
     pub total: Range<usize>,
-    /// Where the header holds its CRC-32C.
+    /// The CRC-32C in the header.
     pub crc: Range<usize>,
 }
 
@@ -45,7 +44,7 @@ impl Envelope {
         Ok(head)
     }
 
-    /// Checks the checksum of the bytes up to `end`, in which its own four bytes count as zero.
+    /// Checks the checksum of the bytes up to `end`, with its own four bytes as zero.
     pub fn sum(&self, bytes: &[u8], end: usize) -> Checked {
         let (Some(before), Some(after)) = (bytes.get(..self.crc.start), bytes.get(self.crc.end..end)) else {
             return Err(truncated(end, bytes.len()));
@@ -57,17 +56,17 @@ impl Envelope {
     }
 }
 
-/// Whether a record holds what it may.
+/// [`BlobError::Value`] unless the record `fits`.
 pub(crate) fn check(section: u16, record: usize, fits: bool) -> Checked {
     if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }
 }
 
-/// Whether reserved bytes are zero.
+/// [`BlobError::Reserved`] unless the reserved bytes are `zero`.
 pub(crate) fn reserved(section: u16, zero: bool) -> Checked {
     if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
 }
 
-/// Whether a section has the length that it needs.
+/// [`BlobError::Length`] unless a section has the length that it needs.
 pub(crate) fn length(section: u16, need: usize, have: usize) -> Checked {
     if need == have {
         Ok(())
@@ -76,7 +75,7 @@ pub(crate) fn length(section: u16, need: usize, have: usize) -> Checked {
     }
 }
 
-/// The error of a table that is shorter or longer than it says.
+/// The error of bytes that are fewer or more than their header says.
 fn truncated(need: usize, have: usize) -> BlobError {
     BlobError::Truncated { need: as_u32(need), have: as_u32(have) }
 }

@@ -42,8 +42,8 @@ pub struct Counts {
     pub classes: usize,
     /// Joint groups.
     pub groups: usize,
-    /// Captured frames, the rows that a search returns; 0 in a blob that was cut to its models, which then holds
-    /// nothing that is about frames.
+    /// Captured frames, the rows that a search returns; 0 in a blob that was cut to its models, which
+    /// has no section about frames.
     pub frames: usize,
     /// Captured frames and the prototypes' frames behind them.
     pub rows: usize,
@@ -68,7 +68,7 @@ pub struct Database<'db> {
     optional: Optional<Option<&'db [u8]>>,
 }
 
-/// What it holds, and not its megabytes.
+/// The counts, not the bytes.
 #[cfg(feature = "defmt")]
 impl defmt::Format for Database<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {

@@ -1,4 +1,4 @@
-//! Runs of f32 in a blob, and the products of matrices and vectors that are stored so.
+//! Runs of f32 in a blob, and products of the matrices that are stored as such.
 
 /// The numbers of a byte string, f32 after f32.
 #[derive(Debug, Clone, Copy)]
@@ -12,7 +12,7 @@ impl<'a> Numbers<'a> {
         Self(bytes.get(at..).unwrap_or(&[]).as_chunks::<4>().0)
     }
 
-    /// Takes the next of them: at most so many.
+    /// Splits off the first `count` numbers, or all if there are fewer.
     #[inline]
     pub fn take_first(&mut self, count: usize) -> Self {
         let (first, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
@@ -20,10 +20,10 @@ impl<'a> Numbers<'a> {
         Self(first)
     }
 
-    /// Adds the product of a matrix, row by row the next of them, and a vector: each sum column after column.
+    /// Adds the product of a matrix and a vector to `sums`. The matrix is the next of the numbers, row by row.
     #[inline(never)]
     pub fn add_products(&mut self, sums: &mut [f32], vector: &[f32]) {
-        // What joints have: three inputs, and six states unless the builder was told otherwise.
+        // The usual sizes of a joint's model: three inputs, and six states.
         match vector.as_chunks::<3>() {
             ([x], []) => self.add_rows(sums, x),
             ([x, y], []) => self.add_rows(sums, &[x[0], x[1], x[2], y[0], y[1], y[2]]),
@@ -31,7 +31,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// The same where the number of columns is known when it is compiled.
+    /// The same with a number of columns that is known at compile time.
     #[inline]
     fn add_rows<const COLUMNS: usize>(&mut self, sums: &mut [f32], vector: &[f32; COLUMNS]) {
         let matrix = self.take_first(sums.len() * COLUMNS).0;
@@ -41,7 +41,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// The sum of their products with the numbers of a vector, one after the other.
+    /// The dot product with a vector, summed from the first to the last.
     #[inline]
     pub fn product(self, vector: &[f32]) -> f32 {
         self.added_to(0.0, vector)
@@ -52,7 +52,7 @@ impl<'a> Numbers<'a> {
         self.0.iter().zip(vector).fold(sum, |sum, (number, x)| sum + f32::from_le_bytes(*number) * x)
     }
 
-    /// How many there are.
+    /// Number of numbers.
     #[inline]
     pub fn count(self) -> usize {
         self.0.len()

@@ -49,7 +49,7 @@ pub enum Request<'a> {
     },
     /// Joint groups and their strengths of style.
     Strength(Pairs),
-    /// [`parameter`](super::parameter)s and their values; the others stay.
+    /// [`parameters`](crate::config::parameters) and their values; the others stay.
     Configure(Pairs),
     /// Starts a new stream; settings stay.
     Reset,

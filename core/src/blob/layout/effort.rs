@@ -4,7 +4,7 @@
 //! nodes   [3] u16           of the grid along flow, weight and time
 //! labels  u8, reserved u8
 //! axes    [3][2] f32        least and greatest value of each factor
-//! rest    [3] f32           the factors where nobody turns them
+//! rest    [3] f32           the factors of the even mix of all styles
 //! efforts [styles][3] f32   flow, weight and time of each style
 //! table   [flow][weight][time][styles] u8   weights of the styles, of sum 255
 //! ```

@@ -23,7 +23,7 @@ pub mod class {
     pub const K_CAP: Range<usize> = 20..22;
     /// Rows that the search may return, u16.
     pub const SEARCHABLE: Range<usize> = 22..24;
-    /// Entry points of the graph, [`ENTRIES`](super::ENTRIES) u16, rows of the class.
+    /// Entry points of the graph, [`ENTRIES`](super::super::ENTRIES) u16, rows of the class.
     pub const ENTRY_POINTS: Range<usize> = 24..48;
 }
 

@@ -11,7 +11,7 @@ use core::ops::Range;
 
 /// Length of the header.
 pub const HEADER: usize = 16;
-/// Style that the models take, u16.
+/// Input style of the models, u16.
 pub const FROM: Range<usize> = 0..2;
 /// Number of models, u16.
 pub const MODELS: Range<usize> = 2..4;
@@ -19,7 +19,7 @@ pub const MODELS: Range<usize> = 2..4;
 pub const RESERVED: Range<usize> = 4..16;
 /// Length of an entry of the directory. Models lie side by side behind it, in its order.
 pub const ENTRY: usize = 16;
-/// In an entry: style that the model gives, u16.
+/// In an entry: output style, u16.
 pub const STYLE: Range<usize> = 0..2;
 /// In an entry: action that it was estimated from, u16; [`NONE`](super::NONE): all.
 pub const ACTION: Range<usize> = 2..4;

@@ -1,5 +1,5 @@
-//! The bytes of a blob, by name: the only place where the format's numbers are written down in code. The
-//! builder writes with these constants, [`Database`](super::Database) reads with them; `docs/FORMAT.md` explains.
+//! The byte ranges of a blob. The builder writes with these constants and [`Database`](super::Database) reads with them;
+//! `docs/FORMAT.md` describes the format.
 //!
 //! ```text
 //! 0              64                    64 + 16 n          (16-byte boundaries)
@@ -31,7 +31,7 @@ pub const ALIGNMENT: usize = 16;
 pub const DEGREE: usize = 8;
 /// Entry points of a class's graph.
 pub const ENTRIES: usize = 12;
-/// An edge, entry point or pair that is not there.
+/// No edge, entry point, pair or action.
 pub const NONE: u16 = u16::MAX;
 /// Most joints a database may have.
 pub const MAX_JOINTS: usize = 64;
@@ -45,7 +45,7 @@ pub const MAX_GROUPS: usize = 8;
 pub const MAX_STYLES: usize = 32;
 /// Most actions.
 pub const MAX_ACTIONS: usize = 256;
-/// Most dofs that the timing metric looks at.
+/// Most dofs of the timing metric.
 pub const MAX_TIMING: usize = 10;
 /// Dofs that are not a joint's exponential map: height, forward, left, yaw.
 pub const ROOT_DOFS: usize = 4;

@@ -1,4 +1,4 @@
-//! Byte ranges of the section of statistical transfer.
+//! Byte ranges of the section of statistical transfer: means and spreads of joint rotations.
 //!
 //! ```text
 //! header   16 bytes
@@ -9,7 +9,7 @@ use core::ops::Range;
 
 /// Length of the header.
 pub const HEADER: usize = 16;
-/// Style whose statistics stand for the input's where it is not labelled, u16.
+/// Style that is assumed of an unlabelled input, u16.
 pub const FROM: Range<usize> = 0..2;
 /// Number of tables, u16.
 pub const TABLES: Range<usize> = 2..4;

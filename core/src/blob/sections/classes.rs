@@ -22,7 +22,7 @@ pub struct Class {
     pub action: u16,
     /// Style.
     pub style: u16,
-    /// Most neighbors that a search returns: small classes are no neighborhood for a large K.
+    /// Most neighbors that a search returns, less than K in a small class.
     pub k_cap: usize,
     /// Rows that the search may return.
     pub searchable: usize,

@@ -13,7 +13,7 @@ use crate::blob::{
 pub struct LinearModel<'db> {
     /// Style of its output.
     pub style: u16,
-    /// The action that it was estimated from; `None`: all.
+    /// The action that it was estimated from; `None` for all.
     pub action: Option<u16>,
     /// Number of units.
     pub units: usize,
@@ -23,7 +23,7 @@ pub struct LinearModel<'db> {
     dofs: usize,
 }
 
-/// One unit of a linear model: some dofs that move on their own, `x' = A x + B u`, `y = C x + D u`.
+/// One unit of a linear model: dofs that are modelled together, `x' = A x + B u`, `y = C x + D u`.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unit<'db> {
@@ -61,7 +61,7 @@ impl<'db> LinearModel<'db> {
         }
     }
 
-    /// The footplant of a side: boundary, and the projection that it is compared with.
+    /// The footplant detector of a side: the boundary, and the projection of the states that is compared with it.
     #[inline(never)]
     pub fn foot(&self, side: usize) -> (f32, Numbers<'db>) {
         let at = lti::feet(self.dofs) + side * 4 * (1 + self.states);
@@ -101,7 +101,7 @@ impl<'db> Database<'db> {
         Record(self.optional.lti.unwrap_or(&[]))
     }
 
-    /// The style that the linear models take; `None` where the blob has none.
+    /// The input style of the linear models; `None` if the blob has none.
     pub fn linear_from(&self) -> Option<u16> {
         self.optional.lti.map(|bytes| u16_at(bytes, lti::FROM.start))
     }
@@ -127,7 +127,7 @@ impl<'db> Database<'db> {
         }
     }
 
-    /// Number of the linear model of a style: the one of that action where there is one, else the one of all.
+    /// Number of the linear model of a style: that of the action if there is one, otherwise that of all actions.
     #[inline(never)]
     pub fn linear_model_of(&self, style: u16, action: Option<u16>) -> Option<usize> {
         let of = |action: Option<u16>| {

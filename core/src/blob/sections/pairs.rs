@@ -1,14 +1,14 @@
-//! Pairs: which frame, in another style, is the counterpart of a captured one.
+//! Pairs: the counterpart of a captured frame in another style.
 //!
-//! A cycle (a gait cycle, or a whole-clip action) holds knots: where its clip is at uniform steps of canonical
-//! time. For every cycle and style the blob names one output cycle; a frame's counterpart is that cycle at the
-//! frame's canonical time, between two rows. Nothing is copied: a pair costs two bytes.
+//! A cycle (a gait cycle, or a whole-clip action) holds knots: positions in its clip at uniform steps of canonical time.
+//! For every cycle and style the blob names one output cycle. A frame's counterpart is that cycle at the frame's
+//! canonical time, between two rows. No motion is copied: a pair costs two bytes.
 //!
 //! A blob may name a **second** output cycle, in a second table behind the first one: the frame's output is then the mean
-//! of both. No recorded performance is the answer to another, and two are nearer to it than one is.
+//! of both, which averages out some of the difference between two performances.
 //!
-//! The counterpart of the frame *before* comes from the same output cycle (an autoregressive model needs a
-//! `y[t-1]` that leads to `y[t]`), a little below phase 0 where the cycle has just begun.
+//! The counterpart of the frame *before* comes from the same output cycle, since an autoregressive model needs a
+//! `y[t-1]` that leads to `y[t]`. At the beginning of a cycle it lies a little before phase 0.
 
 use crate::{
     blob::{
@@ -23,9 +23,9 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Moment {
-    /// The row at or before it.
+    /// The row at or before the moment.
     pub row: usize,
-    /// How far it lies towards the next row, 0 to 1; 0 where there is no next row.
+    /// Fraction of the way to the next row, 0 to 1; 0 at the clip's last row.
     pub fraction: f32,
 }
 
@@ -33,9 +33,9 @@ pub struct Moment {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counterpart {
-    /// Where `y[t]` is.
+    /// The moment of `y[t]`.
     pub now: Moment,
-    /// Where `y[t-1]` is, in the same cycle.
+    /// The moment of `y[t-1]`, in the same cycle.
     pub before: Moment,
     /// Seconds from one to the other on the output's own timeline.
     pub step_s: f32,
@@ -56,10 +56,10 @@ impl Cycle<'_> {
         self.knots.get(index).map_or(0.0, |knot| f32::from_le_bytes(*knot))
     }
 
-    /// Canonical time of a position, in segments: 0 at the first knot. The outer segments go on beyond.
+    /// Canonical time of a position, in segments, 0 at the first knot. The outer segments are extrapolated.
     #[inline(never)]
     fn canonical(&self, position: f32) -> f32 {
-        // The knots ascend: the last segment but those that begin behind the position.
+        // The knots ascend: count the inner ones up to the position.
         let inner = self.knots.get(1..self.segments).unwrap_or(&[]);
         let segment = inner.iter().take_while(|knot| f32::from_le_bytes(**knot) <= position).count();
         let start = self.knot(segment);
@@ -76,7 +76,7 @@ impl Cycle<'_> {
         start + (canonical - segment as f32) * (self.knot(segment + 1) - start)
     }
 
-    /// A position of the clip as a row and a fraction, held at the clip's ends.
+    /// A position in the clip as a row and a fraction, clamped to the clip's ends.
     #[inline]
     fn moment(&self, position: f32) -> Moment {
         let last = self.rows.saturating_sub(1);
@@ -118,19 +118,18 @@ impl<'db> Database<'db> {
         Some(class.first_cycle + low.checked_sub(1)?)
     }
 
-    /// Outputs of a cycle in a style: one, or two.
+    /// Output cycles of a cycle in a style: 1 or 2.
     #[inline]
     pub fn outputs(&self) -> usize {
         1 + usize::from(self.required.pairs.len() > 2 * self.counts.cycles * self.counts.styles)
     }
 
-    /// The counterparts in `style` of a row that lies in cycle `cycle`, one or two; none where the cycle has none. The
-    /// row's output is their mean.
+    /// The counterparts in `style` of a row of `cycle`, at most two. The row's output is their mean.
     pub fn counterparts(&self, cycle: usize, row: usize, style: usize) -> impl Iterator<Item = Counterpart> {
         (0..self.outputs()).filter_map(move |table| self.counterpart(cycle, row, style, table))
     }
 
-    /// The counterpart that a table of pairs names, 0 or 1.
+    /// The counterpart by one table of pairs, 0 or 1.
     #[inline(never)]
     pub(crate) fn counterpart(
         &self,
@@ -148,7 +147,7 @@ impl<'db> Database<'db> {
         let seconds = 1.0 / self.rate_hz;
         let input = self.cycle(cycle);
         let position = row.saturating_sub(input.first_row) as f32;
-        // Where input and output style are the same, the output is the input.
+        // Where input and output cycle are the same, the output is the input.
         let (there, now, before, step_s) = if output == cycle {
             (input, position, position - 1.0, seconds)
         } else {
@@ -161,7 +160,7 @@ impl<'db> Database<'db> {
         Some(Counterpart { now: there.moment(now), before: there.moment(before), step_s })
     }
 
-    /// True where every style in `styles` has a counterpart of the cycle.
+    /// True if the cycle has an output in every style.
     pub fn paired(&self, cycle: usize) -> bool {
         (0..self.counts.styles)
             .all(|s| u16_at(self.required.pairs, 2 * (cycle * self.counts.styles + s)) != NONE)

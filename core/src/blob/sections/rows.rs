@@ -1,11 +1,11 @@
-//! Rows: the dofs of one frame, packed.
+//! Rows: the packed dofs of a frame.
 //!
 //! A block of rows stores, once, a base and a bit width a dof; a row is the dofs' distances from their bases, in
 //! quantisation steps, fields side by side, lowest bits first. Any row is one address away:
 //! `block + header + (row % block_rows) · row_bytes`.
 //!
-//! What a frame needs of the database are runs of two to four rows in a row. Within a block they share bases and
-//! widths, so a run is unpacked dof by dof rather than row by row: the second row costs half of the first.
+//! A step reads runs of two to four consecutive rows. Within a block they share bases and widths, so that a run is
+//! unpacked dof by dof rather than row by row: the second row costs half of the first.
 
 use crate::blob::{
     Database,
@@ -34,7 +34,7 @@ impl Database<'_> {
         {
             let Packed { bases, widths, fields, .. } = self.packed(row);
             let bits = |pair: &u8| u32::from(pair & 15) + u32::from(pair >> 4);
-            // It is the whole of its byte of widths.
+            // Its width is alone in its byte, whose other half is zero.
             let width = widths.last().map_or(0, bits);
             let bit = (widths.iter().map(bits).sum::<u32>() - width) as usize;
             let field = (u32_at(fields, bit >> 3) >> (bit & 7)) & below(width);
@@ -47,8 +47,8 @@ impl Database<'_> {
     }
 
     /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps, to `put`. Returns the
-    /// bytes read; `None`, with nothing done, where the rows are not of one block. Of an odd number of dofs the slot behind
-    /// the last, which a [`crate::methods::mixture::regression::Example`] has, is given values that mean nothing.
+    /// bytes read; `None`, and no call of `put`, if the rows are not in one block. With an odd number of dofs the slot behind
+    /// the last, which a [`crate::methods::mixture::regression::Example`] has, receives meaningless values.
     #[inline]
     pub(crate) fn unpack<const N: usize, T>(
         &self,
@@ -74,7 +74,7 @@ impl Database<'_> {
         let within = row & (self.counts.block_rows - 1);
         let (bases, widths) = (block::BASES + 2 * count, block::header(count));
         Packed {
-            // Of whole pairs of dofs: behind the last base there are widths.
+            // Whole pairs of dofs: with an odd number the last pair reads into the widths.
             bases: bytes.get(block::BASES..block::BASES + 4 * count.div_ceil(2)).unwrap_or(&[]),
             widths: bytes.get(bases..widths).unwrap_or(&[]),
             fields: bytes.get(widths + within * row_bytes..).unwrap_or(&[]),
@@ -89,15 +89,15 @@ fn below(width: u32) -> u32 {
     !(u32::MAX << (width & 15))
 }
 
-/// Unpacks `N` rows of one block. A function of its own, so that what is around it leaves it its registers.
+/// Unpacks `N` rows of one block. Not inlined, so that the caller's variables do not take its registers.
 #[inline(never)]
 fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&mut T, [f32; N])) {
-    // Any field of a row can be read as four bytes: others follow it, or the padding does.
+    // Any field of a row can be read as four bytes: other fields or the padding follow it.
     let length = packed.row_bytes + block::PADDING - 1;
     let mut rows: [&[u8]; N] = [&[]; N];
     for (i, fields) in rows.iter_mut().enumerate() {
         let start = i * packed.row_bytes;
-        // All of one length: one check of a place in them is a check of all.
+        // All have the same length, so that the compiler needs one bounds check for all.
         let Some(found) = packed.fields.get(start..start + length) else { return };
         *fields = found;
     }
@@ -114,7 +114,7 @@ fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&
         let mut fields = read(bit);
         // Base and field are small whole numbers: the sum and its conversion are exact.
         put(even, fields.map(|f| (i32::from(bases as i16) + (f & below(first)) as i32) as f32));
-        // What was read holds 25 bits at least: both fields for the most part.
+        // A read gives at least 25 bits: usually both fields.
         fields = if first + second <= 25 { fields.map(|f| f >> first) } else { read(bit + first as usize) };
         put(odd, fields.map(|f| ((bases >> 16) + (f & below(second)) as i32) as f32));
         bit += (first + second) as usize;

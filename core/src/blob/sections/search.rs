@@ -18,33 +18,33 @@ impl<'db> Database<'db> {
             .unwrap_or(&[])
     }
 
-    /// Metres for one step of a stored feature.
+    /// Scale of a stored feature: metres of one step.
     #[inline(never)]
     pub fn feature_scale(&self, feature: usize) -> f32 {
         f32_at(self.required.query, query::scales(self.counts.window, self.counts.joints) + 4 * feature)
     }
 
-    /// Joint group that a feature looks at.
+    /// Joint group of a feature.
     #[inline(never)]
     pub fn feature_group(&self, feature: usize) -> usize {
         let at = query::groups(self.counts.window, self.counts.joints, self.counts.features) + feature;
         self.required.query.get(at).copied().map_or(0, usize::from)
     }
 
-    /// The query section, as [`layout::query`] divides it.
+    /// The query section, as [`query`] divides it.
     #[inline]
     pub fn query_section(&self) -> &'db [u8] {
         self.required.query
     }
 
-    /// Graph edges of a captured frame: rows of its class, [`NONE`] where there is none.
+    /// Graph edges of a captured frame: rows of its class, [`NONE`](crate::blob::layout::NONE) where there is none.
     #[inline]
     pub fn edges(&self, row: usize) -> [u16; DEGREE] {
         let record = Record::of(self.required.graph, row, 2 * DEGREE);
         core::array::from_fn(|i| record.u16(2 * i..2 * i + 2))
     }
 
-    /// Flags of a captured frame ([`layout::flag`]); 0 for any other row.
+    /// Flags of a captured frame ([`flag`](crate::blob::layout::flag)); 0 for any other row.
     #[inline]
     pub fn flags(&self, row: usize) -> u8 {
         self.required.flags.get(row).copied().unwrap_or(0)

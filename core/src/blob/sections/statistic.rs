@@ -10,13 +10,13 @@ use crate::{
     math::quaternion::Quaternion,
 };
 
-/// A table of statistics: one style, over one action or all.
+/// A table of statistics: means and deviations of one style, over one action or all.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Table<'db> {
     /// Its style.
     pub style: u16,
-    /// The action that it was taken from; `None`: all.
+    /// The action that it was estimated from; `None` for all.
     pub action: Option<u16>,
     pub(in crate::blob) bytes: &'db [u8],
     dofs: usize,
@@ -29,14 +29,14 @@ impl<'db> Table<'db> {
         floats(self.bytes, statistic::ROOT + 8 * index)
     }
 
-    /// The footplant of a side: boundary, and the projection of the dofs that it is compared with.
+    /// The footplant detector of a side: the boundary, and the projection of the dofs that is compared with it.
     #[inline(never)]
     pub fn foot(&self, side: usize) -> (f32, Numbers<'db>) {
         let at = statistic::FEET + side * 4 * (1 + self.dofs);
         (f32_at(self.bytes, at), Numbers::at(self.bytes, at + 4))
     }
 
-    /// Mean rotation of a joint and standard deviation around it, radians; of joint 0 without the heading.
+    /// Mean local rotation of a joint (joint 0: without the heading) and standard deviation of the angle to it, radians.
     #[inline]
     pub fn joint(&self, joint: usize) -> (Quaternion, f32) {
         let bytes = self.bytes.get(statistic::joints(self.dofs)..).unwrap_or(&[]);
@@ -58,7 +58,7 @@ impl<'db> Database<'db> {
         Record(self.optional.statistic.unwrap_or(&[]))
     }
 
-    /// The style whose statistics stand for the input's where it is not labelled; `None` where the blob has none.
+    /// The style that is assumed of an unlabelled input; `None` if the blob has no statistics.
     pub fn statistic_from(&self) -> Option<u16> {
         self.optional.statistic.map(|bytes| u16_at(bytes, statistic::FROM.start))
     }
@@ -81,7 +81,7 @@ impl<'db> Database<'db> {
         }
     }
 
-    /// The statistics of a style: those of that action where there are any, else those of all.
+    /// The statistics of a style: those of the action if there are any, otherwise those of all actions.
     #[inline(never)]
     pub fn table_of(&self, style: u16, action: Option<u16>) -> Option<Table<'db>> {
         let of = |action: Option<u16>| {

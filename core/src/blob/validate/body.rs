@@ -43,7 +43,7 @@ pub(super) fn skeleton(db: &Database<'_>) -> Checked {
     reserved(section::SKELETON, trailer.zero(joint::TOES.end..joint::TRAILER))
 }
 
-/// Legs: four joints, each a child of the one before, at heights that a body has.
+/// Legs: joints that are each a child of the one before, and plausible heights.
 #[inline]
 pub(super) fn feet(db: &Database<'_>, bytes: &[u8]) -> Checked {
     let Some(legs) = db.legs() else { return Ok(()) };

@@ -41,7 +41,7 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
         let mut before = f32::NEG_INFINITY;
         for k in first..first + knots {
             let knot = f32_at(db.required.knots, 4 * k);
-            // A hundredth of a frame a segment at least: phases stay finite.
+            // At least a hundredth of a frame for each segment, so that phases stay finite.
             check(
                 section::KNOTS,
                 k,
@@ -53,7 +53,7 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
     let table = c.cycles * c.styles;
     for i in 0..db.required.pairs.len() / 2 {
         let output = u16_at(db.required.pairs, 2 * i);
-        // A second output is there wherever it is looked for.
+        // The second table has an output for every cycle and style.
         check(section::PAIRS, i, usize::from(output) < c.cycles || (output == NONE && i < table))?;
     }
     Ok(())
@@ -94,7 +94,7 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
     check(section::CLASSES, c.classes, next_row == c.frames)
 }
 
-/// A row of the class that the search may return.
+/// True if the search may return this row of the class.
 fn can_be_found(db: &Database<'_>, class: &Class, row: u16) -> bool {
     let row = usize::from(row);
     row < class.rows && db.flags(class.first_row + row) & flag::SEARCHABLE != 0

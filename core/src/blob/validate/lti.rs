@@ -29,7 +29,7 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
         check(id, i, labels_fit && entry.u32(lti::OFFSET) as usize == next)?;
         let doubled =
             (0..i).map(|j| db.linear_model(j)).any(|m| (m.style, m.action) == (model.style, model.action));
-        // One unit a joint, and two more of the root; their states have room in a stylizer of as many joints.
+        // One unit a joint and two more for the root; a stylizer has memory for the states of as many joints.
         check(id, i, !doubled && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
         next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;
@@ -78,7 +78,7 @@ fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
     at == model.bytes() && states == model.states
 }
 
-// A function of its own, and of slices: the compiler would lay out all 64 products.
+// Slices, and not inlined: otherwise the compiler unrolls all 64 products.
 #[inline(never)]
 fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
     for (sum, value) in sums.iter_mut().zip(values) {
@@ -86,7 +86,7 @@ fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
     }
 }
 
-/// True where every pole lies inside the unit circle: `A` to the power of 1,024 is small. Ten squarings.
+/// True if every pole lies inside the unit circle, so that `A` to the power of 1,024 (ten squarings) is small.
 #[inline]
 fn is_stable(unit: &Unit<'_>) -> bool {
     let mut power = [[0.0_f32; MAX_ORDER]; MAX_ORDER];
@@ -105,6 +105,6 @@ fn is_stable(unit: &Unit<'_>) -> bool {
         }
         power = square;
     }
-    // What has grown beyond all bounds is no number, and in no range.
+    // An unstable system gives infinity or NaN, which is not in the range.
     (0.0..=1.0).contains(&power.iter().flatten().map(|v| v * v).sum::<f32>())
 }

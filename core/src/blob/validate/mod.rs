@@ -1,6 +1,5 @@
-//! What `open` checks, in two passes: where the sections lie and that their bytes are what was written
-//! ([`sections`]); then that every number in them is in its range and every index refers to something that is
-//! there ([`contents`]), so that nothing afterwards needs a check.
+//! The checks of `open`, in two passes: the places and checksums of the sections ([`sections`]); then every number's
+//! range and every index ([`contents`]). No later read needs a check.
 
 mod body;
 mod counts;
