@@ -84,3 +84,15 @@ fn truncated(need: usize, have: usize) -> BlobError {
 pub(crate) fn as_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
+
+/// True if every number is between -`most` and `most`.
+#[inline]
+pub(crate) fn in_range(mut numbers: impl Iterator<Item = f32>, most: f32) -> bool {
+    numbers.all(|v| (-most..=most).contains(&v))
+}
+
+/// True for a positive standard deviation of plausible size.
+#[inline]
+pub(crate) fn is_deviation(value: f32) -> bool {
+    (1e-6..=1e3).contains(&value)
+}

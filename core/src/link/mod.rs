@@ -23,6 +23,7 @@ mod board;
 pub mod counter;
 mod fault;
 mod frame;
+mod hinges;
 mod message;
 mod receiver;
 mod robot;
@@ -35,9 +36,10 @@ pub use fault::Fault;
 pub use frame::{
     Direction, Frame, Full, HEADER, Header, OVERHEAD, VERSION, buffer_length, robot_buffer_length,
 };
+pub use hinges::{DriveReport, HINGE_BYTES, HingeBuffer, RobotIdentity};
 pub use message::{
     Identity, MAX_PAIRS, MAX_STAGES, PAGE, Pairs, PoseBuffer, PoseBytes, Reply, Request, StepReport, decode,
 };
 pub use receiver::{Damage, Received, Receiver};
-pub use robot::{DriveReport, Driver, HINGE_BYTES, HingeBuffer, RobotIdentity};
+pub use robot::Driver;
 pub use server::Server;

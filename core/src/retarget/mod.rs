@@ -25,7 +25,7 @@ pub mod limb;
 mod validate;
 
 use crate::{
-    BlobError, ConfigError, Database,
+    ConfigError, Database,
     blob::{crc::crc32c, layout::section, read::Record},
     body::pose::Pose,
     math::{
@@ -65,16 +65,6 @@ struct World<const J: usize> {
 }
 
 impl<'m> Map<'m> {
-    /// Checks a map: magic, version, lengths, checksum, every index, every number.
-    ///
-    /// # Errors
-    /// [`BlobError`], with [`section::RETARGET`] as its section.
-    pub fn open(bytes: &'m [u8]) -> Result<Self, BlobError> {
-        let map = validate::split(bytes)?;
-        validate::contents(&map)?;
-        Ok(map)
-    }
-
     /// Joints of the incoming skeleton.
     pub fn sources(&self) -> usize {
         self.source.joints

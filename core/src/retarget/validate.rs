@@ -24,8 +24,20 @@ const ENVELOPE: Envelope = Envelope {
     crc: header::CRC,
 };
 
+impl<'m> Map<'m> {
+    /// Checks a map: magic, version, lengths, checksum, every index, every number.
+    ///
+    /// # Errors
+    /// [`BlobError`], with [`section::RETARGET`] as its section.
+    pub fn open(bytes: &'m [u8]) -> Result<Self, BlobError> {
+        let map = split(bytes)?;
+        contents(&map)?;
+        Ok(map)
+    }
+}
+
 /// Finds the tables and checks header and checksum.
-pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
+fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     ENVELOPE.sum(bytes, bytes.len())?;
     zero(head.zero(header::RESERVED))?;
@@ -71,7 +83,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
 }
 
 /// Checks every number. Records are counted through the tables, from 1; 0 is the header.
-pub(super) fn contents(map: &Map<'_>) -> Checked {
+fn contents(map: &Map<'_>) -> Checked {
     let near = |v: &f32| (-100.0..=100.0).contains(v);
     let head = (0.01..=100.0).contains(&map.scale)
         && is_unit(map.world)

@@ -24,7 +24,7 @@ mod validate;
 pub use drive::{Drive, Driven};
 
 use crate::{
-    BlobError, ConfigError, Database,
+    ConfigError, Database,
     blob::read::Record,
     math::quaternion::{Quaternion, Vector},
     retarget::fingerprint,
@@ -92,16 +92,6 @@ pub struct Limb {
 }
 
 impl<'r> Robot<'r> {
-    /// Checks a robot: magic, version, lengths, checksum, every index, every number.
-    ///
-    /// # Errors
-    /// [`BlobError`], with [`section::ROBOT`](crate::blob::layout::section::ROBOT) as its section.
-    pub fn open(bytes: &'r [u8]) -> Result<Self, BlobError> {
-        let robot = validate::split(bytes)?;
-        validate::contents(&robot)?;
-        Ok(robot)
-    }
-
     /// Number of hinges.
     pub fn hinges(&self) -> usize {
         self.hinges.len() / hinge::LENGTH

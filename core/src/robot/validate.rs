@@ -24,8 +24,20 @@ const ENVELOPE: Envelope = Envelope {
     crc: header::CRC,
 };
 
+impl<'r> Robot<'r> {
+    /// Checks a robot: magic, version, lengths, checksum, every index, every number.
+    ///
+    /// # Errors
+    /// [`BlobError`], with [`section::ROBOT`] as its section.
+    pub fn open(bytes: &'r [u8]) -> Result<Self, BlobError> {
+        let robot = split(bytes)?;
+        contents(&robot)?;
+        Ok(robot)
+    }
+}
+
 /// Finds the tables and checks header and checksum.
-pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
+fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     ENVELOPE.sum(bytes, bytes.len())?;
     zero(head.zero(header::RESERVED_1) && head.zero(header::RESERVED_2))?;
@@ -56,7 +68,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
 }
 
 /// Checks every number. Records are counted through the tables, from 1; 0 is the header.
-pub(super) fn contents(robot: &Robot<'_>) -> Checked {
+fn contents(robot: &Robot<'_>) -> Checked {
     let near = |v: &f32| (-100.0..=100.0).contains(v);
     let axis_fits = |v: [f32; 3]| is_unit([v[0], v[1], v[2], 0.0]);
     check(0, (1e-4..=1.0).contains(&robot.tick_s()) && is_unit(robot.base()))?;

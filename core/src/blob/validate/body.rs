@@ -1,11 +1,10 @@
 //! Sections that describe the body: names, skeleton, dofs and legs.
 
-use super::Checked;
 use crate::{
     BlobError,
     blob::{
         Database, Joint, Manifest,
-        check::{check, reserved},
+        check::{Checked, check, reserved},
         layout::{foot, joint, section},
         read::Record,
     },

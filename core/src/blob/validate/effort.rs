@@ -1,9 +1,8 @@
 //! The effort dial: nodes, axes that have a length, Efforts in range, and weights that add up at every node.
 
-use super::Checked;
 use crate::blob::{
     Database,
-    check::{check, length, reserved},
+    check::{Checked, check, length, reserved},
     layout::{effort, section},
     read::{Record, f32_at, u16_at},
 };

@@ -1,10 +1,10 @@
 //! Sections of captured motion: clips, cycles and their pairs, classes with each frame's flags and edges, packed rows,
 //! and the timing metric.
 
-use super::{Checked, counts::MOST_RECORDS, lengths::blocks_of};
+use super::{counts::MOST_RECORDS, lengths::blocks_of};
 use crate::blob::{
     Class, Database,
-    check::{check, length, reserved},
+    check::{Checked, check, length, reserved},
     layout::{ENTRIES, NONE, block, class, cycle, flag, section, timing},
     read::{Record, f32_at, u16_at, u32_at},
 };

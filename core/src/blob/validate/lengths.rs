@@ -1,9 +1,8 @@
 //! The length of every required section, as it follows from the counts.
 
-use super::Checked;
 use crate::blob::{
     Database,
-    check::length,
+    check::{Checked, length},
     layout::{
         DEGREE, class, clip, cycle, dof_record, joint, query,
         section::{self, Required},

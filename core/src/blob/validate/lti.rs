@@ -1,9 +1,8 @@
 //! Linear time-invariant models: directory, labels, ranges, dofs and poles.
 
-use super::{Checked, in_range, is_deviation};
 use crate::blob::{
     Database, LinearModel, Numbers, Unit,
-    check::{check, length, reserved},
+    check::{Checked, check, in_range, is_deviation, length, reserved},
     layout::{MAX_ORDER, lti, section},
     read::{Record, u16_at},
 };

@@ -31,9 +31,23 @@ const ENVELOPE: Envelope = Envelope {
     crc: header::CRC,
 };
 
+impl<'db> Database<'db> {
+    /// Checks a blob: magic, version, lengths, checksums, every index, every scale. Takes time in proportion to
+    /// its size, and no memory.
+    ///
+    /// # Errors
+    /// [`BlobError`] says which section and record is wrong.
+    #[inline]
+    pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
+        let database = sections(bytes)?;
+        contents(&database)?;
+        Ok(database)
+    }
+}
+
 /// Finds the sections and checks header, table, checksums and lengths.
 #[inline]
-pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
+fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     let total = bytes.len();
     let count = usize::from(head.u16(header::SECTIONS));
@@ -95,7 +109,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
 
 /// Checks every number of every section.
 #[inline]
-pub(super) fn contents(db: &Database<'_>) -> Checked {
+fn contents(db: &Database<'_>) -> Checked {
     lengths::lengths(db)?;
     body::manifest(db)?;
     body::skeleton(db)?;
@@ -122,14 +136,4 @@ pub(super) fn contents(db: &Database<'_>) -> Checked {
     }
     let translates = db.counts.frames > 0 || lti.is_some() || statistic.is_some();
     if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
-}
-
-#[inline]
-fn in_range(mut numbers: impl Iterator<Item = f32>, most: f32) -> bool {
-    numbers.all(|v| (-most..=most).contains(&v))
-}
-
-#[inline]
-fn is_deviation(value: f32) -> bool {
-    (1e-6..=1e3).contains(&value)
 }

@@ -1,9 +1,8 @@
 //! The query section: alignment weights, scales, groups, mean cloud and components.
 
-use super::Checked;
 use crate::blob::{
     Database,
-    check::{check, reserved},
+    check::{Checked, check, reserved},
     layout::{query, section},
     read::{Record, f32_at},
 };

@@ -1,10 +1,9 @@
 //! Tables of means and spreads: labels, ranges and unit quaternions.
 
-use super::{Checked, in_range, is_deviation};
 use crate::{
     blob::{
         Database, Numbers,
-        check::{check, length, reserved},
+        check::{Checked, check, in_range, is_deviation, length, reserved},
         layout::{section, statistic},
         read::{Record, u16_at},
     },
