@@ -1,6 +1,14 @@
 //! The blob's bytes: rows of packed frames, sections put together, cut, and taken apart again.
 
 pub mod assemble;
+pub(crate) mod classes;
 pub mod cut;
+pub(crate) mod cycles;
+pub(crate) mod dofs;
 pub mod export;
+pub(crate) mod feet;
+pub(crate) mod manifest;
 pub mod rows;
+pub(crate) mod search;
+pub(crate) mod skeleton;
+pub(crate) mod timing;

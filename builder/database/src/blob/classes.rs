@@ -1,0 +1,54 @@
+//! The section of classes.
+
+use gestus_core::blob::layout::class;
+
+use crate::search::graph::ClassGraph;
+
+/// Where a class's frames and cycles lie.
+#[derive(Debug, Clone)]
+pub struct ClassRows {
+    /// Number of its action.
+    pub action: usize,
+    /// Number of its style.
+    pub style: usize,
+    /// First row.
+    pub first_row: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// First cycle.
+    pub first_cycle: usize,
+    /// Number of cycles.
+    pub cycles: usize,
+}
+
+/// Encodes the classes, each with its number of searchable frames and its graph.
+pub fn encode(classes: &[ClassRows], searchable: &[usize], graphs: &[ClassGraph]) -> Vec<u8> {
+    let each = classes.iter().zip(searchable).zip(graphs);
+    each.flat_map(|((class, &count), graph)| record(class, count, &graph.entries)).collect()
+}
+
+fn record(c: &ClassRows, searchable: usize, entries: &[u16]) -> [u8; class::LENGTH] {
+    let mut record = [0; class::LENGTH];
+    // A neighborhood is a small part of its class.
+    let cap = (searchable / 8).clamp(4, usize::from(u16::MAX)).min(searchable);
+    for (range, value) in [
+        (class::FIRST_ROW, c.first_row),
+        (class::ROWS, c.rows),
+        (class::FIRST_CYCLE, c.first_cycle),
+        (class::CYCLES, c.cycles),
+    ] {
+        record[range].copy_from_slice(&(value as u32).to_le_bytes());
+    }
+    for (range, value) in [
+        (class::ACTION, c.action),
+        (class::STYLE, c.style),
+        (class::K_CAP, cap),
+        (class::SEARCHABLE, searchable),
+    ] {
+        record[range].copy_from_slice(&(value as u16).to_le_bytes());
+    }
+    for (slot, entry) in record[class::ENTRY_POINTS].chunks_exact_mut(2).zip(entries) {
+        slot.copy_from_slice(&entry.to_le_bytes());
+    }
+    record
+}

@@ -1,0 +1,171 @@
+//! Fourth stage: rows packed, features and graph for the search.
+
+use gestus_core::blob::layout::{self, MAX_TIMING, NONE, flag};
+use gestus_motion::{
+    body::Body,
+    corpus::{Cycle, Example},
+};
+use rayon::prelude::*;
+
+use super::{clips::Clips, frames::Frames, options::BuildError, pairs::Paired};
+use crate::{
+    blob::rows::{PackedRows, choose_steps, pack},
+    search::{
+        features::{Cloud, FeatureSpace, clouds},
+        graph::{ClassFeatures, ClassGraph, build_graph},
+    },
+};
+
+/// The rows of a database, and everything that the search reads.
+pub(super) struct Index {
+    /// First row and number of rows of every clip; prototypes are clips behind the captured ones.
+    pub clips: Vec<(usize, usize)>,
+    /// Clip and timeline of every cycle, prototypes behind the captured ones.
+    pub cycles: Vec<(usize, Cycle)>,
+    /// Number of rows, those of prototypes included.
+    pub rows: usize,
+    /// Quantisation step of each dof.
+    pub steps: Vec<f32>,
+    /// Standard deviation of each dof over the captured frames.
+    pub scales: Vec<f32>,
+    pub packed: PackedRows,
+    pub space: FeatureSpace,
+    /// Features of the captured frames.
+    pub codes: Vec<Vec<i8>>,
+    pub flags: Vec<u8>,
+    /// One graph a class.
+    pub graphs: Vec<ClassGraph>,
+    /// Searchable frames of each class.
+    pub searchable: Vec<usize>,
+    /// The dofs of the timing metric, each with its weight and that of its change.
+    pub timing: Vec<(usize, f64, f64)>,
+}
+
+impl Index {
+    pub fn new(clips: &Clips<'_>, frames: &Frames<'_>, paired: &Paired) -> Result<Self, BuildError> {
+        let Clips { options, body, groups, examples, dofs, .. } = clips;
+        let mut rows: Vec<Vec<f32>> = dofs.iter().flatten().map(|row| narrow(row)).collect();
+        let mut clip_table: Vec<(usize, usize)> =
+            frames.first_rows.iter().zip(dofs).map(|(&f, d)| (f, d.len())).collect();
+        let mut cycles: Vec<(usize, Cycle)> =
+            frames.cycles.iter().map(|c| (c.clip, c.cycle.clone())).collect();
+        for prototype in &paired.pairing.prototypes {
+            cycles.push((clip_table.len(), prototype.cycle.clone()));
+            clip_table.push((rows.len(), prototype.rows.len()));
+            rows.extend(prototype.rows.iter().map(|row| narrow(row)));
+        }
+        let most = usize::from(NONE) - 1;
+        if cycles.len() > most {
+            let cure = "use fewer clips (--limit)";
+            return Err(BuildError::too_many("cycles and prototypes", cycles.len(), most, cure));
+        }
+        let steps = choose_steps(body, &rows, options.error_cm / 100.0);
+        let packed = pack(&rows, &steps, options.block_rows)?;
+
+        let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
+        let space = FeatureSpace::of(body, &groups.of_joint, &clouds, options.window);
+        let codes: Vec<Vec<i8>> = clouds.par_iter().map(|c| space.code(c)).collect();
+        drop(clouds);
+
+        let flags = flags(clips, frames, paired)?;
+        let weights: Vec<f32> = space.scales.iter().map(|s| (s * s) as f32).collect();
+        let (mut graphs, mut counts) = (Vec::new(), Vec::new());
+        for class in &frames.classes {
+            let range = class.first_row..class.first_row + class.rows;
+            let searchable: Vec<bool> =
+                flags[range.clone()].iter().map(|f| f & flag::SEARCHABLE != 0).collect();
+            let features = ClassFeatures { codes: &codes[range], weights: &weights, searchable: &searchable };
+            graphs.push(build_graph(&features));
+            counts.push(searchable.iter().filter(|s| **s).count());
+        }
+        Ok(Self {
+            clips: clip_table,
+            cycles,
+            rows: rows.len(),
+            steps,
+            scales: deviations(&rows[..frames.count]),
+            packed,
+            space,
+            codes,
+            flags,
+            graphs,
+            searchable: counts,
+            timing: timing_metric(body, examples, dofs),
+        })
+    }
+}
+
+fn narrow(row: &[f64]) -> Vec<f32> {
+    row.iter().map(|&v| v as f32).collect()
+}
+
+/// Contacts of every captured frame, and whether the search may return it.
+fn flags(clips: &Clips<'_>, frames: &Frames<'_>, paired: &Paired) -> Result<Vec<u8>, BuildError> {
+    let outputs: Vec<bool> = paired.pairing.outputs.iter().map(|o| o.iter().all(Option::is_some)).collect();
+    let flags = frame_flags(&clips.examples, &frames.first_rows, &outputs, frames.count);
+    for c in &frames.classes {
+        if !flags[c.first_row..c.first_row + c.rows].iter().any(|f| f & flag::SEARCHABLE != 0) {
+            let corpus = clips.corpus;
+            let name = format!("{} in {}", corpus.actions[c.action], corpus.styles[c.style]);
+            return Err(BuildError::Unpaired(format!("no cycle of {name} has an output in every style")));
+        }
+    }
+    Ok(flags)
+}
+
+fn frame_flags(examples: &[&Example], first_rows: &[usize], paired: &[bool], frames: usize) -> Vec<u8> {
+    let mut flags = vec![0; frames];
+    let mut paired = paired.iter();
+    for (example, &first) in examples.iter().zip(first_rows) {
+        for (f, contact) in example.contacts.iter().enumerate() {
+            let flag = &mut flags[first + f];
+            *flag |= if contact[0] { flag::LEFT_CONTACT } else { 0 };
+            *flag |= if contact[1] { flag::RIGHT_CONTACT } else { 0 };
+            *flag |= if f > 0 { flag::FOLLOWS } else { 0 };
+        }
+        for (cycle, paired) in example.cycles.iter().zip(paired.by_ref()) {
+            if !paired {
+                continue;
+            }
+            let (start, end) = cycle.span();
+            let last = (end.ceil() as usize).min(example.clip.frames.len());
+            for f in (start.ceil().max(1.0) as usize)..last {
+                flags[first + f] |= flag::SEARCHABLE;
+            }
+        }
+    }
+    flags
+}
+
+/// Standard deviation of each dof.
+fn deviations(rows: &[Vec<f32>]) -> Vec<f32> {
+    let count = rows.len() as f64;
+    (0..rows[0].len())
+        .map(|d| {
+            let mean = rows.iter().map(|r| f64::from(r[d])).sum::<f64>() / count;
+            let square = rows.iter().map(|r| (f64::from(r[d]) - mean).powi(2)).sum::<f64>() / count;
+            // A dof that never moves still has a scale to divide by.
+            square.sqrt().max(1e-4) as f32
+        })
+        .collect()
+}
+
+/// The dofs of the timing metric: the joints' dofs that move most, each weighed by its spread and by that of its
+/// change.
+fn timing_metric(body: &Body, examples: &[&Example], dofs: &[Vec<Vec<f64>>]) -> Vec<(usize, f64, f64)> {
+    let count: usize = examples.iter().map(|e| e.clip.frames.len()).sum();
+    let variance = |value: &dyn Fn(&[Vec<f64>], usize) -> f64| {
+        let all = || dofs.iter().flat_map(|rows| (0..rows.len()).map(move |t| value(rows, t)));
+        let mean = all().sum::<f64>() / count as f64;
+        all().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64
+    };
+    let mut found: Vec<(f64, usize, f64)> = (layout::dof::JOINTS..body.dofs())
+        .map(|d| {
+            let change = variance(&|rows, t| rows[t][d] - rows[t.saturating_sub(1)][d]);
+            (variance(&|rows, t| rows[t][d]), d, change)
+        })
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.truncate(MAX_TIMING);
+    found.into_iter().map(|(pose, d, change)| (d, 1.0 / pose.max(1e-8), 1.0 / change.max(1e-8))).collect()
+}

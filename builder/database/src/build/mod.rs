@@ -1,0 +1,39 @@
+//! From a [`Corpus`] to a blob, in stages: clips, frames, pairs, index, sections. Each takes what those before have made.
+
+mod clips;
+mod frames;
+mod index;
+mod options;
+mod pairs;
+mod sections;
+
+pub use options::{BuildError, BuildOptions};
+
+use gestus_core::Database;
+use gestus_motion::corpus::Corpus;
+
+use self::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
+
+/// A database and what was noticed while it was built.
+#[derive(Debug)]
+pub struct Built {
+    /// The blob.
+    pub bytes: Vec<u8>,
+    /// One line for each class left out.
+    pub notes: Vec<String>,
+}
+
+/// Builds a database. The result opens: it is checked as the core checks it.
+///
+/// # Errors
+/// [`BuildError`] where the corpus is incomplete or too large.
+pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildError> {
+    let clips = Clips::new(corpus, options)?;
+    let frames = Frames::new(&clips)?;
+    let paired = Paired::new(&clips, &frames)?;
+    let index = Index::new(&clips, &frames, &paired)?;
+    let notes = clips.notes.iter().chain(&paired.notes).cloned().collect();
+    let bytes = sections::encode(&clips, &frames, paired, index);
+    Database::open(&bytes)?;
+    Ok(Built { bytes, notes })
+}

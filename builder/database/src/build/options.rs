@@ -1,0 +1,98 @@
+//! How a database is built, and why it can't be.
+
+use gestus_core::BlobError;
+use gestus_motion::{corpus::Unknown, landmarks::LandmarkError};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::{
+    blob::rows::PackError,
+    pairing::Scheme,
+    search::groups::{Chosen, GroupError},
+};
+
+/// How a database is built.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BuildOptions {
+    /// How output cycles are chosen.
+    pub pairing: Scheme,
+    /// Frames of the query window.
+    pub window: usize,
+    /// Mean joint error that packing may cause, centimetres.
+    pub error_cm: f64,
+    /// Rows of a block.
+    pub block_rows: usize,
+    /// Whether linear models and statistics are built too.
+    pub models: bool,
+    /// The style that the models take; `normal` or `neutral`, or else the first, where left out.
+    pub from: Option<String>,
+    /// Whether there is a model and a table for each action, besides those of all actions.
+    pub models_by_action: bool,
+    /// Whether iterative motion warping refines the correspondence of gaits for the linear models.
+    pub warp_gaits: bool,
+    /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
+    pub mean_rounds: usize,
+    /// Joint groups by name, each with its joints ([`crate::search::groups`]); the arms where empty.
+    pub groups: Chosen,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self {
+            pairing: Scheme::default(),
+            window: 5,
+            error_cm: 0.045,
+            block_rows: 32,
+            models: true,
+            from: None,
+            models_by_action: false,
+            warp_gaits: false,
+            mean_rounds: 0,
+            groups: Chosen::new(),
+        }
+    }
+}
+
+/// A corpus that no database can be made of.
+#[derive(Debug, Error)]
+pub enum BuildError {
+    /// The skeleton.
+    #[error(transparent)]
+    Landmark(#[from] LandmarkError),
+    /// The joint groups.
+    #[error(transparent)]
+    Groups(#[from] GroupError),
+    /// The rows.
+    #[error(transparent)]
+    Pack(#[from] PackError),
+    /// More of something than the format holds.
+    #[error("{what}: {have}, and the format holds {most}: {cure}")]
+    TooMany {
+        /// Of what.
+        what: String,
+        /// How many.
+        have: usize,
+        /// How many it may be.
+        most: usize,
+        /// What to do.
+        cure: &'static str,
+    },
+    /// The style that models should take is not there.
+    #[error("the style that the models should take: {0}")]
+    From(Unknown),
+    /// No action that is there in every style.
+    #[error(
+        "not every style has an output ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
+    )]
+    Unpaired(String),
+    /// The blob does not open: a fault of the builder.
+    #[error("the blob that was built does not open ({0}): this is a fault of the builder, please report it")]
+    Blob(#[from] BlobError),
+}
+
+impl BuildError {
+    pub(super) fn too_many(what: impl Into<String>, have: usize, most: usize, cure: &'static str) -> Self {
+        Self::TooMany { what: what.into(), have, most, cure }
+    }
+}

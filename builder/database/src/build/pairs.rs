@@ -1,0 +1,72 @@
+//! Third stage: for every cycle its outputs, and the models that learn from them.
+
+use gestus_motion::corpus::{Corpus, Example};
+
+use super::{
+    clips::Clips,
+    frames::Frames,
+    options::{BuildError, BuildOptions},
+};
+use crate::{
+    blob::assemble::Section,
+    models::{self, Wanted, correspond::Pairs},
+    pairing::{Pairing, pair},
+};
+
+/// The cycles with their outputs, and the sections of the models.
+pub(super) struct Paired {
+    pub pairing: Pairing,
+    pub models: Vec<Section>,
+    /// One line for each model left out.
+    pub notes: Vec<String>,
+}
+
+impl Paired {
+    pub fn new(clips: &Clips<'_>, frames: &Frames<'_>) -> Result<Self, BuildError> {
+        let Clips { corpus, options, .. } = clips;
+        let pairing = pair(&frames.cycles, &frames.names(), corpus.styles.len(), options.pairing);
+        let mut notes = Vec::new();
+        let models = if options.models { sections(clips, frames, &pairing, &mut notes)? } else { Vec::new() };
+        Ok(Self { pairing, models, notes })
+    }
+}
+
+/// The sections of linear models and statistics.
+fn sections(
+    clips: &Clips<'_>,
+    frames: &Frames<'_>,
+    pairing: &Pairing,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Section>, BuildError> {
+    let Clips { corpus, options, body, examples, dofs, .. } = clips;
+    let names = frames.names();
+    let examples_dofs: Vec<(&Example, &[Vec<f64>])> =
+        examples.iter().copied().zip(dofs.iter().map(Vec::as_slice)).collect();
+    let contacts: Vec<&[[bool; 2]]> = examples.iter().map(|e| e.contacts.as_slice()).collect();
+    // Models learn from stretches of motion: their outputs have to continue.
+    let own = options.pairing.of_models();
+    let continuing = (own != options.pairing).then(|| pair(&frames.cycles, &names, corpus.styles.len(), own));
+    let pairs = Pairs {
+        cycles: &frames.cycles,
+        classes: &names,
+        contacts: &contacts,
+        pairing: continuing.as_ref().unwrap_or(pairing),
+        rate_hz: corpus.rate_hz,
+        warp_gaits: options.warp_gaits,
+    };
+    let wanted = Wanted {
+        from: source_style(corpus, options)?,
+        styles: corpus.styles.len(),
+        by_action: options.models_by_action,
+        rounds: options.mean_rounds,
+    };
+    Ok(models::sections(body, &examples_dofs, &pairs, &wanted, notes))
+}
+
+/// The style that the models translate from.
+fn source_style(corpus: &Corpus, options: &BuildOptions) -> Result<usize, BuildError> {
+    match &options.from {
+        Some(from) => corpus.style(from).map_err(BuildError::From),
+        None => Ok(corpus.plain_style()),
+    }
+}

@@ -1,0 +1,55 @@
+//! Last stage: the sections of a blob.
+
+use gestus_core::blob::{
+    Counts,
+    layout::section::{self, Required},
+};
+
+use super::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
+use crate::blob::{
+    assemble::{Section, assemble},
+    classes, cycles, dofs, feet, manifest, search, skeleton, timing,
+};
+
+/// The blob of all stages' results.
+pub(super) fn encode(clips: &Clips<'_>, frames: &Frames<'_>, paired: Paired, index: Index) -> Vec<u8> {
+    let Clips { corpus, options, body, groups, examples, .. } = clips;
+    let counts = Counts {
+        joints: body.skeleton.joints(),
+        dofs: body.dofs(),
+        features: index.space.components.len(),
+        window: options.window,
+        styles: corpus.styles.len(),
+        actions: corpus.actions.len(),
+        classes: frames.classes.len(),
+        groups: groups.names.len(),
+        frames: frames.count,
+        rows: index.rows,
+        block_rows: options.block_rows,
+        timing: index.timing.len(),
+        cycles: index.cycles.len(),
+        clips: index.clips.len(),
+    };
+    let (cycle_bytes, knot_bytes) = cycles::encode(&index.cycles, &index.clips);
+    let required = Required {
+        manifest: manifest::encode(corpus, examples, groups, paired.pairing.prototypes.len(), options),
+        skeleton: skeleton::encode(body, groups),
+        dofs: dofs::encode(&index.steps, &index.scales),
+        query: index.space.section(&groups.of_joint),
+        classes: classes::encode(&frames.classes, &index.searchable, &index.graphs),
+        clips: cycles::encode_clips(&index.clips),
+        cycles: cycle_bytes,
+        knots: knot_bytes,
+        pairs: cycles::encode_pairs(&paired.pairing, index.cycles.len(), corpus.styles.len()),
+        blocks: index.packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect(),
+        rows: index.packed.bytes,
+        features: search::encode_features(&index.codes),
+        graph: search::encode_graphs(&index.graphs),
+        flags: index.flags,
+        timing: timing::encode(&index.timing),
+    };
+    let mut sections: Vec<Section> = required.numbered().into();
+    sections.push((section::FEET, feet::encode(body, examples)));
+    sections.extend(paired.models);
+    assemble(&counts, corpus.rate_hz, &sections)
+}
