@@ -9,10 +9,11 @@ use std::{fs, io, path::Path, process::Command};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use gestus_database::data_folder::{config::Config, load::load};
 use gestus_motion::{
+    animation::{Animation, Recording},
     capture::{read, read_folder},
     clip::{Clip, Frame, Skeleton},
     formats::{
-        bvh::{Binding, Bvh, Options, Unit, to_clip},
+        bvh::{AsBvh, Binding, Bvh, Options, Unit, to_clip},
         gltf::{GltfError, parse},
     },
 };
@@ -180,11 +181,11 @@ fn nothing_beside(_: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-fn one(bytes: &[u8]) -> Result<Bvh, GltfError> {
+fn one(bytes: &[u8]) -> Result<Animation, GltfError> {
     Ok(parse(bytes, "hero.glb", &nothing_beside)?.remove(0).1)
 }
 
-fn clip(document: &Bvh) -> Clip {
+fn clip(document: &impl Recording) -> Clip {
     to_clip(document, &Options::default()).unwrap().0
 }
 
@@ -213,7 +214,7 @@ fn a_body_below_an_armature_moves_as_it_did() {
     let doubt = giant.doubt().unwrap();
     assert!(doubt.contains("m tall in the format's unit, m; in cm it is an adult's"), "{doubt}");
     // And as text, written and read.
-    let again = Bvh::parse(document.to_text().as_bytes(), "again.bvh").unwrap();
+    let again = Bvh::parse(document.as_bvh().unwrap().to_text().as_bytes(), "again.bvh").unwrap();
     assert!(apart(&read, &clip(&again)) < 1e-6);
 }
 
@@ -224,10 +225,10 @@ fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
     let beside = parse(&text, "hero.gltf", &open).unwrap().remove(0).1;
     assert!(apart(common::walk(), &clip(&beside)) < 2e-6);
     let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
-    assert_eq!(one(&walk().text(&uri).0).unwrap().values(), beside.values());
+    assert_eq!(one(&walk().text(&uri).0).unwrap().poses, beside.poses);
     let marked = [b"\xef\xbb\xbf", &walk().text(&uri).0[..]].concat();
-    assert_eq!(one(&marked).unwrap().values(), beside.values());
-    assert_eq!(one(&walk().text(uri.trim_end_matches('=')).0).unwrap().values(), beside.values());
+    assert_eq!(one(&marked).unwrap().poses, beside.poses);
+    assert_eq!(one(&walk().text(uri.trim_end_matches('=')).0).unwrap().poses, beside.poses);
     let error = parse(&text, "hero.gltf", &nothing_beside).unwrap_err().to_string();
     assert!(error.starts_with("hero.gltf: buffer 0 is in my%20numbers.bin: "), "{error}");
 }
@@ -400,7 +401,8 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
     }
     let path = folder.join("hero.glb");
     fs::write(&path, made.glb()).unwrap();
-    fs::write(folder.join("walk_old_1.bvh"), one(&walk().glb()).unwrap().to_text()).unwrap();
+    fs::write(folder.join("walk_old_1.bvh"), one(&walk().glb()).unwrap().as_bvh().unwrap().to_text())
+        .unwrap();
     fs::write(folder.join("bad.glb"), b"glTF?").unwrap();
 
     let error = read(&path).unwrap_err().to_string();

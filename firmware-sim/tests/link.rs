@@ -17,7 +17,7 @@ use gestus_database::{
 };
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_motion::formats::urdf::TOY;
-use gestus_motion::{capture, formats::urdf::Robot};
+use gestus_motion::{animation::Recording, capture, formats::urdf::Robot};
 use gestus_tests::motion;
 use serde_json::json;
 
@@ -54,7 +54,7 @@ fn a_clip_over_a_noisy_loopback_is_that_of_the_core() {
     assert_eq!(figures["statistics"]["steps"], 50);
     assert!(figures["line"]["repeats"].as_u64() > Some(0), "{figures}");
     assert!(figures["round_trip_median_ms"].as_f64() > Some(1.0), "{figures}");
-    assert!(capture::read(&out).expect("the output is BVH").frames() > 40);
+    assert!(capture::read(&out).expect("the output is BVH").animation().frames() > 40);
 }
 
 /// A board at a socket, one connection after the other.

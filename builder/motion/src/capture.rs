@@ -5,14 +5,18 @@
 //! in a folder it is a folder of its own, whose clips are its animations: `hero/walk`. Where it holds one alone, that
 //! goes by the file's name, as with BVH.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::animation::{Animation, Recording};
 use crate::formats::{
-    bvh::{Bvh, BvhError, BvhErrorKind},
+    bvh::{AsBvh, Bvh, BvhError, BvhErrorKind, ConvertError, Unit},
     gltf::{self, GltfError, GltfErrorKind},
 };
 
@@ -36,6 +40,51 @@ impl CaptureError {
         match self {
             Self::Bvh(error) => &error.file,
             Self::Gltf(error) => &error.file,
+        }
+    }
+}
+
+/// What a file holds, in the form from which a clip can be written like it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Document {
+    /// BVH, with its channels.
+    Bvh(Bvh),
+    /// An animation of any other format.
+    Animation(Animation),
+}
+
+impl Document {
+    /// The file's name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Bvh(document) => document.name(),
+            Self::Animation(animation) => &animation.name,
+        }
+    }
+
+    /// The unit of length, where the format has one.
+    pub fn unit(&self) -> Option<Unit> {
+        match self {
+            Self::Bvh(_) => None,
+            Self::Animation(animation) => animation.unit,
+        }
+    }
+}
+
+impl Recording for Document {
+    fn animation(&self) -> Cow<'_, Animation> {
+        match self {
+            Self::Bvh(document) => document.animation(),
+            Self::Animation(animation) => Cow::Borrowed(animation),
+        }
+    }
+}
+
+impl AsBvh for Document {
+    fn as_bvh(&self) -> Result<Cow<'_, Bvh>, ConvertError> {
+        match self {
+            Self::Bvh(document) => document.as_bvh(),
+            Self::Animation(animation) => animation.as_bvh(),
         }
     }
 }
@@ -64,7 +113,7 @@ fn is_hidden(path: &Path) -> bool {
 pub struct Folder {
     /// The documents that could be read, with their paths, sorted by path. An animation of several has the path that it
     /// would have in a folder of its file's name.
-    pub documents: Vec<(PathBuf, Bvh)>,
+    pub documents: Vec<(PathBuf, Document)>,
     /// Why the others could not, in the same order.
     pub skipped: Vec<CaptureError>,
     /// How many of the documents came from glTF.
@@ -122,7 +171,7 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
         }
     }
     paths.sort();
-    let read: Vec<Result<Vec<(PathBuf, Bvh)>, CaptureError>> =
+    let read: Vec<Result<Vec<(PathBuf, Document)>, CaptureError>> =
         paths.par_iter().map(|path| clips(path)).collect();
     let mut folder = Folder { skipped: errors, ..Folder::default() };
     for (path, clips) in paths.iter().zip(read) {
@@ -141,9 +190,9 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
 }
 
 /// The documents of a file, with the paths that they go by.
-fn clips(path: &Path) -> Result<Vec<(PathBuf, Bvh)>, CaptureError> {
+fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
     if !is_gltf(path) {
-        return Ok(vec![(path.to_path_buf(), read_bvh(path)?)]);
+        return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]);
     }
     let animations = gltf::read(path)?;
     let alone = animations.len() == 1;
@@ -152,21 +201,24 @@ fn clips(path: &Path) -> Result<Vec<(PathBuf, Bvh)>, CaptureError> {
         // With an ending, so that a point in the name is none.
         false => path.with_extension("").join(format!("{}.glb", name.replace(['/', '\\'], "_"))),
     };
-    Ok(animations.into_iter().map(|(name, document)| (place(&name), document)).collect())
+    Ok(animations
+        .into_iter()
+        .map(|(name, animation)| (place(&name), Document::Animation(animation)))
+        .collect())
 }
 
 /// Reads one file, or the animation of it that is named behind a `#`; it goes by its path in messages.
 ///
 /// # Errors
 /// [`CaptureError`] where it can't be read, or is one of several animations and not named.
-pub fn read(path: &Path) -> Result<Bvh, CaptureError> {
+pub fn read(path: &Path) -> Result<Document, CaptureError> {
     let text = path.to_string_lossy();
     let (file, wanted) = match text.split_once('#') {
         Some((file, name)) if !path.exists() && is_gltf(Path::new(file)) => (Path::new(file), Some(name)),
         _ => (path, None),
     };
     if !is_gltf(file) {
-        return Ok(read_bvh(path)?);
+        return Ok(Document::Bvh(read_bvh(path)?));
     }
     let mut animations = gltf::read(file)?;
     let names: Vec<String> = animations.iter().map(|(name, _)| name.clone()).collect();
@@ -180,7 +232,7 @@ pub fn read(path: &Path) -> Result<Bvh, CaptureError> {
         None => Ok(0),
     };
     match at {
-        Ok(at) => Ok(animations.swap_remove(at).1),
+        Ok(at) => Ok(Document::Animation(animations.swap_remove(at).1)),
         Err(kind) => Err(GltfError { file, kind }.into()),
     }
 }

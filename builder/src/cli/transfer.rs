@@ -10,10 +10,10 @@ use gestus_database::{
 use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
 use gestus_motion::{
     body::Body,
-    capture,
+    capture::{self, Document},
     clip::Clip,
     corpus::Corpus,
-    formats::bvh::{Binding, Bvh, Options, Unit},
+    formats::bvh::{Binding, Options, Unit},
 };
 use serde_json::json;
 
@@ -46,7 +46,7 @@ pub struct Args {
     json: bool,
 }
 
-fn read(path: &Path, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
+fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
     let document = capture::read(path)?;
     let name = path.display();
     let binding =

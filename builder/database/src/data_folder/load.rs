@@ -15,10 +15,10 @@ use crate::{
     registration::{Performance, has_cycles, no_cycle, register},
 };
 use gestus_motion::{
-    capture::{CaptureError, read_folder},
+    capture::{CaptureError, Document, read_folder},
     clip::{Clip, Skeleton},
     corpus::Corpus,
-    formats::bvh::{Binding, Bvh, Options},
+    formats::bvh::{Binding, Options},
     joints::JointsError,
     landmarks::LandmarkError,
 };
@@ -216,7 +216,7 @@ fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
 }
 
 /// Takes a file to a clip at the database's rate; `None` where it is not asked for.
-fn bind(config: &Config, below: &Path, path: &Path, document: &Bvh) -> Result<Option<Bound>, String> {
+fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, String> {
     let name = document.name().to_owned();
     let annotation = config.annotate(below).map_err(|e| e.to_string())?;
     if !config.wants(&annotation) {
@@ -304,7 +304,7 @@ mod tests {
         build::{BuildOptions, build},
         synth::performance,
     };
-    use gestus_motion::formats::bvh::Unit;
+    use gestus_motion::formats::bvh::{Bvh, Unit};
 
     fn generated() -> Clip {
         performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip

@@ -15,7 +15,7 @@ use crate::{
 };
 use gestus_motion::{
     body::{Body, database_skeleton},
-    capture,
+    capture::{self, Document},
     clip::{Clip, Frame, Skeleton},
     corpus::Corpus,
     formats::bvh::{Binding, Bvh, Options, Unit},
@@ -28,7 +28,7 @@ const SOFT_M: f64 = 0.01;
 #[derive(Debug)]
 pub struct Input {
     /// The file.
-    pub document: Bvh,
+    pub document: Document,
     /// How its joints are the clip's.
     pub binding: Binding,
     /// The clip at the database's rate, on the file's joints.
@@ -54,7 +54,11 @@ enum Way {
 ///
 /// # Errors
 /// Where it can't be read.
-pub fn read_clip(path: &Path, database: &Database<'_>, unit: Option<Unit>) -> Result<(Bvh, Binding, Clip)> {
+pub fn read_clip(
+    path: &Path,
+    database: &Database<'_>,
+    unit: Option<Unit>,
+) -> Result<(Document, Binding, Clip)> {
     let document = capture::read(path)?;
     let name = path.display();
     let bind = |unit| {
@@ -106,7 +110,7 @@ impl Input {
     }
 
     fn of(
-        document: Bvh,
+        document: Document,
         binding: Binding,
         original: &Clip,
         database: &Database<'_>,

@@ -6,14 +6,14 @@
 
 use std::collections::HashMap;
 
+use crate::formats::bvh::document::{Bvh, Channel, Joint};
 use crate::formats::bvh::error::{BvhError, BvhErrorKind as Kind};
 use crate::formats::bvh::lexer::{Lexer, Token};
-use crate::formats::bvh::{Bvh, Channel, Joint};
 
 /// Deepest nesting of joints that is read.
 pub const MAX_DEPTH: usize = 256;
 /// Greatest length, file units: a thousand kilometres in millimetres. What is beyond is no body's in any unit.
-pub(super) const MOST_LENGTH: f64 = 1e9;
+pub(crate) const MOST_LENGTH: f64 = 1e9;
 /// Greatest angle, degrees: a top that spins all day. What is beyond is an exporter's failure.
 const MOST_DEGREES: f64 = 1e7;
 
@@ -312,7 +312,7 @@ impl<'t> Parser<'t> {
         }
         let name = self.file.to_string();
         let (joints, channels) = (self.joints, self.channels);
-        Ok(Bvh { name, joints, channels, frame_time_s, values, unit: None, notes: Vec::new() })
+        Ok(Bvh { name, joints, channels, frame_time_s, values })
     }
 
     /// Seconds a frame, behind the colon, and where they stand.

@@ -6,7 +6,7 @@
 
 use std::fmt::Write;
 
-use crate::formats::bvh::{Bvh, Channel, Joint};
+use crate::formats::bvh::document::{Bvh, Channel, Joint};
 
 impl Bvh {
     /// The document in the BVH format.

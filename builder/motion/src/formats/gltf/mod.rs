@@ -31,8 +31,11 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 pub use error::{GltfError, GltfErrorKind};
 
 use crate::{
+    animation::{Animation as Motion, Joint},
+    binding::ConvertError,
     clip::MAX_FRAMES,
-    formats::bvh::{Bvh, Rigged, Unit},
+    formats::bvh::MOST_LENGTH,
+    unit::Unit,
 };
 use curve::Curve;
 use data::{Buffers, Open};
@@ -56,7 +59,7 @@ const RESCALED: f64 = 0.01;
 ///
 /// # Errors
 /// [`GltfError`] where the file, or one of its animations, can't be used.
-pub fn read(path: &Path) -> Result<Vec<(String, Bvh)>, GltfError> {
+pub fn read(path: &Path) -> Result<Vec<(String, Motion)>, GltfError> {
     let file = path.to_string_lossy();
     let error = |kind| GltfError { file: file.clone().into_owned(), kind };
     let bytes = fs::read(path).map_err(|e| error(GltfErrorKind::Io(e.to_string())))?;
@@ -72,11 +75,11 @@ pub fn parse(
     bytes: &[u8],
     file: &str,
     open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Vec<(String, Bvh)>, GltfError> {
+) -> Result<Vec<(String, Motion)>, GltfError> {
     animations(bytes, file, open).map_err(|kind| GltfError { file: file.to_owned(), kind })
 }
 
-fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Bvh)>, GltfErrorKind> {
+fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
     let (document, blob) = document(bytes)?;
     let tree = Tree::new(&document)?;
     let buffers = Buffers::new(&document, blob.as_deref(), open);
@@ -198,7 +201,7 @@ impl Curves {
     }
 
     /// The body's motion as a document.
-    fn document(self, tree: &Tree, name: &str, title: &str) -> Result<Bvh, GltfErrorKind> {
+    fn document(self, tree: &Tree, name: &str, title: &str) -> Result<Motion, GltfErrorKind> {
         let body = tree.body(&self.moved);
         let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
         let mut above: Vec<usize> = tree.up(top).skip(1).collect();
@@ -233,23 +236,56 @@ impl Curves {
             self.translations.contains_key(&node)
                 && (1..frames).any(|f| (place(node, f) - first).amax() > STILL_M)
         };
-        let rigged = body.iter().map(|&node| Rigged {
-            name: tree.nodes[node].name.clone(),
-            parent: tree.nodes[node].parent.and_then(|p| body.iter().position(|&n| n == p)),
-            offset: place(node, 0),
-            moves: node == top || moves(node),
-        });
         let pose = |node: usize, frame: usize| {
             let rotation = self.rotation(tree, node, time(frame));
             Isometry3::from_parts(Translation3::from(place(node, frame)), rotation)
         };
-        let poses = (0..frames).map(|f| {
+        let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(frames * body.len());
+        for f in 0..frames {
             let carrier = above.iter().fold(Isometry3::identity(), |sum, &n| sum * pose(n, f));
-            let mut poses: Vec<Isometry3<f64>> = body.iter().map(|&n| pose(n, f)).collect();
-            poses[0] = carrier * poses[0];
-            poses
-        });
-        let bvh = Bvh::from_poses(title, rate_hz, Unit::Metres, rigged.collect(), poses);
-        Ok(bvh.map_err(GltfErrorKind::Convert)?.of_format(Unit::Metres, self.notes))
+            poses.push(carrier * pose(top, f));
+            poses.extend(body[1..].iter().map(|&n| pose(n, f)));
+        }
+        let joint = |(j, &node): (usize, &usize)| {
+            let moves = node == top || moves(node);
+            Joint {
+                name: tree.nodes[node].name.clone(),
+                parent: tree.nodes[node].parent.and_then(|p| body.iter().position(|&n| n == p)),
+                offset: place(node, 0),
+                tips: Vec::new(),
+                moves: [moves; 3],
+                degrees: if moves { 6 } else { 3 },
+                still: still(&poses, j, body.len()),
+            }
+        };
+        let joints: Vec<Joint> = body.iter().enumerate().map(joint).collect();
+        check(title, &joints, &poses).map_err(GltfErrorKind::Convert)?;
+        let name = title.to_owned();
+        Ok(Motion { name, unit: Some(Unit::Metres), rate_hz, notes: self.notes, joints, poses })
     }
+}
+
+/// Whether a joint's pose stays within 1e-3 degrees and metres of its first.
+fn still(poses: &[Isometry3<f64>], joint: usize, joints: usize) -> bool {
+    let first = &poses[joint];
+    let near = |pose: &Isometry3<f64>| {
+        pose.rotation.angle_to(&first.rotation).to_degrees() <= 1e-3
+            && (pose.translation.vector - first.translation.vector).amax() <= 1e-3
+    };
+    poses.iter().skip(joint).step_by(joints).all(near)
+}
+
+/// Refuses numbers that are not finite or too large.
+fn check(clip: &str, joints: &[Joint], poses: &[Isometry3<f64>]) -> Result<(), ConvertError> {
+    let fine = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= MOST_LENGTH);
+    let bad = poses.iter().enumerate().find(|(i, pose)| {
+        let joint = &joints[i % joints.len()];
+        !fine(&joint.offset)
+            || (joint.moves[0] && !fine(&pose.translation.vector))
+            || !pose.rotation.coords.iter().all(|x| x.is_finite())
+    });
+    bad.map_or(Ok(()), |(i, _)| {
+        let (frame, joint) = (i / joints.len() + 1, joints[i % joints.len()].name.clone());
+        Err(ConvertError::NotFinite { clip: clip.to_owned(), frame, joint })
+    })
 }

@@ -1,0 +1,328 @@
+//! Animation to clip: the unit, the hips, and the skeleton below them.
+//!
+//! A [`Binding`] is made once per file:
+//!
+//! * Joint 0 of the skeleton is the hips. Joints above them that hold a single child and stand still, or are mere
+//!   carriers by name (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local`
+//!   in each frame. Writing puts them back as they are in the file's first frame.
+//! * Every other joint's offset is its place at rest, or the mean of its places over the clip where the animation moves
+//!   it. Where it really moves, [`Binding::notes`] says so.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Vector3};
+use thiserror::Error;
+
+use crate::{
+    animation::{Animation, Joint, Recording},
+    clip::{Clip, Frame, Skeleton},
+    unit::Unit,
+};
+
+/// How to read a document.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// The file's unit of length. If not given, that of the format, or guessed from the body's height.
+    pub unit: Option<Unit>,
+    /// Name of the joint to take as the hips; found if not given.
+    pub root: Option<String>,
+}
+
+/// A document and a clip that don't go together. Whoever reads the file names it before the message.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum ConvertError {
+    #[error("no joint is called `{name}`; the joints are {joints}")]
+    NoSuchRoot { name: String, joints: String },
+    #[error(
+        "frame {frame} is {metres:.1e} m from the origin, expected at most 1e6; check the values and the unit"
+    )]
+    TooFar { frame: usize, metres: f64 },
+    #[error(
+        "the bone from the parent to joint `{joint}` is {metres:.1e} m long, expected at most 100; check OFFSET and unit"
+    )]
+    TooLong { joint: String, metres: f64 },
+    #[error("the document has other joints than {file}, which this binding was made for: {difference}")]
+    OtherDocument { file: String, difference: String },
+    #[error("clip {clip} is on another skeleton than {file}: {difference}; retarget it first")]
+    OtherSkeleton { clip: String, file: String, difference: String },
+    #[error("clip {clip} has no frames; a BVH file needs at least one")]
+    NoFrames { clip: String },
+    #[error("clip {clip} has a rate of {rate_hz} frames a second; expected 1 to 1000000")]
+    Rate { clip: String, rate_hz: f64 },
+    #[error("clip {clip} has a number that is not finite or too large in frame {frame}, joint `{joint}`")]
+    NotFinite { clip: String, frame: usize, joint: String },
+    #[error("joint `{name}` cannot be written: names are not empty, unique, and hold no brace or line end")]
+    BadName { name: String },
+}
+
+/// Farthest that a body may be from the origin, metres: in millimetres it can still be written and read.
+const FAR_M: f64 = 1e6;
+/// Longest bone, metres: what a database and the map of a skeleton have room for.
+const LONG_M: f64 = 100.0;
+/// Movement of an inner joint's translation that is worth a note, metres.
+const STRETCH_M: f64 = 0.01;
+
+/// How a document's joints and channels make a clip.
+#[derive(Debug, Clone)]
+pub struct Binding {
+    pub(crate) skeleton: Arc<Skeleton>,
+    pub(crate) unit: Unit,
+    doubt: Option<String>,
+    notes: Vec<String>,
+    /// Joints of the file above the hips, from the top.
+    pub(crate) above: Vec<usize>,
+    /// Joint of the file for each joint of the skeleton.
+    pub(crate) joints: Vec<usize>,
+    pub(crate) file: String,
+    /// The rig, by which the file is known again.
+    pub(crate) rig: Vec<Joint>,
+}
+
+impl Binding {
+    /// Lays out the skeleton of an animation.
+    pub fn new(recording: &impl Recording, options: &Options) -> Result<Binding, ConvertError> {
+        let animation = &*recording.animation();
+        let file = animation.name.clone();
+        let all = &animation.joints;
+        let hips = match &options.root {
+            None => find_hips(animation),
+            Some(name) => {
+                all.iter().position(|j| &j.name == name).ok_or_else(|| ConvertError::NoSuchRoot {
+                    name: name.clone(),
+                    joints: all.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
+                })?
+            }
+        };
+        let mut above: Vec<usize> = std::iter::successors(all[hips].parent, |&j| all[j].parent).collect();
+        above.reverse();
+
+        let mut place = vec![None; all.len()];
+        let mut joints = Vec::new();
+        for j in hips..all.len() {
+            if j == hips || all[j].parent.is_some_and(|p| place[p].is_some()) {
+                place[j] = Some(joints.len());
+                joints.push(j);
+            }
+        }
+        let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(animation, j)).collect();
+
+        let mut notes = animation.notes.clone();
+        let guess = || Unit::guess(longest_chain(animation, &joints, &place, &means));
+        let (unit, guessed, doubt) = match (options.unit, animation.unit) {
+            (Some(unit), _) => (unit, None, None),
+            (None, Some(unit)) => (unit, None, guess().doubt(unit)),
+            (None, None) => {
+                let guess = guess();
+                (guess.unit, Some(guess.to_string()), None)
+            }
+        };
+        notes.extend(guessed.or_else(|| doubt.clone()));
+        let scale = unit.metres();
+        let mut offsets = Vec::with_capacity(joints.len());
+        for (s, &j) in joints.iter().enumerate() {
+            let offset = if s == 0 { Vector3::zeros() } else { means[s] * scale };
+            let metres = offset.norm();
+            if metres.is_nan() || metres > LONG_M {
+                return Err(ConvertError::TooLong { joint: all[j].name.clone(), metres });
+            }
+            offsets.push(offset);
+            let moves = if s == 0 { 0.0 } else { translation_range(animation, j) * scale };
+            if moves > STRETCH_M {
+                let cm = moves * 100.0;
+                notes.push(format!(
+                    "joint {} is moved by up to {cm:.1} cm in its parent; its mean place is used",
+                    all[j].name
+                ));
+            }
+        }
+        if all[hips].moves != [true; 3] {
+            notes.push(format!(
+                "{} has no three position channels, so what is written stays in place there",
+                all[hips].name
+            ));
+        }
+        let skeleton = Skeleton {
+            names: joints.iter().map(|&j| all[j].name.clone()).collect(),
+            parents: joints.iter().map(|&j| all[j].parent.and_then(|p| place[p])).collect(),
+            offsets,
+        };
+        let skeleton = Arc::new(skeleton);
+        Ok(Binding { skeleton, unit, doubt, notes, above, joints, file, rig: all.clone() })
+    }
+
+    /// The joints of the clips that this makes, hips first.
+    pub fn skeleton(&self) -> &Arc<Skeleton> {
+        &self.skeleton
+    }
+
+    /// The file's unit of length.
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// What there is to say of a format's unit in which the body has an odd size.
+    pub fn doubt(&self) -> Option<&str> {
+        self.doubt.as_deref()
+    }
+
+    /// What a user should know of the reading: the guessed unit, translations that were averaged.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The animation's motion, at its own rate. The clip is named by the stem of the file's name.
+    pub fn to_clip(&self, recording: &impl Recording) -> Result<Clip, ConvertError> {
+        let animation = &*recording.animation();
+        self.check_rig(&animation.joints)?;
+        let scale = self.unit.metres();
+        let mut frames = Vec::with_capacity(animation.frames());
+        for f in 0..animation.frames() {
+            let poses = animation.frame(f);
+            let hips = self.carrier(poses) * poses[self.joints[0]];
+            let root = hips.translation.vector * scale;
+            let metres = root.norm();
+            if metres.is_nan() || metres > FAR_M {
+                return Err(ConvertError::TooFar { frame: f + 1, metres });
+            }
+            let mut rotations = Vec::with_capacity(self.joints.len());
+            rotations.push(hips.rotation);
+            rotations.extend(self.joints[1..].iter().map(|&j| poses[j].rotation));
+            frames.push(Frame { root, rotations });
+        }
+        let name = std::path::Path::new(&animation.name).file_stem().unwrap_or_default();
+        Ok(Clip {
+            name: name.to_string_lossy().into_owned(),
+            skeleton: self.skeleton.clone(),
+            rate_hz: animation.rate_hz,
+            frames,
+        })
+    }
+
+    /// Product of the joints above the hips, file units.
+    pub(crate) fn carrier(&self, poses: &[Isometry3<f64>]) -> Isometry3<f64> {
+        self.above.iter().fold(Isometry3::identity(), |sum, &j| sum * poses[j])
+    }
+
+    pub(crate) fn check_rig(&self, theirs: &[Joint]) -> Result<(), ConvertError> {
+        let ours = &self.rig;
+        let same = |a: &Joint, b: &Joint| {
+            a.name == b.name && a.parent == b.parent && a.moves == b.moves && a.degrees == b.degrees
+        };
+        if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(a, b)| same(a, b)) {
+            return Ok(());
+        }
+        let first = ours.iter().zip(theirs).find(|(a, b)| !same(a, b));
+        let difference = match first {
+            Some((a, b)) => format!("`{}` there, `{}` here", a.name, b.name),
+            None => format!("{} joints there, {} here", ours.len(), theirs.len()),
+        };
+        Err(ConvertError::OtherDocument { file: self.file.clone(), difference })
+    }
+}
+
+/// A recording's clip and the binding that made it.
+pub fn to_clip(recording: &impl Recording, options: &Options) -> Result<(Clip, Binding), ConvertError> {
+    let binding = Binding::new(recording, options)?;
+    Ok((binding.to_clip(recording)?, binding))
+}
+
+/// Whether joints are the same by name and parent; their offsets may differ.
+pub fn same_skeleton(a: &Skeleton, b: &Skeleton) -> bool {
+    difference(a, b).is_none()
+}
+
+pub(crate) fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
+    if a.joints() != b.joints() {
+        return Some(format!("{} joints against {}", a.joints(), b.joints()));
+    }
+    let j = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j])?;
+    Some(match a.names[j] == b.names[j] {
+        true => format!("`{}` hangs on another joint", a.names[j]),
+        false => format!("joint {j} is `{}` against `{}`", a.names[j], b.names[j]),
+    })
+}
+
+pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
+    let name = || clip.name.clone();
+    if clip.frames.is_empty() {
+        return Err(ConvertError::NoFrames { clip: name() });
+    }
+    if !(clip.rate_hz.is_finite() && clip.rate_hz >= 1.0 && clip.rate_hz <= 1e6) {
+        return Err(ConvertError::Rate { clip: name(), rate_hz: clip.rate_hz });
+    }
+    for (f, frame) in clip.frames.iter().enumerate() {
+        let fine = |s: usize| {
+            let rotation = frame.rotations.get(s).is_some_and(|q| q.coords.iter().all(|x| x.is_finite()));
+            rotation && (s > 0 || frame.root.norm() <= FAR_M)
+        };
+        if let Some(s) = (0..clip.skeleton.joints()).find(|&s| !fine(s)) {
+            let joint = clip.skeleton.names[s].clone();
+            return Err(ConvertError::NotFinite { clip: name(), frame: f + 1, joint });
+        }
+    }
+    Ok(())
+}
+
+/// The first joint from the top that is no mere carrier.
+fn find_hips(animation: &Animation) -> usize {
+    let all = &animation.joints;
+    let mut joint = 0;
+    loop {
+        let mut children = animation.children(joint);
+        let (Some(child), None) = (children.next(), children.next()) else { return joint };
+        let name = all[joint].name.to_ascii_lowercase();
+        let is_hips = ["hips", "pelvis"].iter().any(|n| name.contains(n));
+        let is_carrier =
+            ["root", "reference", "armature", "world", "origin"].iter().any(|n| name.contains(n));
+        // The hips can carry what is above them only with all six channels of their own.
+        let can_carry = all[joint].degrees == 0 || all[child].degrees == 6;
+        let idle = is_carrier || all[joint].still;
+        if is_hips || !can_carry || !idle || animation.children(child).next().is_none() {
+            return joint;
+        }
+        joint = child;
+    }
+}
+
+fn mean_translation(animation: &Animation, joint: usize) -> Vector3<f64> {
+    if !animation.joints[joint].moves.contains(&true) {
+        return animation.joints[joint].offset;
+    }
+    let frames = animation.frames();
+    let place = |f: usize| animation.frame(f)[joint].translation.vector;
+    // From the first frame on, so that the mean of a constant is that constant.
+    let first = place(0);
+    let sum: Vector3<f64> = (0..frames).map(|f| place(f) - first).sum();
+    first + sum / frames as f64
+}
+
+fn translation_range(animation: &Animation, joint: usize) -> f64 {
+    if !animation.joints[joint].moves.contains(&true) {
+        return 0.0;
+    }
+    let place = |f: usize| animation.frame(f)[joint].translation.vector;
+    let first = place(0);
+    (1..animation.frames()).map(|f| (place(f) - first).norm()).fold(0.0, f64::max)
+}
+
+/// Longest way from the hips to a tip along the bones, End Sites counted, file units.
+fn longest_chain(
+    animation: &Animation,
+    joints: &[usize],
+    place: &[Option<usize>],
+    means: &[Vector3<f64>],
+) -> f64 {
+    let mut reach = vec![0.0; joints.len()];
+    let mut longest: f64 = 0.0;
+    for (s, &j) in joints.iter().enumerate() {
+        let joint = &animation.joints[j];
+        if s > 0 {
+            reach[s] = means[s].norm() + joint.parent.and_then(|p| place[p]).map_or(0.0, |p| reach[p]);
+        }
+        let tip = joint.tips.iter().map(Vector3::norm).fold(0.0, f64::max);
+        longest = longest.max(reach[s] + tip);
+    }
+    longest
+}
