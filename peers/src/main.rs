@@ -4,8 +4,8 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::Result;
 use clap::Parser;
-use gestus_database::stream::{Request, stream};
 use gestus_core::{Database, search::graph::Limits};
+use gestus_database::stream::{Request, stream};
 use gestus_peers::{
     measure::{Truth, after_jumps, sweep, time, tuned},
     setup::{Setup, Task, export, jumps, points, streams},

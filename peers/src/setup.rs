@@ -3,13 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use gestus_database::{data_folder::{config::Config, load}, build, stream::to_pose};
-use gestus_motion::clip::Clip;
 use gestus_core::{
     Database,
     blob::layout::{MAX_FEATURES, flag},
     search::query::{ALIGNED, Feature, Window},
 };
+use gestus_database::{
+    build,
+    data_folder::{config::Config, load},
+    stream::to_pose,
+};
+use gestus_motion::clip::Clip;
 use npyz::WriterBuilder;
 
 /// Most joints of the clips.

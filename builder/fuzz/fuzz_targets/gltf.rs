@@ -16,7 +16,8 @@ fuzz_target!(|bytes: &[u8]| {
             continue;
         }
         let Ok(document) = animation.as_bvh() else { continue };
-        let again = Bvh::parse(document.to_text().as_bytes(), "fuzz.glb").expect("what was written can be read");
+        let again =
+            Bvh::parse(document.to_text().as_bytes(), "fuzz.glb").expect("what was written can be read");
         assert_eq!(document.values(), again.values());
         if let Ok((clip, binding)) = to_clip(&animation, &Options::default()) {
             binding.write(&animation, &clip).expect("a clip goes back onto its own document");

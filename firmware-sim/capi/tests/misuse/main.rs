@@ -10,8 +10,8 @@ use std::{
 
 use gestus::{
     config::{GestusConfig, gestus_config_default},
-    parameter::GestusParameter,
     database::*,
+    parameter::GestusParameter,
     pose::gestus_digest,
     settings::*,
     status::{GestusBlobDetail, GestusStatus as S, gestus_error_message},

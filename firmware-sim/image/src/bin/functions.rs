@@ -49,13 +49,7 @@ fn ticks(counter: &Time, function: Function, arguments: &[(f32, f32); CALLS]) ->
     counter.since(start, counter.now())
 }
 
-fn report(
-    counter: &Time,
-    name: &str,
-    function: Function,
-    exact: fn(f64, f64) -> f64,
-    [low, high]: [f32; 2],
-) {
+fn report(counter: &Time, name: &str, function: Function, exact: fn(f64, f64) -> f64, [low, high]: [f32; 2]) {
     let mut arguments = [(0.0, 0.0); CALLS];
     for (i, slot) in arguments.iter_mut().enumerate() {
         let part = (i as f32 + 0.5) / CALLS as f32;
