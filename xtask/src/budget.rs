@@ -3,7 +3,8 @@
 //! Everything is counted in the emulator, so that the figures are the same on every machine: instructions by stage,
 //! bytes read, stack by painting and by a static bound, RAM, flash. The database is generated motion of 28 classes,
 //! and the one that the micro:bit holds; where the captured one is beside the repository, it is measured too. A
-//! figure more than 2% over its budget fails, and so does one over its value in the table `limits`.
+//! figure more than 2% over its budget fails. The table `limits` holds what the figures should come to: a figure over
+//! its limit is named, and does not fail as long as it gets no worse.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -35,8 +36,8 @@ const LABELLED: [&str; 4] =
 const INSTRUCTIONS: [&str; 2] = ["instructions_median", "instructions_max"];
 const HEAD: &str = "\
 # What the core may cost on a board, counted in the emulator by `cargo xtask budget`. A figure that is more than 2% over
-# its value here fails, and so does one that is over its value below `limits`. `cargo xtask budget --record` replaces
-# all values but the limits by those of today.
+# its value here fails; one that is over its value below `limits` is named. `cargo xtask budget --record` replaces all
+# values but the limits by those of today. They depend on the compiler: compare with an older commit in the same run.
 ";
 
 type Figures = BTreeMap<String, f64>;
@@ -283,7 +284,7 @@ fn flat(table: &toml::Table) -> Figures {
 
 /// Prints the figures beside their budgets; what is over, or has none.
 fn compare(budgets: &Figures, figures: &Figures) -> Vec<String> {
-    let mut over = Vec::new();
+    let (mut over, mut beyond) = (Vec::new(), Vec::new());
     println!("{:42} {:>12} {:>12} {:>7}", "figure", "now", "budget", "");
     for (name, &now) in figures {
         let budget = budgets.get(name).copied();
@@ -300,8 +301,11 @@ fn compare(budgets: &Figures, figures: &Figures) -> Vec<String> {
             Some(_) => {}
         }
         if let Some(limit) = limit.filter(|l| now > *l) {
-            over.push(format!("{name} is {now:.0}, limit {limit:.0}"));
+            beyond.push(format!("{name} is {now:.0}, and should be {limit:.0} at most"));
         }
+    }
+    for line in beyond {
+        println!("over the limit: {line}");
     }
     over
 }
@@ -348,8 +352,8 @@ mod tests {
         let budgets = figures(&[("a.x", 100.0), ("a.y", 100.0), ("limits.a.y", 101.0)]);
         assert!(compare(&budgets, &figures(&[("a.x", 101.9), ("a.y", 101.0)])).is_empty());
         assert_eq!(compare(&budgets, &figures(&[("a.x", 102.1)])), ["a.x is 102, budget 100"]);
-        // Within 2% of the budget, but over the limit.
-        assert_eq!(compare(&budgets, &figures(&[("a.y", 101.8)])), ["a.y is 102, limit 101"]);
+        // Over the limit and within the budget: named, and no failure.
+        assert!(compare(&budgets, &figures(&[("a.y", 101.8)])).is_empty());
         assert!(compare(&budgets, &figures(&[("b.z", 1.0)]))[0].contains("has no budget"));
     }
 

@@ -10,6 +10,7 @@ use crate::ConfigError;
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameter {
     /// Its number on the link and in the C interface.
     pub number: u16,
@@ -27,6 +28,7 @@ pub struct Parameter {
 
 /// The numbers that a parameter takes, bounds included.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Range {
     /// Smallest.
     pub least: f32,

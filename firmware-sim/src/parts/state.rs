@@ -3,9 +3,9 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes of any stylizer.
-pub const FIXED_BYTES: usize = 2676;
+pub const FIXED_BYTES: usize = 2680;
 /// Bytes that a joint adds.
-pub const JOINT_BYTES: usize = 672;
+pub const JOINT_BYTES: usize = 688;
 /// Bytes that a neighbor adds.
 pub const NEIGHBOR_BYTES: usize = 92;
 /// Bytes that a class adds, besides its neighbors.

@@ -36,7 +36,7 @@ fn help(parameter: &Parameter) -> String {
     let text = text.replace("[`", "`").replace("`]", "`");
     let default = parameter.default();
     match parameter.choices.get(default as usize) {
-        Some(name) => format!("{method}{text} [default: {name}]"),
+        Some(_) => format!("{method}{text}"),
         None => format!("{method}{text} From {} [default: {default}]", parameter.range),
     }
 }
@@ -50,6 +50,8 @@ impl Args for ParameterArgs {
             } else {
                 let number =
                     |name: String| parameter.choices.iter().position(|c| *c == name).unwrap_or(0) as f32;
+                let default = parameter.choices.get(parameter.default() as usize);
+                let arg = arg.default_values(default.into_iter().copied());
                 arg.value_parser(PossibleValuesParser::new(parameter.choices).map(number))
             })
         })
