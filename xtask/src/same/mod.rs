@@ -2,7 +2,7 @@
 //!
 //! `gestus` and `gestus-sim` of the base revision and of the working tree run the same commands, and whatever they
 //! write is compared: JSON on standard output as text, all other files byte for byte. Only the values in
-//! [`compare::VOLATILE`] are left out.
+//! `compare::VOLATILE` are left out.
 //!
 //! The base's programs and their output stay in `target/same/REVISION` for the next run.
 

@@ -1,8 +1,8 @@
-//! glTF 2.0 (`.glb`, `.gltf`), the exchange format of games: the motion of its skeletons, as BVH documents.
+//! glTF 2.0 (`.glb`, `.gltf`), the exchange format of games: the motion of its skeletons, as rigs and animations.
 //!
 //! A glTF file holds nodes that hang on each other, and animations: curves over time of the translation and the
 //! rotation of single nodes. Its axes are ours (right-handed, Y up) and its lengths are metres. Every animation becomes
-//! a document of its own:
+//! a clip of its own:
 //!
 //! 1. `document` and `data`: what of the file is motion; the buffers, inside the file, beside it or in data URIs, and
 //!    the numbers in them. Nothing that the file says of itself is believed before it is checked.
@@ -12,7 +12,8 @@
 //! 4. Here: poses at a fixed rate. What is above the body, moved or scaled, is carried into its first joint; scales are
 //!    taken into the lengths of the bones.
 //!
-//! From there on it is a [`Bvh`] document like any other, and what is written for it is BVH on the same joints.
+//! From there on it is an animation like any other ([`crate::animation`]); its translation is written as BVH on the same
+//! joints.
 //!
 //! glTF has no frame rate. Where keys lie at a rate of 20 to 240 a second that is the clip's; where they are fewer,
 //! because the writer left out what it could, it is 60.
