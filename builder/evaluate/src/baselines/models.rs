@@ -1,4 +1,4 @@
-//! The methods that need no frames, in the tables of [`super::loo`]: linear models (paper 001) and statistics (paper
+//! The methods that need no frames, in the tables of [`crate::measures::loo`]: linear models (paper 001) and statistics (paper
 //! 002), streamed through the core and over whole clips.
 //!
 //! | row | is |
