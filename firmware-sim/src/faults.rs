@@ -5,15 +5,17 @@
 
 use std::str::FromStr;
 
-use anyhow::{Context, Result, bail};
-use gestus_database::stream::Streamed;
+use gestus_database::{
+    list::{self, ListError},
+    stream::Streamed,
+};
 use gestus_motion::clip::{Clip, Frame, Skeleton};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use crate::link::noise::probability;
+use crate::link::noise::PROBABILITY;
 
 /// Error below which a stream is back, metres: mean distance of the joints.
 pub const BACK_M: f64 = 0.01;
@@ -45,33 +47,23 @@ pub struct Faults {
 }
 
 impl FromStr for Faults {
-    type Err = anyhow::Error;
+    type Err = ListError;
 
-    fn from_str(text: &str) -> Result<Self> {
+    fn from_str(text: &str) -> Result<Self, ListError> {
         let mut faults = Self::default();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (name, value) = part
-                .split_once('=')
-                .with_context(|| format!("`{part}`: write NAME=VALUE, as in drop=0.01"))?;
-            match name {
-                "drop" => faults.drop = probability(part, value)?,
-                "repeat" => faults.repeat = probability(part, value)?,
-                "corrupt" => faults.corrupt = probability(part, value)?,
+        for item in list::items(text) {
+            match item.name {
+                "drop" => faults.drop = item.number(0.0..=1.0, PROBABILITY)?,
+                "repeat" => faults.repeat = item.number(0.0..=1.0, PROBABILITY)?,
+                "corrupt" => faults.corrupt = item.number(0.0..=1.0, PROBABILITY)?,
                 "delay" => {
-                    let (p, frames) = value
-                        .split_once(':')
-                        .with_context(|| format!("`{part}`: write delay=PROBABILITY:FRAMES"))?;
-                    faults.delay = probability(part, p)?;
+                    let (p, frames) = item.pair("PROBABILITY:FRAMES, as in delay=0.05:3")?;
+                    faults.delay = item.parse(p, 0.0..=1.0, PROBABILITY)?;
                     faults.delay_frames =
-                        frames.parse().ok().filter(|n| (1..=1000).contains(n)).with_context(|| {
-                            format!("`{part}`: `{frames}` is no number of frames from 1 to 1000")
-                        })?;
+                        item.parse(frames, 1..=1000, "a number of frames from 1 to 1000")?;
                 }
-                "seed" => {
-                    faults.seed =
-                        value.parse().with_context(|| format!("`{part}`: `{value}` is no whole number"))?;
-                }
-                _ => bail!("`{part}`: a stream has drop, repeat, delay, corrupt and seed"),
+                "seed" => faults.seed = item.number(.., "a whole number")?,
+                _ => return Err(item.unknown("drop, repeat, delay, corrupt and seed")),
             }
         }
         Ok(faults)
@@ -284,18 +276,14 @@ mod tests {
         let expected =
             Faults { drop: 0.01, repeat: 0.02, delay: 0.05, delay_frames: 3, corrupt: 0.01, seed: 7 };
         assert_eq!(faults, expected);
-        for (text, reason) in [
-            ("drop", "NAME=VALUE"),
-            ("dorp=0.1", "a stream has drop"),
-            ("drop=2", "0 to 1"),
-            ("repeat=x", "`x` is no number"),
-            ("delay=0.1", "PROBABILITY:FRAMES"),
-            ("delay=0.1:0", "1 to 1000"),
-            ("seed=-1", "no whole number"),
-        ] {
-            let error = text.parse::<Faults>().expect_err(text).to_string();
-            assert!(error.contains(reason) && error.contains(text), "{text}: {error}");
+        for text in ["drop", "delay=0.1"] {
+            assert!(matches!(text.parse::<Faults>(), Err(ListError::Missing { item, .. }) if item == text));
         }
+        for (text, bad) in [("drop=2", "2"), ("repeat=x", "x"), ("delay=0.1:0", "0"), ("seed=-1", "-1")] {
+            let error = text.parse::<Faults>().expect_err(text);
+            assert!(matches!(error, ListError::Value { item, value, .. } if item == text && value == bad));
+        }
+        assert!(matches!("dorp=0.1".parse::<Faults>(), Err(ListError::Name { name, .. }) if name == "dorp"));
     }
 
     #[test]

@@ -20,6 +20,7 @@ use gestus_core::{
 };
 use gestus_database::{
     command_line::outputs::{apart, say, tell},
+    list,
     retarget::MapFile,
     stream::translate::Input,
 };
@@ -121,15 +122,13 @@ fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
     };
     let label = |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
     let mut styles = Vec::new();
-    for part in args.style.iter().flat_map(|s| s.split(',')) {
-        let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
-        let weight: f32 =
-            weight.trim().parse().with_context(|| format!("--style {part}: the weight is a number"))?;
-        styles.push((find(name.trim(), manifest.styles, "style")?, weight));
+    for item in args.style.iter().flat_map(|s| list::items(s)) {
+        let weight = item.weight().context("--style")?;
+        styles.push((find(item.name, manifest.styles, "style")?, weight));
     }
     let styles = match styles.as_slice() {
         // The first style is most often the one that the input is in.
-        [] => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
+        [] if args.style.is_none() => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
         [one] => [*one, (one.0, 0.0)],
         [one, two] => [*one, *two],
         _ => bail!("--style: one style or two to begin with; the page has all of them"),

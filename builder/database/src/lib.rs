@@ -17,6 +17,7 @@ pub mod build;
 pub mod command_line;
 pub mod data_folder;
 pub mod effort;
+pub mod list;
 pub mod models;
 pub mod pairing;
 pub mod registration;

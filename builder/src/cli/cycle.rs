@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{data_folder::load::load, models::bilinear::Bilinear};
+use gestus_database::{data_folder::load::load, list, models::bilinear::Bilinear};
 use gestus_motion::{
     body::Body,
     formats::bvh::{Bvh, Unit},
@@ -60,10 +60,9 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let action = corpus.action(&args.action).with_context(place)?;
     let mut weights = vec![0.0; corpus.styles.len()];
-    for part in args.style.split(',').filter(|p| !p.trim().is_empty()) {
-        let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
-        let number: f64 = weight.trim().parse().with_context(|| format!("`{part}`: write style=0.5"))?;
-        weights[corpus.style(name.trim()).with_context(place)?] += number;
+    for item in list::items(&args.style) {
+        let weight: f64 = item.weight().context("--style")?;
+        weights[corpus.style(item.name).with_context(place)?] += weight;
     }
     let total: f64 = weights.iter().sum();
     if !(total.is_finite() && total.abs() > 1e-6) {

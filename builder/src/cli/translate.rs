@@ -288,7 +288,7 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// The whole clip, rebuilt of blended fragments of the database (paper 003).
 fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
-    let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
+    let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
     let start = std::time::Instant::now();
     let model = match &args.labels {
         Some(path) => {

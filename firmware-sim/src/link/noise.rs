@@ -2,9 +2,12 @@
 
 use std::{fmt::Write as _, str::FromStr, time::Duration};
 
-use anyhow::{Context, Result, bail};
+use gestus_database::list::{self, ListError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// What the value of most parts is.
+pub const PROBABILITY: &str = "a probability from 0 to 1, as in drop=0.001";
 
 /// Faults of a line and how likely each is. Written as `lose=0.001,corrupt=0.001,seed=7`; parts in any order, those
 /// left out are 0:
@@ -42,15 +45,12 @@ pub struct Noise {
 }
 
 impl FromStr for Noise {
-    type Err = anyhow::Error;
+    type Err = ListError;
 
-    fn from_str(text: &str) -> Result<Self> {
+    fn from_str(text: &str) -> Result<Self, ListError> {
         let mut noise = Self::default();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (name, value) = part
-                .split_once('=')
-                .with_context(|| format!("`{part}`: write NAME=VALUE, as in lose=0.001"))?;
-            let slot = match name {
+        for item in list::items(text) {
+            let slot = match item.name {
                 "lose" => &mut noise.lose,
                 "double" => &mut noise.double,
                 "corrupt" => &mut noise.corrupt,
@@ -58,38 +58,21 @@ impl FromStr for Noise {
                 "repeat" => &mut noise.repeat,
                 "cut" => &mut noise.cut,
                 "delay" => {
-                    let (p, ms) = value
-                        .split_once(':')
-                        .with_context(|| format!("`{part}`: write delay=PROBABILITY:MILLISECONDS"))?;
-                    noise.delay_ms = ms
-                        .parse()
-                        .with_context(|| format!("`{part}`: `{ms}` is no number of milliseconds"))?;
-                    noise.delay = probability(part, p)?;
+                    let (p, ms) = item.pair("PROBABILITY:MILLISECONDS, as in delay=0.05:300")?;
+                    noise.delay_ms = item.parse(ms, .., "a number of milliseconds")?;
+                    noise.delay = item.parse(p, 0.0..=1.0, PROBABILITY)?;
                     continue;
                 }
                 "seed" => {
-                    noise.seed =
-                        value.parse().with_context(|| format!("`{part}`: `{value}` is no whole number"))?;
+                    noise.seed = item.number(.., "a whole number")?;
                     continue;
                 }
-                _ => bail!("`{part}`: a line has lose, double, corrupt, drop, repeat, cut, delay and seed"),
+                _ => return Err(item.unknown("lose, double, corrupt, drop, repeat, cut, delay and seed")),
             };
-            *slot = probability(part, value)?;
+            *slot = item.number(0.0..=1.0, PROBABILITY)?;
         }
         Ok(noise)
     }
-}
-
-/// A probability in a specification.
-///
-/// # Errors
-/// What is no number from 0 to 1, with the part that it stands in.
-pub fn probability(part: &str, value: &str) -> Result<f64> {
-    let p: f64 = value.parse().with_context(|| format!("`{part}`: `{value}` is no number"))?;
-    if !(0.0..=1.0).contains(&p) {
-        bail!("`{part}`: a probability is 0 to 1");
-    }
-    Ok(p)
 }
 
 /// What happened to a line's bytes.
@@ -208,20 +191,21 @@ mod tests {
         let noise: Noise = "lose=0.001, delay=0.05:300,seed=7".parse().expect("it is right");
         assert_eq!(noise, Noise { lose: 0.001, delay: 0.05, delay_ms: 300, seed: 7, ..Noise::default() });
         assert_eq!("".parse::<Noise>().expect("nothing is fine"), Noise::default());
-        for (text, expected) in [
-            ("lose", "NAME=VALUE"),
-            ("loose=0.1", "a line has lose"),
-            ("lose=often", "`often` is no number"),
-            ("lose=1.5", "0 to 1"),
-            ("lose=-0.1", "0 to 1"),
-            ("lose=NaN", "0 to 1"),
-            ("delay=0.1", "PROBABILITY:MILLISECONDS"),
-            ("delay=0.1:soon", "`soon` is no number of milliseconds"),
-            ("seed=x", "no whole number"),
-        ] {
-            let error = text.parse::<Noise>().expect_err(text).to_string();
-            assert!(error.contains(expected) && error.contains(text), "{text}: {error}");
+        for text in ["lose", "delay=0.1"] {
+            assert!(matches!(text.parse::<Noise>(), Err(ListError::Missing { item, .. }) if item == text));
         }
+        for (text, bad) in [
+            ("lose=often", "often"),
+            ("lose=1.5", "1.5"),
+            ("lose=-0.1", "-0.1"),
+            ("lose=NaN", "NaN"),
+            ("delay=0.1:soon", "soon"),
+            ("seed=x", "x"),
+        ] {
+            let error = text.parse::<Noise>().expect_err(text);
+            assert!(matches!(error, ListError::Value { item, value, .. } if item == text && value == bad));
+        }
+        assert!(matches!("loose=0.1".parse::<Noise>(), Err(ListError::Name { name, .. }) if name == "loose"));
     }
 
     #[test]

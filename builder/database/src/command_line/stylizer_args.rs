@@ -15,6 +15,7 @@ use gestus_core::{
 use crate::{
     command_line::parameters::ParameterArgs,
     effort,
+    list::{self, Item},
     stream::{REMEMBERED, Request},
 };
 
@@ -178,7 +179,7 @@ impl WishArgs {
 
     /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.
     fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
-        let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort {wanted}: {e}"))?;
+        let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
         let dial = database.dial().context(
             "--effort: the database has no effort dial: build it again from two styles or more, without --no-effort",
         )?;
@@ -279,16 +280,17 @@ fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
     if let Some(style) = styles.find(words.trim()) {
         return Ok(vec![(style, 1.0)]);
     }
-    let parts = words.split(',').filter(|s| !s.trim().is_empty());
-    parts.map(|part| weighted(part, styles, "style")).collect()
+    list::items(words).map(|item| weighted(item, styles, "style")).collect()
 }
 
 /// `left-arm=proud:2+old:1`, in the database's numbers.
 fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
     let (group, mix) =
         part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
-    let weights: Vec<(u16, f32)> =
-        mix.split('+').map(|s| weighted(&s.replacen(':', "=", 1), styles, "style")).collect::<Result<_>>()?;
+    let weights: Vec<(u16, f32)> = mix
+        .split('+')
+        .map(|s| weighted(Item::new(&s.replacen(':', "=", 1)), styles, "style"))
+        .collect::<Result<_>>()?;
     if weights.len() > MAX_OWN {
         bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
     }
@@ -298,7 +300,7 @@ fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16,
 
 /// `left-arm=0.5`, in the database's numbers.
 fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
-    let (group, strength) = weighted(part, groups, "joint group")?;
+    let (group, strength) = weighted(Item::new(part), groups, "joint group")?;
     if !(0.0..=MOST_STRENGTH).contains(&strength) {
         bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MOST_STRENGTH} (beyond it)");
     }
@@ -316,16 +318,13 @@ fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()
     Ok(())
 }
 
-fn weighted(part: &str, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
-    if let Some(number) = names.find(part.trim()) {
+/// A name and its weight. A whole item goes first: names may have a `=`.
+fn weighted(item: Item<'_>, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
+    if let Some(number) = names.find(item.text) {
         return Ok((number, 1.0));
     }
-    let (name, weight) = part.rsplit_once('=').unwrap_or((part, "1"));
-    let number: f32 = weight
-        .trim()
-        .parse()
-        .with_context(|| format!("`{part}`: `{weight}` is no number; write {what}=0.5"))?;
-    Ok((find(name, names, what)?, number))
+    let weight = item.weight()?;
+    Ok((find(item.name, names, what)?, weight))
 }
 
 #[cfg(test)]
@@ -335,6 +334,7 @@ mod tests {
     use super::*;
     use crate::{
         build::{BuildOptions, build},
+        list::ListError,
         synth,
     };
 
@@ -404,13 +404,16 @@ mod tests {
         let database = Database::open(&blob).unwrap();
         let ask = |words: &[&str]| {
             let words = ["gestus"].iter().chain(words).copied();
-            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+            Line::parse_from(words).wish.request(&database)
         };
         assert_eq!(ask(&["--style", "a,b=c"]).unwrap().style, [(0, 1.0)]);
         assert_eq!(ask(&["--style", "d=1=0.5"]).unwrap().style, [(1, 0.5)]);
         assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
-        let message = ask(&["--style", "d=x"]).unwrap_err();
-        assert!(message.contains("`x` is no number"), "{message}");
+        let error = ask(&["--style", "d=x"]).unwrap_err();
+        assert!(
+            matches!(error.downcast_ref(), Some(ListError::Value { value, .. }) if value == "x"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub mod stage;
 pub mod support;
 pub mod synthesize;
 
+use crate::list::{self, ListError};
+
 /// Flow, weight and time.
 pub type Factors = [f64; 3];
 
@@ -69,26 +71,17 @@ impl Source {
 /// Reads `flow=1,weight=-0.5,time=2`; factors that are not named are `None`.
 ///
 /// # Errors
-/// A message for a person: what is no factor, no number, or out of range.
-pub fn parse(text: &str) -> Result<[Option<f64>; 3], String> {
+/// An unknown factor, a value that is not a number from -3 to 3, or an empty list.
+pub fn parse(text: &str) -> Result<[Option<f64>; 3], ListError> {
+    let expected = "a number from -3 to 3, as in flow=1,weight=-2,time=0.5";
     let mut factors = [None; 3];
-    for part in text.split(',').filter(|p| !p.trim().is_empty()) {
-        let (name, value) = part
-            .split_once('=')
-            .ok_or_else(|| format!("`{part}`: write flow=1, weight=-2 or time=0.5, separated by commas"))?;
-        let k = NAMES
-            .iter()
-            .position(|n| *n == name.trim())
-            .ok_or_else(|| format!("there is no effort factor `{}`: flow, weight, time", name.trim()))?;
-        let value: f64 =
-            value.trim().parse().map_err(|_| format!("`{part}`: `{}` is no number", value.trim()))?;
-        if !(-POLE..=POLE).contains(&value) {
-            return Err(format!("`{part}`: factors run from -3 to 3"));
-        }
-        factors[k] = Some(value);
+    for item in list::items(text) {
+        let k = NAMES.iter().position(|n| *n == item.name);
+        let k = k.ok_or_else(|| item.unknown(&NAMES.join(", ")))?;
+        factors[k] = Some(item.number(-POLE..=POLE, expected)?);
     }
     if factors.iter().all(Option::is_none) {
-        return Err("no effort: give flow, weight, time or some of them, each from -3 to 3".into());
+        return Err(ListError::Missing { item: text.to_owned(), expected: expected.to_owned() });
     }
     Ok(factors)
 }
