@@ -4,13 +4,12 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::retarget::{map::Retarget, parts::Part};
+use crate::retarget::{body::Body, map::Retarget, parts::Part};
 
 /// The mapping as JSON: `parts`, `joints`, `doubts` and figures.
 pub fn json(retarget: &Retarget) -> Value {
     let (source, target) = (&retarget.source, &retarget.target);
-    let name =
-        |body: &super::map::Body, part: Part| body.parts.get(part).map(|j| body.skeleton.names[j].clone());
+    let name = |body: &Body, part: Part| body.parts.get(part).map(|j| body.skeleton.names[j].clone());
     let parts: Vec<Value> = Part::all()
         .into_iter()
         .map(|part| {
@@ -22,7 +21,7 @@ pub fn json(retarget: &Retarget) -> Value {
             })
         })
         .collect();
-    let names = |body: &super::map::Body, joints: &[usize]| {
+    let names = |body: &Body, joints: &[usize]| {
         joints.iter().map(|&j| body.skeleton.names[j].clone()).collect::<Vec<_>>()
     };
     let others = source.parts.others(&source.skeleton).collect::<Vec<_>>();
@@ -52,7 +51,7 @@ fn up(retarget: &Retarget) -> String {
 /// The mapping for people.
 pub fn text(retarget: &Retarget) -> String {
     let (source, target) = (&retarget.source, &retarget.target);
-    let name = |body: &super::map::Body, part: Part| {
+    let name = |body: &Body, part: Part| {
         body.parts.get(part).map_or("-", |j| body.skeleton.names[j].as_str()).to_owned()
     };
     let mut out = String::new();
@@ -69,7 +68,7 @@ pub fn text(retarget: &Retarget) -> String {
             name(target, part)
         );
     }
-    let names = |body: &super::map::Body, joints: &[usize]| {
+    let names = |body: &Body, joints: &[usize]| {
         joints.iter().map(|&j| body.skeleton.names[j].as_str()).collect::<Vec<_>>().join(", ")
     };
     let _ = writeln!(

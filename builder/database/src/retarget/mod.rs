@@ -3,19 +3,22 @@
 //!
 //! 1. [`identify`]: parts by a file ([`file`](mod@file)), by names ([`parts`]), by [`shape`];
 //! 2. [`anatomy`]: a frame for each part, in its joint's axes;
-//! 3. [`map`]: records and limbs, as bytes for `gestus_core::retarget`;
+//! 3. [`body`]: a skeleton with its parts; [`map`]: two of them as a table for `gestus_core::retarget`;
 //! 4. [`check`]: all of it in words.
 //!
 //! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, named by paper 000, section 4.
 
 pub mod anatomy;
+pub mod body;
 pub mod check;
+mod encode;
 pub mod file;
 pub mod identify;
 pub mod map;
 pub mod parts;
 pub mod shape;
 
+pub use body::MapError;
 pub use file::{MapFile, MapFileError};
 pub use identify::{IdentifyError, Parts};
-pub use map::{MapError, Retarget};
+pub use map::Retarget;

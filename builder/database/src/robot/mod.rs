@@ -2,11 +2,12 @@
 //!
 //! 1. [`gestus_motion::formats::urdf`] reads the tree of hinges;
 //! 2. [`assign`](mod@assign) says which hinge stands for which body part, [`file`](mod@file) overrides it;
-//! 3. [`machine`] finds how links lie in the body, and writes the tables;
+//! 3. `links` finds how links lie in the body, and [`machine`] encodes the tables;
 //! 4. [`mod@play`] drives a clip through the core, tick by tick: angles, trajectories, pulses.
 
 pub mod assign;
 pub mod file;
+mod links;
 pub mod machine;
 pub mod play;
 

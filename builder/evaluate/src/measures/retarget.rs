@@ -23,7 +23,7 @@ use gestus_database::{
     registration::contact::contacts,
     retarget::{
         MapFile, Retarget,
-        map::Body,
+        body::Body,
         parts::{Part, Side},
     },
 };

@@ -1,0 +1,177 @@
+//! A skeleton with its parts, measured on its own motion.
+
+use std::sync::Arc;
+
+use gestus_core::{
+    BlobError, Database, Pose,
+    blob::layout::MAX_JOINTS,
+    body::pose::{Anchor, to_pose},
+};
+use gestus_motion::{
+    body::database_skeleton,
+    clip::{Clip, Frame, Skeleton},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+use thiserror::Error;
+
+use crate::{
+    blob::export::row,
+    retarget::{
+        anatomy::Anatomy,
+        file::MapFile,
+        identify::{IdentifyError, Parts},
+        parts::{Part, Side},
+    },
+    stream,
+};
+
+/// Poses that a body is measured by, at most.
+const SAMPLE: usize = 600;
+
+/// A skeleton that can't be mapped.
+#[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum MapError {
+    #[error("{0}")]
+    Source(IdentifyError),
+    #[error("the database's skeleton: {0}")]
+    Target(IdentifyError),
+    #[error("the skeleton has {have} joints, a map takes 2 to {most}")]
+    Joints { have: usize, most: usize },
+    #[error("the legs of the {which} are {length_m} m long: check the unit (--unit)")]
+    Legs { which: &'static str, length_m: f64 },
+    #[error("the map that was made is not in order: {0}")]
+    Blob(#[from] BlobError),
+    #[error("the clip has no frames")]
+    Empty,
+}
+
+/// A body: a skeleton, its parts and how they lie.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// The skeleton.
+    pub skeleton: Arc<Skeleton>,
+    /// Which joint is which part.
+    pub parts: Parts,
+    /// How parts lie in their joints' axes.
+    pub anatomy: Anatomy,
+    /// What joints without a counterpart keep: their mean local rotations.
+    pub(super) rest: Vec<UnitQuaternion<f64>>,
+}
+
+impl Body {
+    /// A database's body, measured on its own motion.
+    ///
+    /// # Errors
+    /// [`MapError::Target`] where its skeleton has no arms or legs.
+    pub fn of_database(database: &Database<'_>) -> Result<Self, MapError> {
+        let skeleton = Arc::new(database_skeleton(database));
+        let frames = sample_of(database);
+        let parts = Parts::find(&skeleton, &frames, &MapFile::default()).map_err(MapError::Target)?;
+        let anatomy = Anatomy::of(&skeleton, &parts, &frames, None);
+        let rest = (0..skeleton.joints()).map(|j| quaternion(database.joint(j).mean)).collect();
+        Self { skeleton, parts, anatomy, rest }.checked("database")
+    }
+
+    /// An incoming body, measured on a clip; and the rotation that stands its world upright.
+    ///
+    /// # Errors
+    /// [`MapError`] where it can't be identified.
+    pub fn of_clip(clip: &Clip, file: &MapFile) -> Result<(Self, UnitQuaternion<f64>), MapError> {
+        if clip.frames.is_empty() {
+            return Err(MapError::Empty);
+        }
+        let skeleton = clip.skeleton.clone();
+        let step = clip.frames.len().div_ceil(SAMPLE).max(1);
+        let raw: Vec<Frame> = clip.frames.iter().step_by(step).cloned().collect();
+        let world = upright(&skeleton, &raw, file);
+        let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
+        let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
+        let anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
+        let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
+        Ok((Self { skeleton, parts, anatomy, rest }.checked("clip")?, world))
+    }
+
+    fn checked(self, which: &'static str) -> Result<Self, MapError> {
+        let length_m = self.anatomy.leg_m;
+        if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
+    }
+
+    /// Joints of a chain with their places along it, 0 to 1: ends first and last, those between at the middle of the
+    /// segment that they turn.
+    fn chain(&self, from: usize, rest: &[usize]) -> Vec<(usize, f64)> {
+        let Some((&last, between)) = rest.split_last() else { return vec![(from, 0.0)] };
+        let length = |j: usize| self.skeleton.offsets[j].norm();
+        let whole: f64 = rest.iter().map(|&j| length(j)).sum::<f64>().max(1e-9);
+        let mut at = 0.0;
+        let mut chain = vec![(from, 0.0)];
+        for (i, &j) in between.iter().enumerate() {
+            at += length(j);
+            chain.push((j, (at + 0.5 * length(rest[i + 1])) / whole));
+        }
+        chain.push((last, 1.0));
+        chain
+    }
+
+    /// Spine and neck as chains.
+    pub(super) fn chains(&self) -> [Vec<(usize, f64)>; 2] {
+        let chest = self.parts.spine.last().copied().unwrap_or(0);
+        [self.chain(0, &self.parts.spine), self.chain(chest, &self.parts.neck)]
+    }
+}
+
+/// Frames of a database, evenly over all its clips.
+fn sample_of(database: &Database<'_>) -> Vec<Frame> {
+    let counts = database.counts();
+    let step = counts.frames.div_ceil(SAMPLE).max(1);
+    let mut pose = Pose::<MAX_JOINTS>::IDENTITY;
+    (0..counts.frames)
+        .step_by(step)
+        .map(|r| {
+            to_pose(database, &row(database, r), Anchor::ORIGIN, &mut pose);
+            stream::from_pose(&pose, counts.joints)
+        })
+        .collect()
+}
+
+fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = [x, y, z, w].map(f64::from);
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+}
+
+/// The rotation that takes the clip's up to Y: the file's word, or the axis along which feet are below the hips.
+fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuaternion<f64> {
+    let up = file.up.unwrap_or_else(|| {
+        let feet: Vec<usize> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
+            .ok()
+            .map(|p| Side::BOTH.iter().filter_map(|&s| p.get(Part::Foot(s))).collect())
+            .unwrap_or_default();
+        let mut up = Vector3::zeros();
+        let mut extent = Vector3::zeros();
+        for frame in frames {
+            let p = frame.positions(skeleton);
+            up += feet.iter().map(|&f| p[0] - p[f]).sum::<Vector3<f64>>();
+            let (low, high) = p.iter().fold((p[0], p[0]), |(l, h), q| (l.inf(q), h.sup(q)));
+            extent += high - low;
+        }
+        let axis = up.iamax();
+        if !feet.is_empty() && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
+            (axis, up[axis].signum())
+        } else if extent.z > 1.3 * extent.y {
+            (2, 1.0)
+        } else {
+            (1, 1.0)
+        }
+    });
+    let (axis, sign) = up;
+    let from = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
+    UnitQuaternion::rotation_between(&from, &Vector3::y())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
+
+fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
+    let mut frame = frame.clone();
+    frame.root = world * frame.root;
+    frame.rotations[0] = world * frame.rotations[0];
+    frame
+}

@@ -1,0 +1,155 @@
+//! The bytes of a map: what each joint follows, and the limbs that both bodies have (`docs/FORMAT.md`, "Retargeting
+//! map").
+
+use gestus_core::{
+    Database,
+    blob::crc::crc32c,
+    retarget::{
+        fingerprint,
+        layout::{self, header, joint, limb, record},
+    },
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::{
+    models::numbers::floats,
+    retarget::{
+        body::Body,
+        parts::{Part, Side},
+    },
+};
+
+/// Where a joint's orientation comes from.
+enum Source {
+    Stay(UnitQuaternion<f64>),
+    Follow { from: [usize; 2], weight: f64, turns: [UnitQuaternion<f64>; 2] },
+}
+
+/// What `to`'s joints follow in `from`.
+fn sources(from: &Body, to: &Body) -> Vec<Source> {
+    let frame = |body: &Body, j: usize| body.anatomy.frame(j);
+    let turn = |a: usize, t: usize| -> Option<UnitQuaternion<f64>> {
+        Some(frame(from, a)? * frame(to, t)?.inverse())
+    };
+    let mut sources: Vec<Source> = to.rest.iter().map(|q| Source::Stay(*q)).collect();
+    for (theirs, ours) in from.chains().iter().zip(to.chains()) {
+        for &(t, at) in &ours {
+            // The last at or before this place, and the next.
+            let next = theirs.iter().position(|&(_, u)| u >= at - 1e-9).unwrap_or(theirs.len() - 1);
+            let (b, after) = theirs[next];
+            let (a, before) = theirs[next.saturating_sub(1)];
+            let span = after - before;
+            let weight = if span > 1e-9 { ((at - before) / span).clamp(0.0, 1.0) } else { 1.0 };
+            let (from, weight) = if weight >= 1.0 - 1e-9 { ([b, b], 0.0) } else { ([a, b], weight) };
+            if let (Some(first), Some(second)) = (turn(from[0], t), turn(from[1], t)) {
+                sources[t] = Source::Follow { from, weight, turns: [first, second] };
+            }
+        }
+    }
+    for (&part, &t) in &to.parts.joints {
+        if matches!(part, Part::Hips | Part::Chest | Part::Head) {
+            continue;
+        }
+        if let Some(a) = from.parts.get(part)
+            && let Some(turn) = turn(a, t)
+        {
+            sources[t] = Source::Follow { from: [a, a], weight: 0.0, turns: [turn, turn] };
+        }
+    }
+    sources
+}
+
+/// The limbs that both bodies have.
+fn limbs(source: &Body, target: &Body) -> Vec<([usize; 3], [usize; 3], u8)> {
+    let mut limbs = Vec::new();
+    for side in Side::BOTH {
+        let chains = [
+            ([Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)], limb::LEG),
+            ([Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)], limb::ARM),
+        ];
+        for (chain, kind) in chains {
+            let of = |body: &Body| -> Option<[usize; 3]> {
+                let [a, b, c] = chain.map(|p| body.parts.get(p));
+                Some([a?, b?, c?])
+            };
+            if let (Some(a), Some(b)) = (of(source), of(target)) {
+                limbs.push((a, b, kind));
+            }
+        }
+    }
+    limbs
+}
+
+/// Encodes the map of `source` to `target`, whose legs are `scale` times as long.
+pub(super) fn encode(
+    database: &Database<'_>,
+    source: &Body,
+    target: &Body,
+    world: &UnitQuaternion<f64>,
+    scale: f64,
+) -> Vec<u8> {
+    let limbs = limbs(source, target);
+    let (n, j) = (source.skeleton.joints(), target.skeleton.joints());
+    let total = layout::total(n, j, limbs.len());
+    let mut bytes = vec![0; header::LENGTH];
+    let mut put = |range: std::ops::Range<usize>, data: &[u8]| bytes[range].copy_from_slice(data);
+    put(header::MAGIC, &layout::MAGIC);
+    put(header::VERSION, &layout::VERSION.to_le_bytes());
+    // Counts were checked against limits far below these widths.
+    put(header::SOURCES, &(n as u16).to_le_bytes());
+    put(header::TARGETS, &(j as u16).to_le_bytes());
+    put(header::LIMBS, &(limbs.len() as u16).to_le_bytes());
+    put(header::TOTAL, &(total as u32).to_le_bytes());
+    put(header::SKELETON, &fingerprint(database).to_le_bytes());
+    put(header::SCALE, &(scale as f32).to_le_bytes());
+    put(header::SOURCE_ANKLE, &(source.anatomy.ankle_m as f32).to_le_bytes());
+    put(header::TARGET_ANKLE, &(target.anatomy.ankle_m as f32).to_le_bytes());
+    put(header::WORLD, &floats(world.coords.iter().copied()));
+    put(header::SOURCE_HIPS, &floats(source.anatomy.hips.iter().copied()));
+    put(header::TARGET_HIPS, &floats(target.anatomy.hips.iter().copied()));
+    let chains = [limbs.iter().map(|l| l.0).collect::<Vec<_>>(), limbs.iter().map(|l| l.1).collect()];
+    for (body, chains) in [source, target].into_iter().zip(&chains) {
+        let segment = |joint: usize| -> u8 {
+            let of = |(l, chain): (usize, &[usize; 3])| {
+                (0..2).find(|&i| chain[i] == joint).map(|i| (1 + 2 * l + i) as u8)
+            };
+            chains.iter().enumerate().find_map(of).unwrap_or(0)
+        };
+        for i in 0..body.skeleton.joints() {
+            let at = bytes.len();
+            bytes.resize(at + joint::LENGTH, 0);
+            bytes[at + joint::PARENT] = body.skeleton.parents[i].map_or(u8::MAX, |p| p as u8);
+            bytes[at + joint::SEGMENT] = segment(i);
+            let offset = if i == 0 { Vector3::zeros() } else { body.skeleton.offsets[i] };
+            bytes[at + joint::OFFSET.start..at + joint::OFFSET.end]
+                .copy_from_slice(&floats(offset.iter().copied()));
+        }
+    }
+    for records in [sources(source, target), sources(target, source)] {
+        for from in &records {
+            let at = bytes.len();
+            bytes.resize(at + record::LENGTH, 0);
+            let identity = UnitQuaternion::identity();
+            let (kind, from, weight, turns) = match from {
+                Source::Stay(rest) => (record::STAY, [0, 0], 0.0, [*rest, identity]),
+                Source::Follow { from, weight, turns } => (record::FOLLOW, *from, *weight, *turns),
+            };
+            bytes[at + record::KIND] = kind;
+            bytes[at + record::FROM.start] = from[0] as u8;
+            bytes[at + record::FROM.start + 1] = from[1] as u8;
+            bytes[at + record::WEIGHT.start..at + record::WEIGHT.end]
+                .copy_from_slice(&(weight as f32).to_le_bytes());
+            for (i, turn) in turns.iter().enumerate() {
+                let start = at + record::TURNS.start + 16 * i;
+                bytes[start..start + 16].copy_from_slice(&floats(turn.coords.iter().copied()));
+            }
+        }
+    }
+    for (a, b, kind) in &limbs {
+        let [a, b] = [a, b].map(|c| c.map(|j| j as u8));
+        bytes.extend([a[0], a[1], a[2], *kind, b[0], b[1], b[2], 0]);
+    }
+    let crc = crc32c(&[&bytes]);
+    bytes[header::CRC].copy_from_slice(&crc.to_le_bytes());
+    bytes
+}
