@@ -8,7 +8,6 @@ use super::{
     options::{BuildError, BuildOptions},
 };
 use crate::{
-    blob::assemble::Section,
     models::{self, Wanted, correspond::Pairs},
     pairing::{Pairing, pair},
 };
@@ -16,7 +15,7 @@ use crate::{
 /// The cycles with their outputs, and the sections of the models.
 pub(super) struct Paired {
     pub pairing: Pairing,
-    pub models: Vec<Section>,
+    pub models: models::Sections,
     /// One line for each model left out.
     pub notes: Vec<String>,
 }
@@ -26,7 +25,10 @@ impl Paired {
         let Clips { corpus, options, .. } = clips;
         let pairing = pair(&frames.cycles, &frames.names(), corpus.styles.len(), options.pairing);
         let mut notes = Vec::new();
-        let models = if options.models { sections(clips, frames, &pairing, &mut notes)? } else { Vec::new() };
+        let models = match options.models {
+            true => sections(clips, frames, &pairing, &mut notes)?,
+            false => models::Sections::default(),
+        };
         Ok(Self { pairing, models, notes })
     }
 }
@@ -37,7 +39,7 @@ fn sections(
     frames: &Frames<'_>,
     pairing: &Pairing,
     notes: &mut Vec<String>,
-) -> Result<Vec<Section>, BuildError> {
+) -> Result<models::Sections, BuildError> {
     let Clips { corpus, options, body, examples, dofs, .. } = clips;
     let names = frames.names();
     let examples_dofs: Vec<(&Example, &[Vec<f64>])> =

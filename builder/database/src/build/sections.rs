@@ -2,7 +2,7 @@
 
 use gestus_core::blob::{
     Counts,
-    layout::section::{self, Required},
+    layout::section::{self, Optional, Required},
 };
 
 use super::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
@@ -48,8 +48,19 @@ pub(super) fn encode(clips: &Clips<'_>, frames: &Frames<'_>, paired: Paired, ind
         flags: index.flags,
         timing: timing::encode(&index.timing),
     };
+    let optional = Optional {
+        feet: Some(feet::encode(body, examples)),
+        lti: paired.models.lti,
+        statistic: paired.models.statistic,
+        // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
+        effort: None,
+        retarget: None,
+    };
+    let mut optional: Vec<Section> =
+        optional.numbered().into_iter().filter_map(|(id, content)| Some((id, content?))).collect();
+    // Feet are written first: the order of earlier blobs.
+    optional.sort_by_key(|&(id, _)| id != section::FEET);
     let mut sections: Vec<Section> = required.numbered().into();
-    sections.push((section::FEET, feet::encode(body, examples)));
-    sections.extend(paired.models);
+    sections.extend(optional);
     assemble(&counts, corpus.rate_hz, &sections)
 }

@@ -12,10 +12,8 @@ pub mod lti;
 pub(crate) mod numbers;
 pub mod statistic;
 
-use gestus_core::blob::layout::section;
 use rayon::prelude::*;
 
-use crate::blob::assemble::Section;
 use correspond::{Aligned, Pairs};
 use gestus_motion::{body::Body, corpus::Example};
 use lti::{n4sid, section::Labelled};
@@ -34,22 +32,33 @@ pub struct Wanted {
     pub rounds: usize,
 }
 
-/// The sections of the models, and a line for each that can't be made. `examples` are the clips of the blob with
-/// their dofs, sorted by class.
+/// The models' sections; `None` where one is left out.
+#[derive(Debug, Default)]
+pub struct Sections {
+    /// Linear models.
+    pub lti: Option<Vec<u8>>,
+    /// Statistics of each style.
+    pub statistic: Option<Vec<u8>>,
+}
+
+/// Estimates the models. `examples` are the clips of the blob with their dofs, sorted by class. A model that can't be
+/// estimated is left out, with a line in `notes`.
 pub fn sections(
     body: &Body,
     examples: &[(&Example, &[Vec<f64>])],
     pairs: &Pairs<'_>,
     wanted: &Wanted,
     notes: &mut Vec<String>,
-) -> Vec<Section> {
-    let mut sections = Vec::new();
-    match linear(pairs, wanted) {
-        Ok(models) => sections.push((section::LTI, lti::section::section(wanted.from, &models))),
-        Err(style) => notes.push(format!(
-            "no linear models: the pairs of style {style} are too few, or too short, to estimate one from that comes to rest"
-        )),
-    }
+) -> Sections {
+    let lti = match linear(pairs, wanted) {
+        Ok(models) => Some(lti::section::section(wanted.from, &models)),
+        Err(style) => {
+            notes.push(format!(
+                "no linear models: the pairs of style {style} are too few or too short to estimate a stable model"
+            ));
+            None
+        }
+    };
     let mut actions: Vec<Option<usize>> = vec![None];
     if wanted.by_action {
         let mut all: Vec<usize> = examples.iter().map(|(e, _)| e.action).collect();
@@ -70,8 +79,7 @@ pub fn sections(
             Table::of(body, style, action, &clips, wanted.rounds)
         })
         .collect();
-    sections.push((section::STATISTIC, statistic::table::section(wanted.from, &tables)));
-    sections
+    Sections { lti, statistic: Some(statistic::table::section(wanted.from, &tables)) }
 }
 
 /// A model for each output style; or the first style that has none.
