@@ -13,6 +13,7 @@ use std::{
 
 use rayon::prelude::*;
 use thiserror::Error;
+use walkdir::WalkDir;
 
 use crate::animation::{Animation, Recording};
 use crate::formats::{
@@ -147,25 +148,21 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     if path.is_file() {
         paths.push(path.to_path_buf());
     } else {
-        let mut open = vec![(path.to_path_buf(), 0)];
-        while let Some((folder, depth)) = open.pop() {
-            let entries = fs::read_dir(&folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
-            let entries = match entries {
-                Ok(entries) => entries,
-                // The folder itself must be there; one below it may be closed to us.
-                Err(e) if depth == 0 || strict => return Err(io_error(&folder, &e).into()),
-                Err(e) => {
-                    errors.push(io_error(&folder, &e).into());
-                    continue;
+        let files = WalkDir::new(path).max_depth(MAX_FOLDERS + 1).into_iter();
+        for entry in files.filter_entry(|entry| entry.depth() == 0 || !is_hidden(entry.path())) {
+            match entry {
+                Ok(entry) if !entry.file_type().is_dir() && is_capture(entry.path()) => {
+                    paths.push(entry.into_path());
                 }
-            };
-            for entry in entries.iter().filter(|entry| !is_hidden(&entry.path())) {
-                let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-                let path = entry.path();
-                if is_folder && depth < MAX_FOLDERS {
-                    open.push((path, depth + 1));
-                } else if !is_folder && is_capture(&path) {
-                    paths.push(path);
+                Ok(_) => {}
+                // The folder itself has to be there; a folder in it may be closed to us.
+                Err(error) => {
+                    let (at, folder) = (error.depth(), error.path().unwrap_or(path).to_path_buf());
+                    let error = io_error(&folder, &error.into());
+                    if at == 0 || strict {
+                        return Err(error.into());
+                    }
+                    errors.push(error.into());
                 }
             }
         }

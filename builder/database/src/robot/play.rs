@@ -115,12 +115,18 @@ impl Played {
     }
 
     fn table(&self, row: impl Fn(&Tick) -> Vec<String>) -> String {
-        let names: Vec<String> = self.names.iter().map(|n| column(n)).collect();
-        let mut text = format!("time_s,{}\n", names.join(","));
-        for (i, tick) in self.ticks.iter().enumerate() {
-            text += &format!("{:.6},{}\n", (i + 1) as f64 / self.tick_hz, row(tick).join(","));
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let head = std::iter::once("time_s".to_owned()).chain(self.names.iter().map(|n| column(n)));
+        let ticks = self.ticks.iter().enumerate().map(|(i, tick)| {
+            let mut row = row(tick);
+            row.insert(0, format!("{:.6}", (i + 1) as f64 / self.tick_hz));
+            row
+        });
+        for record in std::iter::once(head.collect()).chain(ticks) {
+            writer.write_record(record).expect("rows are of one length, and a Vec takes all of them");
         }
-        text
+        let bytes = writer.into_inner().expect("a Vec takes all of it");
+        String::from_utf8(bytes).expect("it was made of strings")
     }
 
     /// In the shape of ROS's `trajectory_msgs/JointTrajectory`.

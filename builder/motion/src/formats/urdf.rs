@@ -1,4 +1,4 @@
-//! URDF, the robots' description format: the tree of links and hinges of a file, read by `urdf-rs` behind a guard.
+//! URDF, the description format of robots: the tree of links and hinges of a file, read by `urdf-rs`.
 //!
 //! A file comes from anywhere, so before any XML is parsed it has to be of a bearable size and depth, and to have no
 //! document type: that is where entities, local or external, would be declared. After it, links and joints have to
@@ -8,6 +8,7 @@
 use std::{fs, path::Path};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use quick_xml::{Error as XmlError, Reader, errors::SyntaxError, events::Event};
 use thiserror::Error;
 
 /// The toy humanoid of 16 servos that comes with the project.
@@ -143,8 +144,8 @@ impl Robot {
     }
 }
 
-/// Looks at the text before any parser does. Gives it back with a velocity of 0, which is none, in each `limit` that
-/// says none: the parser takes the word for required.
+/// Looks at the markup before the tree is parsed, without recursion. Gives the text back with a velocity of 0, which
+/// stands for none, in each `limit` that has none: `urdf-rs` takes the attribute for required.
 fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     let file = || file.to_owned();
     if text.len() > MAX_BYTES {
@@ -153,80 +154,47 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     let start = text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
     if !start.starts_with('<') {
         let word: String = start.split_whitespace().next().unwrap_or("").chars().take(40).collect();
-        let is =
-            if word == "HIERARCHY" { "; this is a BVH file, a motion".to_owned() } else { String::new() };
-        let what = format!("it is no URDF, which begins with `<`: it begins with `{word}`{is}");
+        let is = if word == "HIERARCHY" { "; this is a BVH file, a motion" } else { "" };
+        let what = format!("not a URDF file, which begins with `<`: it begins with `{word}`{is}");
         return Err(UrdfError::Tree { file: file(), what });
     }
-    let line = |at: usize| text[..at].matches('\n').count() + 1;
-    let mut whole = String::with_capacity(text.len());
-    let (mut depth, mut at) = (0usize, 0);
-    while let Some(open) = text[at..].find('<').map(|i| at + i) {
-        let rest = &text[open..];
-        let behind = |start: &str, end: &str| {
-            let inside = &rest[start.len()..];
-            inside.find(end).map(|i| start.len() + i + end.len())
-        };
-        // What is inside comments, instructions and character data is no markup.
-        let length = if rest.starts_with("<!--") {
-            behind("<!--", "-->")
-        } else if rest.starts_with("<![CDATA[") {
-            behind("<![CDATA[", "]]>")
-        } else if rest.starts_with("<?") {
-            behind("<?", "?>")
-        } else if rest.starts_with("<!") {
-            return Err(UrdfError::Doctype { file: file(), line: line(open) });
-        } else {
-            tag_length(rest)
-        };
-        // A parser may see another end than this one does, and depth behind it.
-        let Some(length) = length else { return Err(UrdfError::Open { file: file(), line: line(open) }) };
-        let tag = &rest[..length];
-        whole.push_str(&text[at..open]);
-        if tag.starts_with("<!") || tag.starts_with("<?") {
-            whole.push_str(tag);
-        } else {
-            if tag.starts_with("</") {
-                depth = depth.saturating_sub(1);
-            } else if !tag.ends_with("/>") {
-                depth += 1;
+    let skipped = text.len() - start.len();
+    let mut reader = Reader::from_str(start);
+    // Names of ends and entities are checked by the parser behind this one.
+    let config = reader.config_mut();
+    (config.check_end_names, config.allow_unmatched_ends, config.allow_dangling_amp) = (false, true, true);
+    let mut whole = text[..skipped].to_owned();
+    let mut depth = 0usize;
+    loop {
+        let at = skipped + reader.buffer_position() as usize;
+        let line = || text[..at].matches('\n').count() + 1;
+        let event = reader.read_event().map_err(|error| match error {
+            XmlError::Syntax(SyntaxError::UnclosedDoctype | SyntaxError::InvalidBangMarkup) => {
+                UrdfError::Doctype { file: file(), line: line() }
             }
-            match tag.strip_prefix("<limit").filter(|attributes| lacks_velocity(attributes)) {
-                Some(attributes) => whole.extend(["<limit velocity=\"0\"", attributes]),
-                None => whole.push_str(tag),
-            }
+            _ => UrdfError::Open { file: file(), line: line() },
+        })?;
+        match &event {
+            Event::DocType(_) => return Err(UrdfError::Doctype { file: file(), line: line() }),
+            Event::Start(_) => depth += 1,
+            Event::End(_) => depth = depth.saturating_sub(1),
+            Event::Eof => return Ok(whole),
+            _ => {}
         }
         if depth > MAX_DEPTH {
-            return Err(UrdfError::Depth { file: file(), line: line(open) });
+            return Err(UrdfError::Depth { file: file(), line: line() });
         }
-        at = open + length;
-    }
-    whole.push_str(&text[at..]);
-    Ok(whole)
-}
-
-/// Bytes of a tag, up to the first `>` outside of quotes.
-fn tag_length(tag: &str) -> Option<usize> {
-    let mut quote = None;
-    for (i, c) in tag.char_indices() {
-        match quote {
-            Some(open) if c == open => quote = None,
-            Some(_) => {}
-            None if c == '"' || c == '\'' => quote = Some(c),
-            None if c == '>' => return Some(i + 1),
-            None => {}
+        let markup = &text[at..skipped + reader.buffer_position() as usize];
+        match (event, markup.strip_prefix("<limit")) {
+            (Event::Start(tag) | Event::Empty(tag), Some(attributes))
+                if tag.name().as_ref() == b"limit"
+                    && matches!(tag.try_get_attribute("velocity"), Ok(None)) =>
+            {
+                whole.extend(["<limit velocity=\"0\"", attributes]);
+            }
+            _ => whole.push_str(markup),
         }
     }
-    None
-}
-
-/// Whether what follows `<limit` are its attributes, without a velocity.
-fn lacks_velocity(attributes: &str) -> bool {
-    let words = attributes.split(['"', '\'']).step_by(2);
-    let mut words =
-        words.flat_map(|text| text.split(|c: char| c.is_whitespace() || matches!(c, '=' | '/' | '>')));
-    attributes.starts_with(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))
-        && !words.any(|word| word == "velocity")
 }
 
 fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
@@ -354,8 +322,6 @@ fn hinge(
 mod tests {
     use super::*;
 
-    /// The toy that comes with the project.
-
     #[test]
     fn the_toy_has_sixteen_hinges_in_tree_order() {
         let robot = Robot::parse(TOY, "toy.urdf").unwrap();
@@ -425,14 +391,19 @@ mod tests {
             ("\n\tvelocity=\"1\">", false),
             ("er/>", false),
         ] {
-            assert_eq!(lacks_velocity(attributes), lacks, "{attributes}");
+            let text = format!("<limit{attributes}");
+            let expected = if lacks { format!("<limit velocity=\"0\"{attributes}") } else { text.clone() };
+            assert_eq!(guard(&text, "r.urdf").unwrap(), expected);
         }
     }
 
     #[test]
     fn a_motion_is_no_robot() {
-        let message = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err().to_string();
-        assert!(message.contains("walk.bvh: it is no URDF") && message.contains("a BVH file"), "{message}");
+        let error = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err();
+        assert!(
+            matches!(&error, UrdfError::Tree { file, what } if file == "walk.bvh" && what.contains("a BVH file")),
+            "{error}"
+        );
     }
 
     #[test]
