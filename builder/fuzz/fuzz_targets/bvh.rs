@@ -1,7 +1,10 @@
 //! Any bytes: parse, write, convert, write back. What parses must come back the same; nothing may panic.
 #![no_main]
 
-use gestus_motion::formats::bvh::{Bvh, Options, to_clip};
+use gestus_motion::{
+    binding::{Options, to_clip},
+    formats::bvh::Bvh,
+};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -224,8 +224,9 @@ impl Binding {
 
 /// A recording's clip and the binding that made it.
 pub fn to_clip(recording: &impl Recording, options: &Options) -> Result<(Clip, Binding), ConvertError> {
-    let binding = Binding::new(recording, options)?;
-    Ok((binding.to_clip(recording)?, binding))
+    let animation = &*recording.animation();
+    let binding = Binding::new(animation, options)?;
+    Ok((binding.to_clip(animation)?, binding))
 }
 
 /// Whether joints are the same by name and parent; their offsets may differ.

@@ -1,8 +1,10 @@
 //! BVH in and out on small documents: what is read, what each error says, what comes back.
 
 use gestus_motion::{
+    binding::{Binding, Options, to_clip},
     capture::read_folder,
-    formats::bvh::{Binding, Bvh, BvhErrorKind as Kind, MAX_DEPTH, Options, Unit, to_clip},
+    formats::bvh::{Bvh, BvhErrorKind as Kind, MAX_DEPTH},
+    unit::Unit,
 };
 
 const SMALL: &str = "HIERARCHY

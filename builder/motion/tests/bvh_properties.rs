@@ -1,6 +1,10 @@
 //! Properties of BVH reading and writing, on random trees and on damaged text.
 
-use gestus_motion::formats::bvh::{Bvh, Options, Unit, to_clip};
+use gestus_motion::{
+    binding::{Options, to_clip},
+    formats::bvh::Bvh,
+    unit::Unit,
+};
 use proptest::prelude::*;
 
 /// A random document's text: joints hang on any earlier open joint, channels in any order, 3 or 6 a joint.

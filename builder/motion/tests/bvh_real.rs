@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use gestus_motion::{
+    binding::{Options, same_skeleton, to_clip},
     capture::{Document, read, read_folder},
-    formats::bvh::{Bvh, Options, same_skeleton, to_clip},
+    formats::bvh::Bvh,
 };
 
 /// Largest angle between the rotations that went in and those read back, degrees.

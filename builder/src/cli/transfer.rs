@@ -9,11 +9,12 @@ use gestus_database::{
 };
 use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
 use gestus_motion::{
+    binding::{Binding, Options, to_clip},
     body::Body,
     capture::{self, Document},
     clip::Clip,
     corpus::Corpus,
-    formats::bvh::{Binding, Options, Unit},
+    unit::Unit,
 };
 use serde_json::json;
 
@@ -49,9 +50,8 @@ pub struct Args {
 fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
     let document = capture::read(path)?;
     let name = path.display();
-    let binding =
-        Binding::new(&document, &Options { unit, ..Options::default() }).with_context(|| name.to_string())?;
-    let clip = binding.to_clip(&document).with_context(|| name.to_string())?;
+    let options = Options { unit, ..Options::default() };
+    let (clip, binding) = to_clip(&document, &options).with_context(|| name.to_string())?;
     for note in binding.notes() {
         eprintln!("{name}: {note}");
     }
@@ -71,7 +71,7 @@ fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64>
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    super::apart([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
+    super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     let (document, binding, source) = read(&args.input, args.unit)?;
     let (_, _, reference) = read(&args.reference, args.unit)?;
     if source.skeleton.names != reference.skeleton.names {

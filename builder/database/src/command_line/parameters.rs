@@ -75,11 +75,6 @@ impl FromArgMatches for ParameterArgs {
 }
 
 impl ParameterArgs {
-    /// True where the parameter of that number is given.
-    pub fn has(&self, number: u16) -> bool {
-        self.0.iter().any(|(parameter, _)| parameter.number == number)
-    }
-
     /// The configuration with the given parameters set.
     ///
     /// # Errors

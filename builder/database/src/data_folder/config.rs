@@ -31,7 +31,7 @@ use thiserror::Error;
 
 use super::pattern::{Pattern, built_in};
 use crate::{build::BuildOptions, registration::timeline::Kind};
-use gestus_motion::formats::bvh::Unit;
+use gestus_motion::unit::Unit;
 
 /// Name of the file in a data folder that says what its clips are.
 pub const FILE_NAME: &str = "gestus.toml";

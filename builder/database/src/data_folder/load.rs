@@ -15,10 +15,10 @@ use crate::{
     registration::{Performance, has_cycles, no_cycle, register},
 };
 use gestus_motion::{
+    binding::{Options, to_clip},
     capture::{CaptureError, Document, read_folder},
     clip::{Clip, Skeleton},
     corpus::Corpus,
-    formats::bvh::{Binding, Options},
     joints::JointsError,
     landmarks::LandmarkError,
 };
@@ -223,8 +223,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
         return Ok(None);
     }
     let options = Options { unit: config.unit(), ..Options::default() };
-    let binding = Binding::new(document, &options).map_err(|e| format!("{name}: {e}"))?;
-    let clip = binding.to_clip(document).map_err(|e| format!("{name}: {e}"))?;
+    let (clip, binding) = to_clip(document, &options).map_err(|e| format!("{name}: {e}"))?;
     let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
     clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
     let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
@@ -304,7 +303,7 @@ mod tests {
         build::{BuildOptions, build},
         synth::performance,
     };
-    use gestus_motion::formats::bvh::{Bvh, Unit};
+    use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 
     fn generated() -> Clip {
         performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip

@@ -44,13 +44,15 @@ impl Side {
     }
 }
 
+/// The parts of a side, in the order of [`Convention`]'s words.
+const LIMBS: [fn(Side) -> Part; 8] = [Clavicle, UpperArm, LowerArm, Hand, UpperLeg, LowerLeg, Foot, Toes];
+
 impl Part {
     /// Every part, trunk first, then left and right.
     pub fn all() -> Vec<Part> {
         let mut all = vec![Hips, Chest, Head];
         for side in Side::BOTH {
-            all.extend([Clavicle(side), UpperArm(side), LowerArm(side), Hand(side)]);
-            all.extend([UpperLeg(side), LowerLeg(side), Foot(side), Toes(side)]);
+            all.extend(LIMBS.map(|part| part(side)));
         }
         all
     }
@@ -93,7 +95,7 @@ pub struct Convention {
     pub name: &'static str,
     hips: &'static str,
     head: &'static str,
-    /// Clavicle, upper arm, lower arm, hand, upper leg, lower leg, foot, toes.
+    /// In the order of [`LIMBS`].
     limbs: [&'static str; 8],
 }
 
@@ -170,19 +172,6 @@ const OTHERS: [(&str, usize); 17] = [
     ("toebase", 7),
 ];
 
-fn limb(index: usize, side: Side) -> Part {
-    [
-        Clavicle(side),
-        UpperArm(side),
-        LowerArm(side),
-        Hand(side),
-        UpperLeg(side),
-        LowerLeg(side),
-        Foot(side),
-        Toes(side),
-    ][index]
-}
-
 impl Convention {
     /// The part that a joint of that name is.
     pub fn part(&self, name: &str) -> Option<Part> {
@@ -193,7 +182,7 @@ impl Convention {
                 s if s == self.head => Some(Head),
                 _ => None,
             },
-            Some(side) => self.limbs.iter().position(|&w| w == stem).map(|i| limb(i, side)),
+            Some(side) => self.limbs.iter().position(|&w| w == stem).map(|i| LIMBS[i](side)),
         }
     }
 }
@@ -205,7 +194,7 @@ pub fn likely(name: &str) -> Option<Part> {
         None => {
             ["hips", "pelvis"].contains(&stem.as_str()).then_some(Hips).or((stem == "head").then_some(Head))
         }
-        Some(side) => OTHERS.iter().find(|(w, _)| *w == stem).map(|&(_, i)| limb(i, side)),
+        Some(side) => OTHERS.iter().find(|(w, _)| *w == stem).map(|&(_, i)| LIMBS[i](side)),
     }
 }
 
