@@ -194,7 +194,7 @@ fn the_same_body_in_other_words_axes_sizes_and_worlds_comes_in_as_it_was() {
     let truth = walk();
     for (name, foreign) in cases {
         let map = foreign.map();
-        let mapped = map.bring(&foreign.0);
+        let mapped = map.to_target(&foreign.0);
         let (mean, most) = apart(&truth.frames, &mapped.frames, &truth.skeleton);
         assert!(mean < 1.0 && most < 4.0, "{name}: {mean} cm, at most {most}");
         // The floor is where it was.
@@ -213,7 +213,7 @@ fn what_goes_in_comes_back() {
         Foreign::new().mixamo().with_more_joints().z_up(),
     ] {
         let map = foreign.map();
-        let back = map.take_back(&map.bring(&foreign.0).frames, &foreign.0.frames);
+        let back = map.to_source(&map.to_target(&foreign.0).frames, &foreign.0.frames);
         let (mean, most) = apart(&foreign.0.frames, &back, &foreign.0.skeleton);
         let size = 100.0 * map.source.anatomy.leg_m;
         assert!(mean < 0.003 * size && most < 0.03 * size, "{mean} cm, at most {most}");
@@ -242,7 +242,7 @@ fn other_proportions_keep_directions_and_contacts() {
     let lost = 0.15 * 0.41;
     foreign.0.frames.iter_mut().for_each(|f| f.root.y -= lost);
     let map = foreign.map();
-    let mapped = map.bring(&foreign.0);
+    let mapped = map.to_target(&foreign.0);
     let stands = |clip: &Clip| contacts(clip, &Landmarks::find(&clip.skeleton).unwrap());
     for side in Side::BOTH {
         for (from, to) in [(Part::UpperArm(side), Part::Hand(side)), (Part::UpperLeg(side), Part::Foot(side))]
@@ -383,9 +383,9 @@ fn any_bytes_are_refused_or_harmless() {
             // Too small a pose is no reason to break either.
             let (mut pose, mut small, mut back) =
                 (Pose::<22>::IDENTITY, Pose::<5>::IDENTITY, Pose::<24>::IDENTITY);
-            map.bring(&input, &mut pose);
-            map.bring(&input, &mut small);
-            map.take_back(&pose, &input, &mut back);
+            map.to_target(&input, &mut pose);
+            map.to_target(&input, &mut small);
+            map.to_source(&pose, &input, &mut back);
             assert!(pose.rotations.iter().all(|q| q.iter().all(|v| v.is_finite())));
         }
     }
@@ -400,8 +400,8 @@ fn a_pose_that_is_none_does_no_harm() {
     input.position = [f32::NAN, f32::INFINITY, 1.0];
     input.rotations[5] = [f32::NAN; 4];
     let (mut pose, mut back) = (Pose::<22>::IDENTITY, Pose::<24>::IDENTITY);
-    map.bring(&input, &mut pose);
-    map.take_back(&pose, &input, &mut back);
+    map.to_target(&input, &mut pose);
+    map.to_source(&pose, &input, &mut back);
     // The stylizer sees that this is no pose, and holds.
     assert!(!pose.is_valid(21));
     // So it does where one rotation alone is none, whatever body part it is of.
@@ -410,15 +410,15 @@ fn a_pose_that_is_none_does_no_harm() {
             let mut input = Pose::<24>::IDENTITY;
             input.rotations[joint] = none;
             let (mut pose, mut back) = (Pose::<22>::IDENTITY, Pose::<24>::IDENTITY);
-            map.bring(&input, &mut pose);
+            map.to_target(&input, &mut pose);
             assert!(!pose.is_valid(21), "joint {joint}");
             // And the answer's joints without a counterpart stay where they were.
             back.rotations.fill([0.0, 0.6, 0.0, 0.8]);
             let before = back;
-            map.take_back(&Pose::<22>::IDENTITY, &input, &mut back);
+            map.to_source(&Pose::<22>::IDENTITY, &input, &mut back);
             assert!(back.is_valid(map.sources()));
             let mut wanted = before;
-            map.take_back(&Pose::<22>::IDENTITY, &before, &mut wanted);
+            map.to_source(&Pose::<22>::IDENTITY, &before, &mut wanted);
             assert_eq!(back, wanted, "joint {joint}");
         }
     }

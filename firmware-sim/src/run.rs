@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
-        outputs::{apart, say, tell},
-        stylizer_args::WishArgs,
+        outputs::{check_outputs, say, tell},
+        stylizer_args::StylizerArgs,
     },
     retarget::MapFile,
     stream::{
@@ -39,7 +39,7 @@ pub struct RunArgs {
     #[arg(long)]
     unit: Option<Unit>,
     #[command(flatten)]
-    wish: WishArgs,
+    stylizer_args: StylizerArgs,
     /// A part to reckon with: whether the database fits, and how many frames a second it would give. `all` of them, or
     /// `list`, which prints the table and needs nothing else
     #[arg(long)]
@@ -66,7 +66,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Some(name) => vec![table::find(name)?],
         None => Vec::new(),
     };
-    apart([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
+    check_outputs([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
     let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&bytes) {
         Ok(database) => database,
@@ -74,7 +74,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
     };
     let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit)?;
     tell(&args.input, input.notes());
-    let request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
+    let request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
     let (streamed, disturbed) = match &args.faults {
         Some(faults) => {
             let (streamed, figures) = disturb(&database, &mut input, &request, faults)?;

@@ -19,7 +19,7 @@ use gestus_core::{
     blob::{Manifest, Names},
 };
 use gestus_database::{
-    command_line::outputs::{apart, say, tell},
+    command_line::outputs::{check_outputs, say, tell},
     list,
     retarget::MapFile,
     stream::translate::Input,
@@ -78,7 +78,7 @@ pub struct ViewArgs {
 /// # Errors
 /// Files that can't be read or written, names that the database does not have, and a module that is not there.
 pub fn run(args: &ViewArgs) -> Result<()> {
-    apart([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
+    check_outputs([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
     let blob = fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&blob) {
         Ok(database) => database,

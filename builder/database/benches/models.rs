@@ -3,9 +3,9 @@
 //!
 //! | group | what | held against |
 //! |---|---|---|
-//! | `correspond` | iterative motion warping of 427 and 400 frames (paper 002: 900 ms) | dynamic time warping, Type I, of the same |
-//! | `transfer` | statistics and transfer of those (paper 002: 21 ms) | the paper's own order, every frame through the warp and back |
-//! | `lti-step` | a step of a linear model in the core (paper 001: 10,000 a second) | the same model simulated by matrices in `f64` |
+//! | `correspond` | iterative motion warping of 427 and 400 frames (the statistical-transfer paper: 900 ms) | dynamic time warping, Type I, of the same |
+//! | `transfer` | statistics and transfer of those (the statistical-transfer paper: 21 ms) | the paper's own order, every frame through the warp and back |
+//! | `lti-step` | a step of a linear model in the core (Hsu 2005: 10,000 a second) | the same model simulated by matrices in `f64` |
 //!
 //! `RAYON_NUM_THREADS=1 cargo bench -p gestus-database --bench models`; `-- --save-baseline before`, and later
 //! `-- --baseline before`, hold two versions against each other.
@@ -28,7 +28,7 @@ use gestus_database::{
 };
 use gestus_motion::{body::Body, clip::Clip, corpus::Corpus};
 
-/// Frames of the clips that paper 002 reports on.
+/// Frames of the clips that the statistical-transfer paper reports on.
 const FRAMES: [usize; 2] = [427, 400];
 
 /// Generated walks: the neutral one and the old one.

@@ -140,7 +140,7 @@ impl Selection {
 pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
     let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
-    super::apart(
+    super::check_outputs(
         [config.data.as_ref(), args.config.as_ref(), args.labels.as_ref()],
         [("-o", Some(&args.output))],
     )?;

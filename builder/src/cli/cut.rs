@@ -29,7 +29,7 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.models_only {
         bail!("say what is to be kept: --models-only");
     }
-    super::apart([Some(&args.db)], [("-o", Some(&args.output))])?;
+    super::check_outputs([Some(&args.db)], [("-o", Some(&args.output))])?;
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let cut = cut::models_only(&database).with_context(|| args.db.display().to_string())?;

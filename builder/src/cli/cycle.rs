@@ -46,7 +46,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    super::apart([Some(&args.data)], [("-o", Some(&args.output))])?;
+    super::check_outputs([Some(&args.data)], [("-o", Some(&args.output))])?;
     let selection = Selection::of(std::slice::from_ref(&args.action), &args.styles);
     let loaded = load(&selection.config(Some(&args.data), None)?)?;
     for note in &loaded.notes {

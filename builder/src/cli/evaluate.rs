@@ -181,7 +181,7 @@ pub fn run(args: &Args, given: &[String]) -> Result<()> {
     // Hours of looking go into such a table; the measure of that name writes one beside its report.
     let table = args.output.join("effort.csv");
     let there = Some(&table).filter(|_| args.output.is_dir());
-    super::apart([args.labels.as_ref()], [("-o", there)])?;
+    super::check_outputs([args.labels.as_ref()], [("-o", there)])?;
     let evaluation = match args.what {
         What::Loo => on_corpus(args, |c, o| Ok(loo::evaluate(c, o)?)),
         What::Exact => on_corpus(args, |c, o| Ok(loo::exact(c, o)?)),

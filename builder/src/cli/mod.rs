@@ -16,7 +16,7 @@ mod translate;
 use anyhow::Result;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
 use gestus_database::command_line::{
-    outputs::{apart, say, tell},
+    outputs::{check_outputs, say, tell},
     stylizer_args::lenient,
 };
 

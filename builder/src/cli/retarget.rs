@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.check && args.output.is_none() && args.section.is_none() {
         bail!("nothing to do: give --check, -o OUT.bvh or --section OUT.gestus");
     }
-    super::apart(
+    super::check_outputs(
         [Some(&args.db), Some(&args.input), args.map.as_ref()],
         [("-o", args.output.as_ref()), ("--section", args.section.as_ref())],
     )?;
@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<()> {
     let place = || args.input.display().to_string();
     let retarget = Retarget::new(&database, &clip, &file).with_context(place)?;
     if let Some(path) = &args.output {
-        let mapped = retarget.bring(&clip);
+        let mapped = retarget.to_target(&clip);
         let document = Bvh::from_clip(&mapped, Unit::Centimetres)?;
         std::fs::write(path, document.to_text())
             .with_context(|| format!("{} can't be written", path.display()))?;

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::{ArgMatches, Command, parser::ValueSource};
 use gestus_core::Database;
 use gestus_database::{
-    command_line::stylizer_args::WishArgs,
+    command_line::stylizer_args::StylizerArgs,
     effort::{
         self,
         fragment::{self, Library},
@@ -50,7 +50,7 @@ pub struct Args {
     #[arg(long)]
     unit: Option<Unit>,
     #[command(flatten)]
-    wish: WishArgs,
+    stylizer_args: StylizerArgs,
     /// Where the output goes, a BVH file at the database's rate
     #[arg(short, long)]
     output: PathBuf,
@@ -204,12 +204,12 @@ impl RobotArgs {
 pub fn run(args: &Args) -> Result<()> {
     let robot = &args.robot;
     robot.check(args.json)?;
-    let whole_clip = args.wish.method == "effort";
-    if whole_clip && args.wish.effort.is_none() {
+    let whole_clip = args.stylizer_args.method == "effort";
+    if whole_clip && args.stylizer_args.effort.is_none() {
         bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
     }
     args.given.check(whole_clip)?;
-    super::apart(
+    super::check_outputs(
         [Some(&args.db), Some(&args.input), args.map.as_ref(), args.labels.as_ref()]
             .into_iter()
             .chain([robot.robot.as_ref(), robot.robot_map.as_ref()]),
@@ -222,10 +222,10 @@ pub fn run(args: &Args) -> Result<()> {
     let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let input = Input::read_with(&args.input, &database, &map, args.unit)?;
     super::tell(&args.input, input.notes());
-    if let Some(wanted) = args.wish.effort.as_ref().filter(|_| whole_clip) {
+    if let Some(wanted) = args.stylizer_args.effort.as_ref().filter(|_| whole_clip) {
         return whole(args, wanted, &database, &input);
     }
-    let mut request = args.wish.request(&database).with_context(|| args.db.display().to_string())?;
+    let mut request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
     if args.clean_up {
         if request.bounds.is_some() {
             bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
@@ -254,10 +254,10 @@ pub fn run(args: &Args) -> Result<()> {
         .with_context(|| format!("{} can't be written", args.output.display()))?;
     if let Some(path) = &args.page {
         let wanted = args
-            .wish
+            .stylizer_args
             .effort
             .as_ref()
-            .map_or(format!("in the style {}", args.wish.style), |e| format!("with effort {e}"));
+            .map_or(format!("in the style {}", args.stylizer_args.style), |e| format!("with effort {e}"));
         let title = format!("{} {wanted}", input.clip.name);
         let scene = view::Scene { title, input: &input.mapped, streamed: &streamed };
         std::fs::write(path, view::page(&database, "Gestus", &[scene])?)
@@ -286,7 +286,7 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// The whole clip, rebuilt of blended fragments of the database (paper 003).
+/// The whole clip, rebuilt of blended fragments of the database (Torresani 2006).
 fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
     let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
     let start = std::time::Instant::now();

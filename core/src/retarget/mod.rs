@@ -100,7 +100,7 @@ impl<'m> Map<'m> {
 
     /// Converts an incoming pose to the database's skeleton. An invalid pose gives an output whose position is NaN, which
     /// a stylizer reports as [`Degraded::INPUT`](crate::Degraded::INPUT).
-    pub fn bring<const N: usize, const J: usize>(&self, input: &Pose<N>, output: &mut Pose<J>) {
+    pub fn to_target<const N: usize, const J: usize>(&self, input: &Pose<N>, output: &mut Pose<J>) {
         if !input.is_valid(self.sources()) {
             output.position = [f32::NAN; 3];
             return;
@@ -115,7 +115,7 @@ impl<'m> Map<'m> {
 
     /// Converts a pose of the database to the incoming skeleton. Joints without a counterpart take their rotations from
     /// `like`, the incoming pose of the same frame; if `like` is invalid they keep those of `output`.
-    pub fn take_back<const J: usize, const N: usize>(
+    pub fn to_source<const J: usize, const N: usize>(
         &self,
         stylized: &Pose<J>,
         like: &Pose<N>,

@@ -32,9 +32,9 @@ fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f3
     let mut sum = 0;
     if let Ok(map) = Map::open(bytes) {
         sum ^= u32::from(map.fits(database, numbers[20] as usize).is_ok()) ^ map.scale().to_bits();
-        map.bring(&wide, &mut pose);
+        map.to_target(&wide, &mut pose);
         let like = wide;
-        map.take_back(&pose, &like, &mut wide);
+        map.to_source(&pose, &like, &mut wide);
         sum ^= wide.position[0].to_bits() ^ (map.sources() ^ map.targets()) as u32;
     }
     if let Ok(robot) = Robot::open(bytes)

@@ -19,8 +19,8 @@ pub fn reach(bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
             sum ^= u32::from(map.fits(&database, numbers[0] as usize).is_ok());
         }
         let (mut here, mut back) = (Pose::<22>::IDENTITY, Pose::<22>::IDENTITY);
-        map.bring(&pose, &mut here);
-        map.take_back(&here, &pose, &mut back);
+        map.to_target(&pose, &mut here);
+        map.to_source(&here, &pose, &mut back);
         sum ^= back.position[0].to_bits() ^ map.scale().to_bits() ^ (map.sources() + map.targets()) as u32;
     }
     if let Ok(robot) = Robot::open(bytes) {

@@ -15,9 +15,9 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
-        outputs::{apart, say, tell},
+        outputs::{check_outputs, say, tell},
         progress,
-        stylizer_args::WishArgs,
+        stylizer_args::StylizerArgs,
     },
     retarget::MapFile,
     stream::{Request, translate::Input},
@@ -62,7 +62,7 @@ pub struct BoardArgs {
     #[arg(long, requires = "input")]
     unit: Option<Unit>,
     #[command(flatten)]
-    wish: WishArgs,
+    stylizer_args: StylizerArgs,
     /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
@@ -113,7 +113,7 @@ pub struct BoardArgs {
 /// # Errors
 /// Files that can't be read, a missing emulator or compiler target, a board that ends or refuses, and bits that differ.
 pub fn run(args: &BoardArgs) -> Result<()> {
-    apart(
+    check_outputs(
         [args.db.as_ref(), args.input.as_ref(), args.robot.robot.as_ref()],
         [("--robot-csv", args.robot.robot_csv.as_ref())],
     )?;
@@ -201,7 +201,8 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let read = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
             tell(input, read.notes());
             let clip = read.mapped;
-            let request = args.wish.request(&database).with_context(|| path.display().to_string())?;
+            let request =
+                args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;
             let behind =
@@ -220,8 +221,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             let own = profile.request();
             // A style that is named is one of the generated database; a clip's own wish says nothing of it.
-            let request = if args.generated && !args.wish.style.is_empty() {
-                let wish = args.wish.request(&database).with_context(|| path.display().to_string())?;
+            let request = if args.generated && !args.stylizer_args.style.is_empty() {
+                let wish =
+                    args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
                 let k = wish.config.k.min(own.config.k);
                 Request { config: wish.config.k(k), ..wish }
             } else {

@@ -7,9 +7,9 @@ use clap::Parser;
 use gestus_core::{Database, robot::Robot};
 use gestus_database::{
     command_line::{
-        outputs::{apart, say, tell},
+        outputs::{check_outputs, say, tell},
         progress,
-        stylizer_args::WishArgs,
+        stylizer_args::StylizerArgs,
     },
     retarget::MapFile,
     stream::{Request, translate::Input},
@@ -46,7 +46,7 @@ pub struct LinkArgs {
     #[arg(long)]
     unit: Option<Unit>,
     #[command(flatten)]
-    wish: WishArgs,
+    stylizer_args: StylizerArgs,
     /// Where the board's output goes, a BVH file at the database's rate
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -161,11 +161,11 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise is for the line `loopback`: a real one has its own");
     }
-    apart(
+    check_outputs(
         [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
         [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
     )?;
-    let (db, input, wish) = (&args.db, &args.input, &args.wish);
+    let (db, input, wish) = (&args.db, &args.input, &args.stylizer_args);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read_with(input, &database, &MapFile::default(), args.unit)?;

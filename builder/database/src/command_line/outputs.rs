@@ -17,7 +17,7 @@ use gestus_motion::capture::{is_capture, is_gltf};
 ///
 /// # Errors
 /// The option and the file.
-pub fn apart<'a>(
+pub fn check_outputs<'a>(
     read: impl IntoIterator<Item = Option<&'a PathBuf>>,
     written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
 ) -> Result<()> {
@@ -108,7 +108,7 @@ mod tests {
         }
         let data = folder.join("data");
         let refused = |read: &[&PathBuf], written: &[(&'static str, &PathBuf)]| {
-            apart(read.iter().copied().map(Some), written.iter().map(|&(o, p)| (o, Some(p))))
+            check_outputs(read.iter().copied().map(Some), written.iter().map(|&(o, p)| (o, Some(p))))
                 .err()
                 .map(|e| e.to_string())
         };

@@ -42,7 +42,7 @@ pub fn lenient(option: Arg) -> Arg {
 
 /// Style, labels and parameters, in words.
 #[derive(clap::Args, Clone, Debug)]
-pub struct WishArgs {
+pub struct StylizerArgs {
     /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
     #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
@@ -96,7 +96,7 @@ pub struct WishArgs {
     parameters: ParameterArgs,
 }
 
-impl WishArgs {
+impl StylizerArgs {
     /// Parameters, checked for their names, and the method for whether the database holds it.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
         let name = match self.method.as_str() {
@@ -341,7 +341,7 @@ mod tests {
     #[derive(Parser)]
     struct Line {
         #[command(flatten)]
-        wish: WishArgs,
+        stylizer_args: StylizerArgs,
     }
 
     fn blob() -> Vec<u8> {
@@ -364,7 +364,7 @@ mod tests {
     /// What is asked for by those words.
     fn asked(database: &Database<'_>, words: &str) -> std::result::Result<Request, String> {
         let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
-        Line::parse_from(words).wish.request(database).map_err(|e| format!("{e:#}"))
+        Line::parse_from(words).stylizer_args.request(database).map_err(|e| format!("{e:#}"))
     }
 
     /// A linear model looks for no neighbors and fits no ridge: what is about these was passed over without a word.
@@ -404,7 +404,7 @@ mod tests {
         let database = Database::open(&blob).unwrap();
         let ask = |words: &[&str]| {
             let words = ["gestus"].iter().chain(words).copied();
-            Line::parse_from(words).wish.request(&database)
+            Line::parse_from(words).stylizer_args.request(&database)
         };
         assert_eq!(ask(&["--style", "a,b=c"]).unwrap().style, [(0, 1.0)]);
         assert_eq!(ask(&["--style", "d=1=0.5"]).unwrap().style, [(1, 0.5)]);
@@ -422,7 +422,7 @@ mod tests {
         let database = Database::open(&blob).unwrap();
         let ask = |words: &str| {
             let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
-            Line::parse_from(words).wish.request(&database).map_err(|e| format!("{e:#}"))
+            Line::parse_from(words).stylizer_args.request(&database).map_err(|e| format!("{e:#}"))
         };
         for fine in [
             "",

@@ -1,7 +1,7 @@
 //! Content: two fragments show one action where their poses can be brought together by dynamic time warping.
 //!
 //! `SSD(i, j) = min over paths w of Σ_n |X_i(p(n)) - X_j(q(n))|²`, from the first frames to the last, by steps of
-//! (1, 0), (1, 1) and (0, 1) (paper 003, eqs. 3 to 5). Unlike [`warp::dtw`](crate::registration::warp::dtw) a diagonal step counts
+//! (1, 0), (1, 1) and (0, 1) (Torresani 2006, eqs. 3 to 5). Unlike [`warp::dtw`](crate::registration::warp::dtw) a diagonal step counts
 //! once, as the paper has it. Cost: O(m n D) time, O(m n) memory.
 
 /// The best path of two fragments.

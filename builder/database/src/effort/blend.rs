@@ -1,4 +1,4 @@
-//! Space-time interpolation: a pair of fragments blended in pose and in timing (paper 003, section 5).
+//! Space-time interpolation: a pair of fragments blended in pose and in timing (Torresani 2006, section 5).
 //!
 //! The alignment is read as a curve `(p*(n), q*(n))`, `n` from 0 to L. `n⁰(u)` is where it meets the frames of the
 //! first fragment in their own timing, `n¹(u)` those of the second, u from 0 to 1 over the output:

@@ -1,5 +1,5 @@
 //! What a fragment looks like in a few numbers: stretched to a set length, then its first principal components
-//! (paper 003, section 6; two or three are enough there).
+//! (Torresani 2006, section 6; two or three are enough there).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 

@@ -1,4 +1,4 @@
-//! Fragments: the fundamental actions, or units of motion, that a clip is made of (paper 003, section 3.1).
+//! Fragments: the fundamental actions, or units of motion, that a clip is made of (Torresani 2006, section 3.1).
 //!
 //! Found ones are the clip's cycles: of a gait, from left strike to left strike, so that all begin at one moment of
 //! the action; of anything else the whole clip, cut where the body rests. Annotated ones are where a person says so.

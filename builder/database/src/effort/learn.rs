@@ -1,4 +1,4 @@
-//! From a pair and α to the Effort of its blend: four ways to learn it, and the table that compares them (paper 003,
+//! From a pair and α to the Effort of its blend: four ways to learn it, and the table that compares them (Torresani 2006,
 //! section 6 and Table 1).
 //!
 //! Linear interpolation, `(1-α) e_i + α e_j`, learns nothing and is what earlier work assumes. Linear ridge regression,

@@ -1,5 +1,5 @@
 //! Laban effort: style as a place in a space that people can point to (Torresani, Hackney and Bregler, "Learning
-//! Motion Style Synthesis from Perceptual Observations", NIPS 2006: "paper 003" in the comments).
+//! Motion Style Synthesis from Perceptual Observations", NIPS 2006: "Torresani 2006" in the comments).
 //!
 //! Three factors, each from -3 to 3: **flow** from free to bound, **weight** from light to strong, **time** from
 //! sustained to sudden (the signs are Laban's: the indulging poles are negative, the fighting ones positive).
@@ -43,7 +43,7 @@ pub const NAMES: [&str; 3] = gestus_core::Effort::NAMES;
 /// Greatest value of a factor; the least is its opposite.
 pub const POLE: f64 = 3.0;
 
-/// Least and greatest α: a little beyond the two fragments (paper 003, section 7.2).
+/// Least and greatest α: a little beyond the two fragments (Torresani 2006, section 7.2).
 pub const ALPHA: (f64, f64) = (-0.25, 1.25);
 
 /// Where Efforts come from.

@@ -17,7 +17,7 @@ use crate::effort::{
 };
 use gestus_motion::landmarks::LandmarkError;
 
-/// Blends that are drawn, as in paper 003, section 8.
+/// Blends that are drawn, as in Torresani 2006, section 8.
 pub const BLENDS: usize = 105;
 /// Seed of the blends that are drawn without being asked for.
 const SEED: u64 = 2006;

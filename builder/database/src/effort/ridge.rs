@@ -1,4 +1,4 @@
-//! Ridge regression, linear and with a radial kernel (paper 003, eqs. 6 and 7), with ten-fold cross-validation.
+//! Ridge regression, linear and with a radial kernel (Torresani 2006, eqs. 6 and 7), with ten-fold cross-validation.
 //!
 //! Both are one system, `(K + λ I) a = y - ȳ`, `f(z) = ȳ + Σ a_i k(z_i, z)`: with `k` the inner product that is linear
 //! ridge regression in its dual form, with `k(z, z') = exp(-γ |z - z'|²)` the kernel one. For what is between two

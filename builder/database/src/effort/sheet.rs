@@ -8,7 +8,7 @@ use crate::effort::{
     model::{Draw, draw},
 };
 
-/// Seeds on a sheet, as in paper 003, section 8.
+/// Seeds on a sheet, as in Torresani 2006, section 8.
 pub const SEEDS: usize = 60;
 
 /// A form.

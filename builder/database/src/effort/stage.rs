@@ -1,4 +1,4 @@
-//! Which fragments an input is made of: one-stage dynamic programming (paper 003, section 7.1, eqs. 8 to 11; Ney 1984,
+//! Which fragments an input is made of: one-stage dynamic programming (Torresani 2006, section 7.1, eqs. 8 to 11; Ney 1984,
 //! for connected words).
 //!
 //! A path runs through frames p of the input and q of fragment i. Within a fragment it steps as in [`align`]; at its

@@ -1,4 +1,4 @@
-//! ε-insensitive support vector regression (paper 003, section 6; Drucker et al. 1997, Vapnik 1995).
+//! ε-insensitive support vector regression (Torresani 2006, section 6; Drucker et al. 1997, Vapnik 1995).
 //!
 //! Differences smaller than ε cost nothing, larger ones their excess times C, so that many examples drop out and
 //! fewer support vectors remain. In the dual, with `β = α⁺ - α⁻`:

@@ -1,4 +1,4 @@
-//! A clip in a wanted Effort: its snippets replaced by blends, one after the other (paper 003, section 7.2, eq. 12).
+//! A clip in a wanted Effort: its snippets replaced by blends, one after the other (Torresani 2006, section 7.2, eq. 12).
 //!
 //! For each snippet the fragments of its content are gathered, every pair of them is asked for the α whose predicted
 //! Effort comes nearest to the wanted (even samples over -0.25 to 1.25, then golden section), and the best pair is

@@ -1,4 +1,4 @@
-//! Style and speed as two dials on one gait cycle: bilinear analysis (paper 001, section 5.1; Tenenbaum and Freeman
+//! Style and speed as two dials on one gait cycle: bilinear analysis (Hsu 2005, section 5.1; Tenenbaum and Freeman
 //! 2000; Vasilescu 2002).
 //!
 //! One cycle of every style at every speed is warped onto one cycle of reference by iterative motion warping, so

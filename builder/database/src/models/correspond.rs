@@ -1,4 +1,4 @@
-//! Frames of the input style beside their counterparts in an output style (paper 001, sections 3 and 4.1).
+//! Frames of the input style beside their counterparts in an output style (Hsu 2005, sections 3 and 4.1).
 //!
 //! Cycles are paired by content ([`crate::pairing`]) and brought to equal canonical time. Whole-clip actions have nothing
 //! but their ends in common: iterative motion warping ([`crate::registration::warp::imw`]) finds the correspondence within each

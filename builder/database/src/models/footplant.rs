@@ -1,4 +1,4 @@
-//! Which projection of a feature tells that a foot stands: multiple discriminant analysis of two classes (paper 001,
+//! Which projection of a feature tells that a foot stands: multiple discriminant analysis of two classes (Hsu 2005,
 //! section 4.5, "Annotation"; Duda, Hart, Stork 2000, section 3.8).
 //!
 //! The direction `w = S_w⁻¹ (m₁ - m₀)` parts standing from moving frames best; along it each class is a univariate

@@ -1,8 +1,8 @@
 //! Models that need no frames at run time: from paired cycles to sections of the blob.
 //!
 //! [`correspond`] puts every frame of the input style beside its counterpart in an output style; [`lti`] estimates
-//! linear time-invariant models from that (paper 001); [`statistic`] takes means and spreads of each style, which
-//! need no pairs (paper 002). [`footplant`] finds, for both, the projection by which a foot is known to stand. [`bilinear`] makes
+//! linear time-invariant models from that (Hsu 2005); [`statistic`] takes means and spreads of each style, which
+//! need no pairs (the statistical-transfer paper). [`footplant`] finds, for both, the projection by which a foot is known to stand. [`bilinear`] makes
 //! looped walks with dials for style and speed, which no blob holds.
 
 pub mod bilinear;

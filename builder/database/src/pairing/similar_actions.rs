@@ -5,7 +5,7 @@
 //! walking before a turn. Where both are paired out of the cycles of both, it is not.
 //!
 //! Two gaits are **kin** where a cycle of one is hardly farther from the nearest cycle of the other than from the
-//! nearest of its own action in another clip: less than [`KIN`] times as far, in the geometric mean over both
+//! nearest of its own action in another clip: less than [`SIMILAR`] times as far, in the geometric mean over both
 //! directions and all styles. Distances are root mean square differences of the pose's dofs at equal canonical time.
 //! Whole-clip actions are kin to none: equal canonical times of two of them are not the same moment.
 //!
@@ -15,7 +15,7 @@ use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
 use crate::registration::{timeline::GAIT_KNOTS, warp};
 
 /// Most that the nearest cycle of a kin action is farther than the nearest of the same action.
-const KIN: f64 = 2.0;
+const SIMILAR: f64 = 2.0;
 /// Phases at which cycles are compared.
 const PHASES: usize = 8;
 /// Most cycles of a class that are looked at.
@@ -39,27 +39,28 @@ pub(super) fn pools(
         })
         .collect();
     let class_of = |action: usize, style: usize| classes.iter().position(|&c| c == (action, style));
-    let kin = |a: usize, b: usize| {
+    let similar = |a: usize, b: usize| {
         let pairs =
             classes.iter().filter(|c| c.0 == a).filter_map(|&(_, s)| class_of(a, s).zip(class_of(b, s)));
         let logs: Vec<f64> = pairs
             .filter_map(|(a, b)| {
                 let [a, b] = [&samples[a], &samples[b]];
-                let ratio = apart(a, b)? * apart(b, a)? / (apart(a, a)? * apart(b, b)?);
+                let ratio = mean_distance(a, b)? * mean_distance(b, a)?
+                    / (mean_distance(a, a)? * mean_distance(b, b)?);
                 Some(0.5 * ratio.ln())
             })
             .collect();
-        !logs.is_empty() && logs.iter().sum::<f64>() / (logs.len() as f64) < KIN.ln()
+        !logs.is_empty() && logs.iter().sum::<f64>() / (logs.len() as f64) < SIMILAR.ln()
     };
     classes
         .iter()
         .enumerate()
         .map(|(own, &(action, style))| {
             let shared = |(c, &(a, s)): (usize, &ClassName)| {
-                c == own || (s == style && gait[c] && gait[own] && kin(action, a))
+                c == own || (s == style && gait[c] && gait[own] && similar(action, a))
             };
-            let kin = classes.iter().enumerate().filter(|&c| shared(c));
-            kin.flat_map(|(c, _)| members[c].iter().copied()).collect()
+            let shared = classes.iter().enumerate().filter(|&c| shared(c));
+            shared.flat_map(|(c, _)| members[c].iter().copied()).collect()
         })
         .collect()
 }
@@ -70,7 +71,7 @@ fn shape(cycle: &CycleData<'_>) -> Vec<f64> {
 }
 
 /// Mean distance of cycles to their nearest among others, of another clip; `None` where there is none, or no distance.
-fn apart(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Option<f64> {
+fn mean_distance(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Option<f64> {
     let nearest: Vec<f64> = of
         .iter()
         .filter_map(|(clip, shape)| {

@@ -99,11 +99,11 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
     }
 }
 
-/// Standard deviation of the Gaussian on contact likelihoods, seconds (paper 000, section 6): 0.6 frames at 30 Hz.
+/// Standard deviation of the Gaussian on contact likelihoods, seconds (Xia 2015, section 6): 0.6 frames at 30 Hz.
 pub const GAUSSIAN_S: f64 = 0.02;
 
 /// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
-/// half (paper 000, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::methods::mixture::contact_votes`.
+/// half (Xia 2015, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::methods::mixture::contact_votes`.
 /// [`GAUSSIAN_S`] times the rate is the paper's.
 pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
     let reach = (3.0 * sigma).ceil() as isize;
@@ -129,7 +129,7 @@ const MARKS: usize = 48;
 const AGREED: f64 = 0.9;
 
 /// Annotates the canonical timeline of every action in every style, and carries it to the clips: where nearly all
-/// cycles agree that a foot stands at a phase, or that it does not, all do (paper 000, section 4). Around foot-down and
+/// cycles agree that a foot stands at a phase, or that it does not, all do (Xia 2015, section 4). Around foot-down and
 /// foot-up, and outside of the cycles, the clip's own contacts stay: one step is a little longer than the next.
 ///
 /// One clip's noise then labels no frame of its own; what a style does at a phase, it does in all its cycles.

@@ -1,8 +1,8 @@
 //! Registration: every clip gets contacts and a canonical timeline, so that moments of different clips of an action
-//! can be told to be the same moment (paper 000, section 4).
+//! can be told to be the same moment (Xia 2015, section 4).
 //!
 //! Gaits are cut into cycles by their strikes. Whole-clip actions are warped onto a reference clip of the action,
-//! the one of middle length, by iterative motion warping (paper 001, section 3).
+//! the one of middle length, by iterative motion warping (Hsu 2005, section 3).
 
 pub mod contact;
 pub mod gait_cycles;

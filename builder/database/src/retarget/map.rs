@@ -72,11 +72,11 @@ impl Retarget {
     }
 
     /// A clip of the incoming skeleton on the database's.
-    pub fn bring(&self, clip: &Clip) -> Clip {
+    pub fn to_target(&self, clip: &Clip) -> Clip {
         let map = self.map();
         let mut pose = Pose::<MAX_JOINTS>::IDENTITY;
         let frames = clip.frames.iter().map(|f| {
-            map.bring(&stream::to_pose::<MAX_SOURCES>(f), &mut pose);
+            map.to_target(&stream::to_pose::<MAX_SOURCES>(f), &mut pose);
             stream::from_pose(&pose, map.targets())
         });
         Clip { frames: frames.collect(), skeleton: self.target.skeleton.clone(), ..clip.clone() }
@@ -84,14 +84,14 @@ impl Retarget {
 
     /// Poses on the database's skeleton on the incoming one. Joints without a counterpart are as in `like`, frame by
     /// frame (its last, where it is shorter; at rest, where it is empty).
-    pub fn take_back(&self, frames: &[Frame], like: &[Frame]) -> Vec<Frame> {
+    pub fn to_source(&self, frames: &[Frame], like: &[Frame]) -> Vec<Frame> {
         let map = self.map();
         let mut pose = Pose::<MAX_SOURCES>::IDENTITY;
         let rest = Frame { root: Vector3::zeros(), rotations: self.source.rest.clone() };
         let last = like.last().unwrap_or(&rest);
         let back = frames.iter().enumerate().map(|(i, f)| {
             let like = stream::to_pose::<MAX_SOURCES>(like.get(i).unwrap_or(last));
-            map.take_back(&stream::to_pose::<MAX_JOINTS>(f), &like, &mut pose);
+            map.to_source(&stream::to_pose::<MAX_JOINTS>(f), &like, &mut pose);
             stream::from_pose(&pose, map.sources())
         });
         back.collect()

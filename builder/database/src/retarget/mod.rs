@@ -6,7 +6,7 @@
 //! 3. [`body`]: a skeleton with its parts; [`map`]: two of them as a table for `gestus_core::retarget`;
 //! 4. [`check`]: all of it in words.
 //!
-//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, named by paper 000, section 4.
+//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, named by Xia 2015, section 4.
 
 pub mod anatomy;
 pub mod body;

@@ -127,7 +127,7 @@ impl FeatureSpace {
         cloud.iter().map(|p| p - Vector3::new(centre.x, 0.0, centre.z)).collect()
     }
 
-    /// The cloud turned about Y and moved over the floor onto the mean cloud (paper 000, eq. 1).
+    /// The cloud turned about Y and moved over the floor onto the mean cloud (Xia 2015, eq. 1).
     pub fn aligned(&self, cloud: &Cloud) -> Cloud {
         let centred = self.centred(cloud);
         let (mut a, mut b) = (0.0, 0.0);

@@ -1,7 +1,7 @@
 //! Joint groups: what takes a mask of the search, a strength and a style of its own.
 //!
 //! A database has up to eight, named when it is built. `body` is the first and holds what no other names, the root always.
-//! Unless told otherwise the others are the arms, left and right, as in paper 000's example of a gesture. A group is named
+//! Unless told otherwise the others are the arms, left and right, as in Xia 2015's example of a gesture. A group is named
 //! with its joints, each with all that hangs on it, the nearest name above a joint counting; or by a word that says which:
 //!
 //! ```toml

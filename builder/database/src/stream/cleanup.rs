@@ -1,6 +1,6 @@
 //! Foot skate taken out of a whole clip: for files, where later frames are known.
 //!
-//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as paper 002 uses it (section 6):
+//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as the statistical-transfer paper uses it (section 6):
 //!
 //! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place on the floor, by the joint that
 //!    carries it, ankle or toes, whichever is lower: that which is nearest to where it is in the plant's frames. What

@@ -14,11 +14,14 @@ use crate::{
     },
 };
 use gestus_motion::{
+    animation::Recording,
+    binding::{Binding, Options},
     body::{Body, database_skeleton},
     capture::{self, Document},
     clip::{Clip, Frame, Skeleton},
     corpus::Corpus,
-    formats::bvh::{Binding, Bvh, Options, Unit},
+    formats::bvh::Bvh,
+    unit::Unit,
 };
 
 /// How far below where it stands a foot on another skeleton may come, metres: as in the core's lock.
@@ -61,9 +64,10 @@ pub fn read_clip(
 ) -> Result<(Document, Binding, Clip)> {
     let document = capture::read(path)?;
     let name = path.display();
+    let animation = document.animation();
     let bind = |unit| {
         let options = Options { unit, ..Options::default() };
-        Binding::new(&document, &options).with_context(|| name.to_string())
+        Binding::new(&*animation, &options).with_context(|| name.to_string())
     };
     let mut binding = bind(unit)?;
     if unit.is_none()
@@ -71,7 +75,8 @@ pub fn read_clip(
     {
         binding = bind(Some(own))?;
     }
-    let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
+    let mut clip = binding.to_clip(&*animation).with_context(|| name.to_string())?;
+    drop(animation);
     clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok((document, binding, clip))
 }
@@ -125,7 +130,7 @@ impl Input {
         }
         // Measured at its own rate: more poses to measure by.
         let retarget = Retarget::new(database, original, map)?;
-        let mapped = retarget.bring(&clip);
+        let mapped = retarget.to_target(&clip);
         // A world that lies on its side has its floor elsewhere.
         let limbs = (retarget.world.angle() < 1e-3)
             .then(|| Body::of(&Corpus::of_clip(&clip)).ok())
@@ -161,11 +166,11 @@ impl Input {
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let mut whole = streamed.clone();
         let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
-        for (step, frame) in whole.steps.iter_mut().zip(self.take_back(&frames, &self.clip.frames)) {
+        for (step, frame) in whole.steps.iter_mut().zip(self.on_input_skeleton(&frames, &self.clip.frames)) {
             step.frame = frame;
         }
         if let Some(retimed) = &mut whole.retimed {
-            retimed.frames = self.take_back(&retimed.frames, &self.clip.frames);
+            retimed.frames = self.on_input_skeleton(&retimed.frames, &self.clip.frames);
         }
         whole.clip(&self.clip, self.clip.rate_hz)
     }
@@ -174,15 +179,15 @@ impl Input {
     /// do in the input at each pose's `sources`, in frames.
     pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
         let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
-        Clip { frames: self.take_back(frames, &inputs), ..self.clip.clone() }
+        Clip { frames: self.on_input_skeleton(frames, &inputs), ..self.clip.clone() }
     }
 
     /// Poses of the database's joints on the input's skeleton; what the database lacks is taken from `inputs`.
-    fn take_back(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
+    fn on_input_skeleton(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
         let joints = match &self.way {
             Way::Same(joints) => joints,
             Way::Map(map, limbs) => {
-                let back = map.take_back(frames, inputs);
+                let back = map.to_source(frames, inputs);
                 // Feet of another shape come down elsewhere: a longer one with its toes in the floor.
                 return match limbs {
                     Some(limbs) => above_floor(limbs, &back, SOFT_M),
@@ -221,7 +226,7 @@ pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
             let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
             Ok(Clip { skeleton: target, frames, ..clip.clone() })
         }
-        None => Ok(Retarget::new(database, clip, &MapFile::default())?.bring(clip)),
+        None => Ok(Retarget::new(database, clip, &MapFile::default())?.to_target(clip)),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Generated motion: a parametric humanoid that does the actions of paper 000's Table 1 in its eight styles.
+//! Generated motion: a parametric humanoid that does the actions of Xia 2015's Table 1 in its eight styles.
 //!
 //! Nobody needs captures to try Gestus, and tests need motion whose truth is known. A performance starts as a plan
 //! over canonical time: gaits and acts say where feet stand and how trunk and arms go, the style scales and

@@ -1,5 +1,5 @@
 //! Gaussian process editing, to compare with (Ikemoto, Arikan and Forsyth, "Generalizing Motion Edits with Gaussian
-//! Processes", TOG 2009, as paper 000, section 7.2.2, uses it for style): the *difference* of output and input is a Gaussian
+//! Processes", TOG 2009, as Xia 2015, section 7.2.2, uses it for style): the *difference* of output and input is a Gaussian
 //! process over what the input looks like.
 //!
 //! Two processes are learned and their predictions multiplied, which is what keeps the result stable:

@@ -1,4 +1,4 @@
-//! Every method on the same clips, as in paper 000's Table 3 and Figures 3, 4 and 6: `gestus evaluate methods`.
+//! Every method on the same clips, as in Xia 2015's Table 3 and Figures 3, 4 and 6: `gestus evaluate methods`.
 //!
 //! | set | database and test clips |
 //! |---|---|
@@ -317,7 +317,7 @@ const SETS: [&str; 9] = [
     "stream-generated",
 ];
 
-/// Errors of each method by set: paper 000, Table 3 and Figure 6.
+/// Errors of each method by set: Xia 2015, Table 3 and Figure 6.
 fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> Figure {
     let methods = [
         "unchanged",
@@ -344,7 +344,7 @@ fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> Figure {
     Figure {
         name: key.replace('_', "-"),
         caption: format!(
-            "{title} of each method, mean over test clips and styles (paper 000, Table 3, Figure 6)."
+            "{title} of each method, mean over test clips and styles (Xia 2015, Table 3, Figure 6)."
         ),
         svg: plots::bars(Labels { title, x: "data", y: unit }, &sets, &series),
     }

@@ -99,7 +99,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         what: "contacts",
         about: "Which foot stands, on held-out clips, against where their feet are and how fast they move. Each clip \
                 is streamed to its own style, unlabelled. `causal` is what a stream gets, `gaussian` what a file can \
-                have (paper 000, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
+                have (Xia 2015, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
                 style with the truth clip at equal canonical time."
             .into(),
         keys: vec!["method", "action", "style"],

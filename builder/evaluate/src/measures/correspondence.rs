@@ -1,4 +1,4 @@
-//! How well frames of different styles are set into correspondence (paper 001, section 5.1): iterative motion warping,
+//! How well frames of different styles are set into correspondence (Hsu 2005, section 5.1): iterative motion warping,
 //! its time warp alone, and dynamic time warping of types I and III.
 //!
 //! Gait cycles of every style at three speeds are warped onto the medium cycle of one style. They begin and end with
@@ -75,7 +75,7 @@ pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkErro
     rows.extend(found);
     Ok(Evaluation {
         what: "correspondence",
-        about: "Cycles of every style at three speeds, warped onto one medium cycle by four methods (paper 001, \
+        about: "Cycles of every style at three speeds, warped onto one medium cycle by four methods (Hsu 2005, \
                 section 5.1). The error is that of the right strike, which no method is told; for pairs with a known \
                 warp, the mean error of all frames."
             .into(),
@@ -169,7 +169,7 @@ fn strikes(rows: &[table::Row]) -> Option<Figure> {
     })
 }
 
-/// One pair whose warp is known: the warps, and a dof moved by each (paper 001, Figure 2). The pair can be generated
+/// One pair whose warp is known: the warps, and a dof moved by each (Hsu 2005, Figure 2). The pair can be generated
 /// and warped.
 fn known_warp() -> Vec<Figure> {
     let Ok(pair) = demo::drawn_pair() else { return Vec::new() };
@@ -184,7 +184,7 @@ fn known_warp() -> Vec<Figure> {
         ),
         (
             "warped",
-            "The input on the output's timeline by each method (paper 001, Figure 2).",
+            "The input on the output's timeline by each method (Hsu 2005, Figure 2).",
             moved,
             demo::figure2(&pair),
         ),

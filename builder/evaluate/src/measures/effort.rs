@@ -1,7 +1,7 @@
 //! Laban effort, measured: how well it is learned, how well inputs are cut, and whether dial and whole clips go where they
 //! are told to.
 //!
-//! Five parts, told apart by the column `part`: `regression` is paper 003's Table 1, on the data's own labels or
+//! Five parts, told apart by the column `part`: `regression` is Torresani 2006's Table 1, on the data's own labels or
 //! estimates and on generated motion that a generated annotator has looked at; `annotators` the latter over ten corpora; `segmentation` streams made of fragments;
 //! `dial` the core's dial on test clips; `clip` the whole-clip path on the same.
 
@@ -40,7 +40,7 @@ use gestus_database::{
 };
 use gestus_motion::{body::row_at, corpus::Corpus};
 
-/// Random splits, and examples to learn from in each (paper 003, section 8).
+/// Random splits, and examples to learn from in each (Torresani 2006, section 8).
 const SPLITS: usize = 500;
 const TRAIN: usize = 85;
 /// Corpora of generated motion that the annotator looks at, and splits of all of them together for one of the first.
@@ -457,7 +457,7 @@ fn mse_figure(rows: &[table::Row]) -> Figure {
         .collect();
     Figure {
         name: "mse".into(),
-        caption: "Mean squared error of predicted Efforts (paper 003, Table 1).".into(),
+        caption: "Mean squared error of predicted Efforts (Torresani 2006, Table 1).".into(),
         svg: plots::bars(
             Labels { title: "Predicting the Effort of a blend", x: "factor", y: "mean squared error" },
             &groups,
@@ -478,7 +478,7 @@ fn curve_figure(model: &Model) -> Figure {
     }
     Figure {
         name: "alpha".into(),
-        caption: "Effort predicted by kernel ridge regression over the weight of a blend, generated annotator (paper 003, Figure 1).".into(),
+        caption: "Effort predicted by kernel ridge regression over the weight of a blend, generated annotator (Torresani 2006, Figure 1).".into(),
         svg: plots::lines(Labels { title: "Effort over the weight of a blend", x: "weight of the second fragment", y: "factor" }, &series),
     }
 }

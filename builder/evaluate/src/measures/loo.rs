@@ -96,7 +96,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Errors of each method by action: paper 000, Figure 6.
+/// Errors of each method by action: Xia 2015, Figure 6.
 fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
     let series: Vec<(String, Vec<f64>)> = methods_of(results)
         .into_iter()
@@ -125,7 +125,7 @@ fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
     let labels = Labels { title: "Joint error of each method", x: "action", y: "cm" };
     Figure {
         name: "errors".into(),
-        caption: "Mean joint error by action, leave one clip out (paper 000, Figure 6).".into(),
+        caption: "Mean joint error by action, leave one clip out (Xia 2015, Figure 6).".into(),
         svg: plots::bars(labels, &corpus.actions, &series),
     }
 }
@@ -153,7 +153,7 @@ fn trade_off(results: &[Row]) -> Figure {
     }
 }
 
-/// One dof over time for each method against the truth, and the output's time: paper 000, Figures 3 and 4.
+/// One dof over time for each method against the truth, and the output's time: Xia 2015, Figures 3 and 4.
 /// `None` where there is no fold.
 pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Figure>, BuildError> {
     let body = Body::of(corpus)?;
@@ -195,7 +195,7 @@ pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Fi
     let title = format!("{} of {} in the style {}", names[dof], example.clip.name, corpus.styles[style]);
     Ok(Some(Figure {
         name: "dof".into(),
-        caption: "One dof over the input's time, each method against the truth at equal canonical time (paper 000, Figure 3).".into(),
+        caption: "One dof over the input's time, each method against the truth at equal canonical time (Xia 2015, Figure 3).".into(),
         svg: plots::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
     }))
 }

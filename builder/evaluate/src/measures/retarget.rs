@@ -196,8 +196,8 @@ fn judge(
         frame
     };
     let input: Vec<Frame> = clip.frames.iter().map(lift).collect();
-    let mapped = retarget.bring(&clip);
-    let back: Vec<Frame> = retarget.take_back(&mapped.frames, &[]).iter().map(lift).collect();
+    let mapped = retarget.to_target(&clip);
+    let back: Vec<Frame> = retarget.to_source(&mapped.frames, &[]).iter().map(lift).collect();
     let (source, target) = (&retarget.source, &retarget.target);
     let stands = |body: &Body, frames: &[Frame]| {
         let clip = Clip { skeleton: body.skeleton.clone(), frames: frames.to_vec(), ..clip.clone() };

@@ -5,7 +5,7 @@
 //! for the action, and d the descriptor of flow of [`estimate`](gestus_database::effort::estimate) in the same way:
 //!
 //! ```text
-//! flow   = 1.2 d                  seen nearly as it is (paper 003, Figure 1)
+//! flow   = 1.2 d                  seen nearly as it is (Torresani 2006, Figure 1)
 //! weight = 3 tanh(1.5 E)          what is no longer light is soon strong
 //! time   = 3 tanh(1.5 A - 0.3 d)  and sudden the sooner the less it is checked
 //! ```

@@ -75,9 +75,9 @@ fn main() -> ! {
     };
     let mut body = Pose::<22>::IDENTITY;
     let mut back = Pose::<31>::IDENTITY;
-    count(&counter, "retarget_in", pose::<31>, |input| map.bring(input, &mut body));
+    count(&counter, "retarget_in", pose::<31>, |input| map.to_target(input, &mut body));
     let like = pose::<31>(7);
-    count(&counter, "retarget_back", pose::<22>, |output| map.take_back(output, &like, &mut back));
+    count(&counter, "retarget_back", pose::<22>, |output| map.to_source(output, &like, &mut back));
     // A style that is faster and slower than its input by turns: every tick lies between two poses.
     let step_s = |frame: usize| if frame % 40 < 20 { 0.026 } else { 0.042 };
     count(

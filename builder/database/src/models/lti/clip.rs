@@ -1,7 +1,7 @@
 //! A linear model over a whole clip, in `f64`: what the core does frame by frame, with a start that has settled.
 //!
 //! The state before the first frame is unknown. A stream begins at `x = 0` and waits; a whole clip is extrapolated
-//! backwards instead (paper 001, section 4.4), and the model runs over what comes before. The extrapolation is linear
+//! backwards instead (Hsu 2005, section 4.4), and the model runs over what comes before. The extrapolation is linear
 //! prediction: each dof as a sum of its next few values, by weights found over the whole clip, held within the dof's
 //! own range. Cost: one pass, and one small least squares a dof.
 

@@ -1,4 +1,4 @@
-//! Linear time-invariant models (paper 001, section 4).
+//! Linear time-invariant models (Hsu 2005, section 4).
 //!
 //! Joints are independent: each is a system of its own from the input's dofs to the output's ([`n4sid`]), so that
 //! few numbers have to be found from few examples. The root is two: posture (height and tilt), and motion (ground

@@ -1,4 +1,4 @@
-//! Subspace identification, N4SID (Van Overschee and De Moor 1996, chapter 4; paper 001, section 4.3).
+//! Subspace identification, N4SID (Van Overschee and De Moor 1996, chapter 4; Hsu 2005, section 4.3).
 //!
 //! From inputs `u` `[m]` and outputs `y` `[p]` of one or several stretches, the system `x' = A x + B u`,
 //! `y = C x + D u`, in two steps:

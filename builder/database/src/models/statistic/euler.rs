@@ -1,4 +1,4 @@
-//! Transfer with Euler angles (paper 002, section 5.3, eq. 5): the variant that the paper shows to fail.
+//! Transfer with Euler angles (the statistical-transfer paper, section 5.3, eq. 5): the variant that the paper shows to fail.
 //!
 //! `θ_t = σ_r / σ_s (θ_s - θ̄_s) + θ̄_r`, angle by angle, in the order Z, X, Y; angles are taken near those of the frame
 //! before, so that they don't jump by themselves.

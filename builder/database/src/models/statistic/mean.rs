@@ -1,4 +1,4 @@
-//! Mean and spread of rotations (paper 002, section 5.4, eq. 6).
+//! Mean and spread of rotations (the statistical-transfer paper, section 5.4, eq. 6).
 //!
 //! The mean is recursive: `q̄_n = Slerp(1/n, q̄_{n-1}, q_n)`, every quaternion taken on the mean's side of the sphere.
 //! (Eq. 6 prints the weight as `(n-1)/n`, which with the paper's own Slerp would forget all but the last: the order

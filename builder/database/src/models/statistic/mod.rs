@@ -1,4 +1,4 @@
-//! Statistical transfer (paper 002): a style is the mean and the spread of every joint's rotation, and any clip is
+//! Statistical transfer (the statistical-transfer paper): a style is the mean and the spread of every joint's rotation, and any clip is
 //! a style.
 //!
 //! [`mean`] defines mean and spread on the sphere of unit quaternions; [`transfer`](mod@transfer) gives a clip the

@@ -1,4 +1,4 @@
-//! A clip with the style of another, the whole clip at once (paper 002).
+//! A clip with the style of another, the whole clip at once (the statistical-transfer paper).
 //!
 //! 1. Iterative motion warping sets the frames of both into correspondence (section 4): the shorter is warped onto
 //!    the longer.

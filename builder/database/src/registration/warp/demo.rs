@@ -1,4 +1,4 @@
-//! Pairs of motions whose time warp is known, and what each method makes of them (as paper 001's Figure 2).
+//! Pairs of motions whose time warp is known, and what each method makes of them (as Hsu 2005's Figure 2).
 //!
 //! - [`generated_pair`]: one content, performed by the generator in neutral and in another style. Its timeline is known,
 //!   so frames of the one lie in the other where the generator put them.
@@ -179,7 +179,7 @@ pub fn warps(pair: &KnownPair) -> Result<Vec<Curve>, WarpError> {
     Ok(found.into_iter().map(|(name, warp)| (name.to_owned(), curve(warp))).collect())
 }
 
-/// The plot like paper 001's Figure 2: the dof that moves most, of input and output, and the input moved onto the
+/// The plot like Hsu 2005's Figure 2: the dof that moves most, of input and output, and the input moved onto the
 /// output's timeline by each method.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Iterative motion warping (paper 001, section 3).
+//! Iterative motion warping (Hsu 2005, section 3).
 //!
 //! Minimises `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1) by turns: the time warp `W` over all dofs at once
 //! ([`repeat`]), then scale `a` and offset `b` of each dof alone ([`space`]). Each stage finds

@@ -5,7 +5,7 @@
 //!
 //! - [`dtw`] is dynamic time warping: frames correspond where they are numerically alike. It is here to be
 //!   compared with: for motions of different style it finds poses that are alike, not moments that are.
-//! - [`imw`] is iterative motion warping (paper 001, section 3): it alternates a time warp ([`repeat`]) with a
+//! - [`imw`] is iterative motion warping (Hsu 2005, section 3): it alternates a time warp ([`repeat`]) with a
 //!   smooth scale and offset of every dof ([`space`]), so that what differs is only the style.
 //!
 //! Both give a [`Warp`]; [`demo`] compares them on a warp that is known.

@@ -1,4 +1,4 @@
-//! The time-warp stage of iterative motion warping: approximate matching by repetition (paper 001, section 3.1).
+//! The time-warp stage of iterative motion warping: approximate matching by repetition (Hsu 2005, section 3.1).
 //!
 //! Every frame `p_i` is repeated `r_i` times, `1 <= r_i <= k`, `sum r_i = n`, so that `|R p - q|^2` is least
 //! (eq. 3), `q` being the other motion with every frame repeated `s` times and `k = s^2`: slopes of the warp then

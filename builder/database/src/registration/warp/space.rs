@@ -1,4 +1,4 @@
-//! The space-warp stage of iterative motion warping (paper 001, section 3.2).
+//! The space-warp stage of iterative motion warping (Hsu 2005, section 3.2).
 //!
 //! For each dof alone, a scale `a` and an offset `b` for every frame, least squares against the other motion under the
 //! time warp `W`, both smooth: `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1). `W` repeats rows, so `W'W` is diagonal
