@@ -1,16 +1,16 @@
 //! Gestus database: from annotated motion capture to one flat blob that `gestus-core` reads in place.
 //!
-//! A clip walks through the rooms in this order:
+//! A clip goes through the modules in this order:
 //!
-//! 1. [`data_folder`] reads it and says which action and style it is; [`synth`] generates clips instead;
+//! 1. [`data_folder`] reads and labels it; [`synth`] generates clips instead;
 //! 2. [`registration`] gives it contacts and a canonical timeline;
-//! 3. [`pairing`] finds its counterparts in the other styles;
+//! 3. [`pairing`] finds its output cycles in the other styles;
 //! 4. [`search`] makes its frames searchable;
-//! 5. [`blob`] packs the rows and puts the sections together, all of which [`build`](mod@build) drives.
+//! 5. [`blob`] encodes the sections. [`build`](mod@build) runs these steps.
 //!
 //! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write sections for other
-//! bodies. [`stream`] runs the core over a clip, and [`command_line`] has what the commands `gestus` and `gestus-sim`
-//! share.
+//! bodies. [`stream`] runs the core over a clip. [`command_line`] and [`list`] are shared by the commands `gestus` and
+//! `gestus-sim`.
 
 pub mod blob;
 pub mod build;

@@ -1,4 +1,4 @@
-//! What a file of motion holds, whatever its format: a rig of joints, and the local pose of each joint in each frame.
+//! The content of a motion file, whatever its format: a rig of joints, and the local pose of each joint in each frame.
 //!
 //! Every format is read into an [`Animation`]; a [`Binding`](crate::binding::Binding) turns that into a clip.
 
@@ -13,17 +13,17 @@ use crate::unit::Unit;
 pub struct Joint {
     /// Its name, unique in the rig.
     pub name: String,
-    /// The joint that it hangs on; `None` for the first alone.
+    /// Its parent; `None` for the first joint only.
     pub parent: Option<usize>,
-    /// Where it is in its parent's frame at rest, file units.
+    /// Position in the parent's frame at rest, file units.
     pub offset: Vector3<f64>,
-    /// Ends of bones that have no joint, in the joint's own frame, file units.
+    /// Ends of bones that carry no joint (BVH's End Sites), in the joint's own frame, file units.
     pub tips: Vec<Vector3<f64>>,
-    /// Axes along which the animation places it.
+    /// Axes along which the animation translates it.
     pub moves: [bool; 3],
-    /// Degrees of freedom that the animation gives it, 0 to 6.
+    /// Number of animated degrees of freedom, 0 to 6.
     pub degrees: usize,
-    /// Whether it stays where it is, to 1e-3 degrees and file units.
+    /// True for a joint that does not move, to 1e-3 degrees and file units.
     pub still: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct Animation {
     pub unit: Option<Unit>,
     /// Frames a second.
     pub rate_hz: f64,
-    /// What a user should know of the reading.
+    /// Notes for the user about the reading of the file.
     pub notes: Vec<String>,
     /// The rig.
     pub joints: Vec<Joint>,
@@ -61,9 +61,9 @@ impl Animation {
     }
 }
 
-/// What an animation can be taken from.
+/// A source of an animation.
 pub trait Recording {
-    /// The animation; computed where the format keeps it in another form.
+    /// The animation; converted if the format stores it in another form. Convert once and keep it.
     fn animation(&self) -> Cow<'_, Animation>;
 }
 

@@ -2,11 +2,11 @@
 //!
 //! A [`Binding`] is made once per file:
 //!
-//! * Joint 0 of the skeleton is the hips. Joints above them that hold a single child and stand still, or are mere
-//!   carriers by name (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local`
+//! * Joint 0 of the skeleton is the hips. Joints above them with a single child that do not move, or whose name
+//!   says that they only carry the body (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local`
 //!   in each frame. Writing puts them back as they are in the file's first frame.
-//! * Every other joint's offset is its place at rest, or the mean of its places over the clip where the animation moves
-//!   it. Where it really moves, [`Binding::notes`] says so.
+//! * Every other joint's offset is its position at rest, or its mean position over the clip if the animation translates
+//!   it. [`Binding::notes`] names joints that move by more than a centimetre.
 
 use std::sync::Arc;
 
@@ -28,7 +28,8 @@ pub struct Options {
     pub root: Option<String>,
 }
 
-/// A document and a clip that don't go together. Whoever reads the file names it before the message.
+/// A document that can't be read as a clip, or a clip that can't be written like a document. The caller adds the file's
+/// name to the message.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
@@ -57,9 +58,9 @@ pub enum ConvertError {
     BadName { name: String },
 }
 
-/// Farthest that a body may be from the origin, metres: in millimetres it can still be written and read.
+/// Greatest distance of a body from the origin, metres; in millimetres it can still be written and read.
 const FAR_M: f64 = 1e6;
-/// Longest bone, metres: what a database and the map of a skeleton have room for.
+/// Longest bone, metres: the limit of databases and retargeting maps.
 const LONG_M: f64 = 100.0;
 /// Movement of an inner joint's translation that is worth a note, metres.
 const STRETCH_M: f64 = 0.01;
@@ -73,10 +74,10 @@ pub struct Binding {
     notes: Vec<String>,
     /// Joints of the file above the hips, from the top.
     pub(crate) above: Vec<usize>,
-    /// Joint of the file for each joint of the skeleton.
+    /// The file's joint for each joint of the skeleton.
     pub(crate) joints: Vec<usize>,
     pub(crate) file: String,
-    /// The rig, by which the file is known again.
+    /// The rig, to recognise the file.
     pub(crate) rig: Vec<Joint>,
 }
 
@@ -162,12 +163,12 @@ impl Binding {
         self.unit
     }
 
-    /// What there is to say of a format's unit in which the body has an odd size.
+    /// A warning if the body has an unlikely size in the format's unit.
     pub fn doubt(&self) -> Option<&str> {
         self.doubt.as_deref()
     }
 
-    /// What a user should know of the reading: the guessed unit, translations that were averaged.
+    /// Notes for the user about the reading: the guessed unit, translations that were averaged.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -266,7 +267,7 @@ pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
     Ok(())
 }
 
-/// The first joint from the top that is no mere carrier.
+/// The first joint from the top that does more than carry the body.
 fn find_hips(animation: &Animation) -> usize {
     let all = &animation.joints;
     let mut joint = 0;
@@ -308,7 +309,7 @@ fn translation_range(animation: &Animation, joint: usize) -> f64 {
     (1..animation.frames()).map(|f| (place(f) - first).norm()).fold(0.0, f64::max)
 }
 
-/// Longest way from the hips to a tip along the bones, End Sites counted, file units.
+/// Longest chain of bones from the hips to a tip, with End Sites, file units.
 fn longest_chain(
     animation: &Animation,
     joints: &[usize],

@@ -1,6 +1,6 @@
-//! A skeleton with what the dofs are relative to, and the way from clips to dofs, in `f64`.
+//! A skeleton with its mean pose, and the conversion from clips to dofs in `f64`.
 //!
-//! The same conversion as `gestus_core::body::pose` does in `f32` on the board; a test holds one against the other.
+//! The same conversion as `gestus_core::body::pose` does in `f32` on the board; a test compares the two.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::{
     landmarks::{LandmarkError, Landmarks, rest_positions},
 };
 
-/// A skeleton, its mean pose and the joints that matter.
+/// A skeleton, its mean pose and its landmarks.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// The skeleton.
     pub skeleton: Arc<Skeleton>,
-    /// Joints that matter: feet, hips, groups.
+    /// Feet, hips and joint groups.
     pub landmarks: Landmarks,
     /// Mean local rotation of each joint; the root's without its heading. Shape `[joints]`.
     pub means: Vec<UnitQuaternion<f64>>,
@@ -91,7 +91,7 @@ impl Body {
         log(&(self.means[joint].inverse() * rotation))
     }
 
-    /// The pose of dofs, standing at that ground position with that heading.
+    /// The pose of a row of dofs at a position on the ground and a heading.
     pub fn pose(&self, dofs: &[f64], ground: [f64; 2], heading: f64) -> Frame {
         let map =
             |at: usize| UnitQuaternion::from_scaled_axis(Vector3::new(dofs[at], dofs[at + 1], dofs[at + 2]));
@@ -138,7 +138,7 @@ pub fn dof_names<'a>(joints: impl Iterator<Item = &'a str>) -> Vec<String> {
     names
 }
 
-/// The pose between two rows of dofs at a fractional position, held at both ends.
+/// The row of dofs at a fractional position, clamped to the first and last row.
 pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
     let position = position.clamp(0.0, (rows.len() - 1) as f64);
     let i = (position as usize).min(rows.len() - 1);
@@ -147,13 +147,13 @@ pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
     rows[i].iter().zip(&rows[next]).map(|(a, b)| a + t * (b - a)).collect()
 }
 
-/// Rotation vector of a rotation, along the short way, radians.
+/// Rotation vector of the shorter of the two rotations, radians.
 pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = if q.w < 0.0 { UnitQuaternion::new_unchecked(-q.into_inner()) } else { *q };
     q.scaled_axis()
 }
 
-/// An angle brought into -π..π.
+/// An angle wrapped to -π..π.
 pub fn wrap(angle: f64) -> f64 {
     use std::f64::consts::PI;
     (angle + PI).rem_euclid(2.0 * PI) - PI
@@ -167,8 +167,8 @@ fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
     (positions[left] - positions[right]).try_normalize(1e-9).unwrap_or_else(Vector3::x)
 }
 
-/// The rotation nearest to all: first eigenvector of the sum of `q qᵀ` (Markley et al. 2007), which does not care
-/// about the signs of the quaternions.
+/// The rotation nearest to all: first eigenvector of the sum of `q qᵀ` (Markley et al. 2007), whatever the
+/// signs of the quaternions.
 fn mean_rotation(moment: Matrix4<f64>) -> UnitQuaternion<f64> {
     let eigen = SymmetricEigen::new(moment);
     let largest = eigen.eigenvalues.imax();

@@ -1,9 +1,9 @@
-//! Files of captured motion, BVH and glTF: one, or a folder of them read in a fixed order, where a bad file is reported
-//! and left out.
+//! Reads motion files, BVH and glTF: a single file, or a folder in a fixed order. A bad file in a folder is reported and
+//! skipped.
 //!
-//! A glTF file may hold several animations. As one file it is named with the animation that is meant, `hero.glb#walk`;
-//! in a folder it is a folder of its own, whose clips are its animations: `hero/walk`. Where it holds one alone, that
-//! goes by the file's name, as with BVH.
+//! A glTF file may hold several animations. A single file is given with the animation's name, `hero.glb#walk`. In a
+//! folder, such a file counts as a subfolder of clips, `hero/walk`. An animation that is alone in its file has the
+//! file's name, as with BVH.
 
 use std::{
     borrow::Cow,
@@ -45,7 +45,7 @@ impl CaptureError {
     }
 }
 
-/// What a file holds, in the form from which a clip can be written like it.
+/// The content of a file, in a form that a clip can be written like.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Document {
     /// BVH, with its channels.
@@ -99,12 +99,12 @@ pub fn is_gltf(path: &Path) -> bool {
     ends_in(path, &["glb", "gltf"])
 }
 
-/// Whether a file is one of motion, by its name.
+/// Whether a file is a motion file, by its name.
 pub fn is_capture(path: &Path) -> bool {
     ends_in(path, &["bvh"]) || is_gltf(path)
 }
 
-/// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which is no motion.
+/// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which holds no motion.
 fn is_hidden(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
 }
@@ -112,10 +112,10 @@ fn is_hidden(path: &Path) -> bool {
 /// What [`read_folder`] found.
 #[derive(Debug, Clone, Default)]
 pub struct Folder {
-    /// The documents that could be read, with their paths, sorted by path. An animation of several has the path that it
-    /// would have in a folder of its file's name.
+    /// The documents that could be read, with their paths, sorted by path. One of several animations of a
+    /// file has the file's path without its ending as its folder.
     pub documents: Vec<(PathBuf, Document)>,
-    /// Why the others could not, in the same order.
+    /// Errors of the others, in the same order.
     pub skipped: Vec<CaptureError>,
     /// How many of the documents came from glTF.
     animations: usize,
@@ -139,9 +139,8 @@ impl Folder {
 
 /// Reads every `.bvh`, `.glb` and `.gltf` file below a folder (or the one file that `path` is), sorted by path.
 ///
-/// A file that cannot be read is put in [`Folder::skipped`]; with `strict`, the first in order is the error.
-/// Links to folders are not followed, hidden files and folders (`.name`) are passed over. Documents are named by their
-/// path.
+/// A file that can't be read is listed in [`Folder::skipped`]; with `strict`, the first such file in order is the error.
+/// Links to folders are not followed; hidden files and folders (`.name`) are skipped. A document's name is its path.
 pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     let mut paths = Vec::new();
     let mut errors = Vec::new();
@@ -186,7 +185,7 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     Ok(folder)
 }
 
-/// The documents of a file, with the paths that they go by.
+/// The documents of a file, with their paths in [`Folder::documents`].
 fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
     if !is_gltf(path) {
         return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]);
@@ -204,10 +203,10 @@ fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
         .collect())
 }
 
-/// Reads one file, or the animation of it that is named behind a `#`; it goes by its path in messages.
+/// Reads a file, or the animation of it that is named after a `#`. Messages name it by its path.
 ///
 /// # Errors
-/// [`CaptureError`] where it can't be read, or is one of several animations and not named.
+/// [`CaptureError`] if it can't be read, or holds several animations and none is named.
 pub fn read(path: &Path) -> Result<Document, CaptureError> {
     let text = path.to_string_lossy();
     let (file, wanted) = match text.split_once('#') {

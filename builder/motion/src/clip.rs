@@ -1,7 +1,7 @@
-//! Clips as the builder sees them: a skeleton and, for every frame, one pose, in `f64`.
+//! Clips: a skeleton and one pose for every frame, in `f64`.
 //!
-//! Right-handed, Y up, metres, radians, seconds. Quaternions are nalgebra's; where they leave the builder as
-//! numbers their order is `[x, y, z, w]`. Joint 0 is the root of the animated body (the hips); its rotation and
+//! Right-handed, Y up, metres, radians, seconds. Quaternions are nalgebra's; as numbers their
+//! order is `[x, y, z, w]`. Joint 0 is the root of the animated body (the hips); its rotation and
 //! position are in the world, every other rotation is local to its parent.
 
 use std::sync::Arc;
@@ -64,10 +64,10 @@ impl Frame {
     }
 }
 
-/// Most frames that a clip from a file is resampled to, where it has fewer: over two hours at 30 a second.
+/// Most frames of a resampled clip that had fewer: over two hours at 30 Hz. A file's frame rate can't be trusted.
 pub const MAX_FRAMES: usize = 1 << 18;
 
-/// A clip that would fill the memory at that rate.
+/// A clip that would be too long at a rate.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
     "{seconds:.1} s are {frames} frames at {rate_hz} a second, more than {MAX_FRAMES}: cut the clip, take a lower rate, \
@@ -85,7 +85,7 @@ pub struct TooManyFrames {
 /// A clip of motion at a fixed rate.
 #[derive(Debug, Clone)]
 pub struct Clip {
-    /// Where it came from: a file's stem, or the generator's name for it.
+    /// Name: the stem of the file's name, or the generator's.
     pub name: String,
     /// The joints that the frames move.
     pub skeleton: Arc<Skeleton>,
@@ -101,10 +101,10 @@ impl Clip {
         self.frames.len().saturating_sub(1) as f64 / self.rate_hz
     }
 
-    /// The same motion at another rate, where that takes a bearable number of frames: for clips that come from a file.
+    /// The same motion at another rate, for clips that come from a file: refuses too many frames.
     ///
     /// # Errors
-    /// [`TooManyFrames`] where it takes more than [`MAX_FRAMES`], and more than there are.
+    /// [`TooManyFrames`] if there would be more than [`MAX_FRAMES`], and more than now.
     pub fn fitted(&self, rate_hz: f64) -> Result<Clip, TooManyFrames> {
         let frames = self.frames_at(rate_hz);
         if frames > MAX_FRAMES.max(self.frames.len()) {
@@ -127,7 +127,7 @@ impl Clip {
         Clip { name: self.name.clone(), skeleton: self.skeleton.clone(), rate_hz, frames }
     }
 
-    /// The pose at a fractional frame index, held at both ends.
+    /// The pose at a fractional frame index, clamped to the first and last frame.
     pub fn at(&self, index: f64) -> Frame {
         let last = self.frames.len() - 1;
         let index = index.clamp(0.0, last as f64);
@@ -140,7 +140,7 @@ impl Clip {
     }
 }
 
-/// The pose between two: positions linearly, rotations spherically along the short way. `t` in 0 to 1.
+/// A pose between two: positions linearly, rotations by [`slerp`]. `t` from 0 to 1.
 pub fn interpolate(a: &Frame, b: &Frame, t: f64) -> Frame {
     Frame {
         root: a.root.lerp(&b.root, t),
@@ -148,7 +148,8 @@ pub fn interpolate(a: &Frame, b: &Frame, t: f64) -> Frame {
     }
 }
 
-/// Spherical interpolation along the short way; never fails (halves of a turn go by the linear blend).
+/// Spherical interpolation along the shorter arc. Rotations half a turn apart are blended linearly, since their arc is
+/// undefined.
 pub fn slerp(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>, t: f64) -> UnitQuaternion<f64> {
     let b = if a.coords.dot(&b.coords) < 0.0 { UnitQuaternion::new_unchecked(-b.into_inner()) } else { *b };
     a.try_slerp(&b, t, 1e-9).unwrap_or_else(|| a.nlerp(&b, t))

@@ -1,5 +1,4 @@
-//! What registration hands on to the builder: clips at the database's rate, each with its action, style,
-//! contacts and canonical timeline.
+//! Registered clips: all at the database's rate, each with its action, style, contacts and canonical timeline.
 
 use std::sync::Arc;
 
@@ -7,7 +6,7 @@ use thiserror::Error;
 
 use crate::clip::{Clip, Skeleton};
 
-/// A cycle (or a whole-clip action): where the clip is at uniform steps of canonical time.
+/// A cycle or whole-clip action: the clip's frame at uniform steps of canonical time.
 ///
 /// `knots[i]` is the fractional frame index at phase `i / (knots.len() - 1)`: two knots are a straight line,
 /// three a gait cycle from left strike by right strike to left strike. Strictly ascending, at least two.
@@ -18,7 +17,7 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Frame position at that phase; linear between the knots, and on beyond them with the outer slopes.
+    /// Frame position at that phase; linear between the knots, extrapolated with the outer slopes.
     pub fn position(&self, phase: f64) -> f64 {
         let segments = self.knots.len() - 1;
         let u = phase * segments as f64;
@@ -40,7 +39,7 @@ impl Cycle {
     }
 }
 
-/// A clip with all that the builder knows of it.
+/// A clip with its labels, contacts and timeline.
 #[derive(Debug, Clone)]
 pub struct Example {
     /// The motion, at the corpus's rate, on the corpus's skeleton.
@@ -49,13 +48,13 @@ pub struct Example {
     pub action: usize,
     /// Index of its style.
     pub style: usize,
-    /// Which take it is; clips of one take show the same content in different styles. Empty where nothing is known.
+    /// Name of its take; clips of one take show the same content in different styles. Empty if unknown.
     pub take: String,
     /// Which foot stands, left and right. Shape `[frames]`.
     pub contacts: Vec<[bool; 2]>,
     /// Its canonical timeline: cycles in order of time, not overlapping.
     pub cycles: Vec<Cycle>,
-    /// Licence or source, for the manifest; empty where nothing is known.
+    /// Licence or source, for the manifest; empty if unknown.
     pub licence: String,
 }
 
@@ -74,15 +73,15 @@ pub struct Corpus {
     pub examples: Vec<Example>,
 }
 
-/// A name that no action or style has.
+/// An unknown action or style.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no {what} `{name}`: there are {}", have.join(", "))]
 pub struct Unknown {
-    /// What was asked for.
+    /// `action` or `style`.
     pub what: &'static str,
-    /// By which name.
+    /// The unknown name.
     pub name: String,
-    /// The names that there are.
+    /// The known names.
     pub have: Vec<String>,
 }
 
@@ -92,7 +91,7 @@ fn find(what: &'static str, names: &[String], name: &str) -> Result<usize, Unkno
 }
 
 impl Corpus {
-    /// A corpus of one clip, of which nothing else is known: enough for its body.
+    /// A corpus of one clip without labels, contacts or cycles: enough to measure its body.
     pub fn of_clip(clip: &Clip) -> Corpus {
         let example = Example {
             clip: clip.clone(),
@@ -128,12 +127,12 @@ impl Corpus {
         find("style", &self.styles, name)
     }
 
-    /// The style that is none: `normal` or `neutral`, or else the first.
+    /// The neutral style: the one called `normal` or `neutral`, or else the first.
     pub fn plain_style(&self) -> usize {
         ["normal", "neutral"].iter().find_map(|name| self.style(name).ok()).unwrap_or(0)
     }
 
-    /// Puts actions and styles into the order wanted; those that are not named follow by name.
+    /// Reorders actions and styles; those not listed follow in alphabetical order.
     pub fn order(&mut self, actions: &[String], styles: &[String]) {
         let sorted = |names: &[String], wanted: &[String]| {
             let place = |n: &String| wanted.iter().position(|w| w == n).unwrap_or(wanted.len());

@@ -1,10 +1,10 @@
 //! Channel angles <-> quaternions, for any order of the three axes.
 //!
-//! Forward, a joint's rotation is the product of its channels in order. Backward, angles come from the quaternion
-//! without a matrix between (Bernardes and Viollet 2022, "Quaternion to Euler angles conversion: a direct, general
+//! Forward, a joint's rotation is the product of its channels in order. Backward, angles come directly from
+//! the quaternion (Bernardes and Viollet 2022, "Quaternion to Euler angles conversion: a direct, general
 //! and computationally efficient method"): two half angles by `atan2`, exact also where the middle angle is a
-//! quarter turn, since an undefined half angle then drops out of the product. Of all angles that give the rotation,
-//! those nearest the last frame's are taken, so that curves don't jump.
+//! quarter turn, since an undefined half angle then drops out of the product. Of all equivalent angles, the nearest to
+//! the last frame's are used, so that curves are continuous.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

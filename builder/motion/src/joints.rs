@@ -1,7 +1,7 @@
-//! Fewer joints: a corpus for a body that has not all of the skeleton's, or a board that has no room for them.
+//! A corpus on fewer joints, for a body that lacks some of the skeleton's or a board with little memory.
 //!
-//! Contacts and cycles stay those that the whole skeleton showed. What is kept has to be a tree from the root, for a
-//! joint without its parent would have to take over the parent's turns.
+//! Contacts and cycles of the whole skeleton are kept. The joints that are kept have to form a tree from the root, since a
+//! joint without its parent would lose the parent's rotations.
 
 use std::sync::Arc;
 
@@ -12,15 +12,15 @@ use crate::{
     corpus::{Corpus, Example},
 };
 
-/// Joints that can't be kept by themselves.
+/// A selection of joints that can't be kept.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum JointsError {
     /// No such joint.
     #[error("the skeleton has no joint `{name}`: it has {list}")]
     Unknown {
-        /// What was asked for.
+        /// The unknown name.
         name: String,
-        /// What there is.
+        /// The known names.
         list: String,
     },
     /// The parent is left out.
@@ -55,7 +55,7 @@ pub fn kept(skeleton: &Skeleton, names: &[String]) -> Result<Vec<usize>, JointsE
     }
 }
 
-/// The clip on some of its joints; `skeleton` is what [`skeleton_of`] gives for them.
+/// The clip on some of its joints; `skeleton` is [`skeleton_of`] them.
 pub fn clip_on(clip: &Clip, kept: &[usize], skeleton: &Arc<Skeleton>) -> Clip {
     let pick = |f: &Frame| Frame { root: f.root, rotations: kept.iter().map(|&j| f.rotations[j]).collect() };
     Clip {
@@ -66,7 +66,7 @@ pub fn clip_on(clip: &Clip, kept: &[usize], skeleton: &Arc<Skeleton>) -> Clip {
     }
 }
 
-/// The skeleton of some joints, which are a tree.
+/// The skeleton of some joints, which have to form a tree.
 pub fn skeleton_of(skeleton: &Skeleton, kept: &[usize]) -> Arc<Skeleton> {
     let place = |j: usize| kept.iter().position(|&k| k == j);
     Arc::new(Skeleton {

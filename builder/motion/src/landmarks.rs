@@ -1,11 +1,11 @@
-//! Joints that matter: hips, knees, feet, arms; by their names, or by the skeleton's shape where names say nothing.
+//! Landmarks: hips, knees, feet and arms, found by name or, failing that, by the skeleton's shape.
 
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::clip::Skeleton;
 
-/// The joints that matter. Pairs are left, right.
+/// Landmarks of a skeleton. Pairs are left, right.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Landmarks {
     /// Upper ends of the thighs.
@@ -20,7 +20,7 @@ pub struct Landmarks {
     pub groups: Vec<usize>,
 }
 
-/// A skeleton without recognisable legs.
+/// A skeleton whose legs were not found.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "no {0} found in the skeleton (joints: {1}): it takes a body with two legs of hip, knee and foot; \
@@ -32,7 +32,7 @@ impl Landmarks {
     /// Finds the landmarks of a skeleton.
     ///
     /// # Errors
-    /// [`LandmarkError`] where there are no two legs.
+    /// [`LandmarkError`] if two legs are not found.
     pub fn find(skeleton: &Skeleton) -> Result<Self, LandmarkError> {
         let rest = rest_positions(skeleton);
         let fail = |what| LandmarkError(what, skeleton.names.join(", "));
@@ -49,7 +49,7 @@ impl Landmarks {
     }
 }
 
-/// Positions with every rotation at rest, hips at the origin.
+/// Positions with all rotations identity, hips at the origin.
 pub fn rest_positions(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
     let mut positions: Vec<Vector3<f64>> = Vec::with_capacity(skeleton.joints());
     for j in 0..skeleton.joints() {
@@ -58,7 +58,7 @@ pub fn rest_positions(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
     positions
 }
 
-/// 0 left, 1 right, by the ways in which names say it.
+/// Side by name: 0 left, 1 right.
 fn side_of(name: &str) -> Option<usize> {
     let lower = name.to_ascii_lowercase();
     let starts = |c: char| {
@@ -98,7 +98,7 @@ fn chain(skeleton: &Skeleton, leaf: usize) -> Vec<usize> {
     chain
 }
 
-/// Leaves of the skeleton with the chain of joints from the root to each.
+/// The chain of joints from the root to each leaf.
 fn chains(skeleton: &Skeleton) -> Vec<Vec<usize>> {
     let leaf = |j: &usize| !skeleton.parents.contains(&Some(*j));
     (0..skeleton.joints()).filter(leaf).map(|j| chain(skeleton, j)).collect()

@@ -1,8 +1,9 @@
-//! Gestus motion: skeletons, poses and clips, and the files that they come from.
+//! Gestus motion: skeletons, poses and clips, and their file formats.
 //!
-//! [`formats`] reads and writes the files, [`capture`] finds them in a folder. What a file holds is an [`animation`]; a
-//! [`binding`] turns that into a [`clip`], in metres, Y up. [`landmarks`] finds hips, knees and feet in a skeleton, [`body`] turns poses into degrees of freedom,
-//! [`joints`] leaves joints out, and [`corpus`] holds clips with their labels, contacts and cycles.
+//! [`formats`] reads and writes files, [`capture`] finds them in a folder. The content of a file is an [`animation`]; a
+//! [`binding`] converts it to a [`clip`], in metres, Y up. [`landmarks`] finds hips, knees and feet in a skeleton,
+//! [`body`] converts poses to degrees of freedom, [`joints`] removes joints, and [`corpus`] holds clips with their labels,
+//! contacts and cycles.
 
 pub mod animation;
 pub mod binding;

@@ -1,8 +1,8 @@
-//! Metres a file unit: BVH doesn't say, so it is given or guessed.
+//! Units of length: a BVH file does not state its own, so it is given or guessed.
 //!
 //! The guess is by the body's height. The longest chain of bones from the hips to a tip is about 0.65 of it for any
-//! adult, whatever the pose (a rest pose can't be trusted: many files have none); the unit is the one that puts the
-//! height nearest 1.7 m, in ratio. Costs one walk over the joints.
+//! adult, whatever the pose (many files have no rest pose). The unit is the one whose height is nearest in ratio to
+//! 1.7 m.
 
 use std::str::FromStr;
 
@@ -70,10 +70,10 @@ impl Unit {
 
 /// Height of a body over its longest chain from hips to a tip.
 const HEIGHT_OF_CHAIN: f64 = 1.55;
-/// Height that guesses aim at, metres.
+/// Expected height, metres.
 const ADULT_M: f64 = 1.7;
 
-/// What [`Unit::guess`] found.
+/// Result of [`Unit::guess`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnitGuess {
     /// The unit.
@@ -85,7 +85,7 @@ pub struct UnitGuess {
 }
 
 impl UnitGuess {
-    /// What there is to say of a format's own unit where another one makes an adult of the body.
+    /// A warning if another unit than the format's own gives an adult's height.
     pub fn doubt(&self, unit: Unit) -> Option<String> {
         let height_m = self.height_m / self.unit.metres() * unit.metres();
         (self.sure && self.unit != unit).then(|| {
@@ -110,9 +110,9 @@ impl std::fmt::Display for UnitGuess {
     }
 }
 
-/// A unit that is not one.
+/// An unknown unit.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("`{0}` is no unit; expected m, cm, mm, inch, cmu, or metres a unit as a number above zero")]
+#[error("`{0}` is not a unit; expected m, cm, mm, inch, cmu, or metres a unit as a number above zero")]
 pub struct ParseUnitError(pub String);
 
 impl FromStr for Unit {

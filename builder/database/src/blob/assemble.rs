@@ -1,4 +1,4 @@
-//! The bytes of a blob, from its sections. The numbers of the format are `gestus_core::blob::layout`'s.
+//! Assembles a blob from its sections, by the layout in `gestus_core::blob::layout`.
 
 use gestus_core::blob::{
     Counts,
@@ -9,7 +9,7 @@ use gestus_core::blob::{
 /// A section's number and bytes.
 pub type Section = (u16, Vec<u8>);
 
-/// Puts a blob together: header, table, sections on their boundaries, checksums.
+/// Assembles a blob: header, table of sections, aligned sections, checksums.
 pub fn assemble(counts: &Counts, rate_hz: f64, sections: &[Section]) -> Vec<u8> {
     let table_end = header::LENGTH + sections.len() * entry::LENGTH;
     let mut bytes = vec![0; table_end];
@@ -56,10 +56,10 @@ pub fn assemble(counts: &Counts, rate_hz: f64, sections: &[Section]) -> Vec<u8> 
     bytes
 }
 
-/// A blob with an optional section put in, or put in the place of the one that it has.
+/// The blob with an optional section added or replaced.
 ///
 /// # Errors
-/// Where the blob does not open, or the new section is none.
+/// [`BlobError`](gestus_core::BlobError) if the blob or the new section is invalid.
 pub fn with_section(blob: &[u8], id: u16, content: &[u8]) -> Result<Vec<u8>, gestus_core::BlobError> {
     let database = gestus_core::Database::open(blob)?;
     let mut sections: Vec<Section> = database

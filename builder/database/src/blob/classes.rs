@@ -4,7 +4,7 @@ use gestus_core::blob::layout::class;
 
 use crate::search::graph::ClassGraph;
 
-/// Where a class's frames and cycles lie.
+/// The rows and cycles of a class.
 #[derive(Debug, Clone)]
 pub struct ClassRows {
     /// Number of its action.

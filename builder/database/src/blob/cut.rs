@@ -1,8 +1,7 @@
-//! A blob cut to its models: for boards that have no room for frames.
+//! Reduces a blob to its models, for boards without memory for frames.
 //!
-//! What is left is what a method without frames reads: names and licences, skeleton, dofs, and the sections of the
-//! models. Every count that is about frames is 0, and every section that is about frames is there and empty, so that
-//! the blob is checked by the same rules as any other.
+//! The result has names and licences, skeleton, dofs, and the sections of the models. All counts of frames are 0 and all
+//! sections of frames are empty, so that the same checks apply as to any other blob.
 
 use anyhow::{Result, bail};
 use gestus_core::{
@@ -12,10 +11,10 @@ use gestus_core::{
 
 use crate::blob::assemble::{Section, assemble};
 
-/// The models of a database as a blob of their own. Licences stay: models are made of the clips too.
+/// A blob with the models of a database alone. Licences are kept, since models derive from the clips.
 ///
 /// # Errors
-/// Where the database holds no model that translates by itself.
+/// A database with neither linear models nor statistics.
 pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
     if database.linear_from().is_none() && database.statistic_from().is_none() {
         bail!("it holds neither linear models nor statistics: build it without --no-models");

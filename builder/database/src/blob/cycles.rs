@@ -10,7 +10,7 @@ pub fn encode_clips(clips: &[(usize, usize)]) -> Vec<u8> {
     clips.iter().flat_map(|&(first, rows)| [first as u32, rows as u32]).flat_map(u32::to_le_bytes).collect()
 }
 
-/// Encodes the cycles, each its clip and timeline, and their knots.
+/// Encodes the cycles, each with its clip and timeline, and their knots.
 pub fn encode(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u8>, Vec<u8>) {
     let (mut bytes, mut knots) = (Vec::new(), Vec::new());
     for (clip, timeline) in cycles {
@@ -27,9 +27,9 @@ pub fn encode(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u8>, 
     (bytes, knots)
 }
 
-/// Encodes the outputs of every cycle in every style, and behind them the second outputs where there are any.
+/// Encodes the outputs of every cycle in every style, then the second outputs if there are any.
 pub fn encode_pairs(pairing: &Pairing, cycles: usize, styles: usize) -> Vec<u8> {
-    // A first output may be missing. Every entry of the second table is valid, read or not.
+    // A first output may be missing; the second table has no missing entries.
     let tables = [(&pairing.outputs, true), (&pairing.second, false)];
     let pairs = tables.into_iter().filter(|(table, _)| !table.is_empty()).flat_map(|(table, may_lack)| {
         (0..cycles).flat_map(move |i| {

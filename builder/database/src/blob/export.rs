@@ -1,7 +1,6 @@
-//! Everything in a blob as arrays and JSON, for checking by others.
+//! Exports a blob as arrays and JSON, for independent checks.
 //!
-//! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians, and those a second; `docs/CHECKING.md` lists the
-//! names.
+//! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians and seconds; `docs/CHECKING.md` lists the names.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -15,10 +14,10 @@ use serde_json::{Value, json};
 
 use gestus_motion::{body::dof_names, formats::npy::write_npy};
 
-/// Writes the arrays and `manifest.json` to a folder, which is made where it is missing.
+/// Writes the arrays and `manifest.json` to a folder, which is created if it is missing.
 ///
 /// # Errors
-/// Where the folder can't be written, or the arrays of two styles would have one name.
+/// A folder that can't be written, and styles whose arrays would have the same name.
 pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
     distinct(database.manifest()?.styles.iter())?;
     fs::create_dir_all(folder).with_context(|| format!("{} can't be made", folder.display()))?;
@@ -109,14 +108,14 @@ fn outputs(
     save.array(valids, &[n], &valid)
 }
 
-/// What the arrays of a style are called, and their files.
+/// Names of the arrays and files of a style.
 fn arrays_of(style: &str) -> [String; 5] {
     // Style names become file names.
     let safe: String = style.chars().map(|c| if matches!(c, '/' | '\\' | '\0') { '_' } else { c }).collect();
     ["", "prev_", "step_", "contacts_", "valid_"].map(|what| format!("output_{what}{safe}"))
 }
 
-/// Refuses styles whose arrays would be written over each other: `x/y` beside `x_y`, `prev_z` beside `z`.
+/// Refuses styles whose arrays would overwrite each other: `x/y` and `x_y`, `prev_z` and `z`.
 fn distinct<'a>(styles: impl Iterator<Item = &'a str>) -> Result<()> {
     let mut taken = BTreeMap::new();
     for style in styles {
@@ -150,10 +149,10 @@ pub fn row(database: &Database<'_>, row: usize) -> Vec<f32> {
     dofs
 }
 
-/// The manifest as JSON, with the tables that are not arrays.
+/// The manifest and the tables that are not arrays, as JSON.
 ///
 /// # Errors
-/// Not after `open`.
+/// None after a successful `open`.
 pub fn manifest(database: &Database<'_>) -> Result<Value> {
     let counts = database.counts();
     let manifest = database.manifest()?;

@@ -5,7 +5,7 @@ use gestus_motion::{body::Body, corpus::Example};
 
 use crate::registration::contact;
 
-/// Encodes the legs, and the heights of ankles and toes where they carry the foot.
+/// Encodes the legs, and the heights of ankles and toes above the floor in a standing foot.
 pub fn encode(body: &Body, examples: &[&Example]) -> Vec<u8> {
     let marks = &body.landmarks;
     let heights = contact::sole_heights(examples, marks);

@@ -40,6 +40,6 @@ pub fn encode(
     let builder = concat!("gestus-builder ", env!("CARGO_PKG_VERSION"));
     let manifest =
         Manifest { builder, unit: "m", joints, actions, styles, groups, clips, licences, parameters };
-    // A struct of strings can't fail to serialise.
+    // Serialising a struct of strings can't fail.
     postcard::to_stdvec(&manifest).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The blob's bytes: rows of packed frames, sections put together, cut, and taken apart again.
+//! The blob: one encoder per section, assembly, reduction to models, and export.
 
 pub mod assemble;
 pub(crate) mod classes;

@@ -1,9 +1,9 @@
-//! Rows: the dofs of every frame, rounded to steps and packed in blocks. `gestus_core::blob` unpacks them.
+//! Rows: the dofs of every frame, quantised and packed in blocks. `gestus_core::blob` unpacks them.
 //!
-//! A dof's step follows from how far it moves the body: an error of one radian in a hip moves a whole leg, in a
-//! toe next to nothing. Steps in proportion to the inverse of that leverage spend the fewest bits for a mean joint
-//! error (the classical allocation: equal marginal error a bit); one factor for all is then searched for so that
-//! the error measured on the clips meets the target.
+//! A dof's quantisation step depends on how far it moves the body: an error of one radian in a hip moves a whole leg, in
+//! a toe almost nothing. Steps inversely proportional to that leverage need the fewest bits for a mean joint error
+//! (classical bit allocation: equal marginal error per bit). A common factor is then searched such that the error measured
+//! on the clips meets the target.
 
 use gestus_core::blob::layout::{ROOT_DOFS, block, dof};
 use nalgebra::Vector3;
@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use gestus_motion::body::Body;
 
-/// Why rows could not be packed.
+/// Rows that could not be packed.
 #[derive(Debug, Error, PartialEq)]
 pub enum PackError {
     /// A value does not fit 16 bits of steps.
@@ -37,10 +37,10 @@ pub struct PackedRows {
     pub bytes: Vec<u8>,
 }
 
-/// Packs rows, shape `[rows][D]`, with one quantisation step a dof, in blocks of `block_rows` (a power of two).
+/// Packs rows, shape `[rows][D]`, with one quantisation step per dof, in blocks of `block_rows` (a power of two).
 ///
 /// # Errors
-/// [`PackError`] where a value is out of range.
+/// [`PackError`] if a value is out of range.
 pub fn pack(rows: &[Vec<f32>], steps: &[f32], block_rows: usize) -> Result<PackedRows, PackError> {
     let mut packed = PackedRows { block_rows, blocks: Vec::new(), bytes: Vec::new() };
     for (b, chunk) in rows.chunks(block_rows).enumerate() {
@@ -68,7 +68,7 @@ fn codes(row: &[f32], steps: &[f32]) -> Result<Vec<i32>, (usize, f32)> {
         .enumerate()
         .map(|(d, (&value, &step))| {
             let code = (value / step).round();
-            // A block's field has 15 bits: half of the range of i16 keeps any difference inside.
+            // A block's field has 15 bits: within half of the range of i16 every difference fits.
             if code.abs() < 16_383.0 { Ok(code as i32) } else { Err((d, value)) }
         })
         .collect()
@@ -109,7 +109,7 @@ fn pack_block(codes: &[Vec<i32>], bytes: &mut Vec<u8>) {
     }
 }
 
-/// A row as it will be read: rounded to whole steps.
+/// A row rounded to whole steps, as the core reads it.
 pub fn rounded(row: &[f32], steps: &[f32]) -> Vec<f32> {
     row.iter().zip(steps).map(|(v, s)| (v / s).round() * s).collect()
 }
@@ -128,7 +128,7 @@ pub fn joint_error(body: &Body, a: &[f32], b: &[f32]) -> f64 {
 pub fn choose_steps(body: &Body, rows: &[Vec<f32>], target_m: f64) -> Vec<f32> {
     let levers = levers(body);
     let sample: Vec<&Vec<f32>> = rows.iter().step_by(rows.len().div_ceil(1500).max(1)).collect();
-    // A field's 14 bits set a floor for each dof.
+    // The 14 bits of a field set the least step of each dof.
     let largest: Vec<f32> =
         (0..body.dofs()).map(|d| rows.iter().fold(0.0f32, |m, r| m.max(r[d].abs())) / 16_000.0).collect();
     let steps_at = |factor: f64| -> Vec<f32> {
@@ -158,7 +158,7 @@ pub fn choose_steps(body: &Body, rows: &[Vec<f32>], target_m: f64) -> Vec<f32> {
     steps_at(low)
 }
 
-/// How far the joints move, root mean square over all joints, for one radian of each dof: metres.
+/// Root mean square movement of all joints per radian of each dof, metres.
 fn levers(body: &Body) -> Vec<f64> {
     let skeleton = &body.skeleton;
     let rest = vec![0.0; body.dofs()];
@@ -177,9 +177,9 @@ fn levers(body: &Body) -> Vec<f64> {
         };
         let arms: Vec<Vector3<f64>> =
             (0..joints).filter(|&k| below(k)).map(|k| positions[k] - positions[j]).collect();
-        // About a random axis an arm sweeps two thirds of its square.
+        // The mean square distance from a random axis is two thirds of the squared length.
         let sweep = arms.iter().map(|a| a.norm_squared()).sum::<f64>() * (2.0 / 3.0) / joints as f64;
-        // Hands, head and toes have no joint behind them, but something all the same: 4 cm of it.
+        // Hands, head and toes have no joint behind them; they count as 4 cm long.
         let own = 0.04f64.powi(2) / joints as f64;
         let at = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
         levers[at..at + 3].fill((sweep + own).sqrt());

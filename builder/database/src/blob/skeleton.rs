@@ -5,7 +5,7 @@ use gestus_motion::body::Body;
 
 use crate::search::groups::Groups;
 
-/// Encodes the joints, and behind them the trailer.
+/// Encodes the joints and the trailer behind them.
 pub fn encode(body: &Body, groups: &Groups) -> Vec<u8> {
     let mut bytes = Vec::new();
     for j in 0..body.skeleton.joints() {

@@ -8,7 +8,7 @@ use gestus_motion::{
 use super::options::{BuildError, BuildOptions};
 use crate::search::groups::Groups;
 
-/// The clips of the actions that are there in every style.
+/// The clips of the actions that exist in every style.
 pub(super) struct Clips<'c> {
     pub corpus: &'c Corpus,
     pub options: &'c BuildOptions,

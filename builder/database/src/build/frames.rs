@@ -10,7 +10,7 @@ use crate::{
     stream::MOST_CLASSES,
 };
 
-/// Where the frames of the clips lie in the database.
+/// The layout of the clips' frames in the database.
 pub(super) struct Frames<'a> {
     pub classes: Vec<ClassRows>,
     /// First row of each clip.

@@ -16,13 +16,13 @@ use crate::{
     },
 };
 
-/// The rows of a database, and everything that the search reads.
+/// The rows of a database, and the tables for the search.
 pub(super) struct Index {
-    /// First row and number of rows of every clip; prototypes are clips behind the captured ones.
+    /// First row and number of rows of every clip; prototypes follow the captured clips.
     pub clips: Vec<(usize, usize)>,
-    /// Clip and timeline of every cycle, prototypes behind the captured ones.
+    /// Clip and timeline of every cycle; prototypes follow the captured cycles.
     pub cycles: Vec<(usize, Cycle)>,
-    /// Number of rows, those of prototypes included.
+    /// Number of rows, including prototypes.
     pub rows: usize,
     /// Quantisation step of each dof.
     pub steps: Vec<f32>,
@@ -33,7 +33,7 @@ pub(super) struct Index {
     /// Features of the captured frames.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
-    /// One graph a class.
+    /// One graph per class.
     pub graphs: Vec<ClassGraph>,
     /// Searchable frames of each class.
     pub searchable: Vec<usize>,
@@ -144,7 +144,7 @@ fn deviations(rows: &[Vec<f32>]) -> Vec<f32> {
         .map(|d| {
             let mean = rows.iter().map(|r| f64::from(r[d])).sum::<f64>() / count;
             let square = rows.iter().map(|r| (f64::from(r[d]) - mean).powi(2)).sum::<f64>() / count;
-            // A dof that never moves still has a scale to divide by.
+            // The scale of a constant dof is not 0, since it is divided by.
             square.sqrt().max(1e-4) as f32
         })
         .collect()

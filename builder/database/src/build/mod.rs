@@ -1,4 +1,4 @@
-//! From a [`Corpus`] to a blob, in stages: clips, frames, pairs, index, sections. Each takes what those before have made.
+//! From a [`Corpus`] to a blob, in stages: clips, frames, pairs, index, sections. Each is a type that later stages take.
 
 mod clips;
 mod frames;
@@ -14,7 +14,7 @@ use gestus_motion::corpus::Corpus;
 
 use self::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
 
-/// A database and what was noticed while it was built.
+/// A database with notes about its building.
 #[derive(Debug)]
 pub struct Built {
     /// The blob.
@@ -23,10 +23,10 @@ pub struct Built {
     pub notes: Vec<String>,
 }
 
-/// Builds a database. The result opens: it is checked as the core checks it.
+/// Builds a database, and checks that the core opens it.
 ///
 /// # Errors
-/// [`BuildError`] where the corpus is incomplete or too large.
+/// [`BuildError`] if the corpus is incomplete or too large.
 pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildError> {
     let clips = Clips::new(corpus, options)?;
     let frames = Frames::new(&clips)?;

@@ -1,4 +1,4 @@
-//! How a database is built, and why it can't be.
+//! Options of building a database, and its errors.
 
 use gestus_core::BlobError;
 use gestus_motion::{corpus::Unknown, landmarks::LandmarkError};
@@ -11,7 +11,7 @@ use crate::{
     search::groups::{Chosen, GroupError},
 };
 
-/// How a database is built.
+/// Options of building a database.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BuildOptions {
@@ -25,15 +25,15 @@ pub struct BuildOptions {
     pub block_rows: usize,
     /// Whether linear models and statistics are built too.
     pub models: bool,
-    /// The style that the models take; `normal` or `neutral`, or else the first, where left out.
+    /// The models' input style; by default `normal` or `neutral`, or else the first.
     pub from: Option<String>,
-    /// Whether there is a model and a table for each action, besides those of all actions.
+    /// Whether each action gets a model and a table of its own, besides those of all actions.
     pub models_by_action: bool,
     /// Whether iterative motion warping refines the correspondence of gaits for the linear models.
     pub warp_gaits: bool,
-    /// Rounds from the recursive mean of rotations towards the geodesic one, in the tables of statistics.
+    /// Iterations from the recursive mean of rotations towards the geodesic mean, in the tables of statistics.
     pub mean_rounds: usize,
-    /// Joint groups by name, each with its joints ([`crate::search::groups`]); the arms where empty.
+    /// Joint groups by name, each with its joints ([`crate::search::groups`]); the two arms if empty.
     pub groups: Chosen,
 }
 
@@ -54,7 +54,7 @@ impl Default for BuildOptions {
     }
 }
 
-/// A corpus that no database can be made of.
+/// A corpus that can't be built.
 #[derive(Debug, Error)]
 pub enum BuildError {
     /// The skeleton.
@@ -69,25 +69,25 @@ pub enum BuildError {
     /// More of something than the format holds.
     #[error("{what}: {have}, and the format holds {most}: {cure}")]
     TooMany {
-        /// Of what.
+        /// What there is too much of.
         what: String,
-        /// How many.
+        /// Number.
         have: usize,
-        /// How many it may be.
+        /// Greatest number.
         most: usize,
         /// What to do.
         cure: &'static str,
     },
-    /// The style that models should take is not there.
-    #[error("the style that the models should take: {0}")]
+    /// The models' input style is unknown.
+    #[error("the models' input style: {0}")]
     From(Unknown),
-    /// No action that is there in every style.
+    /// No action exists in every style.
     #[error(
         "not every style has an output ({0}): a frame needs an output in each; choose --actions and --styles that are complete"
     )]
     Unpaired(String),
-    /// The blob does not open: a fault of the builder.
-    #[error("the blob that was built does not open ({0}): this is a fault of the builder, please report it")]
+    /// The blob does not open: a bug of the builder.
+    #[error("the blob that was built does not open ({0}): this is a bug of the builder, please report it")]
     Blob(#[from] BlobError),
 }
 

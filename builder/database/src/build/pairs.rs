@@ -1,4 +1,4 @@
-//! Third stage: for every cycle its outputs, and the models that learn from them.
+//! Third stage: the outputs of every cycle, and the models estimated from them.
 
 use gestus_motion::corpus::{Corpus, Example};
 
@@ -45,7 +45,7 @@ fn sections(
     let examples_dofs: Vec<(&Example, &[Vec<f64>])> =
         examples.iter().copied().zip(dofs.iter().map(Vec::as_slice)).collect();
     let contacts: Vec<&[[bool; 2]]> = examples.iter().map(|e| e.contacts.as_slice()).collect();
-    // Models learn from stretches of motion: their outputs have to continue.
+    // Models are estimated from stretches of several cycles: their outputs have to be continuous.
     let own = options.pairing.of_models();
     let continuing = (own != options.pairing).then(|| pair(&frames.cycles, &names, corpus.styles.len(), own));
     let pairs = Pairs {
@@ -65,7 +65,7 @@ fn sections(
     Ok(models::sections(body, &examples_dofs, &pairs, &wanted, notes))
 }
 
-/// The style that the models translate from.
+/// The models' input style.
 fn source_style(corpus: &Corpus, options: &BuildOptions) -> Result<usize, BuildError> {
     match &options.from {
         Some(from) => corpus.style(from).map_err(BuildError::From),

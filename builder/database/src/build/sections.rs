@@ -11,7 +11,7 @@ use crate::blob::{
     classes, cycles, dofs, feet, manifest, search, skeleton, timing,
 };
 
-/// The blob of all stages' results.
+/// Encodes the results of all stages as a blob.
 pub(super) fn encode(clips: &Clips<'_>, frames: &Frames<'_>, paired: Paired, index: Index) -> Vec<u8> {
     let Clips { corpus, options, body, groups, examples, .. } = clips;
     let counts = Counts {

@@ -1,4 +1,4 @@
-//! What the commands `gestus` and `gestus-sim` share: options of a stylizer, checks of output files, progress.
+//! Shared by the commands `gestus` and `gestus-sim`: options of a stylizer, checks of output files, progress.
 
 pub mod outputs;
 pub mod parameters;

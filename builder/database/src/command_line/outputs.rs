@@ -1,4 +1,4 @@
-//! What a command puts out: files that are not those it reads, and lines.
+//! Output of commands: checks of output files, and printing.
 
 use std::{
     ffi::OsStr,
@@ -10,13 +10,12 @@ use anyhow::{Result, bail};
 use crate::data_folder::config::FILE_NAME;
 use gestus_motion::capture::{is_capture, is_gltf};
 
-/// Refuses outputs that would be written over what is read, or over each other, and those that have no place: before any
-/// work is done, since a capture that is written over is gone, and so are minutes of building. A folder that is read
-/// stands for its clips and its `gestus.toml`. Outputs come with the option that names them; what is not asked for is
-/// `None`.
+/// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist. Call it before
+/// any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
+/// Each output comes with the option that names it, and is `None` if that is not given.
 ///
 /// # Errors
-/// The option and the file.
+/// A message with the option and the file.
 pub fn check_outputs<'a>(
     read: impl IntoIterator<Item = Option<&'a PathBuf>>,
     written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
@@ -37,7 +36,7 @@ pub fn check_outputs<'a>(
         if place.is_dir() {
             bail!("{option} {}: this is a folder: give a file in it", path.display());
         }
-        // Nothing is lost in a device: /dev/null is put out to twice.
+        // Devices such as /dev/null may be written to several times.
         if place.exists() && !place.is_file() {
             continue;
         }
@@ -53,7 +52,7 @@ pub fn check_outputs<'a>(
     Ok(())
 }
 
-/// Whether a file is that input, or one that is read below it.
+/// True if a file is that input, or is read as part of that folder.
 fn holds(input: &Path, file: &Path) -> bool {
     input == file
         || (input.is_dir()
@@ -62,7 +61,7 @@ fn holds(input: &Path, file: &Path) -> bool {
             && (is_capture(file) || file.file_name() == Some(OsStr::new(FILE_NAME))))
 }
 
-/// Where a file is, or will be, without links and dots; `None` where there is no such folder.
+/// The canonical path of a file that exists or will be written; `None` if its folder does not exist.
 fn place(path: &Path) -> Option<PathBuf> {
     if let Ok(place) = path.canonicalize() {
         return Some(place);
@@ -71,10 +70,10 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(folder.canonicalize().ok().filter(|f| f.is_dir())?.join(path.file_name()?))
 }
 
-/// Prints a line to standard output. A reader that has gone away (`| head`) is no error.
+/// Prints a line to standard output. A closed pipe (`| head`) is not an error.
 ///
 /// # Errors
-/// A standard output that takes nothing: a full disk.
+/// Other failures of standard output, such as a full disk.
 pub fn say(line: impl std::fmt::Display) -> Result<()> {
     use std::io::{ErrorKind, Write};
     match writeln!(std::io::stdout(), "{line}") {
@@ -83,7 +82,7 @@ pub fn say(line: impl std::fmt::Display) -> Result<()> {
     }
 }
 
-/// Says on standard error what there is to know of a file.
+/// Prints notes about a file to standard error.
 pub fn tell(file: &Path, notes: impl IntoIterator<Item = impl std::fmt::Display>) {
     for note in notes {
         eprintln!("{}: {note}", file.display());
@@ -120,7 +119,7 @@ mod tests {
         }
         let message = refused(&[&db], &[("--page", &new), ("-o", &new)]).unwrap();
         assert!(message.contains("--page goes there too"), "{message}");
-        // What is written may be no clip, and is not told to be one.
+        // The message fits outputs that are not clips too.
         let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
         assert!(message.contains("ends otherwise, .bvh where it is a clip"), "{message}");
         let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
@@ -130,7 +129,7 @@ mod tests {
         );
         let message = refused(&[&db], &[("--page", &data)]).unwrap();
         assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
-        // New files anywhere, other files of the folder, and devices.
+        // Allowed: new files, other files in the folder, and devices.
         let null = PathBuf::from("/dev/null");
         let fresh = data.join("b.bvh");
         let table = data.join("t.csv");

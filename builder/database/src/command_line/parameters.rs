@@ -11,14 +11,14 @@ use gestus_core::{
     config::parameters::{self, Parameter, TABLE},
 };
 
-/// Parameters whose options do more than set them, and are written by hand.
+/// Parameters whose options are written by hand, since they do more than set a value.
 const BY_HAND: [u16; 4] = [parameters::RIDGE, parameters::TIMING, parameters::METHOD, parameters::CONTACTS];
 
 /// The parameters given on a command line, by number.
 #[derive(Clone, Debug)]
 pub struct ParameterArgs(Vec<(&'static Parameter, f32)>);
 
-/// The parameters that have an option made from the table.
+/// The parameters with an option generated from the table.
 pub fn options() -> impl Iterator<Item = &'static Parameter> {
     TABLE.iter().filter(|p| !BY_HAND.contains(&p.number))
 }
@@ -29,7 +29,7 @@ pub fn option(parameter: &Parameter) -> String {
     name.strip_suffix("_s").or(name.strip_suffix("_m")).unwrap_or(name).replace('_', "-")
 }
 
-/// What an option's help says: the table's text, the method that the parameter belongs to, and its default.
+/// Help of an option: the method that uses the parameter, the table's text, and the default.
 fn help(parameter: &Parameter) -> String {
     let method = parameter.method.map_or(String::new(), |m| format!("{}: ", m.name()));
     let text = parameter.doc.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -96,7 +96,7 @@ impl ParameterArgs {
     }
 }
 
-/// The method that a parameter needs, where that is another one.
+/// The method that uses a parameter, if it is another one.
 fn unused(parameter: &Parameter, method: Method) -> Option<&'static str> {
     parameter.method.filter(|needed| *needed != method).map(Method::name)
 }

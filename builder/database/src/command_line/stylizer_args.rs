@@ -1,4 +1,4 @@
-//! What is asked of a stylizer on a command line, in words: `gestus translate` and `gestus-sim run` share it.
+//! Options of a stylizer: style, labels and parameters, shared by `gestus translate` and `gestus-sim`.
 
 use std::convert::Infallible;
 
@@ -19,17 +19,17 @@ use crate::{
     stream::{REMEMBERED, Request},
 };
 
-/// Lead and lag where they are not given, seconds.
+/// Default lead and lag, seconds.
 const BOUND_S: f32 = 0.2;
-/// Most lead and lag, seconds.
+/// Greatest lead and lag, seconds.
 const MOST_BOUND_S: f32 = 10.0;
 /// Greatest strength of a joint group.
 const MOST_STRENGTH: f32 = 2.0;
 /// Greatest weight of a style.
 const MOST_WEIGHT: f32 = 1e6;
 
-/// An option that takes a number below zero as a number, so that its range is what refuses it, and the items of a list
-/// without the spaces around them.
+/// Makes an option accept negative numbers, so that they are refused with the option's range, and trims the items of a
+/// list.
 pub fn lenient(option: Arg) -> Arg {
     if option.is_positional() || !option.get_action().takes_values() {
         return option;
@@ -40,56 +40,56 @@ pub fn lenient(option: Arg) -> Arg {
     if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
 }
 
-/// Style, labels and parameters, in words.
+/// Style, labels and parameters, as given on a command line.
 #[derive(clap::Args, Clone, Debug)]
 pub struct StylizerArgs {
-    /// Output style: a name, or weights a=1,b=2, which are brought to sum 1
+    /// Output style: a name, or weights a=1,b=2, normalised to sum 1
     #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
-    /// Wanted Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's dial
-    /// finds the mix of styles
+    /// Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's effort dial
+    /// chooses the mix of styles
     #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
     pub effort: Option<String>,
-    /// The input's action, where it is known
+    /// The input's action, if known
     #[arg(long)]
     action: Option<String>,
-    /// The input's style, where it is known
+    /// The input's style, if known
     #[arg(long)]
     input_style: Option<String>,
-    /// The method: mar (the mixture of autoregressive models), lti (linear models), statistic (means and spreads); a
-    /// pose at a time. effort, with --effort: the whole clip rebuilt of blended fragments by `gestus translate`, and the
-    /// mix that the dial finds, by mar, where a pose comes at a time
+    /// Method: mar (mixture of autoregressive models), lti (linear models) or statistic (means and standard deviations),
+    /// pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from blended fragments, other
+    /// commands use the effort dial's mix of styles with mar
     #[arg(long, default_value = "mar")]
     pub method: String,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
     /// (predicted times, within --lead and --lag of the input)
     #[arg(long, default_value = "free")]
     timing: String,
-    /// With --timing bounded: most seconds by which a pose may come early, 0.2 where left out. A live stream is
-    /// delayed by it
+    /// With --timing bounded: greatest time by which a pose may be early, seconds [default: 0.2]. It delays a live
+    /// stream
     #[arg(long)]
     lead: Option<f32>,
-    /// With --timing bounded: most seconds by which a pose may come late, 0.2 where left out
+    /// With --timing bounded: greatest time by which a pose may be late, seconds [default: 0.2]
     #[arg(long)]
     lag: Option<f32>,
-    /// Leave feet as they come out: those that stand are not held
+    /// Do not hold standing feet in place
     #[arg(long)]
     no_contact: bool,
-    /// Joint groups that the search leaves out, as the database names them: body, left-arm, right-arm
+    /// Joint groups that the search ignores, by their names in the database: body, left-arm, right-arm
     #[arg(long, value_delimiter = ',')]
     mask: Vec<String>,
-    /// Strength of the style in a joint group, left-arm=0.5
+    /// Strength of the style in a joint group: left-arm=0.5
     #[arg(long, value_delimiter = ',')]
     strength: Vec<String>,
-    /// Own style of a joint group, in place of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
+    /// A joint group's own style instead of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
     /// left-arm=proud:2+old:1
     #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
     group_style: Vec<String>,
-    /// Named parameters to start from: default, paper or normalised
+    /// Set of parameters to start from: default, paper or normalised
     #[arg(long, default_value = "default")]
     preset: String,
-    /// Variables of the ridge: raw or norm. norm comes with lambda 1, where neither --lambda nor --preset normalised says
-    /// another
+    /// Variables of the ridge regression: raw or norm (normalised). norm sets lambda to 1 unless --lambda or --preset
+    /// normalised is given
     #[arg(long)]
     ridge: Option<String>,
     #[command(flatten)]
@@ -97,11 +97,11 @@ pub struct StylizerArgs {
 }
 
 impl StylizerArgs {
-    /// Parameters, checked for their names, and the method for whether the database holds it.
+    /// The configuration, with the method checked against the database.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
         let name = match self.method.as_str() {
-            // A stream can't wait for whole fragments: its effort is the dial's mix, by the mixture. `gestus
-            // translate`, which has the whole clip, does not come here.
+            // A stream can't wait for whole fragments: it uses the dial's mix with the mixture. `gestus translate`
+            // handles whole clips elsewhere.
             "effort" if self.effort.is_some() => "mar",
             "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
             name => name,
@@ -123,7 +123,7 @@ impl StylizerArgs {
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
                 "raw" => config.ridge(Ridge::Raw),
-                // A preset that has it has a weight for it.
+                // The preset has a weight for it.
                 "norm" if config.ridge == Ridge::Normalised => config,
                 "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
                 other => bail!("--ridge {other}: raw or norm"),
@@ -133,7 +133,7 @@ impl StylizerArgs {
         self.parameters.apply(config)
     }
 
-    /// Refuses options that would do nothing with this method and timing.
+    /// Refuses options without effect for this method and timing.
     fn check_use(&self, method: Method) -> Result<()> {
         let refused = |option: &str, with: &str| -> Result<()> {
             bail!("{option} does nothing without {with}: give both, or neither")
@@ -150,7 +150,7 @@ impl StylizerArgs {
         }
     }
 
-    /// Bounds of the output's time, where they are asked for.
+    /// Bounds of the output's time, with `--timing bounded`.
     fn bounds(&self, database: &Database<'_>) -> Result<Option<Bounds>> {
         if self.timing != "bounded" {
             return Ok(None);
@@ -177,7 +177,7 @@ impl StylizerArgs {
         Ok(Some(bounds))
     }
 
-    /// The mix of styles that the database's effort dial gives for what is wanted, and what that reaches.
+    /// The mix of styles that the database's effort dial gives for the wanted Effort.
     fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
         let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
         let dial = database.dial().context(
@@ -204,10 +204,10 @@ impl StylizerArgs {
         Ok((0..database.counts().styles).map(|s| (s as u16, weights[s])).collect())
     }
 
-    /// The request in the database's numbers.
+    /// The request, with names resolved to the database's numbers.
     ///
     /// # Errors
-    /// Names that the database does not know, and numbers that are none; the message lists what there is.
+    /// Unknown names, with the known ones, and invalid numbers.
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
         let manifest = database.manifest()?;
         let named = named(&self.style, manifest.styles)?;
@@ -249,12 +249,12 @@ impl StylizerArgs {
     }
 }
 
-/// Names of the methods that a database holds what is needed for.
+/// Names of the methods whose data a database holds.
 pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
     Method::ALL.into_iter().filter(|method| method.is_held_by(database)).map(Method::name).collect()
 }
 
-/// The method of a name, where the database holds it.
+/// The method of that name, if the database holds its data.
 fn method(name: &str, database: &Database<'_>) -> Result<Method> {
     let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
         bail!("--method {name}: mar, lti, statistic or effort");
@@ -275,7 +275,7 @@ fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
         .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
 }
 
-/// `proud=1,old=0.5`, in the database's numbers. A whole name goes first: older databases may have styles with a comma.
+/// Resolves `proud=1,old=0.5`. The whole text is tried as a name first: older databases may have styles with a comma.
 fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
     if let Some(style) = styles.find(words.trim()) {
         return Ok(vec![(style, 1.0)]);
@@ -283,7 +283,7 @@ fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
     list::items(words).map(|item| weighted(item, styles, "style")).collect()
 }
 
-/// `left-arm=proud:2+old:1`, in the database's numbers.
+/// Resolves `left-arm=proud:2+old:1`.
 fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
     let (group, mix) =
         part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
@@ -298,7 +298,7 @@ fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16,
     Ok((find(group, groups, "joint group")?, weights))
 }
 
-/// `left-arm=0.5`, in the database's numbers.
+/// Resolves `left-arm=0.5`.
 fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
     let (group, strength) = weighted(Item::new(part), groups, "joint group")?;
     if !(0.0..=MOST_STRENGTH).contains(&strength) {
@@ -318,7 +318,7 @@ fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()
     Ok(())
 }
 
-/// A name and its weight. A whole item goes first: names may have a `=`.
+/// Resolves a name and its weight. The whole item is tried as a name first: names may have a `=`.
 fn weighted(item: Item<'_>, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
     if let Some(number) = names.find(item.text) {
         return Ok((number, 1.0));
@@ -361,13 +361,13 @@ mod tests {
         build(&corpus, &BuildOptions { models, ..BuildOptions::default() }).unwrap().bytes
     }
 
-    /// What is asked for by those words.
+    /// The request of those options.
     fn asked(database: &Database<'_>, words: &str) -> std::result::Result<Request, String> {
         let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
         Line::parse_from(words).stylizer_args.request(database).map_err(|e| format!("{e:#}"))
     }
 
-    /// A linear model looks for no neighbors and fits no ridge: what is about these was passed over without a word.
+    /// Linear models have no neighbors and no ridge regression: options about those were ignored without a message.
     #[test]
     fn what_a_method_does_not_look_at_is_refused() {
         let blob = blob_with(true, ["neutral", "proud"]);
@@ -377,7 +377,7 @@ mod tests {
                 let message = asked(&database, &format!("--method {method} {words}")).unwrap_err();
                 assert!(message.contains("does nothing without --method mar"), "{message}");
             }
-            // A board has room for so many neighbors, whatever it does with them.
+            // The number of neighbors sets a board's memory, whatever the method.
             assert!(asked(&database, &format!("--method {method} --k 8 --speed-limit 2")).is_ok());
         }
     }

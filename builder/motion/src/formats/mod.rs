@@ -1,4 +1,4 @@
-//! One codec a file format.
+//! File formats: one module each.
 
 pub mod bvh;
 pub mod gltf;

@@ -1,4 +1,4 @@
-//! Arrays for checking by others: `.npy` files and `.npz` archives, as numpy reads them.
+//! Arrays for use with numpy: `.npy` files and `.npz` archives.
 
 use std::{
     fs::File,
@@ -12,7 +12,7 @@ use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 /// Writes one array to a `.npy` file. `shape` has to multiply to the number of values.
 ///
 /// # Errors
-/// What the file system says.
+/// Errors of the file system.
 pub fn write_npy<T: AutoSerialize + Clone>(path: &Path, shape: &[usize], values: &[T]) -> io::Result<()> {
     write(BufWriter::new(File::create(path)?), shape, values)
 }
@@ -34,7 +34,7 @@ impl Archive {
     /// A new archive.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self(ZipWriter::new(BufWriter::new(File::create(path)?))))
     }
@@ -42,7 +42,7 @@ impl Archive {
     /// Adds an array. `shape` has to multiply to the number of values.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn add<T: AutoSerialize + Clone>(
         &mut self,
         name: &str,
@@ -56,10 +56,10 @@ impl Archive {
         write(&mut self.0, shape, values)
     }
 
-    /// Writes the table of contents, without which nothing can be read.
+    /// Writes the table of contents, without which the archive can't be read.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn finish(self) -> io::Result<()> {
         self.0.finish()?.flush()
     }

@@ -1,9 +1,8 @@
 //! URDF, the description format of robots: the tree of links and hinges of a file, read by `urdf-rs`.
 //!
-//! A file comes from anywhere, so before any XML is parsed it has to be of a bearable size and depth, and to have no
-//! document type: that is where entities, local or external, would be declared. After it, links and joints have to
-//! make one tree, numbers have to be finite, and axes to have a direction. Every error names the file, and the line
-//! or the joint.
+//! Files are untrusted. Before the XML is parsed into a tree, its size and depth are limited, and a document type is
+//! refused, since that is where entities are declared. Then links and joints have to form one tree, numbers have to be
+//! finite, and axes have to have a direction. Every error names the file, and the line or the joint.
 
 use std::{fs, path::Path};
 
@@ -16,21 +15,21 @@ pub const TOY: &str = include_str!("../../assets/toy.urdf");
 
 /// Largest file, bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Most elements inside each other.
+/// Deepest nesting of elements.
 pub const MAX_DEPTH: usize = 24;
 /// Most joints.
 pub const MAX_JOINTS: usize = 512;
 
-/// A joint that turns.
+/// A rotating joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hinge {
     /// The joint's name.
     pub name: String,
     /// Name of the link behind it.
     pub link: String,
-    /// The hinge that it hangs on, through any number of fixed joints; `None`: the base.
+    /// The hinge before it, across any number of fixed joints; `None`: the base.
     pub parent: Option<usize>,
-    /// From the frame behind the parent to its own, at zero, metres.
+    /// From the frame behind the parent hinge to its own frame, at angle zero, metres.
     pub origin: Isometry3<f64>,
     /// Axis in its own frame.
     pub axis: UnitVector3<f64>,
@@ -42,18 +41,18 @@ pub struct Hinge {
     pub acceleration: Option<f64>,
     /// Greatest jerk, rad/s³ (URDF 1.2).
     pub jerk: Option<f64>,
-    /// It follows another joint, and has no motor of its own.
+    /// True for a joint that follows another one and has no motor of its own.
     pub mimics: bool,
 }
 
-/// A link that is fixed somewhere: ends of limbs are among them.
+/// A link behind a fixed joint, such as the end of a limb.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fixed {
     /// The link.
     pub link: String,
-    /// The hinge that it is behind; `None`: the base.
+    /// The hinge before it; `None`: the base.
     pub parent: Option<usize>,
-    /// Where it is in the frame behind that hinge.
+    /// Its frame in the frame behind that hinge.
     pub origin: Isometry3<f64>,
 }
 
@@ -62,13 +61,13 @@ pub struct Fixed {
 pub struct Robot {
     /// Its name.
     pub name: String,
-    /// The link that everything hangs on.
+    /// The root link.
     pub base: String,
     /// The hinges.
     pub hinges: Vec<Hinge>,
     /// Links behind fixed joints.
     pub fixed: Vec<Fixed>,
-    /// What was read otherwise than it says: prismatic joints held at zero, limits that are missing.
+    /// Deviations from the file: prismatic joints held at zero, missing limits.
     pub notes: Vec<String>,
 }
 
@@ -133,7 +132,7 @@ impl Robot {
         self.hinges.iter().position(|h| h.name == name)
     }
 
-    /// Where the hinges' frames are with those angles, seen from the base; behind the turn. Shape `[hinges]`.
+    /// Frames behind the hinges at those angles, in the base's frame. Shape `[hinges]`.
     pub fn places(&self, angles: &[f64]) -> Vec<Isometry3<f64>> {
         let mut places: Vec<Isometry3<f64>> = Vec::with_capacity(self.hinges.len());
         for (hinge, &angle) in self.hinges.iter().zip(angles) {
@@ -238,7 +237,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         fixed: Vec::new(),
         notes: Vec::new(),
     };
-    // Links to visit: the link, the hinge before it, and from there to it. Joints in the order of the file.
+    // Links to visit: the link, the hinge before it, and the transform from there. Joints in the order of the file.
     let mut open = vec![(base, None, Isometry3::identity())];
     let mut seen = 0;
     while let Some((l, behind, at)) = open.pop() {
@@ -248,7 +247,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
             match hinge(joint, behind, at, &mut read.notes).map_err(|what| of(joint, &what))? {
                 Some(hinge) => {
                     read.hinges.push(hinge);
-                    // What follows hangs on it, and begins in its frame.
+                    // Links behind it begin in its frame.
                     (behind, at) = (Some(read.hinges.len() - 1), Isometry3::identity());
                 }
                 None => {
@@ -256,7 +255,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
                 }
             }
         }
-        // The last pushed is the next: children in the order of the file.
+        // Popped from the end: children in the order of the file.
         for joint in robot.joints.iter().rev().filter(|j| j.parent.link == robot.links[l].name) {
             let origin = at * isometry(&joint.origin);
             let mut numbers = origin.translation.vector.iter().chain(origin.rotation.coords.iter());
@@ -277,7 +276,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     Ok(read)
 }
 
-/// A joint as a hinge; `None` where it does not turn.
+/// A joint as a hinge; `None` if it is held fixed.
 fn hinge(
     joint: &urdf_rs::Joint,
     parent: Option<usize>,

@@ -1,4 +1,4 @@
-//! A clip onto a document's channels: three `atan2` a joint and frame.
+//! A clip as BVH channels: three `atan2` per joint and frame.
 
 use std::borrow::Cow;
 
@@ -17,12 +17,12 @@ use crate::{
     unit::Unit,
 };
 
-/// What a clip can be written like, as BVH.
+/// A document that a clip can be written like, as BVH.
 pub trait AsBvh {
     /// The document whose joints and channels are written.
     ///
     /// # Errors
-    /// [`ConvertError`] where its format holds what BVH can't.
+    /// [`ConvertError`] if BVH can't represent it.
     fn as_bvh(&self) -> Result<Cow<'_, Bvh>, ConvertError>;
 }
 
@@ -50,7 +50,7 @@ impl AsBvh for Animation {
 }
 
 impl Binding {
-    /// A clip as a document like the given one: its units, channels, joint order, and joints that carry nothing.
+    /// A clip as a document like the given one: with its units, channels, joint order, and joints that carry nothing.
     ///
     /// Joints that the clip doesn't move are as in the document's first frame. Angles are rounded to 1e-6 degrees,
     /// positions to a micrometre or finer.
@@ -90,8 +90,8 @@ impl Binding {
 }
 
 impl Bvh {
-    /// A document for a clip that came from none: position and Z-X-Y rotation channels on the root, rotations on
-    /// the other joints, an End Site on every leaf. Joints are reordered depth first, as the format wants.
+    /// A new document for a clip: position and Z-X-Y rotation channels on the root, rotations on
+    /// the other joints, an End Site on every leaf. Joints are reordered depth first, as the format requires.
     pub fn from_clip(clip: &Clip, unit: Unit) -> Result<Bvh, ConvertError> {
         check_clip(clip)?;
         let skeleton = &clip.skeleton;
@@ -115,10 +115,10 @@ impl Bvh {
     }
 
     /// A document of joints in depth-first order, and their local poses frame by frame, metres. A pose's translation
-    /// counts where the joint moves.
+    /// is used only for joints that move.
     ///
     /// # Errors
-    /// [`ConvertError`] where it could not be written and read again.
+    /// [`ConvertError`] if it could not be read again after writing.
     fn from_poses(
         name: &str,
         rate_hz: f64,
@@ -168,7 +168,7 @@ impl Bvh {
     }
 }
 
-/// A joint that gets its channels by [`Bvh::from_poses`].
+/// A joint for [`Bvh::from_poses`].
 struct Rigged {
     name: String,
     parent: Option<usize>,
@@ -178,10 +178,11 @@ struct Rigged {
     moves: bool,
 }
 
-/// What ends or splits a name in a file.
+/// Characters that end or split a name in a file.
 pub(crate) const NOT_IN_NAMES: [char; 6] = ['{', '}', '\n', '\r', '\0', '\u{feff}'];
 
-/// Writes a local pose, file units, into a joint's columns. Angles near those that are there already.
+/// Writes a local pose, file units, into a joint's columns. Of equivalent angles, the nearest to those in the row are
+/// chosen.
 fn put(joint: &Joint, pose: &Isometry3<f64>, scale: f64, row: &mut [f64]) {
     let mut axes = [0; 3];
     let mut near = [0.0; 3];
@@ -197,7 +198,7 @@ fn put(joint: &Joint, pose: &Isometry3<f64>, scale: f64, row: &mut [f64]) {
             }
         }
     }
-    // Axes without a channel come last and at zero: a rotation that needs none of them loses nothing.
+    // Axes without a channel come last, with angle zero.
     let missing = (0..3).filter(|axis| !axes[..count].contains(axis)).collect::<Vec<_>>();
     axes[count..].copy_from_slice(&missing);
     let angles = euler::angles(&pose.rotation, axes, near);
@@ -210,7 +211,7 @@ fn put(joint: &Joint, pose: &Isometry3<f64>, scale: f64, row: &mut [f64]) {
     }
 }
 
-/// Rounded to 1e-6 of a degree or metre, or finer where the file's unit is larger than a metre.
+/// Rounded to 1e-6 of a degree or metre, or finer if the file's unit is larger than a metre.
 fn rounded(value: f64, scale: f64) -> f64 {
     let digits = 6.0 + scale.log10().max(0.0).ceil();
     let power = 10f64.powf(digits);

@@ -1,6 +1,6 @@
-//! A BVH document, as the file has it.
+//! A BVH document.
 
-/// One column of the motion table: where a joint is in its parent's frame, or a turn about one of its axes.
+/// One column of the motion table: a joint's translation or rotation along one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Channel {
     /// Translation along an axis (0 X, 1 Y, 2 Z), in file units; replaces that component of the `OFFSET`.
@@ -20,7 +20,7 @@ impl Channel {
         Channel::Rotation(2),
     ];
 
-    /// The word that stands for it in a file.
+    /// Its word in a file.
     pub fn word(self) -> &'static str {
         match self {
             Channel::Position(axis) => ["Xposition", "Yposition", "Zposition"][axis],
@@ -28,7 +28,7 @@ impl Channel {
         }
     }
 
-    /// The channel of that word, in any case.
+    /// The channel of a word; case is ignored.
     pub fn from_word(word: &str) -> Option<Channel> {
         Channel::ALL.into_iter().find(|c| c.word().eq_ignore_ascii_case(word))
     }
@@ -39,7 +39,7 @@ impl Channel {
 pub struct Joint {
     /// Its name, unique in the document; it may hold spaces.
     pub name: String,
-    /// Index of the joint that it hangs on; `None` for the first alone.
+    /// Index of its parent; `None` for the first joint only.
     pub parent: Option<usize>,
     /// `OFFSET`, in the parent's frame, file units.
     pub offset: [f64; 3],
@@ -89,7 +89,7 @@ impl Bvh {
         self.frame_time_s
     }
 
-    /// Frames a second. A frame time rounded by its writer (0.0333333) gives the round rate that was meant (30).
+    /// Frames a second. A frame time rounded by its writer (0.0333333) gives the intended round rate (30).
     pub fn rate_hz(&self) -> f64 {
         let rate = 1.0 / self.frame_time_s;
         if (rate - rate.round()).abs() <= 1e-4 * rate { rate.round() } else { rate }

@@ -1,18 +1,18 @@
-//! What can be wrong with a BVH file: where it is, what was expected there, and what to do.
+//! Errors of BVH files: the place, what was expected there, and what to do.
 
 use thiserror::Error;
 
-/// A file that could not be read, with the place: `walk.bvh:134:17: ...`.
+/// A file that could not be read, with the place of the error: `walk.bvh:134:17: ...`.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{file}{}: {kind}", place(.line, .column))]
 pub struct BvhError {
     /// The file, as the caller named it.
     pub file: String,
-    /// Line, from 1; 0 where the error is about the file as a whole.
+    /// Line, from 1; 0 for an error of the whole file.
     pub line: usize,
-    /// Column in characters, from 1; 0 where the error is about the file as a whole.
+    /// Column in characters, from 1; 0 for an error of the whole file.
     pub column: usize,
-    /// What is wrong.
+    /// The error.
     pub kind: BvhErrorKind,
 }
 
@@ -20,7 +20,7 @@ fn place(line: &usize, column: &usize) -> String {
     if *line == 0 { String::new() } else { format!(":{line}:{column}") }
 }
 
-/// What is wrong with a BVH file.
+/// Kinds of errors in a BVH file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]

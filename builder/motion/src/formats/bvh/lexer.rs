@@ -3,7 +3,7 @@
 //! Words end at white space of any kind (spaces, tabs, form feeds, non-breaking spaces), at a brace or at a colon.
 //! Lines end in LF, CR LF or CR. Linear in the text, no allocation.
 
-/// A word, brace or colon, and where it stands.
+/// A word, brace or colon, with its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Token<'t> {
     pub text: &'t str,
@@ -25,7 +25,7 @@ impl<'t> Lexer<'t> {
         Lexer { text, at: 0, line: 1, column: 1 }
     }
 
-    /// Where the next character stands.
+    /// Position of the next character.
     pub fn place(&self) -> (usize, usize) {
         (self.line, self.column)
     }
@@ -77,7 +77,7 @@ impl<'t> Lexer<'t> {
         self.clone().next()
     }
 
-    /// A name: what is left of the line up to a brace, which may hold spaces and colons. `None` if there is none.
+    /// A name: the rest of the line up to a brace, with spaces and colons. `None` if it is empty.
     pub fn name(&mut self) -> Option<Token<'t>> {
         self.skip_space();
         let (line, column) = self.place();

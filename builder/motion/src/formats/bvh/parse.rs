@@ -1,8 +1,7 @@
 //! Tokens to a document, in one pass and without recursion.
 //!
 //! The open joints are a stack on the heap, at most [`MAX_DEPTH`] deep. The frame count of the file is compared
-//! with the lines that are there, after they were read; memory grows with the text and with nothing that the text
-//! claims.
+//! with the number of lines after they were read, so memory grows with the text, never with a number in it.
 
 use std::collections::HashMap;
 
@@ -12,9 +11,9 @@ use crate::formats::bvh::lexer::{Lexer, Token};
 
 /// Deepest nesting of joints that is read.
 pub const MAX_DEPTH: usize = 256;
-/// Greatest length, file units: a thousand kilometres in millimetres. What is beyond is no body's in any unit.
+/// Greatest length, file units: a thousand kilometres in millimetres.
 pub(crate) const MOST_LENGTH: f64 = 1e9;
-/// Greatest angle, degrees: a top that spins all day. What is beyond is an exporter's failure.
+/// Greatest angle, degrees. Larger ones are exporters' errors.
 const MOST_DEGREES: f64 = 1e7;
 
 impl Bvh {
@@ -67,7 +66,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// Takes that word, in any case.
+    /// Consumes that word; case is ignored.
     fn expect(&mut self, word: &'static str, advice: &'static str) -> Result<Token<'t>, BvhError> {
         match self.lexer.next() {
             Some(t) if t.text.eq_ignore_ascii_case(word) => Ok(t),
@@ -315,7 +314,7 @@ impl<'t> Parser<'t> {
         Ok(Bvh { name, joints, channels, frame_time_s, values })
     }
 
-    /// Seconds a frame, behind the colon, and where they stand.
+    /// Seconds per frame, behind the colon, and their position.
     fn frame_time(&mut self, advice: &'static str) -> Result<(Token<'t>, f64), BvhError> {
         const EXPECTED: &str = "a frame time in seconds";
         let colon = self.expect(":", advice)?;
@@ -337,13 +336,13 @@ impl<'t> Parser<'t> {
         Ok((time, seconds))
     }
 
-    /// A colon with nothing behind it on its line.
+    /// A colon that ends its line.
     fn nothing_behind(&self, colon: Token, expected: &'static str, advice: &'static str) -> BvhError {
         let found = "the end of the line".to_string();
         self.error_at(colon.line, colon.column + 1, Kind::Unexpected { expected, found, advice })
     }
 
-    /// The table: one line a frame; blank lines count for nothing.
+    /// The motion table: one line per frame; blank lines are skipped.
     fn rows(&mut self, header: usize) -> Result<Vec<f64>, BvhError> {
         let expected = self.channels;
         let channels: Vec<Channel> = self.joints.iter().flat_map(|j| j.channels.iter().copied()).collect();
@@ -381,7 +380,7 @@ fn is_digits(part: &str) -> bool {
     part.chars().all(|c| c.is_ascii_digit() || matches!(c, 'e' | 'E' | '-' | '+'))
 }
 
-/// A word of the file, cut to a length that suits a message.
+/// A word of the file, shortened for a message.
 fn shown_name(text: &str) -> String {
     let mut shown: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
     if text.chars().count() > 40 {

@@ -1,4 +1,4 @@
-//! Channels to local poses: a quaternion product a rotation channel.
+//! Channels to local poses: one quaternion product per rotation channel.
 
 use std::borrow::Cow;
 
@@ -42,7 +42,7 @@ pub(super) fn poses(document: &Bvh, frame: usize) -> Vec<Isometry3<f64>> {
     document.joints().iter().map(|joint| local(joint, document.row(frame))).collect()
 }
 
-/// Whether a joint's channels don't change, to 1e-3 degrees and file units.
+/// True for a joint whose channels are constant, to 1e-3 degrees and file units.
 fn stands_still(document: &Bvh, joint: &Joint) -> bool {
     let columns = joint.first_channel..joint.first_channel + joint.channels.len();
     let first = &document.row(0)[columns.clone()];
@@ -50,7 +50,7 @@ fn stands_still(document: &Bvh, joint: &Joint) -> bool {
         .all(|f| document.row(f)[columns.clone()].iter().zip(first).all(|(a, b)| (a - b).abs() <= 1e-3))
 }
 
-/// Where a joint is in its parent, file units: its position channels, and `OFFSET` where it has none.
+/// A joint's translation in its parent, file units: its position channels, and `OFFSET` for axes without one.
 fn translation(joint: &Joint, row: &[f64]) -> Vector3<f64> {
     let mut at = Vector3::from(joint.offset);
     for (i, channel) in joint.channels.iter().enumerate() {
@@ -66,7 +66,7 @@ fn rotation(joint: &Joint, row: &[f64]) -> UnitQuaternion<f64> {
     let mut q = UnitQuaternion::identity();
     for (i, channel) in joint.channels.iter().enumerate() {
         if let Channel::Rotation(axis) = *channel {
-            // Whole turns off first: sines of large angles lose digits.
+            // Whole turns are removed first, since sines of large angles lose digits.
             q *= euler::about(axis, (row[joint.first_channel + i] % 720.0).to_radians());
         }
     }

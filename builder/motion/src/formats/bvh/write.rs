@@ -1,8 +1,8 @@
 //! A document as text.
 //!
 //! Numbers are printed in the shortest form that reads back as the same `f64`: [`Bvh::to_text`] then
-//! [`Bvh::parse`] is the identity. Indentation is by tabs, one line a joint's word, LF line ends. A frame costs
-//! about ten bytes a channel.
+//! [`Bvh::parse`] is the identity. Indentation is by tabs, lines end in LF. A frame
+//! takes about ten bytes per channel.
 
 use std::fmt::Write;
 

@@ -1,11 +1,11 @@
-//! A curve of an animation: values at times, and what lies between them.
+//! An animation curve: keyframes and their interpolation.
 
 use gltf::animation::Interpolation;
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
 
 use crate::clip::slerp;
 
-/// Values at times. With cubic splines there are three a time: slope before, value, slope after.
+/// Keyframes. With cubic splines each has three values: incoming slope, value, outgoing slope.
 #[derive(Debug, Clone)]
 pub struct Curve<const N: usize> {
     times: Vec<f64>,
@@ -15,7 +15,7 @@ pub struct Curve<const N: usize> {
 
 impl<const N: usize> Curve<N> {
     /// # Errors
-    /// What is wrong with it, where its times do not grow or its values are not one (or three) a time.
+    /// A message if times do not ascend, or there is not one value (or three) per time.
     pub fn new(
         times: Vec<[f64; 1]>,
         values: Vec<[f64; N]>,
@@ -35,7 +35,7 @@ impl<const N: usize> Curve<N> {
         Ok(Self { times, values, interpolation })
     }
 
-    /// Seconds, growing.
+    /// Seconds, ascending.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -45,7 +45,7 @@ impl<const N: usize> Curve<N> {
         self.values[at].into()
     }
 
-    /// The key before a time, and how far the time is to the next, 0 to 1. The first and the last value hold beyond.
+    /// The key before a time, and the fraction of the way to the next, 0 to 1. Clamped to the first and last key.
     fn place(&self, time: f64) -> (usize, f64) {
         let after = self.times.partition_point(|&t| t <= time);
         match (after.checked_sub(1), self.times.get(after)) {
@@ -66,7 +66,7 @@ impl<const N: usize> Curve<N> {
         if self.interpolation == Interpolation::Linear {
             return now + (next - now) * u;
         }
-        // glTF 2.0, appendix C: slopes are a second's.
+        // glTF 2.0, appendix C: slopes are per second.
         let seconds = self.times[key + 1] - self.times[key];
         let slope = SVector::<f64, N>::from(self.values[3 * key + 2]) * seconds;
         let next_slope = SVector::<f64, N>::from(self.values[3 * key + 3]) * seconds;
@@ -96,7 +96,7 @@ impl Curve<4> {
     }
 }
 
-/// A rotation of the numbers `[x, y, z, w]`; none of zeros.
+/// The rotation of a quaternion `[x, y, z, w]`, which need not be of unit length; identity if it is zero.
 pub fn unit(numbers: SVector<f64, 4>) -> UnitQuaternion<f64> {
     UnitQuaternion::try_new(Quaternion::from_vector(numbers), 1e-9).unwrap_or_default()
 }

@@ -1,7 +1,7 @@
-//! Numbers of a file: its buffers, wherever they are, and the accessors into them.
+//! Buffers and accessors.
 //!
-//! A file's counts, offsets and types are its writer's word: nothing is read beyond a buffer's end, and nothing
-//! allocated from a count.
+//! A file's counts, offsets and types are untrusted: nothing is read beyond a buffer's end, and no allocation depends
+//! on a count.
 
 use std::{cell::OnceCell, io};
 
@@ -18,16 +18,16 @@ use gltf::{
 
 use crate::formats::gltf::error::GltfErrorKind;
 
-/// Reads a file that another names, relative to it.
+/// Reads a file by its path relative to the glTF file.
 pub type Open<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
-/// Writers of data URIs do not agree about padding.
+/// Accepts data URIs with and without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The buffers of a file, each read when it is first asked for: those of meshes and images never are.
+/// The buffers of a file, each read on first use: those of meshes and images never are.
 pub struct Buffers<'a> {
     open: &'a Open<'a>,
     blob: Option<&'a [u8]>,
@@ -35,7 +35,7 @@ pub struct Buffers<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Those of a document, of which `blob` is the binary part.
+    /// The buffers of a document whose binary part is `blob`.
     pub fn new(document: &gltf::Document, blob: Option<&'a [u8]>, open: &'a Open<'a>) -> Self {
         Self { open, blob, read: document.buffers().map(|_| OnceCell::new()).collect() }
     }
@@ -67,7 +67,7 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The vectors of an accessor, whole numbers as the fractions that they stand for. Shape `[count][N]`.
+    /// The vectors of an accessor; normalised integers become fractions. Shape `[count][N]`.
     pub fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f64; N]>, GltfErrorKind> {
         let wrong = |what| GltfErrorKind::Accessor { accessor: accessor.index(), what };
         let dimensions = match accessor.dimensions() {
@@ -109,7 +109,7 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// A number of that type; whole numbers are fractions of the largest.
+/// A component of that type; integers are divided by their largest value.
 fn number(data_type: DataType, bytes: &[u8]) -> f64 {
     let two = || [bytes[0], bytes[1]];
     let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];

@@ -1,4 +1,4 @@
-//! The file's JSON: what of it is motion, and whether it holds together.
+//! The file's JSON, reduced to its motion and checked.
 
 use std::collections::HashMap;
 
@@ -10,11 +10,11 @@ use crate::formats::gltf::error::GltfErrorKind;
 /// Extensions that pack the numbers of animations.
 const PACKED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// The document and its binary part, checked.
+/// Parses and checks a file: the document and its binary part.
 pub fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
     let (json, blob) = if bytes.starts_with(b"glTF") {
-        // Its length counts its own header, which the parser takes for granted.
+        // The length includes the header; the parser does not check that.
         let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         if length.is_none_or(|length| length < 12) {
             return Err(wrong(&"its header is cut"));
@@ -31,7 +31,7 @@ pub fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKi
     }
     keep_motion(&mut json);
     let root: Root = gltf::json::deserialize::from_value(json).map_err(|e| wrong(&e))?;
-    // What `from_json` does not look at.
+    // Not checked by `from_json`.
     for (a, animation) in root.animations.iter().enumerate() {
         if let Some(c) = animation.channels.iter().position(|c| c.target.node.value() >= root.nodes.len()) {
             return Err(wrong(&format!("animations[{a}].channels[{c}].target.node: Index out of bounds")));
@@ -40,7 +40,7 @@ pub fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKi
     Ok((Document::from_json(root).map_err(|e| wrong(&e))?, blob))
 }
 
-/// Leaves out what is drawn, and what extensions animate: what they do not need, motion does not stumble over.
+/// Removes meshes, materials and extensions, so that errors in them do not prevent reading the motion.
 fn keep_motion(json: &mut Value) {
     let keep = |value: &mut Value, keys: &[&str]| {
         if let Some(object) = value.as_object_mut() {
@@ -63,7 +63,7 @@ fn keep_motion(json: &mut Value) {
     }
 }
 
-/// The animations' names, unique: those without one are numbered.
+/// Unique names of the animations; those without one are numbered.
 pub fn names(document: &Document) -> Vec<String> {
     let own = |animation: Animation<'_>| {
         let name = animation.name().map(str::trim).filter(|n| !n.is_empty());
@@ -72,7 +72,7 @@ pub fn names(document: &Document) -> Vec<String> {
     unique(document.animations().map(own))
 }
 
-/// Names that differ: the second `leg` is `leg_2`.
+/// Makes names unique: the second `leg` becomes `leg_2`.
 pub fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut taken: HashMap<String, usize> = HashMap::new();
     names

@@ -1,4 +1,4 @@
-//! What can be wrong with a glTF file: where, and what to do.
+//! Errors of glTF files: the place, and what to do.
 
 use thiserror::Error;
 
@@ -10,24 +10,24 @@ use crate::formats::bvh::ConvertError;
 pub struct GltfError {
     /// The file, as the caller named it.
     pub file: String,
-    /// What is wrong.
+    /// The error.
     pub kind: GltfErrorKind,
 }
 
-/// What is wrong with a glTF file.
+/// Kinds of errors in a glTF file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum GltfErrorKind {
     #[error("cannot be read: {0}")]
     Io(String),
-    #[error("{0}; this is no glTF 2.0 file, or a damaged one: export it again")]
+    #[error("{0}; this is not a glTF 2.0 file, or it is damaged: export it again")]
     NotGltf(String),
     #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
     Packed(String),
     #[error("buffer {buffer} is in {uri}: {reason}; put it there, or export one .glb file")]
     Buffer { buffer: usize, uri: String, reason: String },
-    #[error("buffer {buffer}: its data URI is no base64: {reason}; export the file again")]
+    #[error("buffer {buffer}: its data URI is not base64: {reason}; export the file again")]
     DataUri { buffer: usize, reason: String },
     #[error("accessor {accessor}: {what}; the file is damaged, export it again")]
     Accessor { accessor: usize, what: &'static str },

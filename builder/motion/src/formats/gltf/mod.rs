@@ -1,22 +1,20 @@
 //! glTF 2.0 (`.glb`, `.gltf`), the exchange format of games: the motion of its skeletons, as rigs and animations.
 //!
-//! A glTF file holds nodes that hang on each other, and animations: curves over time of the translation and the
-//! rotation of single nodes. Its axes are ours (right-handed, Y up) and its lengths are metres. Every animation becomes
-//! a clip of its own:
+//! A glTF file holds a hierarchy of nodes, and animations: curves over time of the translation and rotation of nodes. Its
+//! axes are ours (right-handed, Y up) and its lengths are metres. Every animation becomes a clip of its own:
 //!
-//! 1. `document` and `data`: what of the file is motion; the buffers, inside the file, beside it or in data URIs, and
-//!    the numbers in them. Nothing that the file says of itself is believed before it is checked.
-//! 2. `tree`: the nodes, and those of them that are the body: the joints of the skin that the animation moves, or
-//!    without a skin the nodes that it moves, with what lies between them.
-//! 3. `curve`: steps, lines and cubic splines, at any time (glTF 2.0, section 3.11 and appendix C).
-//! 4. Here: poses at a fixed rate. What is above the body, moved or scaled, is carried into its first joint; scales are
-//!    taken into the lengths of the bones.
+//! 1. `document` and `data`: the file's motion; the buffers (inside the file, beside it or in data URIs) and the numbers
+//!    in them. Everything is checked before use.
+//! 2. `tree`: the nodes of the body: the joints of the skin that the animation moves, or without a skin the nodes that
+//!    it moves, with all nodes between them.
+//! 3. `curve`: steps, lines and cubic splines, evaluated at any time (glTF 2.0, section 3.11 and appendix C).
+//! 4. Here: poses at a fixed rate. Transforms of nodes above the body are applied to its first joint; scales are applied
+//!    to the lengths of the bones.
 //!
-//! From there on it is an animation like any other ([`crate::animation`]); its translation is written as BVH on the same
-//! joints.
+//! The result is an [`Animation`](crate::animation::Animation); stylized motion is written as BVH on the same joints.
 //!
-//! glTF has no frame rate. Where keys lie at a rate of 20 to 240 a second that is the clip's; where they are fewer,
-//! because the writer left out what it could, it is 60.
+//! glTF has no frame rate. Keys at 20 to 240 Hz give the clip's rate; with fewer keys, which exporters reduce, it is
+//! 60 Hz.
 
 mod curve;
 mod data;
@@ -43,23 +41,23 @@ use data::{Buffers, Open};
 use document::{document, names};
 use tree::Tree;
 
-/// Rates that keys are believed to have been captured or baked at, a second.
+/// Rates at which keys are taken for captured or baked frames, Hz.
 const RATES: std::ops::RangeInclusive<f64> = 20.0..=240.0;
-/// The rate of curves with fewer keys, a second.
+/// The rate of curves with fewer keys, Hz.
 const RESAMPLED: f64 = 60.0;
-/// Joint rotations that a clip is given memory for: those of 64 joints over the longest clip.
+/// Most joint rotations of a clip: those of 64 joints over the longest clip.
 const MOST_POSES: f64 = 64.0 * MAX_FRAMES as f64;
-/// Translation of an inner joint that counts as moving, metres.
+/// Least translation of an inner joint that counts as movement, metres.
 const STILL_M: f64 = 1e-6;
-/// Change of a scale that is worth a note, as a fraction.
+/// Change of a scale that is noted, as a fraction.
 const RESCALED: f64 = 0.01;
 
 /// Reads the animations of a file that move a body, in the file's order, each with its name.
 ///
-/// Documents are named `FILE#ANIMATION`, and `FILE` where it is the only one.
+/// Documents are named `FILE#ANIMATION`, or `FILE` if there is only one.
 ///
 /// # Errors
-/// [`GltfError`] where the file, or one of its animations, can't be used.
+/// [`GltfError`] if the file, or one of its animations, can't be used.
 pub fn read(path: &Path) -> Result<Vec<(String, Motion)>, GltfError> {
     let file = path.to_string_lossy();
     let error = |kind| GltfError { file: file.clone().into_owned(), kind };
@@ -88,7 +86,7 @@ fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, 
     let mut found = Vec::new();
     for (animation, name) in document.animations().zip(names) {
         let curves = Curves::read(&animation, &name, &tree, &buffers)?;
-        // Of what moves, but turns nothing, there is no skeleton: cameras, doors, faces.
+        // Animations without rotations, as of cameras, doors and faces, have no skeleton.
         if !curves.rotations.is_empty() {
             found.push((name, curves));
         }
@@ -111,7 +109,7 @@ struct Curves {
     translations: HashMap<usize, Curve<3>>,
     rotations: HashMap<usize, Curve<4>>,
     notes: Vec<String>,
-    /// Nodes that are moved, in the animation's order.
+    /// Animated nodes, in the animation's order.
     moved: Vec<usize>,
 }
 
@@ -146,7 +144,7 @@ impl Curves {
                     curves.note_scale(&tree.nodes[node], &vectors()?);
                     continue;
                 }
-                // Left out before.
+                // Removed before.
                 Property::MorphTargetWeights => continue,
             }
             if !curves.moved.contains(&node) {
@@ -156,32 +154,32 @@ impl Curves {
         Ok(curves)
     }
 
-    /// A skeleton has the bones that it has.
+    /// Notes a node whose scale is animated: bones have constant lengths.
     fn note_scale(&mut self, node: &tree::Node, curve: &Curve<3>) {
         let off =
             |t: &f64| (curve.vector(*t) - Vector3::from(node.scale)).amax() > RESCALED * node.scale[0].abs();
         if curve.times().iter().any(off) {
-            self.notes.push(format!("the scale of {} is animated; it stays as it is without", node.name));
+            self.notes.push(format!("the scale of {} is animated; the scale at rest is used", node.name));
         }
     }
 
-    /// The times of every curve of those nodes.
+    /// The times of all curves of those nodes.
     fn times<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = &'a [f64]> {
         let translations = nodes.iter().filter_map(|n| self.translations.get(n).map(Curve::times));
         translations.chain(nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times)))
     }
 
-    /// Keys of the curve that has most.
+    /// Number of keys of the longest curve.
     fn most_keys(&self, nodes: &[usize]) -> usize {
         self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
     }
 
-    /// First and last time, and the rate: all of what moves the body.
+    /// First and last time over all curves of the body, and the rate.
     fn timeline(&self, nodes: &[usize]) -> (f64, f64, f64) {
         let all: Vec<&[f64]> = self.times(nodes).collect();
         let start = all.iter().map(|t| t[0]).fold(f64::INFINITY, f64::min);
         let end = all.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
-        // Half of the spacings are no longer than this: a stray key between two frames decides nothing.
+        // The median spacing: a stray key between two frames does not matter.
         let mut spacings: Vec<f64> = all.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
         spacings.sort_by(f64::total_cmp);
         let rate = spacings.get(spacings.len() / 2).map_or(RESAMPLED, |s| 1.0 / s);
@@ -191,12 +189,12 @@ impl Curves {
         (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
     }
 
-    /// Where a node is in its parent, the parent's units.
+    /// A node's translation in its parent, the parent's units.
     fn translation(&self, tree: &Tree, node: usize, time: f64) -> Vector3<f64> {
         self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time))
     }
 
-    /// A node's turn in its parent.
+    /// A node's rotation in its parent.
     fn rotation(&self, tree: &Tree, node: usize, time: f64) -> UnitQuaternion<f64> {
         self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time))
     }
@@ -214,7 +212,7 @@ impl Curves {
         }
         let seconds = end - start;
         let frames = (seconds * rate_hz + 1e-3).floor();
-        // Two keys may lie a day apart.
+        // Times are untrusted: two keys may be a day apart.
         let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
         if frames > most || frames * body.len() as f64 > MOST_POSES {
             let (animation, joints) = (name.to_owned(), body.len());
@@ -222,7 +220,7 @@ impl Curves {
         }
         let frames = frames as usize + 1;
 
-        // Metres a unit of what hangs on each node.
+        // Scale of each node's children, metres per unit.
         let mut scales: HashMap<usize, f64> = HashMap::new();
         let is_parent = |node: usize| nodes.iter().any(|&n| tree.nodes[n].parent == Some(node));
         for &node in nodes.iter().filter(|&&n| is_parent(n)) {
@@ -266,7 +264,7 @@ impl Curves {
     }
 }
 
-/// Whether a joint's pose stays within 1e-3 degrees and metres of its first.
+/// True if a joint's pose stays within 1e-3 degrees and metres of its first.
 fn still(poses: &[Isometry3<f64>], joint: usize, joints: usize) -> bool {
     let first = &poses[joint];
     let near = |pose: &Isometry3<f64>| {

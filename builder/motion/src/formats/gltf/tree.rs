@@ -1,4 +1,4 @@
-//! The nodes of a file, and which of them are the body that an animation moves.
+//! The hierarchy of nodes, and the body that an animation moves.
 
 use std::collections::HashSet;
 
@@ -8,21 +8,21 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::formats::bvh::{MAX_DEPTH, NOT_IN_NAMES};
 use crate::formats::gltf::{curve::unit, document::unique, error::GltfErrorKind};
 
-/// How far the scales of three axes may be apart, as a fraction.
+/// Greatest difference of the scales of three axes, as a fraction.
 const UNEVEN: f64 = 0.01;
 
-/// A node as it stands where nothing moves it.
+/// A node at rest.
 #[derive(Debug, Clone)]
 pub struct Node {
     /// Its name, unique in the file.
     pub name: String,
-    /// The node that it hangs on.
+    /// Its parent.
     pub parent: Option<usize>,
-    /// Where it is in its parent's frame, the parent's units.
+    /// Translation in its parent's frame, the parent's units.
     pub translation: Vector3<f64>,
-    /// Its turn in its parent's frame.
+    /// Rotation in its parent's frame.
     pub rotation: UnitQuaternion<f64>,
-    /// Its scale, axis by axis.
+    /// Scale along each axis.
     pub scale: [f64; 3],
 }
 
@@ -31,7 +31,7 @@ pub struct Node {
 pub struct Tree {
     /// In the order of the file.
     pub nodes: Vec<Node>,
-    /// What hangs on each.
+    /// Children of each.
     children: Vec<Vec<usize>>,
     /// Joints of each skin.
     skins: Vec<Vec<usize>>,
@@ -39,7 +39,7 @@ pub struct Tree {
 
 impl Tree {
     /// # Errors
-    /// Where nodes hang on several others or in a circle, or too deep.
+    /// Nodes with several parents, cycles, and a hierarchy that is too deep.
     pub fn new(document: &Document) -> Result<Self, GltfErrorKind> {
         let names = unique(document.nodes().map(|node| {
             let name = node.name().unwrap_or("").trim().replace(NOT_IN_NAMES, "_");
@@ -87,14 +87,14 @@ impl Tree {
         self.up(node).any(|n| n == top)
     }
 
-    /// The lowest node that all of these are, or hang on.
+    /// The lowest common ancestor of the nodes, which may be one of them.
     fn common(&self, nodes: &[usize]) -> Option<usize> {
         self.up(*nodes.first()?).find(|&top| nodes.iter().all(|&n| self.is_below(n, top)))
     }
 
-    /// The joints of the body that an animation of these nodes moves, depth first, and the first of them carries all:
-    /// those of the largest skin that it moves and of skins below it, or without a skin the nodes themselves; and what
-    /// lies between them.
+    /// The joints of the body that an animation of these nodes moves, depth first; the first is the ancestor of all. They
+    /// are the joints of the largest skin that it moves and of skins below it, or without a skin the nodes themselves,
+    /// with all nodes between them.
     pub fn body(&self, moved: &[usize]) -> Vec<usize> {
         let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moved.contains(j));
         let largest = self.skins.iter().filter(is_moved).max_by_key(|skin| skin.len());
@@ -109,7 +109,7 @@ impl Tree {
             None => moved.to_vec(),
         };
         if self.common(&wanted).is_none() {
-            // Several trees: the one that most of them are in.
+            // Several trees: the one with most of the nodes.
             let root = |n: usize| self.up(n).last();
             let in_tree_of = |n: usize| wanted.iter().filter(|&&m| root(m) == root(n)).count();
             if let Some(most) = wanted.iter().copied().max_by_key(|&n| (in_tree_of(n), std::cmp::Reverse(n)))
@@ -132,10 +132,10 @@ impl Tree {
         order
     }
 
-    /// By how much a node scales what hangs on it, which is the same along every axis.
+    /// The uniform scale of a node.
     ///
     /// # Errors
-    /// Where it is not.
+    /// A scale that differs between axes.
     pub fn scale(&self, node: usize) -> Result<f64, GltfErrorKind> {
         let [x, y, z] = self.nodes[node].scale;
         let even = x > 1e-9 && [y, z].iter().all(|s| (s / x - 1.0).abs() <= UNEVEN);
