@@ -1,8 +1,8 @@
-//! Cycles as pairing sees them.
+//! Cycles and the data that pairing compares.
 
 use gestus_motion::{body::row_at, corpus::Cycle};
 
-/// A cycle of the database, with what pairing looks at.
+/// A cycle of the database, with the data that pairing compares.
 #[derive(Debug, Clone)]
 pub struct CycleData<'a> {
     /// Number of its class.
@@ -11,7 +11,7 @@ pub struct CycleData<'a> {
     pub clip: usize,
     /// Take of its clip.
     pub take: &'a str,
-    /// Which cycle of its clip it is, from 0.
+    /// Its index in the clip.
     pub index: usize,
     /// Its timeline, in frames of the clip.
     pub cycle: &'a Cycle,

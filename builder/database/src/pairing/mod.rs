@@ -1,24 +1,24 @@
-//! Pairs: for every cycle and style, the cycle that is its output.
+//! Pairing: finds for every cycle and style the cycle that is its output.
 //!
-//! The papers assume an output example for every input example; recorded data has none (METHODS, "Registration and
-//! pairing"). A cycle's counterpart is a cycle of the same action in the other style with about the same content:
-//! speed and turn, and about the same swing of the hips **relative to their style's own** mean and spread.
+//! The papers assume an output example for every input example; recorded data has none. A cycle's output is a cycle of
+//! the same action in the other style with similar content: speed and yaw rate, and the swing of the hips **relative to
+//! the mean and standard deviation of its style**.
 //!
 //! | scheme | output of a cycle |
 //! |---|---|
-//! | [`Scheme::Spread`] | one real cycle, out of those of all kin actions; near inputs share out the near outputs by kernel weight |
-//! | [`Scheme::Both`] | two real cycles, that of `Spread` and that of `Viterbi`: the output is their mean |
-//! | [`Scheme::Viterbi`] | one real cycle; the sequence that fits best and continues best |
+//! | [`Scheme::Spread`] | one real cycle of all similar actions; neighboring inputs get different outputs, as often as kernel weights say |
+//! | [`Scheme::Both`] | two real cycles, those of `Spread` and `Viterbi`: the output is their mean |
+//! | [`Scheme::Viterbi`] | one real cycle, chosen such that the sequence fits well and is continuous |
 //! | [`Scheme::Nearest`] | one real cycle, the best fit |
-//! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles around it, a few dozen a class |
+//! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles; a few dozen per class |
 //! | [`Scheme::Mean`] | one prototype, the mean of all |
 //! | [`Scheme::Take`] | the same cycle of the clip of the same take: for motion recorded or made in pairs |
 //!
-//! The linear models learn from stretches of motion and are always given outputs that continue: where the scheme is
-//! [`Scheme::Spread`] or [`Scheme::Both`], theirs is [`Scheme::Viterbi`].
+//! Linear models are estimated from stretches of several cycles and need continuous outputs: with [`Scheme::Spread`] or
+//! [`Scheme::Both`], theirs are those of [`Scheme::Viterbi`].
 //!
-//! Averages lie nearer to any one real cycle than another real cycle does, and move less than any: every step
-//! becomes the same step. `gestus evaluate ablation` shows the trade.
+//! An average is nearer to a real cycle than another real cycle is, but moves less: every step becomes the same step.
+//! `gestus evaluate ablation` measures both.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,35 +34,35 @@ use cycles::{at, distance2};
 
 /// Cycles that a prototype averages.
 const KERNEL_CYCLES: usize = 12;
-/// Most prototypes a class.
+/// Most prototypes of a class.
 const PROTOTYPES: usize = 24;
-/// Weight of a jump between two output cycles that do not follow each other, against the fit. Chosen on real gaits:
-/// 0 gives 2.40 cm labelled, 1 2.39, 10 2.28, 30 2.29, 100 2.34.
+/// Weight of a discontinuity between consecutive output cycles, relative to the fit. Joint errors on real labelled gaits:
+/// 2.40 cm for 0, 2.39 for 1, 2.28 for 10, 2.29 for 30, 2.34 for 100.
 const CONTINUITY: f64 = 10.0;
 
 /// How output cycles are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Real cycles of kin actions, shared out by kernel weight.
+    /// Real cycles of similar actions, distributed by kernel weight.
     Spread,
-    /// That and the sequence that fits and continues best: two outputs, of which a board takes the mean.
+    /// The outputs of `Spread` and of `Viterbi`, whose mean the core computes.
     #[default]
     Both,
-    /// The sequence of real cycles that fits and continues best.
+    /// The sequence of real cycles with the best fit and continuity.
     Viterbi,
     /// The real cycle that fits best.
     Nearest,
     /// Kernel averages around prototypes.
     Kernel,
-    /// One average a class.
+    /// One average per class.
     Mean,
     /// The same cycle of the clip of the same take.
     Take,
 }
 
 impl Scheme {
-    /// All, with their names.
+    /// All schemes with their names.
     pub const ALL: [(&'static str, Scheme); 7] = [
         ("both", Self::Both),
         ("spread", Self::Spread),
@@ -78,7 +78,7 @@ impl Scheme {
         Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, s)| *s)
     }
 
-    /// The scheme that the linear models' pairs are of.
+    /// The scheme of the linear models' pairs.
     pub fn of_models(self) -> Self {
         if matches!(self, Self::Spread | Self::Both) { Self::Viterbi } else { self }
     }
@@ -103,9 +103,9 @@ pub struct Prototype {
 /// Output cycles of every cycle.
 #[derive(Debug, Clone)]
 pub struct Pairing {
-    /// For every cycle and style: index of the output cycle. Prototypes are numbered behind the cycles.
+    /// For every cycle and style: index of the output cycle. Prototypes are numbered after the cycles.
     pub outputs: Vec<Vec<Option<usize>>>,
-    /// The same of their second outputs; empty where there are none.
+    /// The same for second outputs; empty if there are none.
     pub second: Vec<Vec<Option<usize>>>,
     /// The averaged cycles.
     pub prototypes: Vec<Prototype>,
@@ -125,7 +125,7 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
     let pools =
         if scheme == Scheme::Spread { similar_actions::pools(cycles, classes, &members) } else { Vec::new() };
     for (target, &(action, style)) in classes.iter().enumerate() {
-        // Prototypes of the target class: index of the prototype, and its content.
+        // Prototypes of the target class: index and content.
         let prototypes: Vec<(usize, Vec<f64>)> = match scheme {
             Scheme::Kernel => centres(&members[target], &content, PROTOTYPES),
             Scheme::Mean => vec![vec![0.0; CONTENT]],
@@ -147,7 +147,7 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
             }
             let inputs = &members[source];
             let outputs: Vec<usize> = if source_style == style {
-                // Where input style and output style are the same, the output is the input.
+                // In its own style, a cycle is its own output.
                 inputs.clone()
             } else {
                 match scheme {
@@ -188,14 +188,14 @@ fn nearest<'a>(to: &[f64], among: impl Iterator<Item = (usize, &'a [f64])>) -> u
     among.min_by(|a, b| distance2(to, a.1).total_cmp(&distance2(to, b.1))).map_or(0, |(i, _)| i)
 }
 
-/// Numbers that say what a cycle is about.
+/// Length of a content vector.
 const CONTENT: usize = 3;
 /// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
 const WEIGHTS: [f64; CONTENT] = [1.0, 0.5, 1.0];
 
-/// Mean speed, mean yaw rate and spread of the yaw rate of each cycle. A speed is a speed and a turn is a turn in every
-/// style: they are counted in spreads over all cycles of the database. The spread of the yaw rate is mostly the swing
-/// of the hips, a matter of style, and counted from the mean of the class, in its spreads.
+/// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in
+/// every style and are divided by their standard deviations over the database. The last is mostly the swing of the hips,
+/// which depends on style: it is standardised within the class.
 fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
     use gestus_core::blob::layout::dof;
     let mut content: Vec<Vec<f64>> = cycles
@@ -225,7 +225,7 @@ fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
     content
 }
 
-/// The sequence of output cycles with the least misfit and the least jumping.
+/// The sequence of output cycles with the least sum of misfits and discontinuities.
 fn viterbi(
     cycles: &[CycleData<'_>],
     inputs: &[usize],
@@ -235,7 +235,8 @@ fn viterbi(
     if outputs.is_empty() || inputs.is_empty() {
         return Vec::new();
     }
-    // How far the end of one output cycle is from the start of the next, in spreads of each dof; 0 where they follow.
+    // Distance from the end of one output cycle to the start of the next, in standard deviations of each dof; 0 for
+    // consecutive cycles.
     let ends: Vec<Vec<f64>> = outputs.iter().map(|&o| at(&cycles[o], 1.0)).collect();
     let starts: Vec<Vec<f64>> = outputs.iter().map(|&o| at(&cycles[o], 0.0)).collect();
     let typical = {
@@ -274,8 +275,7 @@ fn viterbi(
     path
 }
 
-/// Centres spread over the contents of a class: the first is the mean, each further one lies farthest from those
-/// before it.
+/// Centres over the contents of a class: first the mean, then each time the content farthest from all centres so far.
 fn centres(members: &[usize], content: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut centres = vec![vec![0.0; CONTENT]];
     while centres.len() < most.min(members.len()) {
@@ -289,7 +289,7 @@ fn centres(members: &[usize], content: &[Vec<f64>], most: usize) -> Vec<Vec<f64>
     centres
 }
 
-/// The cycles nearest to a centre and their Gaussian weights, as wide as the farthest of them.
+/// The cycles nearest to a centre, with Gaussian weights whose width is the distance of the farthest.
 fn kernel(members: &[usize], content: &[Vec<f64>], centre: &[f64]) -> Vec<(usize, f64)> {
     let mut near: Vec<(f64, usize)> = members.iter().map(|&i| (distance2(&content[i], centre), i)).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -303,7 +303,7 @@ fn average(cycles: &[CycleData<'_>], class: usize, weights: &[(usize, f64)]) -> 
     const BEFORE: usize = 2;
     let total: f64 = weights.iter().map(|w| w.1).sum();
     let mean = |value: &dyn Fn(usize) -> f64| weights.iter().map(|&(i, w)| w * value(i)).sum::<f64>() / total;
-    // Knots of the mean tempo, the first one behind the frames that lead in.
+    // Knots at the mean tempo, after the lead-in frames.
     let segments = weights.iter().map(|&(i, _)| cycles[i].cycle.knots.len() - 1).max().unwrap_or(1);
     let knots: Vec<f64> = (0..=segments)
         .map(|k| {

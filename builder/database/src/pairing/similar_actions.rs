@@ -1,27 +1,26 @@
-//! Actions that share their output cycles.
+//! Similar actions, which share their output cycles.
 //!
-//! The straight stretch of a turn and a straight walk look alike, and a search over unlabelled motion takes one for
-//! the other. Where each of them has outputs of its own action only, that mistake is seen: a style has its own way of
-//! walking before a turn. Where both are paired out of the cycles of both, it is not.
+//! The straight part of a turn looks like a straight walk, so an unlabelled search confuses them. If each action had
+//! outputs of its own only, the confusion would be visible, since the styles of both differ. It is not if both actions
+//! choose from the cycles of both.
 //!
-//! Two gaits are **kin** where a cycle of one is hardly farther from the nearest cycle of the other than from the
-//! nearest of its own action in another clip: less than [`SIMILAR`] times as far, in the geometric mean over both
-//! directions and all styles. Distances are root mean square differences of the pose's dofs at equal canonical time.
-//! Whole-clip actions are kin to none: equal canonical times of two of them are not the same moment.
+//! Two gaits are **similar** if the nearest cycle of the other action is less than [`SIMILAR`] times as far as the
+//! nearest of the same action in another clip, in the geometric mean over both directions and all styles. Distances are root mean square differences of the pose's dofs at equal canonical time.
+//! Whole-clip actions are similar to none, since their canonical times are not comparable.
 //!
-//! On the walks, runs and turns of METHODS: walk and turns 1.4, a run and any of them 4.4 and more.
+//! On captured walks, runs and turns the ratio is 1.4 between walk and turns, and at least 4.4 between these and a run.
 
 use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
 use crate::registration::{timeline::GAIT_KNOTS, warp};
 
-/// Most that the nearest cycle of a kin action is farther than the nearest of the same action.
+/// Greatest ratio of distances for similar actions.
 const SIMILAR: f64 = 2.0;
 /// Phases at which cycles are compared.
 const PHASES: usize = 8;
-/// Most cycles of a class that are looked at.
+/// Most cycles of a class that are compared.
 const SAMPLE: usize = 64;
 
-/// For every class the cycles of its style in all kin actions, its own among them.
+/// For every class, the cycles of its style in its own and all similar actions.
 pub(super) fn pools(
     cycles: &[CycleData<'_>],
     classes: &[ClassName],
@@ -65,12 +64,12 @@ pub(super) fn pools(
         .collect()
 }
 
-/// Dofs of the pose at uniform phases; the root's velocities say how fast, not which way of moving it is.
+/// Dofs of the pose at uniform phases. The root's velocities are left out: they tell the speed, not the movement.
 fn shape(cycle: &CycleData<'_>) -> Vec<f64> {
     (0..PHASES).flat_map(|p| warp::shape(&at(cycle, p as f64 / PHASES as f64))).collect()
 }
 
-/// Mean distance of cycles to their nearest among others, of another clip; `None` where there is none, or no distance.
+/// Mean distance of cycles to the nearest of `others` from another clip; `None` if there is none or the distance is 0.
 fn mean_distance(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Option<f64> {
     let nearest: Vec<f64> = of
         .iter()
@@ -80,7 +79,7 @@ fn mean_distance(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Opti
         })
         .collect();
     let mean = nearest.iter().sum::<f64>() / nearest.len() as f64;
-    // NaN of none.
+    // The mean of none is NaN.
     (mean > 0.0).then_some(mean)
 }
 
@@ -99,7 +98,7 @@ mod tests {
                 let mut row = vec![0.0; dof::JOINTS + 3];
                 row[dof::JOINTS] = posture + 0.3 * x.sin() + 0.05 * take;
                 row[dof::JOINTS + 1] = 0.2 * x.cos() - 0.04 * take;
-                // Velocities are no way of moving.
+                // Velocities are not compared.
                 row[dof::FORWARD] = 10.0 * posture;
                 row
             };

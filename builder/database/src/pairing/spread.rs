@@ -1,10 +1,10 @@
-//! Kernel averages without averages: real cycles, shared out.
+//! Distributes real output cycles in proportion to kernel weights.
 //!
-//! One best output cycle for each input cycle makes hubs: inputs that lie beyond the contents of the output style all
-//! take the same outer cycle, an outlier as likely as not. A kernel average of several has none, but moves less than
-//! any, and has to be stored. Here every input cycle gets one real cycle, and cycles that lie side by side get
-//! different ones, **as often as their kernel weights say**. The regression averages over the neighbors of a pose,
-//! which come out of a dozen cycles: it sees the kernel average, made of motion that was captured.
+//! Choosing the best output cycle for each input cycle makes hubs: all inputs beyond the contents of the output style get
+//! the same outermost cycle, often an outlier. A kernel average has no hubs, but moves less than any real cycle and has to
+//! be stored. Here every input cycle gets one real cycle, and neighboring inputs get different ones, **in proportion to
+//! their kernel weights**. The regression averages over the neighbors of a pose, which come from a dozen cycles, so it
+//! sees a kernel average made of captured motion.
 //!
 //! With `d_o` the squared distance in content to the N nearest output cycles,
 //!
@@ -12,11 +12,11 @@
 //! w_o ∝ exp(-d_o / mean d)        debt_o += w_o        take the o with the largest debt, debt_o -= 1
 //! ```
 //!
-//! which is error diffusion as printers do it. Deterministic; cost: one distance a pair of cycles.
+//! which is error diffusion as in printing. Deterministic. Cost: one distance per pair of cycles.
 
 use crate::pairing::cycles::distance2;
 
-/// Output cycles among which an input cycle's is found. 4 does about as well, 12 too; see `docs/experiments/pairing.md`.
+/// Candidate output cycles of each input cycle. 4 and 12 work about as well; see `docs/experiments/pairing.md`.
 const NEAREST: usize = 8;
 
 /// One output for each input cycle, in the inputs' order; none without outputs.
@@ -30,7 +30,7 @@ pub(super) fn spread(inputs: &[usize], outputs: &[usize], content: &[Vec<f64>]) 
                 .enumerate()
                 .map(|(k, &o)| (distance2(&content[input], &content[o]), k))
                 .collect();
-            // Stable: of equals the first.
+            // A stable choice: the first of equals.
             near.sort_by(|a, b| a.0.total_cmp(&b.0));
             near.truncate(NEAREST);
             let mean = (near.iter().map(|n| n.0).sum::<f64>() / near.len() as f64).max(1e-9);

@@ -1,9 +1,8 @@
-//! Foot contacts of a clip, from where its feet are and how fast they move.
+//! Foot contacts of a clip, from the height and speed of its feet.
 //!
-//! A foot stands where the slower of ankle and toe is slow, and low over its usual height; with hysteresis, so that noise
-//! does not make it flicker. Thresholds follow the size of the body. What carries a foot does not move: to take the
-//! lower of the two instead is as good in gaits, jumps and kicks, and worse where a foot turns on its ball (generated
-//! punches: F1 0.986 against 0.989).
+//! A foot is in contact while the slower of ankle and toe is slow and low, with hysteresis against flicker. Thresholds
+//! scale with the size of the body. The slower joint is used since it carries the foot; the lower one does as well in
+//! gaits, jumps and kicks, and worse when a foot pivots on its ball (generated punches: F1 0.986 instead of 0.989).
 
 use nalgebra::Vector3;
 
@@ -13,7 +12,7 @@ use gestus_motion::{
     landmarks::Landmarks,
 };
 
-/// Which foot stands, left and right, in every frame. Shape `[frames]`.
+/// Contacts of the left and right foot in every frame. Shape `[frames]`.
 pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
     let frames = positions.len();
@@ -49,8 +48,8 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     result
 }
 
-/// Heights of ankle and toes over the floor while they carry the foot, metres, `[side][ankle, toe]`: medians over the
-/// frames in which the foot stands and the joint is the lower of the two, each over its own low in the clip.
+/// Heights of ankle and toes above the floor while they carry the foot, metres, `[side][ankle, toe]`: medians over the
+/// frames of contact in which the joint is the lower of the two.
 pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 2] {
     let mut seen: [[Vec<f64>; 2]; 2] = Default::default();
     for example in examples {
@@ -74,7 +73,7 @@ pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 
     })
 }
 
-/// A joint's own low: its 5% quantile, so that one bad frame does not count.
+/// A joint's lowest height: its 5% quantile, so that a bad frame does not matter.
 fn low(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
     let mut heights: Vec<f64> = positions.iter().map(|p| p[joint].y).collect();
     heights.sort_by(f64::total_cmp);
@@ -102,9 +101,9 @@ fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
 /// Standard deviation of the Gaussian on contact likelihoods, seconds (Xia 2015, section 6): 0.6 frames at 30 Hz.
 pub const GAUSSIAN_S: f64 = 0.02;
 
-/// Which foot stands, from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then above one
-/// half (Xia 2015, section 6). It looks at later frames, so it is for files; a stream has `gestus_core::methods::mixture::contact_votes`.
-/// [`GAUSSIAN_S`] times the rate is the paper's.
+/// Contacts from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then compared with one half
+/// (Xia 2015, section 6, with [`GAUSSIAN_S`] times the rate). It uses later frames, so it is for files; a stream has
+/// `gestus_core::methods::mixture::contact_votes`.
 pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
     let reach = (3.0 * sigma).ceil() as isize;
     let kernel: Vec<f64> =
@@ -122,17 +121,15 @@ pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
         .collect()
 }
 
-/// Marks of a canonical timeline.
+/// Steps of a canonical timeline.
 const MARKS: usize = 48;
 
-/// Cycles that have to agree on a phase, as a share: below, foot-down and foot-up lie about here.
+/// Share of cycles that have to agree on a phase. Fewer agree near foot-down and foot-up.
 const AGREED: f64 = 0.9;
 
-/// Annotates the canonical timeline of every action in every style, and carries it to the clips: where nearly all
-/// cycles agree that a foot stands at a phase, or that it does not, all do (Xia 2015, section 4). Around foot-down and
-/// foot-up, and outside of the cycles, the clip's own contacts stay: one step is a little longer than the next.
-///
-/// One clip's noise then labels no frame of its own; what a style does at a phase, it does in all its cycles.
+/// Annotates the canonical timeline of every action and style, and transfers the annotation to the clips: if nearly all
+/// cycles agree on the contact at a phase, all get it (Xia 2015, section 4). Near foot-down and foot-up, and outside of
+/// the cycles, a clip keeps its own contacts, since steps differ in length. Noise in single clips is removed this way.
 pub fn carry(examples: &mut [Example]) {
     let mut classes: Vec<(usize, usize)> = examples.iter().map(|e| (e.action, e.style)).collect();
     classes.sort_unstable();
@@ -171,7 +168,7 @@ fn mark(phase: f64) -> usize {
     ((phase * MARKS as f64) as usize).min(MARKS - 1)
 }
 
-/// The frames of a clip that lie in a cycle, with their phases.
+/// The frames of a clip within cycles, with their phases.
 fn phases(example: &Example) -> Vec<(usize, f64)> {
     let frames = example.clip.frames.len();
     let of = |c: &Cycle| {

@@ -1,17 +1,17 @@
 //! Gait cycles of a clip.
 //!
-//! The fore-aft separation of the feet (left minus right, along the heading) swings once a cycle: the left foot
-//! strikes near its maximum, the right near its minimum. A cycle runs from left strike by right strike to left
-//! strike: phases 0, 0.5 and 1 of canonical time (METHODS, "Registration and pairing").
+//! The fore-aft distance of the feet (left minus right, along the heading) oscillates once per cycle: the left foot
+//! strikes near its maximum, the right foot near its minimum. A cycle goes from a left strike to the right strike and the
+//! next left strike: phases 0, 0.5 and 1 of canonical time.
 
 use gestus_motion::{body::about_y, clip::Clip, corpus::Cycle, landmarks::Landmarks};
 
-/// Shortest half cycle that counts, seconds: a sprint has about 0.25.
+/// Shortest half cycle, seconds: a sprint has about 0.25.
 const SHORTEST_S: f64 = 0.16;
 /// Longest half cycle, seconds: slower is standing.
 const LONGEST_S: f64 = 1.6;
 
-/// A strike: where the separation turns.
+/// A strike: an extreme of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Strike {
     left: bool,
@@ -19,7 +19,7 @@ struct Strike {
     value: f64,
 }
 
-/// The gait cycles of a clip, in order; empty where nobody walks.
+/// The gait cycles of a clip, in order; empty if there are none.
 pub fn gait_cycles(clip: &Clip, landmarks: &Landmarks) -> Vec<Cycle> {
     let separation = separation(clip, landmarks);
     let strikes = strikes(&separation, clip.rate_hz);
@@ -64,7 +64,7 @@ pub fn smooth(values: &[f64], sigma: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Alternating extremes of a signal, each a good part of the swing away from the next.
+/// Alternating extremes of a signal whose difference is a sufficient part of its range.
 fn strikes(signal: &[f64], rate_hz: f64) -> Vec<Strike> {
     let mut sorted = signal.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -94,8 +94,8 @@ fn strikes(signal: &[f64], rate_hz: f64) -> Vec<Strike> {
     found
 }
 
-/// Adds an extreme, where it is one of its own: the more extreme of two neighbors of one kind stays, and a pair that
-/// is too near or too flat is noise.
+/// Adds an extreme. Of two consecutive maxima or minima the more extreme one is kept; a pair that is too close in time or
+/// value is dropped as noise.
 fn insert(found: &mut Vec<Strike>, strike: Strike, prominence: f64, distance: f64) {
     match found.last() {
         Some(last) if last.left == strike.left => {

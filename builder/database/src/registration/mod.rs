@@ -1,8 +1,8 @@
-//! Registration: every clip gets contacts and a canonical timeline, so that moments of different clips of an action
-//! can be told to be the same moment (Xia 2015, section 4).
+//! Registration: every clip gets contacts and a canonical timeline, on which equal times of different clips of an action
+//! are the same moment (Xia 2015, section 4).
 //!
-//! Gaits are cut into cycles by their strikes. Whole-clip actions are warped onto a reference clip of the action,
-//! the one of middle length, by iterative motion warping (Hsu 2005, section 3).
+//! Gaits are cut into cycles at foot strikes. Whole-clip actions are warped onto a reference clip of the action, the one
+//! of median length, by iterative motion warping (Hsu 2005, section 3).
 
 pub mod contact;
 pub mod gait_cycles;
@@ -23,14 +23,14 @@ use gestus_motion::{
     landmarks::{LandmarkError, Landmarks},
 };
 
-/// Segments of a whole-clip action, one less than its knots: its canonical time is linear between them.
+/// Segments of a whole-clip action's timeline, one less than its knots; canonical time is linear in each.
 const WHOLE_SEGMENTS: usize = 12;
-/// Fewest frames of a whole-clip action: the search finds no frame but those between the first and the last.
+/// Fewest frames of a whole-clip action: the search excludes the first and the last.
 const LEAST_FRAMES: usize = 3;
-/// Knots nearer to each other than this are none, frames: a blob's are 0.01 apart, and rounded to `f32`.
+/// Least distance of knots, frames: in a blob they are 0.01 apart and rounded to `f32`.
 const APART: f64 = 0.02;
 
-/// A clip and what it is.
+/// A clip and its labels.
 #[derive(Debug, Clone)]
 pub struct Performance {
     /// The motion.
@@ -39,19 +39,18 @@ pub struct Performance {
     pub action: String,
     /// Its style.
     pub style: String,
-    /// Which take it is.
+    /// Its take.
     pub take: String,
-    /// How the action gets its timeline.
+    /// Kind of the action's timeline.
     pub kind: Kind,
     /// Licence or source.
     pub licence: String,
 }
 
-/// Registers clips of one skeleton and one rate. Clips in which no cycle is found are left out; the second value
-/// says which.
+/// Registers clips of one skeleton and one rate. Clips without a cycle are left out; the second value has a line for each.
 ///
 /// # Errors
-/// [`LandmarkError`] where the skeleton has no recognisable legs.
+/// [`LandmarkError`] if no legs are found in the skeleton.
 pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>), LandmarkError> {
     let skeleton = performances[0].clip.skeleton.clone();
     let rate_hz = performances[0].clip.rate_hz;
@@ -98,8 +97,8 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
     Ok((corpus, warnings))
 }
 
-/// Whether registration has a timeline for a clip of that kind, as far as the clip alone can say. Of a skeleton whose
-/// legs can't be found it says so itself.
+/// True if a clip of that kind can be registered on its own. Also true if no legs are found: registration reports that
+/// error.
 pub fn has_cycles(clip: &Clip, kind: Kind) -> bool {
     match kind {
         Kind::Gait => Landmarks::find(&clip.skeleton)
@@ -113,7 +112,7 @@ fn is_short(clip: &Clip) -> bool {
     clip.frames.len() < LEAST_FRAMES
 }
 
-/// Why a clip is left out that has no timeline.
+/// The message for a clip without a timeline.
 pub fn no_cycle(clip: &Clip, kind: Kind) -> String {
     let Clip { name, frames, rate_hz, .. } = clip;
     match kind {
@@ -130,7 +129,7 @@ pub fn no_cycle(clip: &Clip, kind: Kind) -> String {
     }
 }
 
-/// For each whole-clip action the clip of middle length, of those that are long enough.
+/// For each whole-clip action the clip of median length, among those that are long enough.
 fn references(performances: &[Performance]) -> Vec<(String, usize)> {
     let mut found: Vec<(String, usize)> = Vec::new();
     let counts = |p: &Performance| p.kind == Kind::Whole && !is_short(&p.clip);
@@ -147,11 +146,10 @@ fn references(performances: &[Performance]) -> Vec<(String, usize)> {
     found
 }
 
-/// The timeline of a whole-clip action: where the clip is at uniform steps of the reference's time.
+/// The timeline of a whole-clip action: the clip's frame at uniform steps of the reference's time.
 ///
-/// The clip is brought to the reference's length first, so that the slope limit is about the course of the action and
-/// not about its duration; both are thinned to `most` frames where they are longer. A clip that can't be warped gets a
-/// straight line.
+/// The clip is resampled to the reference's length first, so that the slope limit applies to the course of the action
+/// rather than its duration. Both are reduced to at most `most` frames. A clip that can't be warped gets a linear timeline.
 fn whole(clip: &Clip, reference: &Clip, most: usize) -> Cycle {
     let last = (clip.frames.len() - 1) as f64;
     let straight =
@@ -169,13 +167,13 @@ fn whole(clip: &Clip, reference: &Clip, most: usize) -> Cycle {
     if knots.windows(2).all(|w| w[1] - w[0] >= APART) { Cycle { knots } } else { straight }
 }
 
-/// So many frames of a clip, evenly from its first to its last.
+/// That many frames of a clip, evenly spaced from the first to the last.
 fn even(clip: &Clip, count: usize) -> Vec<Frame> {
     let [last, end] = [clip.frames.len() - 1, count - 1].map(|n| n as f64);
     (0..count).map(|i| clip.at(last * i as f64 / end)).collect()
 }
 
-/// Mean rotation of each joint: the normalised sum of quaternions, each on the first one's side. Shape `[joints]`.
+/// Mean rotation of each joint: the normalised sum of quaternions with signs matched to the first. Shape `[joints]`.
 fn middles(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
     (0..frames[0].rotations.len())
         .map(|j| {
@@ -190,12 +188,12 @@ fn middles(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
         .collect()
 }
 
-/// What is warped: height of the hips, and exponential maps of the joints about their means; where the body is and which
-/// way it faces don't count. Shape `[frames x dofs]`.
+/// The dofs that are warped: height of the hips, and exponential maps of the joints about their means, without position
+/// and heading. Shape `[frames x dofs]`.
 ///
-/// The linear models' warp ([`warp::shape`]) has the tilt of the hips too, which here would take a body to be told from
-/// the heading. It brings nothing: generated acts are 0.374 frames off with it and 0.380 without, the mean of jump,
-/// punch and kick over six seeds (as in `tests/register.rs`).
+/// The linear models' warp ([`warp::shape`]) also uses the tilt of the hips, which here would need a body to separate it
+/// from the heading. It makes no difference: generated jumps, punches and kicks are off by 0.374 frames with it and 0.380
+/// without (mean over six seeds, as in `tests/register.rs`).
 fn angles(frames: &[Frame], means: &[UnitQuaternion<f64>]) -> Vec<Vec<f64>> {
     frames
         .iter()

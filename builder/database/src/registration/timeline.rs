@@ -1,22 +1,22 @@
-//! How an action runs along its canonical timeline.
+//! Kinds of canonical timelines.
 
 use serde::{Deserialize, Serialize};
 
 /// Knots of a gait cycle: left, right and left strike.
 pub const GAIT_KNOTS: usize = 3;
 
-/// How an action runs along its canonical timeline.
+/// The kind of an action's canonical timeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Cyclic, cut at foot strikes: walks, runs, turns.
     Gait,
-    /// One clip is one timeline from start to end: kicks, waves.
+    /// One timeline from the start of a clip to its end: kicks, waves.
     Whole,
 }
 
 impl Kind {
-    /// The kind that an action has by its name alone.
+    /// The kind of an action, guessed by its name.
     pub fn of_action(action: &str) -> Kind {
         const GAITS: [&str; 8] = ["walk", "run", "jog", "turn", "march", "strut", "dash", "sneak"];
         let name = action.to_ascii_lowercase();

@@ -1,4 +1,4 @@
-//! What the search compares: windows of joint positions, brought onto a mean cloud, in principal components.
+//! Features: windows of joint positions, aligned to a mean cloud, as principal components (Xia 2015, section 5.1).
 //! `gestus_core::search::query` does the same on the board, in `f32`.
 
 use gestus_core::blob::layout::{MAX_FEATURES, query};
@@ -9,7 +9,7 @@ use gestus_motion::{body::Body, clip::Clip};
 /// A window of joint positions, oldest frame first: shape `[window · joints]`, metres.
 pub type Cloud = Vec<Vector3<f64>>;
 
-/// The windows of a clip, one a frame, ending with that frame. The first frame stands in for those before it.
+/// The windows of a clip, one per frame, ending with that frame. The first frame is repeated before the start.
 pub fn clouds(clip: &Clip, window: usize) -> Vec<Cloud> {
     let positions: Vec<Cloud> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
     (0..positions.len())
@@ -28,17 +28,17 @@ pub struct FeatureSpace {
     pub mean: Cloud,
     /// Weight of each joint in the alignment, shape `[joints]`.
     pub align_weights: Vec<f64>,
-    /// Joint group that each component looks at, ascending.
+    /// Joint group of each component, ascending.
     pub groups: Vec<usize>,
     /// Components, weights folded in; zero outside their group. Shape `[features][window · joints · 3]`.
     pub components: Vec<Vec<f64>>,
-    /// Metres for one step of a stored i8, shape `[features]`.
+    /// Metres per step of a stored i8, shape `[features]`.
     pub scales: Vec<f64>,
 }
 
 impl FeatureSpace {
     /// The space of a set of windows: mean cloud by alternating alignment and averaging, then principal
-    /// components of each joint group (`joint_groups`: that of each joint), the best of all groups kept.
+    /// components of each joint group (`joint_groups`: the group of each joint); those of largest variance are kept.
     pub fn of(body: &Body, joint_groups: &[usize], clouds: &[Cloud], window: usize) -> Self {
         let joints = body.skeleton.joints();
         // Arms gesture: they do not say where a body stands, whatever group they are in.
@@ -127,7 +127,7 @@ impl FeatureSpace {
         cloud.iter().map(|p| p - Vector3::new(centre.x, 0.0, centre.z)).collect()
     }
 
-    /// The cloud turned about Y and moved over the floor onto the mean cloud (Xia 2015, eq. 1).
+    /// The cloud rotated about Y and translated on the floor to match the mean cloud (Xia 2015, eq. 1).
     pub fn aligned(&self, cloud: &Cloud) -> Cloud {
         let centred = self.centred(cloud);
         let (mut a, mut b) = (0.0, 0.0);
@@ -161,7 +161,7 @@ impl FeatureSpace {
     }
 }
 
-/// A first mean cloud: the first window, turned to face +Z by its last frame's hips.
+/// Initial mean cloud: the first window, rotated to face +Z by the hips of its last frame.
 fn start_cloud(body: &Body, cloud: &Cloud) -> Cloud {
     let joints = body.skeleton.joints();
     let last = &cloud[cloud.len() - joints..];

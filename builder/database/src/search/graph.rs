@@ -1,25 +1,25 @@
-//! The search graph of a class: up to eight edges a frame, so that a greedy walk finds the frames like it.
+//! The search graph of a class: up to eight edges per frame, such that a greedy search finds the nearest frames. It is our
+//! own, since the core searches it in flash and the frames before and after are implicit edges.
 //!
-//! Candidates are the exact nearest neighbors (and who has a frame among theirs). An edge is kept where no edge
-//! kept before it, nor the frame before or after in time, lies closer to its end than the frame itself does (the
-//! occlusion rule of HNSW's and Vamana's graphs, with a slack): near ones stand for their surroundings, and a few
-//! reach far.
+//! Candidates are the exact nearest neighbors in both directions. An edge is kept if no edge kept before it, nor the frame
+//! before or after in time, is closer to its end than the frame itself (the occlusion rule of HNSW and Vamana, with a
+//! slack). So near frames represent their surroundings, and a few edges reach far.
 
 use gestus_core::blob::layout::{DEGREE, ENTRIES, NONE};
 use rayon::prelude::*;
 
-/// Candidates an edge is chosen from.
+/// Candidates for the edges of a frame.
 const CANDIDATES: usize = 48;
 /// Slack of the occlusion rule: larger keeps more edges to near frames and fewer far ones. On 28 classes of real
 /// motion 0.7 costs 0.4% of recall, 1.4 gains 0.02% and takes 2% more visits.
 const SLACK: f32 = 1.0;
 
-/// Stored features of a class and which of its frames a search may return.
+/// Stored features of a class, and which of its frames a search may return.
 #[derive(Debug, Clone, Copy)]
 pub struct ClassFeatures<'a> {
     /// Codes, shape `[rows][features]`.
     pub codes: &'a [Vec<i8>],
-    /// Squared metres for a squared step, shape `[features]`.
+    /// Squared metres per squared step, shape `[features]`.
     pub weights: &'a [f32],
     /// Shape `[rows]`.
     pub searchable: &'a [bool],
@@ -28,7 +28,7 @@ pub struct ClassFeatures<'a> {
 /// The graph of a class.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClassGraph {
-    /// Edges of each row, [`NONE`] where there are fewer.
+    /// Edges of each row, padded with [`NONE`].
     pub edges: Vec<[u16; DEGREE]>,
     /// Entry points.
     pub entries: [u16; ENTRIES],
@@ -46,7 +46,7 @@ impl ClassFeatures<'_> {
     }
 }
 
-/// The `count` rows of a class nearest to a query (metres, divided by the features' scales), by looking at all;
+/// The `count` rows of a class nearest to a query (in metres, divided by the features' scales), by exhaustive search;
 /// nearest first.
 pub fn exact_knn(class: &ClassFeatures<'_>, query: &[f32], count: usize) -> Vec<(f32, usize)> {
     let mut all: Vec<(f32, usize)> = class
@@ -69,7 +69,7 @@ fn nearest(all: &mut Vec<(f32, usize)>, count: usize) {
     all.sort_unstable_by(order);
 }
 
-/// Builds the graph of a class. Cost: the square of its rows times the features, on all cores.
+/// Builds the graph of a class. Cost: rows² x features, on all cores.
 pub fn build_graph(class: &ClassFeatures<'_>) -> ClassGraph {
     let rows: Vec<usize> = class.rows().collect();
     let near: Vec<Vec<(f32, usize)>> = rows
@@ -105,7 +105,7 @@ pub fn build_graph(class: &ClassFeatures<'_>) -> ClassGraph {
     ClassGraph { edges: table, entries: entry_points }
 }
 
-/// The frames before and after: edges that are not stored.
+/// The frames before and after: implicit edges.
 fn sides(class: &ClassFeatures<'_>, row: usize) -> impl Iterator<Item = usize> + use<> {
     let searchable = |r: usize| class.searchable.get(r).copied().unwrap_or(false);
     let before = row.checked_sub(1).filter(|&r| searchable(r));
@@ -138,7 +138,7 @@ fn prune(class: &ClassFeatures<'_>, row: usize, mut candidates: Vec<(f32, usize)
     kept
 }
 
-/// Entry points, each as far as possible from those before it: the first is the middle of the class.
+/// Entry points: first the middle row of the class, then each time the row farthest from all before.
 fn entries(class: &ClassFeatures<'_>, rows: &[usize]) -> Vec<usize> {
     let Some(&first) = rows.get(rows.len() / 2) else { return Vec::new() };
     let mut entries = vec![first];
@@ -156,11 +156,11 @@ fn entries(class: &ClassFeatures<'_>, rows: &[usize]) -> Vec<usize> {
     entries
 }
 
-/// Makes every row reachable from the entry points: an island gets an edge from a frame outside that is near it.
+/// Makes every row reachable from the entry points: an unreachable component gets an edge, a bridge, from a near frame
+/// that is reachable.
 ///
-/// Where that frame has no place left, an edge that others can do without makes room; one that was put in as such a
-/// bridge never does, so that every round leaves one bridge more, and the rounds end. What an edge that went has cut
-/// off is found anew, and bridged in turn.
+/// If that frame has no free edge, another edge is replaced, but never a bridge, so that the number of bridges increases
+/// and the loop ends. Rows that a replaced edge disconnects are found and bridged in turn.
 fn connect(
     class: &ClassFeatures<'_>,
     rows: &[usize],
@@ -194,7 +194,7 @@ fn connect(
     }
 }
 
-/// Marks all that can be walked to.
+/// Marks all rows reachable from a row.
 fn reach(class: &ClassFeatures<'_>, edges: &[Vec<usize>], mut stack: Vec<usize>, reached: &mut [bool]) {
     while let Some(row) = stack.pop() {
         if !std::mem::replace(&mut reached[row], true) {
@@ -203,8 +203,8 @@ fn reach(class: &ClassFeatures<'_>, edges: &[Vec<usize>], mut stack: Vec<usize>,
     }
 }
 
-/// The shortest way from a reached row, if it may be used, to one that is not reached: among the known near pairs,
-/// or else from wherever is nearest to the first one.
+/// The shortest edge from a usable reached row to an unreached one: among the known near pairs, or else to the first
+/// unreached row.
 fn bridge(
     class: &ClassFeatures<'_>,
     rows: &[usize],

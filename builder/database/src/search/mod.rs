@@ -1,4 +1,4 @@
-//! What the search looks at and by: features of a window of poses, a graph of nearest neighbors, groups of joints.
+//! Data for the search: features of a window of poses, a graph of nearest neighbors, groups of joints.
 
 pub mod features;
 pub mod graph;

@@ -1,9 +1,9 @@
-//! Pairs of motions whose time warp is known, and what each method makes of them (as Hsu 2005's Figure 2).
+//! Pairs of motions with a known time warp, and the warps that each method finds (as in Hsu 2005, Figure 2).
 //!
 //! - [`generated_pair`]: one content, performed by the generator in neutral and in another style. Its timeline is known,
-//!   so frames of the one lie in the other where the generator put them.
+//!   and with it the correspondence of frames.
 //! - [`known_pair`]: the first is smooth sums of sines in several dofs; the second is the first on a warped timeline,
-//!   every dof with a scale and an offset that change slowly: what iterative motion warping takes a style to be.
+//!   every dof with slowly changing scale and offset: the model of style in iterative motion warping.
 
 use thiserror::Error;
 
@@ -30,7 +30,7 @@ pub struct KnownPair {
     pub u: Vec<Vec<f64>>,
     /// The second, `[frames x dofs]`.
     pub y: Vec<Vec<f64>>,
-    /// Where each frame of the first is in the second.
+    /// Position in the second motion of each frame of the first.
     pub truth: Warp,
     /// The dof that moves most.
     pub most: usize,
@@ -50,7 +50,7 @@ pub enum PairError {
 /// One content in neutral and in that style: two cycles of a gait, or the whole of an act. Dofs in standard deviations.
 ///
 /// # Errors
-/// [`PairError`] where the generator knows no such action or style.
+/// [`PairError`] for an unknown action or style.
 pub fn generated_pair(content: u64, action: &str, style: &str) -> Result<KnownPair, PairError> {
     let perform = |style: &str| performance(content, action, style, RATE_HZ, 4.0);
     let (neutral, styled) = (perform("neutral")?, perform(style)?);
@@ -86,7 +86,7 @@ fn cut<'a>(body: &Body, example: &'a Example) -> (Vec<Vec<f64>>, Span<'a>) {
 }
 
 impl Span<'_> {
-    /// Where each frame is in another performance of the same content: at equal phases of equal cycles.
+    /// Position of each frame in another performance of the same content: at equal phases of the same cycles.
     fn positions(&self, other: &Self) -> Vec<f64> {
         let position = |t: usize| {
             let at = self.start + t as f64 * self.step;
@@ -98,7 +98,7 @@ impl Span<'_> {
     }
 }
 
-/// The pair that is drawn: a punch, and the same punch of somebody old, who takes a third longer.
+/// The pair of the figure: a neutral punch, and the same punch in the style `old`, which takes a third longer.
 ///
 /// # Errors
 /// As [`generated_pair`].
@@ -106,8 +106,8 @@ pub fn drawn_pair() -> Result<KnownPair, PairError> {
     generated_pair(2, "punch", "old")
 }
 
-/// A pair of `frames` frames and `dofs` dofs; the same for the same seed. `style` is how far the second is off in space,
-/// in standard deviations of a dof: 0 is the same motion on another timeline.
+/// A pair of `frames` frames and `dofs` dofs; the same for the same seed. `style` is the size of the difference in space,
+/// in standard deviations of a dof; with 0 only the timeline differs.
 pub fn known_pair(seed: u64, frames: usize, dofs: usize, style: f64) -> KnownPair {
     use rand::{Rng, SeedableRng};
     use std::f64::consts::TAU;
@@ -169,7 +169,7 @@ pub fn compare(pair: &KnownPair) -> Result<Vec<(&'static str, Warp)>, WarpError>
 /// A curve by its name: points of frame and value.
 pub type Curve = (String, Vec<(f64, f64)>);
 
-/// The warps themselves: where each method puts every frame of the input in the output, and the truth.
+/// Plots the warps of each method and the true warp.
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.
@@ -179,8 +179,8 @@ pub fn warps(pair: &KnownPair) -> Result<Vec<Curve>, WarpError> {
     Ok(found.into_iter().map(|(name, warp)| (name.to_owned(), curve(warp))).collect())
 }
 
-/// The plot like Hsu 2005's Figure 2: the dof that moves most, of input and output, and the input moved onto the
-/// output's timeline by each method.
+/// Plots the dof that varies most (Hsu 2005, Figure 2): of input and output, and of the input on the output's timeline by
+/// each method.
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.

@@ -1,10 +1,10 @@
-//! Dynamic time warping with the local constraints of Sakoe and Chiba as Rabiner and Juang number them, to compare with.
+//! Dynamic time warping with the local constraints of Sakoe and Chiba as numbered by Rabiner and Juang, for comparison.
 //!
 //! `D[i][j] = min over steps (di, dj) of D[i - di][j - dj] + (di + dj) c[i][j]`, from corner to corner. Cost: O(m n).
 
 use crate::registration::warp::{Warp, WarpError, check, costs};
 
-/// Which steps a path may take.
+/// Allowed steps of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Constraint {
     /// Type I: (1,0), (1,1), (0,1). Any slope.
@@ -25,7 +25,7 @@ impl Constraint {
 /// Warps `u` onto `y`; both are `[frames x dofs]`.
 ///
 /// # Errors
-/// [`WarpError`] for motions that don't fit each other.
+/// [`WarpError`] for motions that can't be compared.
 pub fn dtw(u: &[Vec<f64>], y: &[Vec<f64>], constraint: Constraint) -> Result<Warp, WarpError> {
     check(u, y)?;
     Ok(along(&path(&costs(u, y), constraint)?, u.len()))
@@ -34,7 +34,7 @@ pub fn dtw(u: &[Vec<f64>], y: &[Vec<f64>], constraint: Constraint) -> Result<War
 /// The path of least cost through a table [m x n].
 ///
 /// # Errors
-/// [`WarpError::Lengths`] where the constraint allows none.
+/// [`WarpError::Lengths`] if the constraint allows no path.
 pub fn path(costs: &[Vec<f64>], constraint: Constraint) -> Result<Vec<(usize, usize)>, WarpError> {
     let (m, n) = (costs.len(), costs.first().map_or(0, Vec::len));
     if m == 0 || n == 0 {
@@ -72,7 +72,7 @@ pub fn path(costs: &[Vec<f64>], constraint: Constraint) -> Result<Vec<(usize, us
     Ok(path)
 }
 
-/// The warp along a path: the mean where a frame meets several, linear where it is stepped over.
+/// The warp along a path: the mean of all frames that a frame is matched with, linear for frames that are skipped.
 fn along(path: &[(usize, usize)], frames: usize) -> Warp {
     let mut met = vec![(0.0, 0.0); frames];
     for &(i, j) in path {

@@ -1,4 +1,4 @@
-//! Why two motions can't be warped.
+//! Errors of time warping.
 
 use thiserror::Error;
 

@@ -1,11 +1,11 @@
 //! Iterative motion warping (Hsu 2005, section 3).
 //!
-//! Minimises `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1) by turns: the time warp `W` over all dofs at once
-//! ([`repeat`]), then scale `a` and offset `b` of each dof alone ([`space`]). Each stage finds
-//! its global optimum, so that the objective never rises; it stops where it no longer falls. The differential time
+//! Minimises `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1) alternately over the time warp `W` over all dofs at once
+//! ([`repeat`]), and over scale `a` and offset `b` of each dof ([`space`]). Each stage
+//! finds its global optimum, so the objective never increases; iteration stops when it no longer decreases. The differential time
 //! warp is the repetition vector divided by the slope limit (section 3.4); its integral is the [`Warp`].
 //!
-//! Cost an iteration: O(m n (dofs + s^3)) for m frames onto n; about ten iterations.
+//! Cost of an iteration: O(m n (dofs + s^3)) for m frames onto n; about ten iterations.
 
 use crate::registration::warp::{Warp, WarpError, check, costs_within, repeat, space};
 
@@ -18,7 +18,7 @@ pub struct Config {
     pub weights: [f64; 2],
     /// Most iterations.
     pub iterations: usize,
-    /// Stops where an iteration lowers the objective by less than this share.
+    /// Least relative decrease of the objective for another iteration.
     pub tolerance: f64,
 }
 
@@ -28,23 +28,23 @@ impl Default for Config {
     }
 }
 
-/// What iterative motion warping found.
+/// Result of iterative motion warping.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Where each frame of the first motion is in the second.
+    /// Position in the second motion of each frame of the first.
     pub warp: Warp,
     /// Differential time warp: frames of the second motion for each frame of the first, 1/s to s.
     pub differential: Vec<f64>,
     /// The first motion under its space warp, not yet warped in time. Shape `[frames x dofs]`.
     pub warped: Vec<Vec<f64>>,
-    /// The objective after each time warp; never rises but by rounding.
+    /// The objective after each time warp; never increases except by rounding.
     pub objective: Vec<f64>,
 }
 
 /// Warps `u` onto `y`; both are `[frames x dofs]`, and begin and end at the same moments.
 ///
 /// # Errors
-/// [`WarpError`] for motions that don't fit each other.
+/// [`WarpError`] for motions that can't be compared.
 pub fn imw(u: &[Vec<f64>], y: &[Vec<f64>], config: &Config) -> Result<Solution, WarpError> {
     check(u, y)?;
     let slope = config.slope.max(1);

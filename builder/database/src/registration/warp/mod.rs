@@ -1,14 +1,14 @@
-//! Time warps: which moment of one motion is which moment of another.
+//! Time warps: correspondences between the frames of two motions.
 //!
-//! A motion is a matrix of dofs, `[frames x dofs]`, each dof scaled so that a difference of 1 means as much in one as in
-//! another ([`standardised`]). Both motions have to begin and end at the same moment of the action.
+//! A motion is a matrix of dofs, `[frames x dofs]`, each dof scaled such that differences are
+//! comparable ([`standardised`]). Both motions have to begin and end at the same moment of the action.
 //!
-//! - [`dtw`] is dynamic time warping: frames correspond where they are numerically alike. It is here to be
-//!   compared with: for motions of different style it finds poses that are alike, not moments that are.
+//! - [`dtw`] is dynamic time warping, for comparison: for motions of different style it matches similar poses rather
+//!   than the same moments.
 //! - [`imw`] is iterative motion warping (Hsu 2005, section 3): it alternates a time warp ([`repeat`]) with a
-//!   smooth scale and offset of every dof ([`space`]), so that what differs is only the style.
+//!   smooth scale and offset of every dof ([`space`]), so that style does not affect the warp.
 //!
-//! Both give a [`Warp`]; [`demo`] compares them on a warp that is known.
+//! Both give a [`Warp`]; [`demo`] compares them on known warps.
 
 pub use error::WarpError;
 use gestus_core::blob::layout::dof;
@@ -20,15 +20,15 @@ pub mod imw;
 pub mod repeat;
 pub mod space;
 
-/// A correspondence: for every frame of the first motion, where the second is.
+/// A correspondence: for every frame of the first motion, the position in the second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warp {
-    /// Fractional frame index of the second motion, never descending. Shape [frames of the first].
+    /// Fractional frame indices of the second motion, not descending. Shape [frames of the first].
     pub positions: Vec<f64>,
 }
 
 impl Warp {
-    /// Position in the second motion at a fractional frame index of the first; held at both ends.
+    /// Position in the second motion at a fractional frame index of the first; clamped at both ends.
     pub fn at(&self, index: f64) -> f64 {
         let last = self.positions.len() - 1;
         let index = index.clamp(0.0, last as f64);
@@ -37,8 +37,8 @@ impl Warp {
         self.positions[i] + (index - i as f64) * (next - self.positions[i])
     }
 
-    /// The warp of two whole motions, where this is that of both thinned to fewer frames, evenly from the first to the
-    /// last: the first has `from` frames in place of the warp's, the second `to` in place of `thinned`.
+    /// The warp of two whole motions of `from` and `to` frames, if this is the warp of both reduced to fewer, evenly spaced
+    /// frames: `thinned` of the second.
     pub fn stretched(self, from: usize, thinned: usize, to: usize) -> Warp {
         if (from, to) == (self.positions.len(), thinned) {
             return self;
@@ -80,7 +80,7 @@ pub(crate) fn costs(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
     u.iter().map(|a| y.iter().map(|b| square(a, b)).collect()).collect()
 }
 
-/// The same where a warp within the slope limit can reach; 0 elsewhere.
+/// The same, but 0 where the slope limit rules out a match.
 pub(crate) fn costs_within(u: &[Vec<f64>], y: &[Vec<f64>], slope: usize) -> Vec<Vec<f64>> {
     let (rows, columns, limit) = (u.len(), y.len() * slope, slope * slope);
     if rows == 0 || rows > columns || columns > rows * limit {
@@ -101,7 +101,7 @@ pub(crate) fn costs_within(u: &[Vec<f64>], y: &[Vec<f64>], slope: usize) -> Vec<
         .collect()
 }
 
-/// Squared distance of two rows, in four sums that vector units can keep.
+/// Squared distance of two rows, in four sums for vectorisation.
 fn square_distance(a: &[f64], b: &[f64]) -> f64 {
     let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];
@@ -115,15 +115,15 @@ fn square_distance(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// Standard deviation below which a dof counts as still, radians and metres.
+/// Standard deviation below which a dof counts as constant, radians and metres.
 pub const STILL: f64 = 0.05;
 
-/// Most frames of a motion that are warped, 17 s at 30 a second: a warp takes time by their square, and a longer motion is
-/// thinned first ([`Warp::stretched`]).
+/// Most frames of a motion that are warped, 17 s at 30 Hz. The cost of a warp is quadratic, so longer motions are reduced
+/// first ([`Warp::stretched`]).
 pub const MOST_FRAMES: usize = 512;
 
-/// The dofs of a row that tell one moment from another: all but the root's velocities, which follow from where the body
-/// is, not from what it does now.
+/// The dofs of a row that are warped: all but the root's velocities, which describe where the body goes rather than the
+/// moment of the action.
 pub fn shape(row: &[f64]) -> Vec<f64> {
     [&row[..dof::FORWARD], &row[dof::JOINTS..]].concat()
 }
@@ -133,8 +133,8 @@ pub fn shapes(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     rows.iter().map(|row| shape(row)).collect()
 }
 
-/// Both motions with every dof divided by its standard deviation within the two; dofs that move less than [`STILL`] are
-/// divided by that, so that noise does not count as motion.
+/// Both motions with every dof divided by its common standard deviation, at least [`STILL`], so that noise does not count
+/// as motion.
 pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let dofs = u.first().map_or(0, Vec::len);
     let mut scales = vec![STILL; dofs];

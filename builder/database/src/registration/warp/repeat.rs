@@ -6,22 +6,22 @@
 //!
 //! `D_i[j] = C_i[j] + min over r of (D_{i-1}[j - r] - C_i[j - r])`
 //!
-//! Cost: O(frames x s frames x s^2) time, and as many bytes as there are cells; of both motions about as long, two
-//! thirds of the cells can't be reached within the slope limit and are passed over.
+//! Cost: O(frames x s frames x s^2) time, one byte per cell. For motions of similar length, two
+//! thirds of the cells violate the slope limit and are skipped.
 
 use crate::registration::warp::error::WarpError;
 
-/// How many frames of the lengthened `q` may be used up when row `row` of `rows` is done: first and last.
+/// Least and greatest number of frames of the lengthened `q` that rows up to `row` of `rows` can cover.
 pub(super) fn reach(row: usize, rows: usize, columns: usize, limit: usize) -> (usize, usize) {
     let after = rows - 1 - row;
     let least = (row + 1).max(columns.saturating_sub(after * limit));
     (least, ((row + 1) * limit).min(columns - after))
 }
 
-/// The repetition vector of least cost; `costs` is [frames of p x frames of q, not yet lengthened].
+/// The repetition vector of least cost; `costs` is [frames of p x frames of q before lengthening].
 ///
 /// # Errors
-/// [`WarpError::Lengths`] where the slope limit allows no warp.
+/// [`WarpError::Lengths`] if the slope limit allows no warp.
 pub fn repetitions(costs: &[Vec<f64>], slope: usize) -> Result<Vec<usize>, WarpError> {
     let rows = costs.len();
     let to = costs.first().map_or(0, Vec::len);
@@ -68,7 +68,7 @@ pub fn repetitions(costs: &[Vec<f64>], slope: usize) -> Result<Vec<usize>, WarpE
     Ok(result)
 }
 
-/// Cost of a repetition vector: `|R p - q|^2`, summed as it is written.
+/// Cost of a repetition vector, `|R p - q|^2`, by its definition.
 pub fn cost(costs: &[Vec<f64>], slope: usize, repetitions: &[usize]) -> f64 {
     let mut j = 0;
     let mut sum = 0.0;

@@ -1,16 +1,16 @@
 //! The space-warp stage of iterative motion warping (Hsu 2005, section 3.2).
 //!
-//! For each dof alone, a scale `a` and an offset `b` for every frame, least squares against the other motion under the
-//! time warp `W`, both smooth: `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1). `W` repeats rows, so `W'W` is diagonal
+//! For each dof separately, a smooth scale `a` and offset `b` for every frame, by least squares against the other motion
+//! under the time warp `W`: `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1). `W` repeats rows, so `W'W` is diagonal
 //! (the repetitions) and the normal equations (eq. 4) are tridiagonal in 2x2 blocks when `a_i` and `b_i` are
 //! kept together. Gaussian elimination then costs O(frames).
 
 use nalgebra::{Matrix2, Vector2};
 
-/// Holds what the equations leave open (scale and offset of a dof that does not move) at scale 1, offset 0.
+/// Regularisation towards scale 1 and offset 0, for dofs that are constant.
 const HOLD: f64 = 1e-6;
 
-/// Scales and offsets of one dof, `[a, b]` a frame.
+/// Scales and offsets of one dof, `[a, b]` for each frame.
 ///
 /// `u`: the dof, `[frames]`; `counts`: repetitions, `[frames]`; `sums`: the sum of the lengthened `y` over each frame's
 /// repetitions, `[frames]`; `weights`: of the squared differences of scale and offset from frame to frame.
