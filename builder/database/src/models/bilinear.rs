@@ -1,14 +1,14 @@
-//! Style and speed as two dials on one gait cycle: bilinear analysis (Hsu 2005, section 5.1; Tenenbaum and Freeman
+//! A gait cycle as a function of style and speed: bilinear analysis (Hsu 2005, section 5.1; Tenenbaum and Freeman
 //! 2000; Vasilescu 2002).
 //!
-//! One cycle of every style at every speed is warped onto one cycle of reference by iterative motion warping, so
-//! that frames correspond, and written as one long vector: its dofs, and the logarithm of its time warp. The tensor
-//! `[styles][speeds][vector]`, less its mean, is taken apart by singular values of its two unfoldings:
+//! One cycle of every style and speed is warped onto a reference cycle by iterative motion warping and written as one
+//! vector of its dofs and the logarithm of its time warp. The tensor `[styles][speeds][vector]`, minus its mean, is
+//! factored by the singular value decompositions of its two unfoldings:
 //!
 //! `vector(a, b) = mean + Σ_ij a_i b_j core_ij`
 //!
-//! A style is a coordinate vector `a`, a speed a coordinate vector `b`; what lies between or beyond known ones is
-//! interpolated or extrapolated in the coordinates. Closed and repeated, the cycle walks for ever.
+//! A style is a coordinate vector `a`, a speed a coordinate vector `b`; other styles and speeds are
+//! interpolated or extrapolated in the coordinates. The cycle is closed and repeated.
 
 use gestus_core::blob::layout::dof;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -31,7 +31,7 @@ use nalgebra::Vector3;
 /// Speeds of a style: its slow, medium and fast cycles.
 pub const SPEEDS: [(&str, f64); 3] = [("slow", 0.1), ("medium", 0.5), ("fast", 0.9)];
 
-/// A corpus that no bilinear model can be made of.
+/// A corpus without the cycles for a bilinear model.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BilinearError {
@@ -71,7 +71,7 @@ pub struct Cut {
 /// The slow, medium and fast cycle of an action in a style, by their mean speeds.
 ///
 /// # Errors
-/// [`BilinearError::Cycles`] where there are fewer than three.
+/// [`BilinearError::Cycles`] if there are fewer than three.
 pub fn cuts(corpus: &Corpus, body: &Body, action: usize, style: usize) -> Result<Vec<Cut>, BilinearError> {
     let mut all: Vec<Cut> = Vec::new();
     for example in corpus.examples.iter().filter(|e| e.action == action && e.style == style) {
@@ -101,7 +101,7 @@ fn cut(rows: &[Vec<f64>], cycle: &Cycle) -> Cut {
     Cut { rows, middle, speed }
 }
 
-/// The two dials.
+/// The bilinear model.
 #[derive(Debug, Clone)]
 pub struct Bilinear {
     frames: usize,
@@ -271,7 +271,7 @@ fn axes(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
     (DMatrix::from_fn(order.len(), order.len(), |r, c| eigen.eigenvectors[(r, order[c])]), shares)
 }
 
-/// A cycle at the frames of another: dofs and logarithm of the time warp, row after row.
+/// A cycle at the frames of another one: dofs and logarithm of the time warp, row after row.
 fn vector(base: &Cut, cut: &Cut, rate_hz: f64) -> Result<Vec<f64>, WarpError> {
     let (u, y) = warp::standardised(&warp::shapes(&base.rows), &warp::shapes(&cut.rows));
     let positions = imw(&u, &y, &Config::default())?.warp.positions;

@@ -1,11 +1,10 @@
-//! Frames of the input style beside their counterparts in an output style (Hsu 2005, sections 3 and 4.1).
+//! Corresponding frames of the input style and an output style (Hsu 2005, sections 3 and 4.1).
 //!
-//! Cycles are paired by content ([`crate::pairing`]) and brought to equal canonical time. Whole-clip actions have nothing
-//! but their ends in common: iterative motion warping ([`crate::registration::warp::imw`]) finds the correspondence within each
-//! pair. Gaits have strikes, found from the feet, between which time is taken to run evenly; warping them on top is an
-//! option that costs more than it gives (`docs/experiments/methods.md`). The output is warped to the input's
-//! time, and the logarithm of the differential time warp `w` goes with it as one dof more: its exponential is
-//! positive whatever a linear model makes of it.
+//! Cycles are paired by content ([`crate::pairing`]) at equal canonical time. In whole-clip actions only the ends
+//! correspond, and iterative motion warping ([`crate::registration::warp::imw`]) finds the rest for each pair. Gaits
+//! correspond at foot strikes, and time between strikes is taken as uniform; warping them too is an option that does not
+//! pay (`docs/experiments/methods.md`). The output is warped to the input's time. The logarithm of the differential time
+//! warp `w` is added as one more dof, so that a linear model's output gives a positive `w`.
 
 use crate::{
     pairing::{CycleData, Pairing},
@@ -25,7 +24,7 @@ const SMOOTH_S: f64 = 0.06;
 /// Bounds of the differential time warp.
 const SLOPE: f64 = 4.0;
 
-/// A stretch of the input and what it is in the output style. T frames of the input, D dofs.
+/// A stretch of the input with its counterpart in the output style. T frames of the input, D dofs.
 #[derive(Debug, Clone)]
 pub struct Aligned {
     /// Its action.
@@ -55,8 +54,8 @@ pub struct Pairs<'a> {
     pub warp_gaits: bool,
 }
 
-/// All stretches of a style that have a counterpart in another: cycles that follow each other in a clip are one
-/// stretch. Cost: one iterative motion warping a cycle.
+/// All stretches of a style that have a counterpart in another; consecutive cycles of a clip form one stretch. Cost: one
+/// iterative motion warping per cycle.
 pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
     let mut stretches: Vec<Aligned> = Vec::new();
     let mut open: Option<(usize, f64)> = None;
@@ -107,7 +106,7 @@ pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
     stretches
 }
 
-/// Where the frames of an input cycle are in the output clip.
+/// Positions in the output clip of the frames of an input cycle.
 fn positions(
     input: &CycleData<'_>,
     frames: &[usize],

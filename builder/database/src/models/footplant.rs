@@ -1,14 +1,14 @@
-//! Which projection of a feature tells that a foot stands: multiple discriminant analysis of two classes (Hsu 2005,
+//! Detection of foot contacts by a projection of features: discriminant analysis of two classes (Hsu 2005,
 //! section 4.5, "Annotation"; Duda, Hart, Stork 2000, section 3.8).
 //!
-//! The direction `w = S_w⁻¹ (m₁ - m₀)` parts standing from moving frames best; along it each class is a univariate
-//! Gaussian, and the boundary is where both are equally likely. One projection a foot, feet taken as independent.
+//! The direction `w = S_w⁻¹ (m₁ - m₀)` separates standing from moving frames best. Along it each class is a univariate
+//! Gaussian, and the boundary is where both are equally likely. Each foot has its own projection.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::numbers::moments;
 
-/// A projection and its boundary: a foot stands where the projection is greater.
+/// A projection and its boundary: a foot is in contact if the projection is greater.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Footplant {
     /// Weights of the features.
@@ -19,7 +19,7 @@ pub struct Footplant {
 
 /// Fits one foot: `features` `[frames][n]` and whether the foot stands in each frame.
 ///
-/// Where only one of both is ever seen, the boundary says always, or never.
+/// If all frames are of one class, the boundary is infinite: always, or never, in contact.
 pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
     let n = features.first().map_or(0, Vec::len);
     let count = |which: bool| stands.iter().filter(|&&s| s == which).count();
@@ -66,7 +66,7 @@ pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
     Footplant { projection: w.iter().copied().collect(), boundary }
 }
 
-/// Where two Gaussians, lower and upper, weighted by their shares, are equal, between their means.
+/// The point between the means of two Gaussians at which they are equal, weighted by their shares.
 fn boundary((low, low_sd): (f64, f64), (high, high_sd): (f64, f64), share: f64) -> f64 {
     let density = |x: f64, mean: f64, sd: f64| -0.5 * ((x - mean) / sd).powi(2) - sd.ln();
     let misfit =

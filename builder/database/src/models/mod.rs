@@ -1,9 +1,9 @@
-//! Models that need no frames at run time: from paired cycles to sections of the blob.
+//! Models that need no frames at run time.
 //!
-//! [`correspond`] puts every frame of the input style beside its counterpart in an output style; [`lti`] estimates
-//! linear time-invariant models from that (Hsu 2005); [`statistic`] takes means and spreads of each style, which
-//! need no pairs (the statistical-transfer paper). [`footplant`] finds, for both, the projection by which a foot is known to stand. [`bilinear`] makes
-//! looped walks with dials for style and speed, which no blob holds.
+//! [`correspond`] finds corresponding frames of the input style and an output style; [`lti`] estimates linear
+//! time-invariant models from them (Hsu 2005). [`statistic`] computes means and standard deviations of each style, which
+//! need no pairs. [`footplant`] fits the detection of foot contacts for both. [`bilinear`] makes looped walks of any style
+//! and speed for `gestus loop`; they are not stored in a blob.
 
 pub mod bilinear;
 pub mod correspond;
@@ -82,7 +82,7 @@ pub fn sections(
     Sections { lti, statistic: Some(statistic::table::section(wanted.from, &tables)) }
 }
 
-/// A model for each output style; or the first style that has none.
+/// A model for each output style, or the first style without one as the error.
 fn linear(pairs: &Pairs<'_>, wanted: &Wanted) -> Result<Vec<Labelled>, usize> {
     let mut models = Vec::new();
     let options = n4sid::Options::default();

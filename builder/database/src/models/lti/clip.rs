@@ -1,9 +1,9 @@
-//! A linear model over a whole clip, in `f64`: what the core does frame by frame, with a start that has settled.
+//! Runs a linear model over a whole clip in `f64`, with a settled initial state.
 //!
-//! The state before the first frame is unknown. A stream begins at `x = 0` and waits; a whole clip is extrapolated
-//! backwards instead (Hsu 2005, section 4.4), and the model runs over what comes before. The extrapolation is linear
-//! prediction: each dof as a sum of its next few values, by weights found over the whole clip, held within the dof's
-//! own range. Cost: one pass, and one small least squares a dof.
+//! The state before the first frame is unknown. The core starts a stream at `x = 0`. A whole clip is extrapolated
+//! backwards instead (Hsu 2005, section 4.4), and the model runs over the extrapolation first. It uses linear prediction:
+//! each dof is a weighted sum of its next few values, clamped to its range in the clip. Cost: one pass, and one small
+//! least squares problem per dof.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,10 +12,10 @@ use crate::models::lti::Model;
 /// Bounds of the logarithm of the time warp, as in the core.
 const LOG_STEP: f64 = 1.386_294_4;
 
-/// Values that linear prediction looks at.
+/// Order of the linear prediction.
 const PREDICTORS: usize = 10;
 
-/// How a clip is translated.
+/// Options of a translation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Frames that are extrapolated backwards; 0: the start is at `x = 0`.
@@ -24,7 +24,7 @@ pub struct Options {
     pub generalise: Option<(f64, f64)>,
 }
 
-/// What came out.
+/// Result of a translation.
 #[derive(Debug, Clone)]
 pub struct Translated {
     /// Dofs, shape `[frames][D]`.
@@ -83,7 +83,7 @@ impl Model {
     }
 }
 
-/// Frames before the first, in order of time. Shape `[count][D]`; none of clips that are too short to tell.
+/// Extrapolated frames before the first, in order of time. Shape `[count][D]`; empty for clips that are too short.
 fn backwards(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
     let dofs = rows[0].len();
     if rows.len() < 4 * PREDICTORS {

@@ -1,10 +1,10 @@
 //! Linear time-invariant models (Hsu 2005, section 4).
 //!
-//! Joints are independent: each is a system of its own from the input's dofs to the output's ([`n4sid`]), so that
-//! few numbers have to be found from few examples. The root is two: posture (height and tilt), and motion (ground
-//! velocities and yaw rate), and its motion drives the logarithm of the time warp too (section 4.2). Inputs and
-//! outputs are normalised, each on its own; an angle of the input that hardly moves counts as still. What is found is written by [`section`] and run by `gestus_core::methods::linear`;
-//! [`clip`] runs it over a whole clip at once.
+//! Each joint is a separate system from the input's dofs to the output's ([`n4sid`]), which keeps the number of parameters
+//! small. The root is two systems: posture (height and tilt), and motion (ground velocities and yaw rate), which also
+//! gives the logarithm of the time warp (section 4.2). Inputs and outputs are normalised separately; an input angle that
+//! hardly varies counts as constant. [`section`] encodes the models, `gestus_core::methods::linear` streams them, and
+//! [`clip`] runs them over a whole clip.
 
 pub mod clip;
 pub mod n4sid;
@@ -22,13 +22,12 @@ use crate::models::{
 use crate::registration::warp::STILL;
 use n4sid::{Estimate, Signal, System};
 
-/// Smallest standard deviation that a dof is divided by, radians, metres, and their rates; angles of the input have
-/// [`STILL`].
+/// Least standard deviation for normalisation, radians, metres, and their rates; for angles of the input it is [`STILL`].
 const LEAST: f64 = 1e-3;
-/// Frames at the start of a stretch whose states have not settled.
+/// Frames at the start of a stretch that are excluded because the state has not settled.
 const UNSETTLED_S: f64 = 0.4;
 
-/// Dofs that move on their own.
+/// A group of dofs with a system of its own.
 #[derive(Debug, Clone)]
 pub struct Unit {
     /// First input dof.
@@ -73,8 +72,8 @@ impl Model {
     }
 }
 
-/// Whether every pole lies inside the unit circle, by the core's own test in its own precision: a blob that fails it
-/// does not open.
+/// True if every pole lies inside the unit circle by the core's test, in the core's precision. A blob that fails it does
+/// not open.
 fn is_stable(a: &DMatrix<f64>) -> bool {
     let mut power = a.map(|v| v as f32);
     for _ in 0..10 {
@@ -83,7 +82,7 @@ fn is_stable(a: &DMatrix<f64>) -> bool {
     (0.0..=1.0).contains(&power.iter().map(|v| v * v).sum::<f32>())
 }
 
-/// Input and output dofs of the units of a body with D dofs: first and number of the inputs, of the outputs.
+/// Inputs and outputs of the units of a body with D dofs: first and number of each.
 fn units(dofs: usize) -> Vec<[usize; 4]> {
     let rates = dof::JOINTS - dof::FORWARD;
     let root = [
@@ -97,7 +96,8 @@ fn units(dofs: usize) -> Vec<[usize; 4]> {
 
 /// Estimates a model from stretches of input and output.
 ///
-/// `None` where there are too few frames for any, or no stretch is long enough for its states to settle. Cost: for each unit one product of a Hankel matrix with itself.
+/// `None` if there are too few frames, or no stretch is long enough for the state to settle. Cost: for each unit, one
+/// product of a Hankel matrix with its transpose.
 pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -> Option<Model> {
     let dofs = stretches.first()?.inputs.first()?.len();
     let column = |d: usize| stretches.iter().flat_map(move |s| s.inputs.iter().map(move |r| r[d]));
@@ -143,13 +143,13 @@ pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -
     Some(Model { inputs, outputs, units, feet })
 }
 
-/// Smallest standard deviation of an input dof.
+/// Least standard deviation of an input dof.
 ///
-/// A captured knee bends about one axis to a thousandth of a radian. Another body's, or a sensor's, is degrees off that,
-/// which would be a hundred deviations: every frame unexpected, and the input its own translation. So an angle moves by
-/// [`STILL`] or counts as still, for what is expected and for what is learnt from it. Of a walk of CMU's, retargeted to
-/// Bandai-Namco's body, 100% was blended in with 1e-3 rad, 84% with 0.02, 9% with 0.05; and the model alone was up to 7.7
-/// rad off the input with 1e-3, 1.1 with 0.05.
+/// Captured knees deviate from one axis by a thousandth of a radian; another body or a sensor deviates by degrees. That
+/// would be a hundred standard deviations: every frame would be unexpected, and the input be passed through. So angles
+/// that vary by less than [`STILL`] count as constant. With 1e-3 rad, 100% of a CMU walk retargeted to Bandai-Namco's
+/// body was blended in, with 0.02 84%, with 0.05 9%; the model alone was off the input by up to 7.7 rad with 1e-3, and
+/// 1.1 rad with 0.05.
 fn least(dof: usize) -> f64 {
     let is_angle = dof != dof::HEIGHT && !(dof::FORWARD..dof::JOINTS).contains(&dof);
     if is_angle { STILL } else { LEAST }

@@ -1,20 +1,21 @@
-//! Subspace identification, N4SID (Van Overschee and De Moor 1996, chapter 4; Hsu 2005, section 4.3).
+//! Subspace identification, N4SID (Van Overschee and De Moor 1996, chapter 4; Hsu 2005, section 4.3). Our own, since no
+//! crate has it.
 //!
 //! From inputs `u` `[m]` and outputs `y` `[p]` of one or several stretches, the system `x' = A x + B u`,
 //! `y = C x + D u`, in two steps:
 //!
 //! 1. Block Hankel matrices of past and future, `i` blocks each. The oblique projection `O = Y_f /_{U_f} W_p` of the
-//!    future outputs along the future inputs onto the past has as many singular values that count as the system
-//!    has states; its row space holds the states.
-//! 2. States of two neighboring moments, then `A, B, C, D` by least squares.
+//!    future outputs along the future inputs onto the past has as many significant singular values as the system
+//!    has states; its row space contains the states.
+//! 2. The states at consecutive times give `A, B, C, D` by least squares.
 //!
-//! All that is needed of the Hankel matrix is its product with itself: it is summed once (a matrix of
-//! 2i(m + p) squared), and projections, singular values and least squares follow from it.
+//! Only the product of the Hankel matrix with its transpose is needed, a square matrix of size 2i(m + p). It is summed
+//! once; projections, singular values and least squares follow from it.
 //!
 //! The order is chosen as in MATLAB's `n4sid`: singular values above the middle of largest and smallest on a
-//! logarithmic scale. Poles outside the unit circle are brought inside. Since the model is there to be simulated, not
-//! to predict one step from true outputs, B, C and D are found once more by least squares over what it simulates
-//! (MATLAB's "focus on simulation").
+//! logarithmic scale. Poles outside the unit circle are moved inside. Since the model is simulated rather than used to
+//! predict one step from true outputs, B, C and D are estimated again by least squares on its simulation (MATLAB's
+//! "focus on simulation").
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Schur};
 
@@ -27,7 +28,7 @@ pub struct Signal {
     pub y: DMatrix<f64>,
 }
 
-/// How a system is found.
+/// Options of the estimation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Blocks i of past and of future.
@@ -64,7 +65,7 @@ pub struct System {
     pub d: DMatrix<f64>,
 }
 
-/// A system and what its order was chosen by.
+/// A system, with the singular values that its order was chosen by.
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// The system.
@@ -108,10 +109,10 @@ impl System {
     }
 }
 
-/// Finds a system. `settled` frames at the start of each stretch are left out of the last fit, where the states come
-/// from `x = 0`.
+/// Estimates a system. The first `settled` frames of each stretch are excluded from the last fit, since the simulation
+/// starts at `x = 0`.
 ///
-/// `None` where no stretch is as long as past and future together.
+/// `None` if no stretch is as long as past and future together.
 pub fn estimate(signals: &[Signal], settled: usize, options: &Options) -> Option<Estimate> {
     let (m, p) = signals.first().map(|s| (s.u.nrows(), s.y.nrows()))?;
     // Short stretches: a shorter horizon, but one that the order still fits into.
@@ -150,7 +151,7 @@ fn order(descending: &[f64]) -> usize {
     descending.iter().filter(|&&s| s > middle).count().max(1)
 }
 
-/// Sums of products of a block Hankel matrix `[2i blocks of u and y x columns]` with itself, a column's share.
+/// Product of a block Hankel matrix `[2i blocks of u and y x columns]` with its transpose, divided by the columns.
 struct Hankel {
     products: DMatrix<f64>,
     horizon: usize,
@@ -250,7 +251,7 @@ fn regular(matrix: &DMatrix<f64>, noise: f64) -> DMatrix<f64> {
     matrix
 }
 
-/// Brings every pole to a magnitude of `radius` at most; the others stay where they are.
+/// Moves poles of a magnitude above `radius` to that magnitude.
 pub fn stabilise(a: &mut DMatrix<f64>, radius: f64) {
     let n = a.nrows();
     let Some(schur) = (n > 0).then(|| Schur::try_new(a.clone(), 1e-13, 10_000)).flatten() else {
@@ -306,7 +307,7 @@ fn refine_outputs(system: &mut System, signals: &[Signal], settled: usize, noise
     system.d = theta.columns(n, m).into_owned();
 }
 
-/// B and D by least squares of the outputs: they are linear in both, once A and C are known.
+/// B and D by least squares: given A and C, the outputs are linear in both.
 fn refine_inputs(system: &mut System, signals: &[Signal], settled: usize, noise: f64) {
     let (n, m, p) = (system.order(), system.b.ncols(), system.d.nrows());
     if n == 0 {

@@ -1,4 +1,4 @@
-//! Linear models to bytes of the blob's section, and back: `gestus_core::blob::layout::lti`.
+//! The section of linear models, encoded and decoded: `gestus_core::blob::layout::lti`.
 
 use gestus_core::{
     Database,
@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use crate::models::lti::{Model, Unit, n4sid::System};
 use crate::models::{footplant::Footplant, numbers::floats};
 
-/// A model, the style that it gives, and the action that it was estimated from; `None`: all.
+/// A model with its output style and the action that it was estimated from; `None`: all.
 #[derive(Debug, Clone)]
 pub struct Labelled {
     /// The style.
@@ -20,7 +20,7 @@ pub struct Labelled {
     pub model: Model,
 }
 
-/// The section: models that take the style `from`.
+/// Encodes models whose input style is `from`.
 pub fn section(from: usize, models: &[Labelled]) -> Vec<u8> {
     let mut header = [0; lti::HEADER];
     header[lti::FROM].copy_from_slice(&(from as u16).to_le_bytes());

@@ -1,7 +1,7 @@
-//! Transfer with Euler angles (the statistical-transfer paper, section 5.3, eq. 5): the variant that the paper shows to fail.
+//! Transfer with Euler angles (section 5.3, eq. 5), which the paper shows to fail.
 //!
-//! `θ_t = σ_r / σ_s (θ_s - θ̄_s) + θ̄_r`, angle by angle, in the order Z, X, Y; angles are taken near those of the frame
-//! before, so that they don't jump by themselves.
+//! `θ_t = σ_r / σ_s (θ_s - θ̄_s) + θ̄_r`, angle by angle, in the order Z, X, Y; equivalent angles are chosen nearest
+//! to those of the frame before, so that curves are continuous.
 
 use gestus_core::math::quaternion::Quaternion;
 use nalgebra::UnitQuaternion;
@@ -10,10 +10,10 @@ use crate::models::numbers::moments;
 use gestus_motion::euler::{about, angles};
 
 const ORDER: [usize; 3] = [2, 0, 1];
-/// Most that a spread is scaled, as with quaternions.
+/// Greatest factor of a standard deviation, as with quaternions.
 const MOST_SCALE: f64 = 4.0;
 
-/// The rotations `from` with means and spreads of the angles of `to`.
+/// The rotations `from`, with means and standard deviations of the angles of `to`.
 pub fn moved(from: &[Quaternion], to: &[Quaternion]) -> Vec<Quaternion> {
     let (source, reference) = (curves(from), curves(to));
     let scaled: [Vec<f64>; 3] = [0, 1, 2].map(|k| {

@@ -1,12 +1,12 @@
-//! Mean and spread of rotations (the statistical-transfer paper, section 5.4, eq. 6).
+//! Mean and standard deviation of rotations (section 5.4, eq. 6).
 //!
-//! The mean is recursive: `q̄_n = Slerp(1/n, q̄_{n-1}, q_n)`, every quaternion taken on the mean's side of the sphere.
-//! (Eq. 6 prints the weight as `(n-1)/n`, which with the paper's own Slerp would forget all but the last: the order
-//! of its arguments is meant.) It depends on the order of the frames; the geodesic mean, which does not, is the
-//! rotation with the least sum of squared distances, and [`geodesic`] iterates to it: `q̄ ← q̄ exp(mean of
+//! The mean is recursive: `q̄_n = Slerp(1/n, q̄_{n-1}, q_n)`, with signs of quaternions matched to the mean's. (Eq. 6
+//! prints the weight as `(n-1)/n`, which with the paper's Slerp would forget all but the last frames; its arguments are
+//! meant in the other order.) It depends on the order of the frames. The geodesic mean does not: it is the rotation with
+//! the least sum of squared distances, and [`geodesic`] iterates to it: `q̄ ← q̄ exp(mean of
 //! log(q̄⁻¹ q_i))`.
 //!
-//! In `f32`, by the functions that the core streams with. Cost: one slerp a frame.
+//! In `f32`, with the functions of the core. Cost: one slerp per frame.
 
 use gestus_core::math::quaternion::{self, Quaternion, angle, slerp};
 
@@ -19,10 +19,10 @@ pub struct Spread {
     pub deviation: f32,
 }
 
-/// Smallest standard deviation of a joint, radians: less is noise.
+/// Least standard deviation of a joint, radians: less is noise.
 pub const LEAST: f32 = 1e-3;
 
-/// The recursive mean of rotations; none of none.
+/// The recursive mean of rotations; identity if there are none.
 pub fn recursive(rotations: impl IntoIterator<Item = Quaternion>) -> Quaternion {
     let mut mean = quaternion::IDENTITY;
     for (before, q) in rotations.into_iter().enumerate() {
@@ -31,7 +31,7 @@ pub fn recursive(rotations: impl IntoIterator<Item = Quaternion>) -> Quaternion 
     mean
 }
 
-/// The geodesic mean, from a first guess by some rounds of Newton's method; about four are enough.
+/// The geodesic mean, from an initial guess by `rounds` of Newton's method; about four are enough.
 pub fn geodesic(
     guess: Quaternion,
     rotations: impl IntoIterator<Item = Quaternion> + Clone,
@@ -51,7 +51,7 @@ pub fn geodesic(
     mean
 }
 
-/// Mean and spread of rotations: recursive, then `rounds` towards the geodesic mean.
+/// Mean and standard deviation of rotations: recursive, then `rounds` towards the geodesic mean.
 pub fn spread(rotations: impl IntoIterator<Item = Quaternion> + Clone, rounds: usize) -> Spread {
     let mean = geodesic(recursive(rotations.clone()), rotations.clone(), rounds);
     let (mut sum, mut count) = (0.0_f64, 0.0_f64);
@@ -63,8 +63,8 @@ pub fn spread(rotations: impl IntoIterator<Item = Quaternion> + Clone, rounds: u
     Spread { mean, deviation: ((sum / count.max(1.0)).sqrt() as f32).max(LEAST) }
 }
 
-/// Mean and spread of every joint of a clip at once: `frames` `[frames][joints]`, each frame counted by its weight.
-/// Joints side by side, since each one's recursion waits for its own last step.
+/// Mean and standard deviation of every joint of a clip: `frames` `[frames][joints]`, with a weight for each frame. Joints
+/// are interleaved, since the steps of one recursion depend on each other.
 pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Vec<Spread> {
     let joints = frames.first().map_or(0, Vec::len);
     let mut means = vec![quaternion::IDENTITY; joints];
@@ -104,8 +104,7 @@ pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Ve
     means.into_iter().zip(squares).map(spread).collect()
 }
 
-/// Slerp without trigonometry, where the rotations are within 52 degrees of each other and `t` at most 1.5; the core's
-/// elsewhere. `sin(tθ) / sin θ = t (1 + b₁ (1 + b₂ (...)))` with `b_i = (t² - i²) / (i (2i + 1)) (cos θ - 1)` (Eberly
+/// Slerp without trigonometry for rotations within 52 degrees of each other and `t` up to 1.5; else the core's. `sin(tθ) / sin θ = t (1 + b₁ (1 + b₂ (...)))` with `b_i = (t² - i²) / (i (2i + 1)) (cos θ - 1)` (Eberly
 /// 2011, "A fast and accurate algorithm for computing slerp"); five terms are exact to 1e-6.
 pub fn near_slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
     let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];

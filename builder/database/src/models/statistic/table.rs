@@ -1,7 +1,7 @@
-//! Statistics of each style of a corpus as a section of the blob: `gestus_core::blob::layout::statistic`.
+//! The section of statistics: `gestus_core::blob::layout::statistic`.
 //!
-//! One table a style over all its frames. For footplants, each table holds the projection of the dofs that tells best,
-//! over the style's own frames, when a foot stands ([`crate::models::footplant`]).
+//! One table per style over all its frames. Each table also has the projections of the dofs that detect foot contacts best
+//! in the style's frames ([`crate::models::footplant`]).
 
 use gestus_core::{
     blob::layout::{NONE, dof, statistic},
@@ -63,7 +63,7 @@ impl Table {
     }
 }
 
-/// Footplants by the dofs: fitted to dofs in their spreads, written for dofs as they are.
+/// Footplants: fitted to standardised dofs, converted for dofs as they are.
 fn feet(clips: &[(&Example, &[Vec<f64>])]) -> [Footplant; 2] {
     let rows = || clips.iter().flat_map(|(_, dofs)| dofs.iter());
     let dofs = rows().next().map_or(0, Vec::len);
@@ -80,7 +80,7 @@ fn feet(clips: &[(&Example, &[Vec<f64>])]) -> [Footplant; 2] {
     })
 }
 
-/// The section: tables of every style; those of `from` stand for an input that is not labelled.
+/// Encodes the tables; those of `from` are used for an unlabelled input.
 pub fn section(from: usize, tables: &[Table]) -> Vec<u8> {
     let mut bytes = vec![0; statistic::HEADER];
     bytes[statistic::FROM].copy_from_slice(&(from as u16).to_le_bytes());

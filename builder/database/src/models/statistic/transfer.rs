@@ -1,21 +1,19 @@
-//! A clip with the style of another, the whole clip at once (the statistical-transfer paper).
+//! Transfers the style of one clip to another, for whole clips.
 //!
-//! 1. Iterative motion warping sets the frames of both into correspondence (section 4): the shorter is warped onto
-//!    the longer.
-//! 2. Of every joint mean and spread, of the warped clips; the source's rotations are turned by `q̄_s⁻¹ q̄_r` and scaled
-//!    about `q̄_r` by `σ_r / σ_s` (section 5.4, eq. 7). The root's translation is taken from frame to frame and scaled
-//!    number by number (eq. 4), its turning is kept (section 5.2).
-//! 3. The warp is undone by slerp (section 6): the result runs at the source's time.
+//! 1. Iterative motion warping finds corresponding frames (section 4): the shorter clip is warped onto the longer.
+//! 2. Mean and standard deviation of every joint are computed over the warped clips. The source's rotations are rotated by
+//!    `q̄_s⁻¹ q̄_r` and scaled about `q̄_r` by `σ_r / σ_s` (section 5.4, eq. 7). The root's translation from frame to frame
+//!    is scaled component by component (eq. 4), its yaw is kept (section 5.2).
+//! 3. The warp is undone by slerp (section 6): the result has the source's timing.
 //!
-//! The map of step 2 is the same for every frame, so that warping before it and undoing the warp after it cancel, but
-//! for what interpolation blurs. What is left of the warp is how often each frame counts in the statistics: by
-//! default frames are weighted by that, and mapped where they are. [`Options::literal`] takes the clips through the
-//! warp and back; a test holds the two together. Euler angles go the literal way.
+//! The map of step 2 is the same for every frame, so the warp and its inverse cancel except for interpolation errors. Only
+//! the weights of the frames in the statistics depend on the warp. By default frames are weighted and mapped in place;
+//! [`Options::literal`] warps the clips, and a test compares the two. Euler angles are always warped.
 //!
-//! Foot skate is cleaned up behind it (section 6, [`crate::stream::cleanup`]), with the source's contacts, which are the
-//! result's: [`Transferred::contacts`]. [`Options::clean_up`] leaves it out.
+//! Then foot skate is cleaned up (section 6, [`crate::stream::cleanup`]) with the source's contacts
+//! ([`Transferred::contacts`]), unless [`Options::clean_up`] is off.
 //!
-//! Cost: the warp; then two slerps a joint and frame.
+//! Cost: the warp, and two slerps per joint and frame.
 
 use std::time::Instant;
 
@@ -45,12 +43,12 @@ use gestus_motion::{
     clip::{Clip, Frame},
 };
 
-/// Most that a spread is scaled, as in the core.
+/// Greatest factor of a standard deviation, as in the core.
 const MOST_SCALE: f32 = 4.0;
-/// Lengths further apart than this are brought together before warping: the slope limit is two.
+/// Clips whose lengths differ by a larger factor are resampled before warping, since the slope limit is two.
 const NEAR: f64 = 1.8;
 
-/// How a style is transferred.
+/// Options of a transfer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Rounds from the recursive mean towards the geodesic one; 0: the paper's own.
@@ -71,7 +69,7 @@ impl Default for Options {
     }
 }
 
-/// What came out.
+/// Result of a transfer.
 #[derive(Debug, Clone)]
 pub struct Transferred {
     /// The clip, at the source's time.
@@ -87,7 +85,7 @@ pub struct Transferred {
 /// Gives `source` the style of `reference`; both on the body's skeleton, and at one rate.
 ///
 /// # Errors
-/// [`WarpError`] where one of them has no frames.
+/// [`WarpError`] if a clip has no frames.
 pub fn transfer(
     body: &Body,
     source: &Clip,
@@ -145,7 +143,7 @@ pub fn transfer(
     Ok(Transferred { clip: Clip { frames, ..source.clone() }, contacts, warp_ms, transfer_ms })
 }
 
-/// How far, at most, the recursive means of a clip's joints are from the geodesic ones, radians.
+/// Greatest distance of the recursive means of a clip's joints from the geodesic means, radians.
 pub fn mean_offset(body: &Body, clip: &Clip) -> f64 {
     let turns = Turns::of(body, clip);
     let offset = |j: usize| {
@@ -160,7 +158,7 @@ fn spread(rotations: &[Quaternion], options: &Options) -> Spread {
     mean::spread(rotations.iter().copied(), options.rounds)
 }
 
-/// Mean aligned, spread scaled: the same for every frame of a joint.
+/// The map of a joint: aligns the mean and scales the deviation.
 struct Map {
     turn: Quaternion,
     mean: Quaternion,
@@ -183,7 +181,7 @@ fn moved(rotations: &[Quaternion], from: &Spread, to: &Spread) -> Vec<Quaternion
     rotations.iter().map(|&q| map.apply(q)).collect()
 }
 
-/// How often each frame counts: how many of the positions are its own, shared between two where one lies between.
+/// Weight of each frame: the number of positions at it; a position between two frames counts for both in part.
 fn weights(positions: &[f64], frames: usize) -> Vec<f32> {
     let mut weights = vec![0.0; frames];
     for &p in positions {
@@ -236,7 +234,7 @@ fn at(rotations: &[Quaternion], position: f64) -> Quaternion {
     if t < 1e-6 || i == last { rotations[i] } else { quaternion::slerp(t, rotations[i], rotations[i + 1]) }
 }
 
-/// Undoes the warp: rotations given at `positions` of a clip, at its frames.
+/// Undoes the warp: rotations at `positions` of a clip, interpolated at its frames.
 fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quaternion> {
     let mut k = 0;
     (0..frames)
@@ -253,7 +251,7 @@ fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quate
         .collect()
 }
 
-/// Height, forward and left velocity of every frame, scaled number by number (eq. 4).
+/// Height, forward and left velocity of every frame, scaled component by component (eq. 4).
 fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64; 3]> {
     let numbers = [dof::HEIGHT, dof::FORWARD, dof::LEFT].map(|d| {
         let at = |rows: &[Vec<f64>], positions: &[f64]| -> Vec<f64> {
@@ -272,7 +270,7 @@ fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64;
     (0..x.len()).map(|t| [0, 1, 2].map(|k| numbers[k][t])).collect()
 }
 
-/// Positions in both clips that correspond, as many as the longer has frames.
+/// Corresponding positions in both clips, as many as the longer has frames.
 fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), WarpError> {
     if x.len() > y.len() {
         let (other, own) = correspond(y, x)?;
@@ -286,21 +284,21 @@ fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), Wa
     Ok((own.positions, (0..y.len()).map(|k| k as f64).collect()))
 }
 
-/// How many frames of a shorter and a longer clip are warped. The shorter is brought nearer to the length of the longer
-/// where the slope limit could not follow.
+/// Number of frames of a shorter and a longer clip for warping: the shorter one is lengthened if the slope limit requires
+/// it.
 fn warped(x: usize, y: usize) -> [usize; 2] {
     let most = y.min(warp::MOST_FRAMES);
     let near = (y as f64) < NEAR * x as f64;
     [if near { (x * most).div_ceil(y) } else { most }, most]
 }
 
-/// What of so many rows a warp looks at, evenly from the first to the last.
+/// Rows for a warp, evenly spaced from the first to the last.
 fn thinned(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
     let [last, end] = [rows.len() - 1, count.max(2) - 1].map(|n| n as f64);
     (0..count).map(|k| warp::shape(&row_at(rows, last * k as f64 / end))).collect()
 }
 
-/// Both motions in spreads, without the dofs that are still in both: they tell no moment from another.
+/// Both motions standardised, without dofs that are constant in both.
 fn moving(u: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let deviation = |m: &[Vec<f64>], d: usize| moments(m.iter().map(move |r| r[d]), 0.0).1;
     let dofs = u.first().map_or(0, Vec::len);
@@ -315,7 +313,7 @@ fn moving(u: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     warp::standardised(&pick(u), &pick(v))
 }
 
-/// Where each frame of the second motion is in the first.
+/// Position in the first motion of each frame of the second.
 fn inverse(warp: &Warp, frames: usize) -> Vec<f64> {
     let positions = &warp.positions;
     let mut i = 0;
