@@ -19,7 +19,7 @@ pub struct Footplant {
 
 /// Fits one foot: `features` `[frames][n]` and whether the foot stands in each frame.
 ///
-/// If all frames are of one class, the boundary is infinite: always, or never, in contact.
+/// If fewer than two frames are of one class, the result is constant: always, or never, in contact.
 pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
     let n = features.first().map_or(0, Vec::len);
     let count = |which: bool| stands.iter().filter(|&&s| s == which).count();
