@@ -39,7 +39,7 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", clip]].concat(), "-o "),
         ([&translate[..], &["-o", db]].concat(), "-o "),
         ([&translate[..], &["-o", "out.glb"]].concat(), "-o out.glb: glTF is read and not written"),
-        (vec!["build", "--data", data, "-o", "k.glb"], "choose a name that ends otherwise"),
+        (vec!["build", "--data", data, "-o", "k.glb"], "glTF is read and not written"),
         ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
         ([&translate[..], &["-o", page, "--robot", robot]].concat(), "nothing is asked of it"),

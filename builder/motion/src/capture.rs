@@ -90,18 +90,51 @@ impl AsBvh for Document {
     }
 }
 
-fn ends_in(path: &Path, endings: &[&str]) -> bool {
-    path.extension().is_some_and(|e| endings.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
+/// A format of motion files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// BVH.
+    Bvh,
+    /// glTF.
+    Gltf,
+}
+
+impl Format {
+    const ALL: [Self; 2] = [Self::Bvh, Self::Gltf];
+
+    /// The format of a file, by the ending of its name.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?;
+        Self::ALL.into_iter().find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bvh => "BVH",
+            Self::Gltf => "glTF",
+        }
+    }
+
+    /// True if clips are written in this format too.
+    pub const fn is_written(self) -> bool {
+        match self {
+            Self::Bvh => true,
+            Self::Gltf => false,
+        }
+    }
+
+    const fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Bvh => &["bvh"],
+            Self::Gltf => &["glb", "gltf"],
+        }
+    }
 }
 
 /// Whether a file is glTF, by its name.
-pub fn is_gltf(path: &Path) -> bool {
-    ends_in(path, &["glb", "gltf"])
-}
-
-/// Whether a file is a motion file, by its name.
-pub fn is_capture(path: &Path) -> bool {
-    ends_in(path, &["bvh"]) || is_gltf(path)
+fn is_gltf(path: &Path) -> bool {
+    Format::of(path) == Some(Format::Gltf)
 }
 
 /// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which holds no motion.
@@ -150,7 +183,7 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
         let files = WalkDir::new(path).max_depth(MAX_FOLDERS + 1).into_iter();
         for entry in files.filter_entry(|entry| entry.depth() == 0 || !is_hidden(entry.path())) {
             match entry {
-                Ok(entry) if !entry.file_type().is_dir() && is_capture(entry.path()) => {
+                Ok(entry) if !entry.file_type().is_dir() && Format::of(entry.path()).is_some() => {
                     paths.push(entry.into_path());
                 }
                 Ok(_) => {}
@@ -187,14 +220,14 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
 
 /// The documents of a file, with their paths in [`Folder::documents`].
 fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
-    if !is_gltf(path) {
-        return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]);
-    }
-    let animations = gltf::read(path)?;
+    let animations = match Format::of(path) {
+        Some(Format::Gltf) => gltf::read(path)?,
+        Some(Format::Bvh) | None => return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]),
+    };
     let alone = animations.len() == 1;
     let place = |name: &str| match alone {
         true => path.to_path_buf(),
-        // With an ending, so that a point in the name is none.
+        // With an ending, so that a dot in the name does not start one.
         false => path.with_extension("").join(format!("{}.glb", name.replace(['/', '\\'], "_"))),
     };
     Ok(animations
@@ -213,10 +246,10 @@ pub fn read(path: &Path) -> Result<Document, CaptureError> {
         Some((file, name)) if !path.exists() && is_gltf(Path::new(file)) => (Path::new(file), Some(name)),
         _ => (path, None),
     };
-    if !is_gltf(file) {
-        return Ok(Document::Bvh(read_bvh(path)?));
-    }
-    let mut animations = gltf::read(file)?;
+    let mut animations = match Format::of(file) {
+        Some(Format::Gltf) => gltf::read(file)?,
+        Some(Format::Bvh) | None => return Ok(Document::Bvh(read_bvh(path)?)),
+    };
     let names: Vec<String> = animations.iter().map(|(name, _)| name.clone()).collect();
     let file = file.to_string_lossy().into_owned();
     let at = match wanted {

@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Result, bail};
 
 use crate::data_folder::config::FILE_NAME;
-use gestus_motion::capture::{is_capture, is_gltf};
+use gestus_motion::capture::Format;
 
 /// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist. Call it before
 /// any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
@@ -23,10 +23,11 @@ pub fn check_outputs<'a>(
     let read: Vec<PathBuf> = read.into_iter().flatten().filter_map(|p| p.canonicalize().ok()).collect();
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
-        if is_gltf(path) {
+        if let Some(format) = Format::of(path).filter(|format| !format.is_written()) {
             bail!(
-                "{option} {}: glTF is read and not written: choose a name that ends otherwise, .bvh where it is a clip",
-                path.display()
+                "{option} {}: {} is read and not written: choose a name with another ending, .bvh for a clip",
+                path.display(),
+                format.name()
             );
         }
         let Some(place) = place(path) else {
@@ -58,7 +59,7 @@ fn holds(input: &Path, file: &Path) -> bool {
         || (input.is_dir()
             && file.exists()
             && file.starts_with(input)
-            && (is_capture(file) || file.file_name() == Some(OsStr::new(FILE_NAME))))
+            && (Format::of(file).is_some() || file.file_name() == Some(OsStr::new(FILE_NAME))))
 }
 
 /// The canonical path of a file that exists or will be written; `None` if its folder does not exist.
@@ -121,7 +122,7 @@ mod tests {
         assert!(message.contains("--page goes there too"), "{message}");
         // The message fits outputs that are not clips too.
         let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
-        assert!(message.contains("ends otherwise, .bvh where it is a clip"), "{message}");
+        assert!(message.contains("glTF is read and not written"), "{message}");
         let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
         assert!(
             message.contains("there is no folder ") && message.ends_with("none: make it first"),

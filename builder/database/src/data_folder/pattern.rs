@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gestus_motion::capture::is_capture;
+use gestus_motion::capture::Format;
 
 /// The built-in patterns.
 pub fn built_in(name: &str) -> Option<[String; 3]> {
@@ -117,10 +117,10 @@ fn fill(parts: &[Part], name: &str, found: &mut [String; 3]) -> bool {
     }
 }
 
-/// A name without the ending of a file of motion.
+/// A name without the ending of a motion file.
 fn stem(name: &str) -> &str {
     match name.rsplit_once('.') {
-        Some((stem, _)) if is_capture(Path::new(name)) => stem,
+        Some((stem, _)) if Format::of(Path::new(name)).is_some() => stem,
         _ => name,
     }
 }
