@@ -1,16 +1,15 @@
-//! From a pair and α to the Effort of its blend: four ways to learn it, and the table that compares them (Torresani 2006,
+//! Predicts the Effort of a blend from its pair and α: five methods, and the table that compares them (Torresani 2006,
 //! section 6 and Table 1).
 //!
-//! Linear interpolation, `(1-α) e_i + α e_j`, learns nothing and is what earlier work assumes. Linear ridge regression,
+//! Linear interpolation, `(1-α) e_i + α e_j`, learns nothing; earlier work assumes it. Linear ridge regression,
 //! and kernel ridge regression as the paper has it ([`Method::PlainKernelRidge`]), learn the Effort from the input
-//! `z = [c_i, c_j, e_i, e_j, α]`: components and Efforts of both fragments, and α; each number is taken to mean 0 and
-//! variance 1 over the training examples.
+//! `z = [c_i, c_j, e_i, e_j, α]`: components and Efforts of both fragments, and α, each standardised
+//! over the training examples.
 //!
-//! That leaves much to be found out from 85 examples that is known: where α is 0 or 1 the blend is a fragment, whose
-//! Effort is given; and it does not matter which of both is called the first. [`Method::KernelRidge`] and
-//! [`Method::SupportVector`] learn the deviation from interpolation with a kernel that says both
-//! ([`Kernel::Between`]). And not all of z helps: cross-validation chooses between a kernel of all of it, of the Efforts
-//! and α alone, and of the factor's own ones and α (`View`).
+//! Two facts need not be learned from the 85 examples: for α of 0 or 1 the blend is a fragment, whose Effort is known, and
+//! the order of the two does not matter. [`Method::KernelRidge`] and [`Method::SupportVector`] therefore learn the
+//! deviation from interpolation with a kernel that has both properties ([`Kernel::Between`]). Not all of z helps:
+//! cross-validation chooses a kernel of all of it, of the Efforts and α, or of the factor's own values and α (`View`).
 
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
@@ -18,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::effort::{
     Factors,
+    example::{Example, Known},
     ridge::{self, Kernel, Machine, Tabled, gammas},
     support,
 };
@@ -59,47 +59,7 @@ impl Method {
     }
 }
 
-/// A labelled blend.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Example {
-    /// The first fragment.
-    pub first: usize,
-    /// The second.
-    pub second: usize,
-    /// How far from the first to the second.
-    pub alpha: f64,
-    /// What it was seen as.
-    pub effort: Factors,
-}
-
-/// What is known of each fragment.
-#[derive(Debug, Clone, Default)]
-pub struct Known {
-    /// Its components, `[fragments][k]`.
-    pub components: Vec<Vec<f64>>,
-    /// Its Effort, `[fragments]`.
-    pub efforts: Vec<Factors>,
-}
-
-impl Known {
-    /// z of a pair and α.
-    pub fn input(&self, first: usize, second: usize, alpha: f64) -> Vec<f64> {
-        let (c, e) = (&self.components, &self.efforts);
-        [&c[first][..], &c[second], &e[first], &e[second], &[alpha]].concat()
-    }
-
-    /// Components and Efforts of a fragment.
-    fn half(&self, fragment: usize) -> Vec<f64> {
-        [&self.components[fragment][..], &self.efforts[fragment]].concat()
-    }
-
-    /// The blend of the Efforts.
-    pub fn interpolated(&self, first: usize, second: usize, alpha: f64) -> Factors {
-        std::array::from_fn(|k| (1.0 - alpha) * self.efforts[first][k] + alpha * self.efforts[second][k])
-    }
-}
-
-/// What a kernel sees of a pair and α.
+/// The input of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum View {
     /// All of z, number by number.
@@ -112,7 +72,7 @@ enum View {
     Own(usize),
 }
 
-/// What numbers are divided by, found over the training examples: `(mean, 1 / deviation)` each.
+/// Standardisation by the training examples: `(mean, 1 / deviation)` of each number.
 #[derive(Debug, Clone, Default)]
 struct Scales {
     /// Of z.
@@ -146,7 +106,7 @@ impl Scales {
     }
 }
 
-/// A machine and what it sees.
+/// A machine with its view.
 #[derive(Debug, Clone)]
 struct Fitted {
     view: View,
@@ -160,7 +120,7 @@ struct Candidates {
     kernels: Vec<Tabled>,
 }
 
-/// What ridge's cross-validation chose for a factor.
+/// The choice of ridge regression's cross-validation for a factor.
 struct Choice {
     /// Index of the candidates, and of their kernel.
     at: (usize, usize),
@@ -176,14 +136,14 @@ pub struct Learner {
     machines: Vec<Fitted>,
 }
 
-/// Training examples, as they are learned from.
+/// Training examples, prepared for all methods.
 struct Training<'a> {
     known: &'a Known,
     examples: &'a [Example],
     scales: Scales,
     /// The Efforts, `[3][examples]`.
     efforts: Vec<Vec<f64>>,
-    /// By how much they deviate from interpolation.
+    /// Their deviations from interpolation.
     bends: Vec<Vec<f64>>,
 }
 
@@ -241,7 +201,7 @@ fn chosen(candidates: &[Candidates], targets: &[Vec<f64>]) -> Vec<Choice> {
     best.into_iter().flatten().collect()
 }
 
-/// Ridge with what was chosen.
+/// Ridge regression with the choices.
 fn ridges(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>]) -> Vec<Fitted> {
     let fit = |(choice, y): (&Choice, &Vec<f64>)| {
         let candidate = &candidates[choice.at.0];
@@ -251,8 +211,8 @@ fn ridges(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>]) -
     choices.iter().zip(targets).map(fit).collect()
 }
 
-/// Support vectors with ridge's view, and its kernel or one of the two beside it: what to look at, and how widely, is a
-/// matter of the data more than of the loss.
+/// Support vectors with ridge regression's view, and its kernel or one of the two next to it: the best view and width
+/// depend on the data more than on the loss.
 fn supports(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>]) -> Vec<Fitted> {
     let fit = |(choice, y): (&Choice, &Vec<f64>)| {
         let candidate = &candidates[choice.at.0];
@@ -266,13 +226,13 @@ fn supports(candidates: &[Candidates], choices: &[Choice], targets: &[Vec<f64>])
 }
 
 impl Learner {
-    /// Fits to examples, with everything that is free chosen by ten-fold cross-validation over them.
+    /// Fits to examples; all free parameters are chosen by ten-fold cross-validation.
     pub fn fit(method: Method, known: &Known, examples: &[Example]) -> Self {
         let mut learners = Self::fit_all(&[method], known, examples);
         learners.remove(0)
     }
 
-    /// Fits by each of some methods: kernel ridge's choices are where the support vectors' begin.
+    /// Fits by several methods; support vectors start from the choices of kernel ridge regression.
     fn fit_all(methods: &[Method], known: &Known, examples: &[Example]) -> Vec<Self> {
         let training = Training::of(known, examples);
         let curved = || {
@@ -370,14 +330,14 @@ pub fn errors(
         .collect()
 }
 
-/// Errors of a method beside those of linear interpolation in the same cases.
+/// Errors of a method compared with those of linear interpolation in the same cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// Mean of the method's errors.
     pub mean: f64,
     /// Standard error of that mean, over cases that count as independent.
     pub standard_error: f64,
-    /// How much less they are than interpolation's, in the mean.
+    /// Mean reduction of the error relative to interpolation.
     pub gain: f64,
     /// Standard error of the gain: a paired test.
     pub gain_error: f64,

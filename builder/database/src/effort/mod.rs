@@ -1,26 +1,28 @@
-//! Laban effort: style as a place in a space that people can point to (Torresani, Hackney and Bregler, "Learning
+//! Laban effort: style as a point in a space of three factors that people can perceive (Torresani, Hackney and Bregler, "Learning
 //! Motion Style Synthesis from Perceptual Observations", NIPS 2006: "Torresani 2006" in the comments).
 //!
 //! Three factors, each from -3 to 3: **flow** from free to bound, **weight** from light to strong, **time** from
 //! sustained to sudden (the signs are Laban's: the indulging poles are negative, the fighting ones positive).
 //!
-//! 1. [`fragment`]: clips are cut into fragments, each one action or one gait cycle;
-//! 2. [`align`]: two fragments have one content where they are near under dynamic time warping (eqs. 3 to 5);
+//! 1. [`fragment`]: clips are cut into fragments, each an action or a gait cycle;
+//! 2. [`align`]: two fragments have the same content if they are near under dynamic time warping (eqs. 3 to 5);
 //! 3. [`blend`]: such a pair is interpolated in space and time, by α from -0.25 to 1.25;
-//! 4. [`labels`]: people say what Effort fragments and blends have; where nobody has, [`estimate`] does;
-//! 5. [`components`] and [`learn`]: a function from a pair, its Efforts and α to the blend's Effort, by linear
+//! 4. [`labels`]: people label the Effort of fragments and blends; without labels, [`estimate`] estimates it;
+//! 5. [`components`] and [`learn`]: a function from a pair ([`example`]), its Efforts and α to the blend's Effort, by linear
 //!    interpolation, linear [`ridge`], kernel ridge or support vectors ([`support`]) (eqs. 6 and 7);
-//! 6. [`stage`]: an input is cut into the fragments it is made of, by one-stage dynamic programming (eqs. 8 to 11);
-//! 7. [`synthesize`]: each is replaced by the pair and α whose predicted Effort is nearest to the wanted (eq. 12).
+//! 6. [`stage`]: an input is segmented into known fragments by one-stage dynamic programming (eqs. 8 to 11);
+//! 7. [`synthesize`]: each segment is replaced by the pair and α whose predicted Effort is nearest to the target (eq. 12).
 //!
-//! Beyond the paper, [`response`] measures what mixes of styles look like when they come out of the core, and [`dial`]
-//! makes of that a table that the core looks style weights up in, so that a stream can be given an Effort too; [`sheet`] writes the form for people to fill in.
+//! Beyond the paper, [`response`] measures the Effort of mixes of styles as the core synthesises them, and [`dial`] makes a
+//! table of it from which the core interpolates style weights, so that a stream can have an Effort too. [`sheet`] writes
+//! the form that people fill in.
 
 pub mod align;
 pub mod blend;
 pub mod components;
 pub mod dial;
 pub mod estimate;
+pub mod example;
 pub mod fragment;
 pub mod labels;
 pub mod learn;
@@ -46,19 +48,19 @@ pub const POLE: f64 = 3.0;
 /// Least and greatest α: a little beyond the two fragments (Torresani 2006, section 7.2).
 pub const ALPHA: (f64, f64) = (-0.25, 1.25);
 
-/// Where Efforts come from.
+/// Source of Efforts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// Kinematic descriptors: nobody has looked at the motion.
+    /// Estimated by kinematic descriptors.
     Estimated,
-    /// People who did.
+    /// Labelled by people.
     Given,
-    /// A known function of the motion with noise, to measure learning with.
+    /// A known function of the motion with noise, to evaluate learning.
     Generated,
 }
 
 impl Source {
-    /// As tables and JSON have it.
+    /// Its name in tables and JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Estimated => "estimated",

@@ -11,9 +11,10 @@ use crate::effort::{
     blend::Pair,
     components::Components,
     estimate::Estimator,
+    example::{Example, Known},
     fragment::{Library, Span},
     labels::{LabelError, Row},
-    learn::{Example, Known, Learner, Method},
+    learn::{Learner, Method},
 };
 use gestus_motion::landmarks::LandmarkError;
 
