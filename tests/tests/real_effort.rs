@@ -4,13 +4,7 @@ use gestus_database::{
     build::BuildOptions,
     data_folder::{config::Config as Clips, load::load},
 };
-use gestus_evaluate::{
-    fold::LooOptions,
-    measures::{
-        effort::{self, EffortOptions},
-        loo::default_configs,
-    },
-};
+use gestus_evaluate::{experiment::Experiment, measures::effort};
 use gestus_tests::real_clips;
 
 /// On clips that neither database nor dial has seen each factor goes with its knob, from end to end of its axis.
@@ -20,19 +14,8 @@ fn each_factor_goes_with_its_knob_on_real_clips() {
     let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
     let (actions, styles) = (list(&["walk", "run"]), list(&["normal", "active", "elderly", "youthful"]));
     let corpus = load(&Clips { data: Some(data), actions, styles, ..Clips::default() }).unwrap().corpus;
-    let from = corpus.styles.iter().position(|s| s == "normal").unwrap();
-    let loo = LooOptions {
-        from,
-        to: (0..corpus.styles.len()).filter(|&s| s != from).collect(),
-        folds: 1,
-        build: BuildOptions { models: false, ..BuildOptions::default() },
-        configs: default_configs(),
-        mixtures_only: false,
-        exact: false,
-        gaussian_process: false,
-    };
-    let evaluation =
-        effort::evaluate(&corpus, &EffortOptions { splits: 1, ..EffortOptions::new(&loo) }).unwrap();
+    let build = BuildOptions { models: false, ..BuildOptions::default() };
+    let evaluation = effort::evaluate(&Experiment::new(corpus, build), None, 1).unwrap();
     let dial: Vec<_> = evaluation.rows.iter().filter(|r| r["part"] == "dial").collect();
     assert_eq!(dial.len(), 6);
     for row in dial {

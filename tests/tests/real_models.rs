@@ -6,7 +6,10 @@ use gestus_database::{
     data_folder::{config::Config as Clips, load::load},
     stream::{Request, stream},
 };
-use gestus_evaluate::{fold::LooOptions, measures::loo};
+use gestus_evaluate::{
+    experiment::Experiment,
+    measures::loo::{self, Methods},
+};
 use gestus_motion::{clip::Clip, corpus::Corpus};
 use gestus_tests::real_clips;
 
@@ -22,17 +25,9 @@ fn corpus() -> Option<Corpus> {
 #[test]
 fn linear_models_beat_the_affine_map_on_walk() {
     let Some(corpus) = corpus() else { return };
-    let options = LooOptions {
-        from: corpus.styles.iter().position(|s| s == "normal").unwrap(),
-        to: (0..corpus.styles.len()).filter(|&s| corpus.styles[s] != "normal").collect(),
-        folds: 2,
-        build: BuildOptions::default(),
-        configs: Vec::new(),
-        mixtures_only: false,
-        exact: false,
-        gaussian_process: false,
-    };
-    let rows = loo::run(&corpus, &options, &|| ()).unwrap();
+    let experiment = Experiment { folds: 2, ..Experiment::new(corpus, BuildOptions::default()) };
+    let methods = Methods { configs: Vec::new(), ..Methods::default() };
+    let rows = loo::run(&experiment, &methods, &|| ()).unwrap();
     let mean = |method: &str| {
         let of: Vec<f64> = rows.iter().filter(|r| r.method == method).map(|r| r.joint_error_cm).collect();
         assert_eq!(of.len(), 4, "{method}");

@@ -13,7 +13,7 @@ use gestus_database::{
     },
 };
 use gestus_evaluate::{
-    measures::{retarget, servo},
+    measures::{OnDatabase, retarget, servo},
     report::table::Row,
 };
 use gestus_motion::formats::bvh::{AsBvh, Bvh};
@@ -111,7 +111,7 @@ fn a_foreign_clip_is_stylized_unlabelled_and_comes_back_on_its_own_skeleton() {
 fn the_toy_robot_keeps_its_limits_on_real_motion() {
     let Some(blob) = blob() else { return };
     let database = Database::open(blob).unwrap();
-    let evaluation = servo::evaluate(&database, &real_clips::root().join("cmu"), None, None).unwrap();
+    let evaluation = servo::Args::default().evaluate(&database, &real_clips::root().join("cmu")).unwrap();
     assert_eq!(evaluation.rows.len(), 10);
     for row in &evaluation.rows {
         assert_eq!(number(row, "limit_violations"), 0.0, "{row:?}");

@@ -4,11 +4,12 @@
 //! and turn, compared at equal canonical time; its own variability is the floor. `docs/METRICS.md` defines every
 //! figure.
 //!
-//! A measure of [`measures`] holds clips out ([`fold`]), runs the core and the [`baselines`] on them, and compares with
+//! A measure of [`measures`] takes an [`experiment`], holds clips out ([`fold`]), runs the core and the [`baselines`] on them, and compares with
 //! [`metrics`]; the [`evaluation`] it returns is written as tables and pages by [`report`], [`plots`] and [`pages`].
 
 pub mod baselines;
 pub mod evaluation;
+pub mod experiment;
 pub mod fold;
 pub mod measures;
 pub mod metrics;

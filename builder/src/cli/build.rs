@@ -5,12 +5,11 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use gestus_core::blob::layout::section;
 use gestus_database::{
     blob::assemble::with_section,
     build::build,
-    data_folder::{config::Config, load::load},
     effort::{
         Source,
         fragment::{self, Library},
@@ -19,12 +18,14 @@ use gestus_database::{
         response,
     },
     pairing::Scheme,
-    search::groups,
 };
 use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
-use super::open;
+use super::{
+    open,
+    selection::{Selection, load_with_notes},
+};
 
 /// Build a database from a folder of BVH and glTF files.
 #[derive(clap::Args)]
@@ -60,82 +61,6 @@ pub struct Args {
     json: bool,
 }
 
-/// Which clips, and at what rate.
-#[derive(clap::Args, Clone)]
-pub struct Selection {
-    /// Actions to take, a,b; all where left out
-    #[arg(long, value_delimiter = ',')]
-    actions: Vec<String>,
-    /// Styles to take, s,t; all where left out. The first is a stylizer's first output style
-    #[arg(long, value_delimiter = ',')]
-    styles: Vec<String>,
-    /// Joints to keep, each with all of its parents: for a board with little memory, or a body that lacks the others
-    #[arg(long, value_delimiter = ',')]
-    joints: Vec<String>,
-    /// Joint groups that take masks, strengths and styles of their own, besides the body: words (left-arm, right-arm, arms,
-    /// left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where left out
-    #[arg(long, value_delimiter = ',')]
-    groups: Vec<String>,
-    /// Frames a second of the database
-    #[arg(long)]
-    rate: Option<f64>,
-    /// Most clips of an action in a style, of those that can be used; 0: no limit
-    #[arg(long)]
-    limit: Option<usize>,
-    /// A file that can't be used is an error
-    #[arg(long)]
-    strict: bool,
-}
-
-impl Selection {
-    /// Some actions and styles, and all else as the folder says.
-    pub fn of(actions: &[String], styles: &[String]) -> Self {
-        let (actions, styles) = (actions.to_vec(), styles.to_vec());
-        Self {
-            actions,
-            styles,
-            rate: None,
-            limit: None,
-            strict: false,
-            joints: Vec::new(),
-            groups: Vec::new(),
-        }
-    }
-
-    /// The configuration of a folder with the command line's choices over it.
-    pub fn config(&self, data: Option<&PathBuf>, file: Option<&PathBuf>) -> Result<Config> {
-        let mut config = match (file, data) {
-            (Some(file), _) => Config::read(file)?,
-            (None, Some(data)) => Config::of_folder(data)?,
-            (None, None) => bail!("give --data DIR or --config FILE"),
-        };
-        if let Some(data) = data {
-            config.data = Some(data.clone());
-        }
-        if !self.actions.is_empty() {
-            config.actions.clone_from(&self.actions);
-        }
-        if !self.styles.is_empty() {
-            config.styles.clone_from(&self.styles);
-        }
-        if !self.joints.is_empty() {
-            config.joints.clone_from(&self.joints);
-        }
-        if !self.groups.is_empty() {
-            config.build.groups = groups::parse(&self.groups);
-        }
-        if let Some(rate) = self.rate {
-            if !(1.0..=1000.0).contains(&rate) {
-                bail!("--rate {rate}: frames a second from 1 to 1000");
-            }
-            config.rate_hz = rate;
-        }
-        config.limit = self.limit.unwrap_or(config.limit);
-        config.strict |= self.strict;
-        Ok(config)
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
@@ -151,10 +76,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     config.build.models &= !args.no_models;
     config.build.from = args.from.clone().or(config.build.from);
-    let loaded = load(&config)?;
-    for note in &loaded.notes {
-        eprintln!("{note}");
-    }
+    let loaded = load_with_notes(&config)?;
     let built = build(&loaded.corpus, &config.build)?;
     for note in &built.notes {
         eprintln!("{note}");

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{data_folder::load::load, list, models::bilinear::Bilinear};
+use gestus_database::{list, models::bilinear::Bilinear};
 use gestus_motion::{
     body::Body,
     formats::bvh::{Bvh, Unit},
 };
 use serde_json::json;
 
-use super::build::Selection;
+use super::selection::{ClassArgs, Selection};
 
 /// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
 #[derive(clap::Args)]
@@ -47,11 +47,8 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     super::check_outputs([Some(&args.data)], [("-o", Some(&args.output))])?;
-    let selection = Selection::of(std::slice::from_ref(&args.action), &args.styles);
-    let loaded = load(&selection.config(Some(&args.data), None)?)?;
-    for note in &loaded.notes {
-        eprintln!("{note}");
-    }
+    let classes = ClassArgs { actions: vec![args.action.clone()], styles: args.styles.clone() };
+    let (_, loaded) = Selection { classes, ..Selection::default() }.load(&args.data)?;
     let corpus = &loaded.corpus;
     let place = || args.data.display().to_string();
     let from = match &args.from {

@@ -3,18 +3,15 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{
-    data_folder::load::load,
-    effort::{
-        fragment::Library,
-        model::BLENDS,
-        sheet::{SEEDS, selected, sheet},
-    },
+use gestus_database::effort::{
+    fragment::Library,
+    model::BLENDS,
+    sheet::{SEEDS, selected, sheet},
 };
 use gestus_evaluate::pages::effort_sheet;
 use serde_json::json;
 
-use super::build::Selection;
+use super::selection::Selection;
 
 /// Laban effort: what people see in motion.
 #[derive(clap::Args)]
@@ -65,10 +62,7 @@ pub fn run(args: &Args) -> Result<()> {
     if table.exists() {
         bail!("{} is there already: move it away, or choose another folder", table.display());
     }
-    let loaded = load(&args.selection.config(Some(&args.data), None)?)?;
-    for note in &loaded.notes {
-        eprintln!("{note}");
-    }
+    let (_, loaded) = args.selection.load(&args.data)?;
     let library = selected(&Library::found(&loaded.corpus)?, args.fragments);
     if library.fragments.is_empty() {
         bail!("{}: no fragment found", args.data.display());

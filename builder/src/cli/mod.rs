@@ -10,11 +10,12 @@ mod evaluate;
 mod inspect;
 mod open;
 mod retarget;
+mod selection;
 mod transfer;
 mod translate;
 
 use anyhow::Result;
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, parser::ValueSource};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
     outputs::{check_outputs, say, tell},
     stylizer_args::lenient,
@@ -60,19 +61,15 @@ enum Command {
 
 /// The command line as it is taken: what all options have in common is said here, once.
 fn command() -> clap::Command {
-    Cli::command().mut_subcommands(|command| command.mut_args(lenient))
-}
-
-/// What was said on the command line, by the names of the arguments, rather than left as it is.
-fn given(matches: &ArgMatches) -> Vec<String> {
-    let said = |id: &&clap::Id| matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
-    matches.ids().filter(said).map(ToString::to_string).collect()
+    fn with_subcommands(command: clap::Command) -> clap::Command {
+        command.mut_args(lenient).mut_subcommands(with_subcommands)
+    }
+    with_subcommands(Cli::command())
 }
 
 /// Runs the command that was asked for.
 pub fn run() -> Result<()> {
     let matches = command().get_matches();
-    let given = matches.subcommand().map(|(_, matches)| given(matches)).unwrap_or_default();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command()).exit());
     match cli.command {
         Command::Demo(args) => demo::demo(&args),
@@ -86,7 +83,7 @@ pub fn run() -> Result<()> {
         Command::Loop(args) => cycle::run(&args),
         Command::Retarget(args) => retarget::run(&args),
         Command::Effort(args) => effort::run(&args),
-        Command::Evaluate(args) => evaluate::run(&args, &given),
+        Command::Evaluate(args) => evaluate::run(&args),
     }
 }
 
@@ -108,11 +105,5 @@ mod tests {
         assert_eq!(actions, ["walk", "run"]);
         assert_eq!(build.get_one::<f64>("rate"), Some(&-5.0));
         assert!(Cli::from_arg_matches(&matches).is_ok());
-        let said = given(build);
-        assert!(
-            ["data", "output", "actions", "rate"].iter().all(|id| said.iter().any(|s| s == id)),
-            "{said:?}"
-        );
-        assert!(!said.iter().any(|s| s == "limit"), "{said:?}");
     }
 }

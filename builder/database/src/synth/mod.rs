@@ -82,6 +82,14 @@ pub struct Options {
     pub seconds: f64,
 }
 
+impl Options {
+    /// Some actions and styles, with so many clips of each.
+    pub fn of(actions: &[&str], styles: &[&str], clips: usize, seconds: f64) -> Self {
+        let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+        Self { actions: list(actions), styles: list(styles), clips, seconds, ..Self::default() }
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {

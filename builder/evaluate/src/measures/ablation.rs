@@ -5,8 +5,11 @@ use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
-    fold::{LooOptions, folds, left_out},
-    measures::loo::run,
+    experiment::Experiment,
+    measures::{
+        OnClips, Uses,
+        loo::{Methods, run_folds},
+    },
 };
 use crate::{
     plots::{self, Labels},
@@ -32,40 +35,46 @@ struct Variant {
     every: usize,
 }
 
+/// Options of `gestus evaluate ablation`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        Ok(evaluate(experiment)?)
+    }
+}
+
 /// Runs the ablations: bias, ρ, K, ridge, δ, pairing, window, frame rate.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
     // Variants of one build follow each other, and share its databases.
-    let variants = variants(options);
+    let variants = variants(&experiment.build);
     let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
-    let bar = progress::bar(variants.chunk_by(same).count() * folds(corpus, options), "ablation");
+    let bar = progress::bar(variants.chunk_by(same).count() * experiment.most_folds(), "ablation");
     let mut rows: Vec<table::Row> = Vec::new();
     let mut said: Vec<String> = Vec::new();
     for group in variants.chunk_by(same) {
-        let reduced;
-        let every = group.first().map_or(1, |v| v.every);
-        let corpus = if every == 1 {
-            corpus
-        } else {
-            reduced = at_rate(corpus, corpus.rate_hz / every as f64);
-            &reduced
-        };
-        let options = LooOptions {
-            configs: group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect(),
-            build: group.first().map_or_else(|| options.build.clone(), |v| v.build.clone()),
-            mixtures_only: true,
-            ..options.clone()
-        };
+        let Some(first) = group.first() else { continue };
+        let mut experiment = Experiment { build: first.build.clone(), ..experiment.clone() };
+        if first.every > 1 {
+            reduce_rate(&mut experiment.corpus, first.every as f64);
+        }
+        let corpus = &experiment.corpus;
+        let configs =
+            group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect();
+        let methods = Methods { configs, baselines: false, gaussian_process: false };
+        let body = Body::of(corpus)?;
+        let (folds, left_out) = experiment.held_out(&body);
         // The same folds every time, but for frame rates that leave a class without a cycle.
-        for line in left_out(corpus, &Body::of(corpus)?, &options) {
+        for line in left_out {
             if !said.contains(&line) {
                 eprintln!("{line}");
                 said.push(line);
             }
         }
-        for result in run(corpus, &options, &|| bar.inc(1))? {
+        for result in run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1))? {
             // A known action alone or a known style alone is not a number.
             let Some((method, variant)) = result.method.split_once(MARK) else { continue };
             let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
@@ -97,11 +106,11 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     })
 }
 
-fn variants(options: &LooOptions) -> Vec<Variant> {
-    let base = options.configs.first().map_or_else(Config::new, |c| c.1);
+fn variants(build: &BuildOptions) -> Vec<Variant> {
+    let base = Config::new();
     let mut variants = Vec::new();
-    let mut add = |parameter, value: String, config, build: Option<BuildOptions>, every| {
-        let build = build.unwrap_or_else(|| options.build.clone());
+    let mut add = |parameter, value: String, config, changed: Option<BuildOptions>, every| {
+        let build = changed.unwrap_or_else(|| build.clone());
         variants.push(Variant { parameter, value, config, build, every });
     };
     add("default", String::new(), base, None, 1);
@@ -127,10 +136,10 @@ fn variants(options: &LooOptions) -> Vec<Variant> {
         add("delta", delta.to_string(), base.delta(delta), None, 1);
     }
     for (name, pairing) in Scheme::ALL {
-        add("pairing", name.into(), base, Some(BuildOptions { pairing, ..options.build.clone() }), 1);
+        add("pairing", name.into(), base, Some(BuildOptions { pairing, ..build.clone() }), 1);
     }
     for window in [1, 3, 5, 8] {
-        add("window", window.to_string(), base, Some(BuildOptions { window, ..options.build.clone() }), 1);
+        add("window", window.to_string(), base, Some(BuildOptions { window, ..build.clone() }), 1);
     }
     for every in [2, 3] {
         add("frame rate", format!("1/{every}"), base, None, every);
@@ -138,12 +147,12 @@ fn variants(options: &LooOptions) -> Vec<Variant> {
     variants
 }
 
-/// The corpus at another rate; cycles keep their times.
-fn at_rate(corpus: &Corpus, rate_hz: f64) -> Corpus {
+/// Divides the frame rate of a corpus; cycles keep their times.
+fn reduce_rate(corpus: &mut Corpus, divisor: f64) {
+    let rate_hz = corpus.rate_hz / divisor;
     let factor = rate_hz / corpus.rate_hz;
-    let mut reduced = corpus.clone();
-    reduced.rate_hz = rate_hz;
-    for example in &mut reduced.examples {
+    corpus.rate_hz = rate_hz;
+    for example in &mut corpus.examples {
         let contacts = std::mem::take(&mut example.contacts);
         example.clip = example.clip.resampled(rate_hz);
         let last = contacts.len().saturating_sub(1);
@@ -156,8 +165,7 @@ fn at_rate(corpus: &Corpus, rate_hz: f64) -> Corpus {
         let end = example.clip.frames.len() as f64;
         example.cycles.retain(|c| c.span().1 <= end);
     }
-    reduced.examples.retain(|e| !e.cycles.is_empty());
-    reduced
+    corpus.examples.retain(|e| !e.cycles.is_empty());
 }
 
 /// Error against variability of every variant, unlabelled.

@@ -5,9 +5,8 @@ use serde_json::json;
 
 use crate::{
     evaluation::{self, Evaluation},
-    fold::LooOptions,
-};
-use crate::{
+    experiment::Experiment,
+    measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -18,11 +17,20 @@ use gestus_database::{
 };
 use gestus_motion::{body::Body, corpus::Corpus};
 
-/// Builds at several targets and block sizes, and compares what core unpacks with the clips.
-///
-/// # Errors
-/// [`BuildError`] where the corpus is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
+/// Options of `gestus evaluate compression`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses { groups: true, ..Uses::NONE };
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        Ok(evaluate(&experiment.corpus, &experiment.build)?)
+    }
+}
+
+/// Builds at several targets and block sizes, and compares what the core unpacks with the clips.
+fn evaluate(corpus: &Corpus, options: &BuildOptions) -> Result<Evaluation, BuildError> {
     let body = Body::of(corpus)?;
     let targets = [0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15];
     let blocks = [16, 32];
@@ -32,7 +40,7 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     for block_rows in blocks {
         let mut points = Vec::new();
         for error_cm in targets {
-            let built = build(corpus, &BuildOptions { error_cm, block_rows, ..options.build.clone() })?;
+            let built = build(corpus, &BuildOptions { error_cm, block_rows, ..options.clone() })?;
             let database = Database::open(&built.bytes)?;
             let error = 100.0 * mean_error(corpus, &body, &database);
             let frames = database.counts().frames as f64;

@@ -9,10 +9,9 @@ use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
-    fold::{LooOptions, held_out, say_left_out},
+    experiment::{Experiment, HeldOut},
+    measures::{OnClips, Uses},
     metrics::matched,
-};
-use crate::{
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -65,29 +64,37 @@ fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
     score
 }
 
+/// Options of `gestus evaluate contacts`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        Ok(evaluate(experiment)?)
+    }
+}
+
 /// Runs the evaluation and draws its plot.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    let body = Body::of(corpus)?;
-    say_left_out(corpus, &body, options);
-    let folds = held_out(corpus, &body, options);
+fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
+    let corpus = &experiment.corpus;
+    let (body, folds) = experiment.folds()?;
     let bar = progress::bar(folds.len(), "contacts");
     let rows: Vec<Vec<table::Row>> = folds
         .par_iter()
         .enumerate()
         .map(|(i, fold)| {
-            let built = build(&corpus.without(&[fold.test, fold.truth]), &options.build)?;
+            let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
             let database = Database::open(&built.bytes)?;
             let mut rows = Vec::new();
             // One row a clip: the same one is in several folds, and would count as often.
             for clip in [fold.test, fold.truth] {
                 if folds[..i].iter().all(|f| f.test != clip && f.truth != clip) {
-                    own_style(corpus, &body, &database, clip, options, &mut rows);
+                    own_style(corpus, &body, &database, clip, &mut rows);
                 }
             }
-            rows.extend(other_style(corpus, &body, &database, fold, options));
+            rows.extend(other_style(corpus, &body, &database, fold));
             bar.inc(1);
             Ok(rows)
         })
@@ -108,28 +115,14 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
     })
 }
 
-fn run(
-    database: &Database<'_>,
-    corpus: &Corpus,
-    clip: usize,
-    style: usize,
-    options: &LooOptions,
-) -> Option<Streamed> {
-    let request = Request { config: options.configs.first()?.1, ..Request::style(style as u16) };
-    stream(database, &corpus.examples[clip].clip, &request, &mut ()).ok()
+fn run(database: &Database<'_>, corpus: &Corpus, clip: usize, style: usize) -> Option<Streamed> {
+    stream(database, &corpus.examples[clip].clip, &Request::style(style as u16), &mut ()).ok()
 }
 
-fn own_style(
-    corpus: &Corpus,
-    body: &Body,
-    database: &Database<'_>,
-    clip: usize,
-    options: &LooOptions,
-    rows: &mut Vec<table::Row>,
-) {
+fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize, rows: &mut Vec<table::Row>) {
     let example = &corpus.examples[clip];
     let truth = contacts(&example.clip, &body.landmarks);
-    let Some(streamed) = run(database, corpus, clip, example.style, options) else { return };
+    let Some(streamed) = run(database, corpus, clip, example.style) else { return };
     let likelihoods: Vec<[f64; 2]> =
         streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
     let causal: Vec<[bool; 2]> = streamed.steps.iter().map(|s| s.report.contacts).collect();
@@ -170,16 +163,10 @@ fn flickers(contacts: &[[bool; 2]], rate_hz: f64) -> f64 {
 }
 
 /// The output in the fold's style against the truth clip at equal canonical time.
-fn other_style(
-    corpus: &Corpus,
-    body: &Body,
-    database: &Database<'_>,
-    fold: &crate::fold::HeldOut,
-    options: &LooOptions,
-) -> Option<table::Row> {
+fn other_style(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: &HeldOut) -> Option<table::Row> {
     let (example, other) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);
     let truth = contacts(&other.clip, &body.landmarks);
-    let streamed = run(database, corpus, fold.test, fold.style, options)?;
+    let streamed = run(database, corpus, fold.test, fold.style)?;
     let mut score = Score::default();
     for (t, step) in streamed.steps.iter().enumerate() {
         // Feet of two performances meet at equal phase, whichever cycle it is.

@@ -8,8 +8,10 @@
 
 use serde_json::json;
 
-use crate::evaluation::{Evaluation, row};
 use crate::{
+    evaluation::{Evaluation, row},
+    experiment::Experiment,
+    measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -61,12 +63,21 @@ fn known(rows: &mut Vec<table::Row>, pair: &KnownPair, data: &str, action: &str,
     }
 }
 
-/// Runs the evaluation; actions whose clips are no gaits have no right strike, and are left out. Classes of too few
-/// cycles are too, and named on standard error.
-///
-/// # Errors
-/// [`LandmarkError`] where the skeleton has no recognisable legs.
-pub fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkError> {
+/// Options of `gestus evaluate correspondence`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses { from: true, ..Uses::NONE };
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        Ok(evaluate(&experiment.corpus, experiment.from)?)
+    }
+}
+
+/// Runs the evaluation. Actions that are no gaits have no right strike, and are left out. Classes of too few cycles are
+/// left out too, and named on standard error.
+fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkError> {
     let (found, left_out) = gaits(corpus, &Body::of(corpus)?, from);
     left_out.iter().for_each(|line| eprintln!("{line}"));
     let mut figures: Vec<Figure> = strikes(&found).into_iter().collect();
@@ -206,15 +217,8 @@ mod tests {
     /// a plot said that no method errs.
     #[test]
     fn a_class_of_too_few_cycles_is_left_out_and_named() {
-        let names = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-        let mut corpus = synth::corpus(&synth::Options {
-            actions: names(&["walk", "run"]),
-            styles: names(&["neutral", "old", "proud"]),
-            clips: 1,
-            seconds: 5.0,
-            ..synth::Options::default()
-        })
-        .unwrap();
+        let options = synth::Options::of(&["walk", "run"], &["neutral", "old", "proud"], 1, 5.0);
+        let mut corpus = synth::corpus(&options).unwrap();
         let body = Body::of(&corpus).unwrap();
         let mut thin = |action: &str, style: &str| {
             let class = (corpus.action(action).unwrap(), corpus.style(style).unwrap());

@@ -5,29 +5,36 @@ use gestus_core::Database;
 use crate::{
     baselines::gaussian_process::{self, Editor, Pairs},
     evaluation::Evaluation,
-    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, held_out, own_dofs, say_left_out},
-};
-use crate::{
+    experiment::Experiment,
+    fold::{Fold, Row, class_of, classes_of, own_dofs},
+    measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 use gestus_database::{build::BuildError, command_line::progress};
-use gestus_motion::{body::Body, corpus::Corpus};
 
-/// Gaussian process regression as its examples double, on the first test clips: accuracy, time and memory.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn growth(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    let body = Body::of(corpus)?;
-    let options = &LooOptions { to: options.to.iter().copied().take(1).collect(), ..options.clone() };
-    say_left_out(corpus, &body, options);
-    let folds = held_out(corpus, &body, options);
+/// Options of `gestus evaluate gaussian-process`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        let to = experiment.to.iter().copied().take(1).collect();
+        Ok(evaluate(&Experiment { to, ..experiment.clone() })?)
+    }
+}
+
+/// Gaussian process regression as its examples double, in the first output style: accuracy, time and memory.
+fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
+    let corpus = &experiment.corpus;
+    let (body, folds) = experiment.folds()?;
     let sizes = [64, 128, 256, 512, 1024, 2048];
     let bar = progress::bar(folds.len() * sizes.len(), "gaussian process");
     let mut rows = Vec::new();
-    for &HeldOut { test, style, .. } in &folds {
-        let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { continue };
+    for &held in &folds {
+        let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build)?;
         let database = Database::open(&bytes)?;
         for most in sizes {
             let gp = gaussian_process::Options { most, ..gaussian_process::Options::default() };

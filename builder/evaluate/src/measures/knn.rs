@@ -16,9 +16,8 @@ use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
-    fold::{LooOptions, lacking, test_clips},
-};
-use crate::{
+    experiment::Experiment,
+    measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -28,7 +27,6 @@ use gestus_database::{
     search::graph::{ClassFeatures, exact_knn},
     stream::to_pose,
 };
-use gestus_motion::corpus::Corpus;
 
 /// Frames after a jump that are looked at.
 const AFTER: usize = 8;
@@ -40,12 +38,22 @@ fn asked() -> [(&'static str, u16); 2] {
 
 type Pose = gestus_core::Pose<MAX_JOINTS>;
 
+/// Options of `gestus evaluate knn`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses { to: false, ..Uses::ALL };
+
+    fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
+        evaluate(experiment)
+    }
+}
+
 /// Streams held-out clips through the search: every frame is a query to every class.
-///
-/// # Errors
-/// Where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
-    let (tests, spared) = spared(corpus, &test_clips(corpus, options.from, options.folds));
+fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
+    let corpus = &experiment.corpus;
+    let (tests, spared) = spared(experiment);
     for &clip in &spared {
         let example = &corpus.examples[clip];
         let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
@@ -57,11 +65,11 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
     if tests.is_empty() {
         bail!(
             "--folds {}: no clip of the style {} can be a query: its actions have one clip each, which the database needs",
-            options.folds,
-            corpus.styles[options.from]
+            experiment.folds,
+            corpus.styles[experiment.from]
         );
     }
-    let built = build(&corpus.without(&tests), &options.build)?;
+    let built = build(&corpus.without(&tests), &experiment.build)?;
     let database = Database::open(&built.bytes)?;
     let bar = progress::bar(tests.len(), "search");
     let classes = Classes::of(&database);
@@ -132,15 +140,15 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation> {
     })
 }
 
-/// Queries all leave the database at once: those of the clips that it can do without, and those that it can't.
-fn spared(corpus: &Corpus, tests: &[usize]) -> (Vec<usize>, Vec<usize>) {
+/// The test clips that leave the database, all at once, and those that stay, since a class would be empty without them.
+fn spared(experiment: &Experiment) -> (Vec<usize>, Vec<usize>) {
     let (mut gone, mut kept) = (Vec::new(), Vec::new());
-    for &test in tests {
-        let action = corpus.examples[test].action;
-        // An action that is incomplete anyway is not in the database with it either.
-        let before = lacking(corpus, action, &gone).len();
+    for test in experiment.test_clips() {
+        let action = experiment.corpus.examples[test].action;
+        // An action that lacks a style is not in the database with this clip either.
+        let before = experiment.lacking(action, &gone).len();
         gone.push(test);
-        if lacking(corpus, action, &gone).len() > before {
+        if experiment.lacking(action, &gone).len() > before {
             gone.pop();
             kept.push(test);
         }
@@ -244,22 +252,16 @@ fn stream(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gestus_database::synth;
+    use gestus_database::{build::BuildOptions, synth};
 
     #[test]
     fn queries_leave_the_database_a_clip_of_each_class() {
-        let corpus = synth::corpus(&synth::Options {
-            actions: vec!["walk".into()],
-            styles: ["neutral", "proud"].map(String::from).to_vec(),
-            clips: 2,
-            seconds: 4.0,
-            ..synth::Options::default()
-        })
-        .unwrap();
-        let tests = test_clips(&corpus, 0, 5);
+        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 2, 4.0)).unwrap();
+        let mut experiment = Experiment { folds: 5, ..Experiment::new(corpus, BuildOptions::default()) };
+        let tests = experiment.test_clips();
         assert_eq!(tests.len(), 2);
-        assert_eq!(spared(&corpus, &tests), (vec![tests[0]], vec![tests[1]]));
-        let one = corpus.without(&tests[..1]);
-        assert_eq!(spared(&one, &test_clips(&one, 0, 5)).0, Vec::<usize>::new());
+        assert_eq!(spared(&experiment), (vec![tests[0]], vec![tests[1]]));
+        experiment.corpus = experiment.corpus.without(&tests[..1]);
+        assert_eq!(spared(&experiment).0, Vec::<usize>::new());
     }
 }

@@ -9,8 +9,9 @@ use crate::{
         outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
     },
     evaluation::Evaluation,
-    fold::{Fold, HeldOut, LooOptions, Row, class_of, classes_of, folds, held_out, own_dofs, say_left_out},
-    measures::growth,
+    experiment::{Experiment, HeldOut, Truth},
+    fold::{Fold, Row, class_of, classes_of, own_dofs},
+    measures::{OnClips, Uses, growth},
     metrics::{best_shift, matched},
 };
 use crate::{
@@ -29,27 +30,85 @@ use gestus_motion::{
     corpus::Corpus,
 };
 
-/// The configurations that are compared: the shipped one, the paper's own, and the normalised ridge.
-pub fn default_configs() -> Vec<(String, Config)> {
-    vec![
-        ("mixture".into(), Config::new()),
-        ("mixture-paper".into(), Config::paper()),
-        ("mixture-normalised".into(), Config::normalised()),
-    ]
+/// Options of `gestus evaluate loo`.
+#[derive(clap::Args, Debug, Clone, Copy, Default)]
+pub struct Args {
+    /// Add Gaussian process regression to the methods: it takes seconds a fold
+    #[arg(long)]
+    pub gaussian_process: bool,
+}
+
+/// Options of `gestus evaluate exact`.
+#[derive(clap::Args, Debug, Clone, Copy, Default)]
+pub struct ExactArgs {
+    #[command(flatten)]
+    loo: Args,
+}
+
+/// Methods that are compared.
+#[derive(Debug, Clone)]
+pub struct Methods {
+    /// Configurations of the mixture, by name: the shipped one, that of Xia 2015, and the normalised ridge.
+    pub configs: Vec<(String, Config)>,
+    /// Whether baselines, linear models and statistics are among them.
+    pub baselines: bool,
+    /// Whether Gaussian process regression is among them.
+    pub gaussian_process: bool,
+}
+
+impl Default for Methods {
+    fn default() -> Self {
+        let configs = [
+            ("mixture", Config::new()),
+            ("mixture-paper", Config::paper()),
+            ("mixture-normalised", Config::normalised()),
+        ];
+        let configs = configs.map(|(name, config)| (name.to_owned(), config)).to_vec();
+        Self { configs, baselines: true, gaussian_process: false }
+    }
+}
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        let methods = Methods { gaussian_process: self.gaussian_process, ..Methods::default() };
+        Ok(evaluate(experiment, &methods)?)
+    }
+}
+
+impl OnClips for ExactArgs {
+    const USES: Uses = Uses { to: false, ..Uses::ALL };
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        let evaluation = self.loo.evaluate(&exact_pairs(experiment)?)?;
+        Ok(Evaluation {
+            what: "exact",
+            about: "Every clip of the style has an output made by rule: an affine map of each dof on a warped timeline. \
+                    The truth is exact, so a method that averages gains nothing by it."
+                .into(),
+            ..evaluation
+        })
+    }
+}
+
+/// Pairs made by rule from the clips of the input style: the true answer is known.
+pub(super) fn exact_pairs(experiment: &Experiment) -> Result<Experiment, BuildError> {
+    let pairs = affine::pairs(&experiment.corpus, experiment.from, &affine::Options::default())?;
+    let build = BuildOptions { pairing: Scheme::Take, ..experiment.build.clone() };
+    let folds = experiment.folds;
+    Ok(Experiment { corpus: pairs.corpus, from: 0, to: vec![1], folds, build, truth: Truth::SameTake })
 }
 
 /// Runs the evaluation and draws its plots.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    say_left_out(corpus, &Body::of(corpus)?, options);
-    let bar = progress::bar(folds(corpus, options), "leave one out");
-    let results = run(corpus, options, &|| bar.inc(1))?;
+fn evaluate(experiment: &Experiment, methods: &Methods) -> Result<Evaluation, BuildError> {
+    let corpus = &experiment.corpus;
+    let bar = progress::bar(experiment.most_folds(), "leave one out");
+    let results = run(experiment, methods, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();
     let mut figures = vec![error_bars(corpus, &results), trade_off(&results)];
-    figures.extend(one_dof(corpus, options)?);
+    figures.extend(one_dof(experiment)?);
     Ok(Evaluation {
         what: "loo",
         about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
@@ -60,24 +119,6 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
         keys: vec!["method"],
         rows,
         figures,
-    })
-}
-
-/// The same on pairs made by rule from the clips of one style: the true answer is known.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn exact(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    let pairs = affine::pairs(corpus, options.from, &affine::Options::default())?;
-    let build = BuildOptions { pairing: Scheme::Take, ..options.build.clone() };
-    let options = LooOptions { from: 0, to: vec![1], exact: true, build, ..options.clone() };
-    let evaluation = evaluate(&pairs.corpus, &options)?;
-    Ok(Evaluation {
-        what: "exact",
-        about: "Every clip of the style has an output made by rule: an affine map of each dof on a warped timeline. The \
-                truth is exact, so a method that averages gains nothing by it."
-            .into(),
-        ..evaluation
     })
 }
 
@@ -155,15 +196,15 @@ fn trade_off(results: &[Row]) -> Figure {
 
 /// One dof over time for each method against the truth, and the output's time: Xia 2015, Figures 3 and 4.
 /// `None` where there is no fold.
-pub(super) fn one_dof(corpus: &Corpus, options: &LooOptions) -> Result<Option<Figure>, BuildError> {
+pub(super) fn one_dof(experiment: &Experiment) -> Result<Option<Figure>, BuildError> {
+    let corpus = &experiment.corpus;
     let body = Body::of(corpus)?;
-    let Some(&HeldOut { test, style, .. }) = held_out(corpus, &body, options).first() else {
-        return Ok(None);
-    };
-    let Some((fold, bytes)) = Fold::new(corpus, &body, options, test, style)? else { return Ok(None) };
+    let Some(&held) = experiment.held_out(&body).0.first() else { return Ok(None) };
+    let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build)?;
     let database = Database::open(&bytes)?;
-    let example = &corpus.examples[test];
-    let request = Request { config: options.configs[0].1, ..Request::style(style as u16) };
+    let style = held.style;
+    let example = &corpus.examples[held.test];
+    let request = Request::style(style as u16);
     let mut record = Record::of(&database);
     let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(None) };
     let predicted = own_dofs(&fold, &database, &record.predicted);
@@ -205,20 +246,31 @@ fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
     rows.iter().map(|r| (r[d] - mean).powi(2)).sum()
 }
 
-/// Runs the evaluation; `progress` is called once a fold.
+/// Runs every method on every fold; `progress` is called once a fold.
 ///
 /// # Errors
-/// [`BuildError`] where what is left is no database.
+/// [`BuildError`] where the remaining clips make no database.
 pub fn run(
-    corpus: &Corpus,
-    options: &LooOptions,
+    experiment: &Experiment,
+    methods: &Methods,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Row>, BuildError> {
-    let body = Body::of(corpus)?;
-    let rows: Vec<Vec<Row>> = held_out(corpus, &body, options)
+    let (body, folds) = experiment.folds()?;
+    run_folds(experiment, &body, &folds, methods, progress)
+}
+
+/// Runs every method on some folds.
+pub(super) fn run_folds(
+    experiment: &Experiment,
+    body: &Body,
+    folds: &[HeldOut],
+    methods: &Methods,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Row>, BuildError> {
+    let rows: Vec<Vec<Row>> = folds
         .par_iter()
-        .map(|&HeldOut { test, style, .. }| {
-            let rows = fold(corpus, &body, options, test, style);
+        .map(|&held| {
+            let rows = fold(experiment, body, held, methods);
             progress();
             rows
         })
@@ -227,30 +279,30 @@ pub fn run(
 }
 
 fn fold(
-    corpus: &Corpus,
+    experiment: &Experiment,
     body: &Body,
-    options: &LooOptions,
-    test: usize,
-    style: usize,
+    held: HeldOut,
+    methods: &Methods,
 ) -> Result<Vec<Row>, BuildError> {
-    let Some((fold, bytes)) = Fold::new(corpus, body, options, test, style)? else { return Ok(Vec::new()) };
+    let build = if methods.baselines { experiment.build_with_models() } else { experiment.build.clone() };
+    let (fold, bytes) = Fold::new(experiment, body, held, &build)?;
     let database = Database::open(&bytes)?;
     let mut rows = Vec::new();
-    if !options.mixtures_only {
+    if methods.baselines {
         baselines(&fold, &database, &mut rows);
         crate::baselines::models::rows(&fold, &database, &mut rows);
     }
-    if options.gaussian_process {
+    if methods.gaussian_process {
         let settings = gaussian_process::Options::default();
         let own = growth::gaussian(&fold, &database, &settings, true).map(|g| g.0);
         // Of one action both are the same.
-        let all = (corpus.actions.len() > 1)
+        let all = (experiment.corpus.actions.len() > 1)
             .then(|| growth::gaussian(&fold, &database, &settings, false))
             .flatten();
         rows.extend(own.into_iter().chain(all.map(|g| g.0)));
     }
-    for (name, config) in &options.configs {
-        let compared = name == "mixture" && !options.mixtures_only;
+    for (name, config) in &methods.configs {
+        let compared = name == "mixture" && methods.baselines;
         mixtures(&fold, &database, name, config, compared, &mut rows);
     }
     Ok(rows)

@@ -1,4 +1,12 @@
-//! One measure a file.
+//! Measures, one a file. `gestus evaluate` makes a subcommand of each type that implements [`OnClips`] or
+//! [`OnDatabase`]; the type's fields are the measure's own options.
+
+use std::path::Path;
+
+use anyhow::Result;
+use gestus_core::Database;
+
+use crate::{evaluation::Evaluation, experiment::Experiment};
 
 pub mod ablation;
 pub mod comparison;
@@ -13,3 +21,54 @@ pub mod retarget;
 pub mod servo;
 pub mod skate;
 pub mod timing;
+
+/// A measure that builds databases from the clips of a folder.
+pub trait OnClips: clap::Args {
+    /// Which of the common options have an effect.
+    const USES: Uses;
+
+    /// Checks the measure's own options before any work is done. `output` is the folder for its report.
+    ///
+    /// # Errors
+    /// The option that can't be used.
+    fn check(&self, output: &Path) -> Result<()> {
+        let _ = output;
+        Ok(())
+    }
+
+    /// Runs the measure.
+    ///
+    /// # Errors
+    /// Where the clips make no database.
+    fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation>;
+}
+
+/// A measure of an existing database.
+pub trait OnDatabase: clap::Args {
+    /// Runs the measure with the clips of a folder, on any skeleton.
+    ///
+    /// # Errors
+    /// Where no clip of the folder can be used.
+    fn evaluate(&self, database: &Database<'_>, folder: &Path) -> Result<Evaluation>;
+}
+
+/// The common options that a measure of clips uses. The command accepts the others too, so that one line can serve
+/// several measures, and says that they have no effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Uses {
+    /// `--from`: the input style.
+    pub from: bool,
+    /// `--to`: the output styles.
+    pub to: bool,
+    /// `--folds`: test clips of each action.
+    pub folds: bool,
+    /// `--groups`: joint groups of the database.
+    pub groups: bool,
+}
+
+impl Uses {
+    /// Of a measure that translates held-out clips into other styles.
+    pub const ALL: Self = Self { from: true, to: true, folds: true, groups: true };
+    /// Of a measure that looks at all clips alike.
+    pub const NONE: Self = Self { from: false, to: false, folds: false, groups: false };
+}

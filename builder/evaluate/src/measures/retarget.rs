@@ -12,8 +12,9 @@ use gestus_core::Database;
 use nalgebra::Vector3;
 use serde_json::json;
 
-use crate::evaluation::{Evaluation, row};
 use crate::{
+    evaluation::{Evaluation, row},
+    measures::OnDatabase,
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -115,6 +116,16 @@ pub fn offsets(a: &[[bool; 2]], b: &[[bool; 2]], window: usize) -> Offsets {
     }
     result.mean_frames /= result.matched.max(1) as f64;
     result
+}
+
+/// Options of `gestus evaluate retarget`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnDatabase for Args {
+    fn evaluate(&self, database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
+        evaluate(database, folder)
+    }
 }
 
 /// Evaluates every clip of a folder that has another skeleton than the database, or the same.

@@ -4,14 +4,15 @@
 //! a second, which no robot can follow, and which has to hold every limit all the same. `docs/METRICS.md` defines
 //! the figures.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use serde_json::{Value, json};
 
-use crate::evaluation::{self, Evaluation};
 use crate::{
+    evaluation::{self, Evaluation},
+    measures::OnDatabase,
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -36,23 +37,32 @@ use gestus_motion::{
 /// Clips at most: evenly out of the folder.
 const CLIPS: usize = 24;
 
+/// Options of `gestus evaluate servo`.
+#[derive(clap::Args, Debug, Default)]
+pub struct Args {
+    /// The robot, a URDF file; the toy robot that comes with Gestus where left out
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, as TOML
+    #[arg(long, requires = "robot")]
+    robot_map: Option<PathBuf>,
+}
+
+impl OnDatabase for Args {
+    fn evaluate(&self, database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
+        let robot = match &self.robot {
+            Some(path) => Robot::read(path)?,
+            None => Robot::parse(TOY, "toy.urdf")?,
+        };
+        let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
+        evaluate(database, folder, robot, &map)
+    }
+}
+
 /// Drives a robot with clips of a folder.
-///
-/// # Errors
-/// Where the robot or its map can't be used, or no clip of the folder, or its `gestus.toml` can't be read.
-pub fn evaluate(
-    database: &Database<'_>,
-    folder: &Path,
-    robot: Option<&Path>,
-    map: Option<&Path>,
-) -> Result<Evaluation> {
-    let robot = match robot {
-        Some(path) => Robot::read(path)?,
-        None => Robot::parse(TOY, "toy.urdf")?,
-    };
-    let map = map.map(RobotMap::read).transpose()?.unwrap_or_default();
+fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap) -> Result<Evaluation> {
     let name = robot.name.clone();
-    let machine = Machine::new(database, robot, &map).with_context(|| format!("robot {name}"))?;
+    let machine = Machine::new(database, robot, map).with_context(|| format!("robot {name}"))?;
     for doubt in &machine.doubts {
         eprintln!("robot {name}: doubt: {doubt}");
     }

@@ -7,13 +7,12 @@ use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
-    fold::{HeldOut, LooOptions, held_out, say_left_out},
+    experiment::{Experiment, HeldOut},
+    measures::{OnClips, Uses},
     metrics::{
         performance::Performance,
         speed::{self, fastest, peak_speeds},
     },
-};
-use crate::{
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -93,20 +92,27 @@ pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64
     100.0 * of.frames.iter().map(over).fold(0.0, f64::min)
 }
 
+/// Options of `gestus evaluate skate`.
+#[derive(clap::Args, Debug)]
+pub struct Args;
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
+        Ok(evaluate(experiment)?)
+    }
+}
+
 /// Runs the evaluation and draws its plots.
-///
-/// # Errors
-/// [`BuildError`] where what is left is no database.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, BuildError> {
-    let body = Body::of(corpus)?;
-    say_left_out(corpus, &body, options);
-    let folds = held_out(corpus, &body, options);
+fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
+    let (body, folds) = experiment.folds()?;
     let bar = progress::bar(folds.len(), "skate");
     let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
         .par_iter()
         .enumerate()
         .map(|(i, fold)| {
-            let result = one(corpus, &body, fold, options, i)?;
+            let result = one(experiment, &body, fold, i)?;
             bar.inc(1);
             Ok(result)
         })
@@ -128,25 +134,23 @@ pub fn evaluate(corpus: &Corpus, options: &LooOptions) -> Result<Evaluation, Bui
 }
 
 fn one(
-    corpus: &Corpus,
+    experiment: &Experiment,
     body: &Body,
     fold: &HeldOut,
-    options: &LooOptions,
     number: usize,
 ) -> Result<(Vec<table::Row>, Option<Figure>), BuildError> {
-    let built = build(&corpus.without(&[fold.test, fold.truth]), &options.build)?;
+    let corpus = &experiment.corpus;
+    let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
     let database = Database::open(&built.bytes)?;
-    let (Some(legs), Some(config)) = (database.legs(), options.configs.first()) else {
-        return Ok((Vec::new(), None));
-    };
+    let Some(legs) = database.legs() else { return Ok((Vec::new(), None)) };
     let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
     let run = |config: Config| {
         let request = Request { config, ..Request::style(fold.style as u16) };
         stream(&database, clip, &request, &mut ())
     };
-    let unlimited = config.1.speed_limit(0.0);
+    let unlimited = Config::new().speed_limit(0.0);
     let (Ok(raw), Ok(unlimited), Ok(locked)) =
-        (run(unlimited.contacts(false)), run(unlimited), run(config.1))
+        (run(unlimited.contacts(false)), run(unlimited), run(Config::new()))
     else {
         return Ok((Vec::new(), None));
     };

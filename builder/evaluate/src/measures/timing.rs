@@ -1,15 +1,17 @@
 //! The output's time under each policy: how near to the style's own, and how far from the input's.
 
-use anyhow::{Context, Result};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
 use gestus_core::{Database, output::retime::Bounds};
 use rayon::prelude::*;
 use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
-    fold::{Fold, LooOptions, held_out, say_left_out},
-};
-use crate::{
+    experiment::Experiment,
+    fold::Fold,
+    measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -17,26 +19,50 @@ use gestus_database::{
     command_line::progress,
     stream::{Request, Streamed, stream},
 };
-use gestus_motion::{body::Body, corpus::Corpus};
+use gestus_motion::corpus::Corpus;
+
+/// Longest lead and lag, seconds.
+const LONGEST_S: f32 = 10.0;
+
+/// Options of `gestus evaluate timing`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Longest time by which a pose may come early, seconds from 0 to 10
+    #[arg(long, default_value_t = 0.2)]
+    lead: f32,
+    /// Longest time by which a pose may come late, seconds from 0 to 10
+    #[arg(long, default_value_t = 0.2)]
+    lag: f32,
+}
+
+impl OnClips for Args {
+    const USES: Uses = Uses::ALL;
+
+    fn check(&self, _output: &Path) -> Result<()> {
+        for (option, seconds) in [("--lead", self.lead), ("--lag", self.lag)] {
+            if !(0.0..=LONGEST_S).contains(&seconds) {
+                bail!("{option} {seconds}: seconds from 0 to {LONGEST_S}");
+            }
+        }
+        Ok(())
+    }
+
+    fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
+        evaluate(experiment, Bounds { lead_s: self.lead, lag_s: self.lag })
+    }
+}
 
 /// Runs the evaluation and draws its plots.
-///
-/// # Errors
-/// Where what is left is no database, or no output can keep those bounds.
-pub fn evaluate(corpus: &Corpus, options: &LooOptions, bounds: Bounds) -> Result<Evaluation> {
-    let body = Body::of(corpus)?;
-    say_left_out(corpus, &body, options);
-    let folds = held_out(corpus, &body, options);
+fn evaluate(experiment: &Experiment, bounds: Bounds) -> Result<Evaluation> {
+    let corpus = &experiment.corpus;
+    let (body, folds) = experiment.folds()?;
     let bar = progress::bar(folds.len(), "timing");
     let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
         .par_iter()
-        .map(|held| {
-            let Some((fold, bytes)) = Fold::new(corpus, &body, options, held.test, held.style)? else {
-                return Ok((Vec::new(), None));
-            };
+        .map(|&held| {
+            let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build)?;
             let database = Database::open(&bytes)?;
-            let config = options.configs.first().map_or_else(Default::default, |c| c.1);
-            let request = Request { config, bounds: Some(bounds), ..Request::style(held.style as u16) };
+            let request = Request { bounds: Some(bounds), ..Request::style(held.style as u16) };
             bar.inc(1);
             let streamed = stream(&database, &corpus.examples[held.test].clip, &request, &mut ())
                 .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;

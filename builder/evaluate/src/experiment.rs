@@ -1,0 +1,222 @@
+//! An experiment: the clips, those that are held out as tests, and how databases are built from the others.
+
+use gestus_core::blob::layout::dof;
+use gestus_database::build::BuildOptions;
+use gestus_motion::{
+    body::Body,
+    corpus::{Corpus, Example},
+    landmarks::LandmarkError,
+};
+
+/// What every measure that builds databases works on.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// All clips.
+    pub corpus: Corpus,
+    /// Style of the test clips: the input style.
+    pub from: usize,
+    /// Output styles.
+    pub to: Vec<usize>,
+    /// Test clips of each action.
+    pub folds: usize,
+    /// How databases are built.
+    pub build: BuildOptions,
+    /// Which clip is the truth for a test clip.
+    pub truth: Truth,
+}
+
+/// Which clip of the output style a test clip's translation is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Truth {
+    /// The clip of the same action that is nearest in mean speed and yaw rate: for motion that was not recorded in pairs.
+    NearestContent,
+    /// The clip of the same take, which is the exact answer: for pairs that were generated.
+    SameTake,
+}
+
+/// A test clip in one output style, and the clip that its translation is compared with. A fold leaves both out of the
+/// database.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HeldOut {
+    /// The test clip.
+    pub test: usize,
+    /// The truth for it in the output style.
+    pub truth: usize,
+    /// The next best clip of the output style, if there is one; it stays in the database.
+    pub other: Option<usize>,
+    /// The output style.
+    pub style: usize,
+}
+
+impl Experiment {
+    /// From the plain style to all others, with one test clip of each action.
+    pub fn new(corpus: Corpus, build: BuildOptions) -> Self {
+        let from = corpus.plain_style();
+        let to = (0..corpus.styles.len()).filter(|&s| s != from).collect();
+        Self { corpus, from, to, folds: 1, build, truth: Truth::NearestContent }
+    }
+
+    /// Build options with linear models and statistics, of each action and of all together.
+    pub fn build_with_models(&self) -> BuildOptions {
+        BuildOptions {
+            models: true,
+            models_by_action: true,
+            from: self.corpus.styles.get(self.from).cloned(),
+            ..self.build.clone()
+        }
+    }
+
+    /// Test clips: of each action in the input style, the first `folds` by name.
+    pub fn test_clips(&self) -> Vec<usize> {
+        let examples = &self.corpus.examples;
+        let mut tests = Vec::new();
+        for action in 0..self.corpus.actions.len() {
+            let mut clips: Vec<usize> = (0..examples.len())
+                .filter(|&i| (examples[i].action, examples[i].style) == (action, self.from))
+                .collect();
+            clips.sort_by(|&a, &b| examples[a].clip.name.cmp(&examples[b].clip.name));
+            tests.extend(clips.into_iter().take(self.folds));
+        }
+        tests
+    }
+
+    /// Number of folds, those that are left out included.
+    pub fn most_folds(&self) -> usize {
+        self.test_clips().len() * self.to.len()
+    }
+
+    /// The folds, with the body that all clips share. Folds that are left out are named on standard error.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] where the skeleton has no recognisable legs.
+    pub fn folds(&self) -> Result<(Body, Vec<HeldOut>), LandmarkError> {
+        let body = Body::of(&self.corpus)?;
+        let (folds, left_out) = self.held_out(&body);
+        left_out.iter().for_each(|line| eprintln!("{line}"));
+        Ok((body, folds))
+    }
+
+    /// The folds, and a line for each one that is left out: methods are compared by their means, which have to be over
+    /// the same folds, and no method has an answer for an action that the database lacks.
+    pub fn held_out(&self, body: &Body) -> (Vec<HeldOut>, Vec<String>) {
+        let (mut folds, mut left_out) = (Vec::new(), Vec::new());
+        for test in self.test_clips() {
+            for &style in &self.to {
+                match self.fold(body, test, style) {
+                    Ok(fold) => folds.push(fold),
+                    Err(line) => left_out.push(line),
+                }
+            }
+        }
+        (folds, left_out)
+    }
+
+    /// One fold, or why it can't be measured.
+    fn fold(&self, body: &Body, test: usize, style: usize) -> Result<HeldOut, String> {
+        let corpus = &self.corpus;
+        let example = &corpus.examples[test];
+        let (clip, action, to) = (&example.clip.name, &corpus.actions[example.action], &corpus.styles[style]);
+        let truths = match self.truth {
+            Truth::SameTake => self.same_take(test, style),
+            Truth::NearestContent => self.nearest_content(body, test, style),
+        };
+        let Some(&truth) = truths.first() else {
+            return Err(format!("left out: {clip} to {to}: no clip of {action} in {to} to compare with"));
+        };
+        let missing = self.lacking(example.action, &[test, truth]);
+        if missing.is_empty() {
+            return Ok(HeldOut { test, truth, other: truths.get(1).copied(), style });
+        }
+        let (truth, missing) = (&corpus.examples[truth].clip.name, missing.join(", "));
+        Err(format!(
+            "left out: {clip} to {to}: without it and its truth {truth} no clip of {action} is left in {missing}"
+        ))
+    }
+
+    /// The styles in which an action has no clip with a cycle once some clips are left out: such an action is not in the
+    /// database.
+    pub(crate) fn lacking(&self, action: usize, left_out: &[usize]) -> Vec<&str> {
+        let remains = |style: usize| {
+            let mut clips = self.corpus.examples.iter().enumerate();
+            clips.any(|(i, e)| {
+                (e.action, e.style) == (action, style) && !e.cycles.is_empty() && !left_out.contains(&i)
+            })
+        };
+        let styles = self.corpus.styles.iter().enumerate();
+        styles.filter(|&(s, _)| !remains(s)).map(|(_, name)| name.as_str()).collect()
+    }
+
+    /// The clips of a test clip's action in a style, nearest first in mean speed (m/s) and yaw rate (rad/s).
+    fn nearest_content(&self, body: &Body, test: usize, style: usize) -> Vec<usize> {
+        let examples = &self.corpus.examples;
+        let content = |i: usize| {
+            let rows = body.clip_dofs(&examples[i].clip);
+            [dof::FORWARD, dof::YAW].map(|d| rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64)
+        };
+        let wanted = content(test);
+        let mut clips: Vec<(usize, f64)> = (0..examples.len())
+            .filter(|&i| {
+                i != test && (examples[i].action, examples[i].style) == (examples[test].action, style)
+            })
+            .map(|i| {
+                let [speed, yaw] = content(i);
+                (i, (speed - wanted[0]).powi(2) + (yaw - wanted[1]).powi(2))
+            })
+            .collect();
+        clips.sort_by(|a, b| a.1.total_cmp(&b.1));
+        clips.into_iter().map(|c| c.0).collect()
+    }
+
+    /// The clips of a test clip's action and take in a style.
+    fn same_take(&self, test: usize, style: usize) -> Vec<usize> {
+        let examples = &self.corpus.examples;
+        let wanted = &examples[test];
+        let same = |e: &Example| e.action == wanted.action && e.style == style && e.take == wanted.take;
+        (0..examples.len()).filter(|&i| same(&examples[i])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::measures::loo::{self, Methods};
+    use gestus_database::synth;
+    /// Walks, and punches of which one neutral clip is left.
+    fn sparse() -> Experiment {
+        let corpus =
+            synth::corpus(&synth::Options::of(&["walk", "punch"], &["neutral", "proud"], 2, 4.0)).unwrap();
+        let (punch, neutral) = (corpus.action("punch").unwrap(), corpus.style("neutral").unwrap());
+        let one = corpus.examples.iter().position(|e| (e.action, e.style) == (punch, neutral)).unwrap();
+        let build = BuildOptions { models: false, ..BuildOptions::default() };
+        Experiment::new(corpus.without(&[one]), build)
+    }
+
+    #[test]
+    fn a_fold_without_its_action_is_left_out_and_named() {
+        let experiment = sparse();
+        let corpus = &experiment.corpus;
+        let (folds, left_out) = experiment.held_out(&Body::of(corpus).unwrap());
+        let walk = corpus.action("walk").unwrap();
+        assert!(folds.len() == 1 && corpus.examples[folds[0].test].action == walk);
+        assert!(
+            left_out.len() == 1 && left_out[0].contains("no clip of punch is left in neutral"),
+            "{left_out:?}"
+        );
+    }
+
+    #[test]
+    fn every_method_is_measured_over_the_same_folds() {
+        let methods = Methods { configs: Methods::default().configs[..1].to_vec(), ..Methods::default() };
+        let rows = loo::run(&sparse(), &methods, &|| ()).unwrap();
+        let clips = |method: &str| -> BTreeSet<&str> {
+            rows.iter().filter(|r| r.method == method).map(|r| r.clip.as_str()).collect()
+        };
+        let all = clips("mixture");
+        assert_eq!(all.len(), 1);
+        for method in ["unchanged", "global-affine", "nearest", "knn", "local-ar"] {
+            assert_eq!(clips(method), all, "{method}");
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Which clips of a folder a command uses, and how they become a database.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use gestus_database::{
+    data_folder::{
+        config::Config,
+        load::{Loaded, load},
+    },
+    search::groups,
+};
+
+/// Which clips are used, at what rate, and with which joints.
+#[derive(clap::Args, Clone, Default)]
+pub struct Selection {
+    #[command(flatten)]
+    pub classes: ClassArgs,
+    #[command(flatten)]
+    pub frames: FrameArgs,
+}
+
+/// Which actions and styles are used.
+#[derive(clap::Args, Clone, Default)]
+pub struct ClassArgs {
+    /// Actions to use, a,b; all where left out
+    #[arg(long, value_delimiter = ',')]
+    pub actions: Vec<String>,
+    /// Styles to use, s,t; all where left out. The first is the stylizer's initial output style
+    #[arg(long, value_delimiter = ',')]
+    pub styles: Vec<String>,
+}
+
+/// What is taken of each clip.
+#[derive(clap::Args, Clone, Default)]
+pub struct FrameArgs {
+    /// Joints to keep, each with all of its parents: for a board with little memory, or a body that lacks the others
+    #[arg(long, value_delimiter = ',')]
+    joints: Vec<String>,
+    /// Joint groups that can have a mask, a strength and a style of their own, besides the whole body: words (left-arm,
+    /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where
+    /// left out
+    #[arg(long, value_delimiter = ',')]
+    pub groups: Vec<String>,
+    /// Frames a second of the database, from 1 to 1000
+    #[arg(long)]
+    rate: Option<f64>,
+    /// Use at most so many clips of each action and style; clips that can't be used do not count; 0: no limit
+    #[arg(long)]
+    limit: Option<usize>,
+    /// Stop at a clip that can't be used, instead of leaving it out
+    #[arg(long)]
+    strict: bool,
+}
+
+impl Selection {
+    /// The configuration of a folder, or of a file, with the options of the command line applied to it.
+    pub fn config(&self, data: Option<&PathBuf>, file: Option<&PathBuf>) -> Result<Config> {
+        let mut config = match (file, data) {
+            (Some(file), _) => Config::read(file)?,
+            (None, Some(data)) => Config::of_folder(data)?,
+            (None, None) => bail!("give --data DIR or --config FILE"),
+        };
+        if let Some(data) = data {
+            config.data = Some(data.clone());
+        }
+        let Self { classes, frames } = self;
+        for (given, list) in [
+            (&classes.actions, &mut config.actions),
+            (&classes.styles, &mut config.styles),
+            (&frames.joints, &mut config.joints),
+        ] {
+            if !given.is_empty() {
+                list.clone_from(given);
+            }
+        }
+        if !frames.groups.is_empty() {
+            config.build.groups = groups::parse(&frames.groups);
+        }
+        if let Some(rate) = frames.rate {
+            if !(1.0..=1000.0).contains(&rate) {
+                bail!("--rate {rate}: frames a second from 1 to 1000");
+            }
+            config.rate_hz = rate;
+        }
+        config.limit = frames.limit.unwrap_or(config.limit);
+        config.strict |= frames.strict;
+        Ok(config)
+    }
+
+    /// Loads the clips of a folder; says on standard error what was left out.
+    pub fn load(&self, data: &Path) -> Result<(Config, Loaded)> {
+        let config = self.config(Some(&data.to_path_buf()), None)?;
+        let loaded = load_with_notes(&config)?;
+        Ok((config, loaded))
+    }
+}
+
+/// Loads clips; says on standard error what was left out.
+pub fn load_with_notes(config: &Config) -> Result<Loaded> {
+    let loaded = load(config)?;
+    for note in &loaded.notes {
+        eprintln!("{note}");
+    }
+    Ok(loaded)
+}
