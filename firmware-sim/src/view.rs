@@ -24,10 +24,7 @@ use gestus_database::{
     retarget::MapFile,
     stream::translate::Input,
 };
-use gestus_evaluate::{
-    pages::{DRAW, STYLE, script_safe},
-    report::markup::{escape, fill},
-};
+use gestus_evaluate::pages::{DRAW, STYLE, document};
 use gestus_motion::formats::bvh::Unit;
 
 use crate::recording::{Recording, Settings};
@@ -148,15 +145,7 @@ fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) 
     });
     let style = [STYLE, include_str!("../web/view.css")].concat();
     let script = [DRAW, include_str!("../web/gestus.js"), include_str!("../web/view.js")].concat();
-    fill(
-        include_str!("../web/view.html"),
-        &[
-            ("title", &escape(title)),
-            ("style", &style),
-            ("data", &script_safe(&data.to_string())),
-            ("script", &script),
-        ],
-    )
+    document(include_str!("../web/view.html"), title, &style, &data.to_string(), &script)
 }
 
 /// The wasm module: the one that was named, or built now where cargo and the target are there, or the one that

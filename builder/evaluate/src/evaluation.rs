@@ -47,7 +47,7 @@ impl Evaluation {
         };
         let object = json!({ "what": self.what, "rows": self.rows });
         save(format!("{}.json", self.what), serde_json::to_string_pretty(&object)?)?;
-        save(format!("{}.csv", self.what), table::csv(&self.rows))?;
+        save(format!("{}.csv", self.what), table::csv(&self.rows)?)?;
         for figure in &self.figures {
             save(format!("{}-{}.svg", self.what, figure.name), figure.svg.clone())?;
         }

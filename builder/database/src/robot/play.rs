@@ -10,7 +10,10 @@ use serde_json::{Value, json};
 
 use crate::robot::machine::Machine;
 use crate::stream;
-use gestus_motion::clip::{Clip, Frame};
+use gestus_motion::{
+    clip::{Clip, Frame},
+    statistics::mean_or_zero,
+};
 
 /// One tick.
 #[derive(Debug, Clone)]
@@ -192,9 +195,7 @@ impl Played {
                 }
             }
         }
-        let mean = |of: &dyn Fn(&Tick) -> f64| {
-            self.ticks.iter().map(of).sum::<f64>() / self.ticks.len().max(1) as f64
-        };
+        let mean = |of: &dyn Fn(&Tick) -> f64| mean_or_zero(self.ticks.iter().map(of));
         json!({
             "ticks": self.ticks.len(),
             "tick_hz": self.tick_hz,

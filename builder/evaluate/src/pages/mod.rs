@@ -13,9 +13,10 @@
 pub mod effort_sheet;
 pub mod view;
 
+use minijinja::context;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
-use crate::report::markup::{escape, fill};
+use crate::report::template;
 use gestus_motion::clip::{Frame, Skeleton};
 
 /// The script that draws skeletons, for other pages too: it defines `Draw`.
@@ -90,19 +91,16 @@ pub fn render(page: &Page) -> String {
     let data = Data { scenes: page.scenes.iter().map(scene_data).collect() };
     // Only strings, numbers and lists: serialising cannot fail.
     let json = serde_json::to_string(&data).unwrap_or_else(|_| String::from("{\"scenes\":[]}"));
-    fill(
-        include_str!("page.html"),
-        &[
-            ("title", &escape(&page.title)),
-            ("style", STYLE),
-            ("data", &script_safe(&json)),
-            ("script", &[DRAW, include_str!("page.js")].concat()),
-        ],
-    )
+    document(include_str!("page.html"), &page.title, STYLE, &json, &[DRAW, include_str!("page.js")].concat())
+}
+
+/// A page of a template with a title, a style, data for the script as JSON, and the script.
+pub fn document(template: &str, title: &str, style: &str, json: &str, script: &str) -> String {
+    template::render(template, context! { title, style, data => script_safe(json), script })
 }
 
 /// JSON that can stand inside a `script` element: no tag, comment or entity can begin in it.
-pub fn script_safe(json: &str) -> String {
+fn script_safe(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 

@@ -1,8 +1,10 @@
 //! The report of an evaluation as one HTML document.
 
+use minijinja::{Value, context};
+
 use crate::report::{
-    markup::escape,
     table::{self, Row},
+    template::render,
 };
 
 /// A picture with what it shows.
@@ -16,41 +18,34 @@ pub struct Figure {
     pub svg: String,
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
-table{border-collapse:collapse;font-size:13px;margin:1em 0}td,th{padding:2px 8px;border-bottom:1px solid #ddd;text-align:left}\
-figure{margin:1.5em 0}figcaption{color:#555}svg{max-width:100%;height:auto}";
-
-/// Text for people, its `words of code` set as such.
-fn prose(text: &str) -> String {
+/// Text for people as parts, of which the `words in backticks` are code.
+fn prose(text: &str) -> Vec<Value> {
     let parts: Vec<&str> = text.split('`').collect();
-    // A mark without its other half is a character like any.
-    let marks = (parts.len() - 1) / 2 * 2;
-    let mut out = String::new();
-    for (i, part) in parts.iter().enumerate() {
-        match (i, i % 2) {
-            (0, _) => {}
-            _ if i > marks => out.push('`'),
-            (_, 1) => out.push_str("<code>"),
-            _ => out.push_str("</code>"),
-        }
-        out.push_str(&escape(part));
-    }
-    out
+    // A backtick without its other half is a character like any.
+    let paired = (parts.len() - 1) / 2 * 2;
+    let part = |(i, part): (usize, &&str)| {
+        let text = if i > paired { format!("`{part}") } else { (*part).to_owned() };
+        context! { code => i <= paired && i % 2 == 1, text }
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
+/// Rows as the template's table.
+fn cells(rows: &[Row]) -> Value {
+    let columns = table::columns(rows);
+    let cells = |row: &Row| columns.iter().map(|c| table::text(row.get(*c))).collect::<Vec<_>>();
+    context! { rows => rows.iter().map(cells).collect::<Vec<_>>(), columns => columns.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>() }
 }
 
 /// Renders a report: what was measured, means first, pictures, then every row.
 pub fn report(title: &str, about: &str, summary: &[Row], figures: &[Figure], rows: &[Row]) -> String {
-    let pictures: String = figures
-        .iter()
-        .map(|f| format!("<figure>{}<figcaption>{}</figcaption></figure>\n", f.svg, prose(&f.caption)))
-        .collect();
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style></head>\n\
-         <body><h1>{title}</h1><p>{about}</p>\n<h2>Means</h2>\n{}<h2>Plots</h2>\n{pictures}<h2>All rows</h2>\n{}</body></html>\n",
-        table::html(summary),
-        table::html(rows),
-        title = escape(title),
-        about = prose(about),
+    let figure = |f: &Figure| context! { svg => f.svg.as_str(), caption => prose(&f.caption) };
+    render(
+        include_str!("report.html"),
+        context! {
+            title, about => prose(about), summary => cells(summary), rows => cells(rows),
+            figures => figures.iter().map(figure).collect::<Vec<_>>(),
+        },
     )
 }
 
@@ -60,8 +55,24 @@ mod tests {
 
     #[test]
     fn backticks_become_code() {
-        assert_eq!(prose("`a<b` and `c`."), "<code>a&lt;b</code> and <code>c</code>.");
-        assert_eq!(prose("`a` and ` alone"), "<code>a</code> and ` alone");
-        assert_eq!(prose("plain"), "plain");
+        for (about, html) in [
+            ("`a<b` and `c`.", "<p><code>a&lt;b</code> and <code>c</code>.</p>"),
+            ("`a` and ` alone", "<p><code>a</code> and ` alone</p>"),
+            ("plain", "<p>plain</p>"),
+        ] {
+            let report = report("", about, &[], &[], &[]);
+            assert!(report.contains(html), "{report}");
+        }
+    }
+
+    #[test]
+    fn names_are_escaped_and_pictures_are_not() {
+        let row = serde_json::json!({ "a<": "<b>", "n": 0.5 });
+        let figure = Figure { name: "f".into(), caption: "<i>".into(), svg: "<svg/>".into() };
+        let html = report("<t>", "", &[], &[figure], &[row.as_object().unwrap().clone()]);
+        assert!(html.starts_with("<!doctype html>\n"), "{html}");
+        assert!(html.contains("<tr><th>a&lt;</th><th>n</th></tr>"), "{html}");
+        assert!(html.contains("<tr><td>&lt;b&gt;</td><td>0.5000</td></tr>\n</tbody>"), "{html}");
+        assert!(html.contains("<figure><svg/><figcaption>&lt;i&gt;</figcaption></figure>"), "{html}");
     }
 }

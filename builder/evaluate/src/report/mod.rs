@@ -5,5 +5,5 @@
 //! escapes what it is given.
 
 pub mod html;
-pub mod markup;
 pub mod table;
+pub mod template;
