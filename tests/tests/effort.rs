@@ -9,7 +9,7 @@ use gestus_database::{
         NAMES,
         estimate::Estimator,
         fragment::Library,
-        learn::{Method, held_against, rank_correlation},
+        learn::{Method, held_against},
         model::Model,
         response,
         stage::segment,
@@ -18,7 +18,7 @@ use gestus_database::{
     synth,
 };
 use gestus_evaluate::measures::effort::annotated;
-use gestus_motion::{body::row_at, corpus::Corpus};
+use gestus_motion::{body::row_at, corpus::Corpus, statistics::rank_correlation};
 
 fn corpus(actions: &[&str], styles: &[&str], clips: usize) -> Corpus {
     let names = |n: &[&str]| n.iter().map(|n| (*n).to_owned()).collect();

@@ -6,6 +6,7 @@ use gestus_motion::{
     body::Body,
     corpus::{Corpus, Example},
     landmarks::LandmarkError,
+    statistics::mean,
 };
 
 /// What every measure that builds databases works on.
@@ -151,7 +152,7 @@ impl Experiment {
         let examples = &self.corpus.examples;
         let content = |i: usize| {
             let rows = body.clip_dofs(&examples[i].clip);
-            [dof::FORWARD, dof::YAW].map(|d| rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64)
+            [dof::FORWARD, dof::YAW].map(|d| mean(rows.iter().map(|r| r[d])))
         };
         let wanted = content(test);
         let mut clips: Vec<(usize, f64)> = (0..examples.len())

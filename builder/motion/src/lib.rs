@@ -2,8 +2,8 @@
 //!
 //! [`formats`] reads and writes files, [`capture`] finds them in a folder. The content of a file is an [`animation`]; a
 //! [`binding`] converts it to a [`clip`], in metres, Y up. [`landmarks`] finds hips, knees and feet in a skeleton,
-//! [`body`] converts poses to degrees of freedom, [`joints`] removes joints, and [`corpus`] holds clips with their labels,
-//! contacts and cycles.
+//! [`body`] converts poses to degrees of freedom, [`joints`] removes joints, [`corpus`] holds clips with their labels,
+//! contacts and cycles, and [`statistics`] has means, deviations, quantiles and correlations.
 
 pub mod animation;
 pub mod binding;
@@ -15,4 +15,5 @@ pub mod euler;
 pub mod formats;
 pub mod joints;
 pub mod landmarks;
+pub mod statistics;
 pub mod unit;

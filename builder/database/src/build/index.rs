@@ -4,6 +4,7 @@ use gestus_core::blob::layout::{self, MAX_TIMING, NONE, flag};
 use gestus_motion::{
     body::Body,
     corpus::{Cycle, Example},
+    statistics::{moments, variance},
 };
 use rayon::prelude::*;
 
@@ -90,7 +91,7 @@ impl Index {
             flags,
             graphs,
             searchable: counts,
-            timing: timing_metric(body, examples, dofs),
+            timing: timing_metric(body, dofs),
         })
     }
 }
@@ -139,25 +140,15 @@ fn frame_flags(examples: &[&Example], first_rows: &[usize], paired: &[bool], fra
 
 /// Standard deviation of each dof.
 fn deviations(rows: &[Vec<f32>]) -> Vec<f32> {
-    let count = rows.len() as f64;
-    (0..rows[0].len())
-        .map(|d| {
-            let mean = rows.iter().map(|r| f64::from(r[d])).sum::<f64>() / count;
-            let square = rows.iter().map(|r| (f64::from(r[d]) - mean).powi(2)).sum::<f64>() / count;
-            // The scale of a constant dof is not 0, since it is divided by.
-            square.sqrt().max(1e-4) as f32
-        })
-        .collect()
+    // The scale of a constant dof is not 0, since it is divided by.
+    (0..rows[0].len()).map(|d| moments(rows.iter().map(|r| f64::from(r[d])), 1e-4).1 as f32).collect()
 }
 
 /// The dofs of the timing metric: the joints' dofs that move most, each weighed by its spread and by that of its
 /// change.
-fn timing_metric(body: &Body, examples: &[&Example], dofs: &[Vec<Vec<f64>>]) -> Vec<(usize, f64, f64)> {
-    let count: usize = examples.iter().map(|e| e.clip.frames.len()).sum();
+fn timing_metric(body: &Body, dofs: &[Vec<Vec<f64>>]) -> Vec<(usize, f64, f64)> {
     let variance = |value: &dyn Fn(&[Vec<f64>], usize) -> f64| {
-        let all = || dofs.iter().flat_map(|rows| (0..rows.len()).map(move |t| value(rows, t)));
-        let mean = all().sum::<f64>() / count as f64;
-        all().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64
+        variance(dofs.iter().flat_map(|rows| (0..rows.len()).map(move |t| value(rows, t))))
     };
     let mut found: Vec<(f64, usize, f64)> = (layout::dof::JOINTS..body.dofs())
         .map(|d| {

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::effort::fragment::Fragment;
-use gestus_motion::body::row_at;
+use gestus_motion::{body::row_at, statistics::mean};
 
 /// Frames of a stretched fragment.
 pub const LENGTH: usize = 32;
@@ -38,8 +38,7 @@ impl Components {
             return Self { mean: Vec::new(), directions: Vec::new() };
         }
         let width = rows.first().map_or(0, Vec::len);
-        let mean: Vec<f64> =
-            (0..width).map(|c| rows.iter().map(|r| r[c]).sum::<f64>() / count as f64).collect();
+        let mean: Vec<f64> = (0..width).map(|c| mean(rows.iter().map(|r| r[c]))).collect();
         let centred: Vec<Vec<f64>> =
             rows.iter().map(|r| r.iter().zip(&mean).map(|(v, m)| v - m).collect()).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -106,7 +105,7 @@ mod tests {
         assert!((variance - 1.0).abs() < 1e-6, "{variance}");
         // The first component is the larger shape's coefficient, up to its sign, mean and scale.
         let correlation =
-            crate::effort::learn::correlation(&strong, &mixes.iter().map(|m| m.0).collect::<Vec<_>>());
+            gestus_motion::statistics::correlation(&strong, &mixes.iter().map(|m| m.0).collect::<Vec<_>>());
         assert!(correlation.abs() > 0.99, "{correlation}");
     }
 }

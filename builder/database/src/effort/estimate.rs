@@ -30,7 +30,11 @@ use crate::effort::{
     fragment::{Library, walk},
 };
 use crate::registration::gait_cycles::smooth;
-use gestus_motion::{body::Body, clip::Frame};
+use gestus_motion::{
+    body::Body,
+    clip::Frame,
+    statistics::{mean, moments},
+};
 
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
 const SMOOTH_S: f64 = 0.04;
@@ -66,7 +70,7 @@ fn of_stretches(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors
     if found.is_empty() {
         return None;
     }
-    Some(std::array::from_fn(|k| found.iter().map(|d| d[k]).sum::<f64>() / found.len() as f64))
+    Some(std::array::from_fn(|k| mean(found.iter().map(|d| d[k]))))
 }
 
 /// [`descriptors`] of joints' positions. They are the same wherever the motion stands and faces.
@@ -217,13 +221,8 @@ fn resampled(positions: &[Vec<Vector3<f64>>], times: &[f64], rate_hz: f64) -> Ve
 }
 
 fn spread(values: &[Factors]) -> Spread {
-    let n = values.len().max(1) as f64;
-    std::array::from_fn(|k| {
-        let mean = values.iter().map(|v| v[k]).sum::<f64>() / n;
-        let variance = values.iter().map(|v| (v[k] - mean).powi(2)).sum::<f64>() / n;
-        // Motion that is all alike has no spread to divide by.
-        (mean, variance.sqrt().max(0.01))
-    })
+    // Motion that is all alike has no spread to divide by.
+    std::array::from_fn(|k| moments(values.iter().map(|v| v[k]), 0.01))
 }
 
 #[cfg(test)]

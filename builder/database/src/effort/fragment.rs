@@ -23,6 +23,7 @@ use gestus_motion::{
     clip::{Frame, Skeleton},
     corpus::Corpus,
     landmarks::{LandmarkError, Landmarks},
+    statistics::{quantile, sorted},
 };
 
 /// A rest is slower than this share of the clip's fast moments (its 95th percentile of speed).
@@ -274,9 +275,7 @@ fn at_rests(body: &Body, rows: &[Vec<f64>], rate_hz: f64, (from, to): (usize, us
         })
         .collect();
     let speed = smooth(&raw, 0.05 * rate_hz);
-    let mut sorted = speed.clone();
-    sorted.sort_by(f64::total_cmp);
-    let fast = sorted[(0.95 * (sorted.len() - 1) as f64) as usize];
+    let fast = quantile(&sorted(speed.iter().copied()), 0.95).unwrap_or(0.0);
     let (rest, shortest) = ((REST_S * rate_hz) as usize, (SHORTEST_S * rate_hz) as usize);
     let mut cuts = vec![from];
     let mut t = from;

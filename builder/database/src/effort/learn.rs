@@ -21,6 +21,7 @@ use crate::effort::{
     ridge::{self, Kernel, Machine, Tabled, gammas},
     support,
 };
+use gestus_motion::statistics::{mean_or_zero, moments};
 
 /// A way to predict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -279,12 +280,10 @@ impl Learner {
 }
 
 fn scales(inputs: &[Vec<f64>]) -> Vec<(f64, f64)> {
-    let n = inputs.len().max(1) as f64;
     (0..inputs.first().map_or(0, Vec::len))
         .map(|d| {
-            let mean = inputs.iter().map(|i| i[d]).sum::<f64>() / n;
-            let variance = inputs.iter().map(|i| (i[d] - mean).powi(2)).sum::<f64>() / n;
-            (mean, 1.0 / variance.sqrt().max(1e-6))
+            let (mean, deviation) = moments(inputs.iter().map(|i| i[d]), 1e-6);
+            (mean, 1.0 / deviation)
         })
         .collect()
 }
@@ -349,7 +348,7 @@ pub struct Held {
 pub fn held_against(method: &[f64], line: &[f64]) -> Held {
     let gains: Vec<f64> = line.iter().zip(method).map(|(l, m)| l - m).collect();
     let count = gains.len().max(1) as f64;
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / count;
+    let mean = |v: &[f64]| mean_or_zero(v.iter().copied());
     let error = |v: &[f64]| {
         let squares: f64 = v.iter().map(|x| (x - mean(v)).powi(2)).sum();
         (squares / (count - 1.0).max(1.0) / count).sqrt()
@@ -365,91 +364,6 @@ pub fn held_against(method: &[f64], line: &[f64]) -> Held {
 
 /// Means of [`errors`] over the splits, in the order of [`Method::ALL`].
 pub fn means(errors: &[Vec<Factors>]) -> Vec<Factors> {
-    let over = |m: usize, k: usize| errors.iter().map(|e| e[m][k]).sum::<f64>() / errors.len().max(1) as f64;
+    let over = |m: usize, k: usize| mean_or_zero(errors.iter().map(|e| e[m][k]));
     (0..Method::ALL.len()).map(|m| std::array::from_fn(|k| over(m, k))).collect()
-}
-
-/// Pearson's correlation; 0 where one side does not vary.
-pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().max(1) as f64;
-    let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
-    let dot = |x: &[f64], mx: f64, y: &[f64], my: f64| -> f64 {
-        x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum()
-    };
-    let scale = (dot(a, ma, a, ma) * dot(b, mb, b, mb)).sqrt();
-    if scale > 0.0 { dot(a, ma, b, mb) / scale } else { 0.0 }
-}
-
-/// Spearman's rank correlation: Pearson's of the ranks, ties sharing theirs.
-pub fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
-    correlation(&ranks(a), &ranks(b))
-}
-
-fn ranks(values: &[f64]) -> Vec<f64> {
-    values
-        .iter()
-        .map(|v| {
-            let below = values.iter().filter(|o| *o < v).count() as f64;
-            let equal = values.iter().filter(|o| *o == v).count() as f64;
-            below + 0.5 * (equal - 1.0)
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Fragments on a line of Efforts; blends whose Effort bends away from the line.
-    fn data(bend: f64) -> (Known, Vec<Example>) {
-        let n = 14;
-        let wave = |i: usize, f: f64| (i as f64 * f).sin();
-        let known = Known {
-            components: (0..n).map(|i| vec![wave(i, 1.1), wave(i, 2.3)]).collect(),
-            efforts: (0..n).map(|i| [2.0 * wave(i, 0.9), 2.0 * wave(i, 1.7), wave(i, 3.1)]).collect(),
-        };
-        let examples = (0..60)
-            .map(|i| {
-                let (first, second) = (i * 5 % n, (i * 3 + 1) % n);
-                let alpha = 0.5 + 0.7 * wave(i, 4.7);
-                let mut effort = known.interpolated(first, second, alpha);
-                effort[1] += bend * (4.0 * alpha * (1.0 - alpha) - 0.5);
-                Example { first, second, alpha, effort }
-            })
-            .collect();
-        (known, examples)
-    }
-
-    #[test]
-    fn lines_are_exact_for_lines_and_kernels_follow_bends() {
-        let (known, examples) = data(2.0);
-        let errors = means(&super::errors(&known, &examples, 48, 4, 7, &|| {}));
-        assert!(errors[0][0] < 1e-20 && errors[0][2] < 1e-20);
-        // Half a parabola of height 2 about its middle is off by 0.4 and more.
-        assert!(errors[0][1] > 0.4, "{errors:?}");
-        for kernel in [2, 3] {
-            assert!(errors[kernel][1] < 0.3 * errors[0][1], "{errors:?}");
-        }
-        let (known, straight) = data(0.0);
-        assert!(means(&super::errors(&known, &straight, 48, 2, 7, &|| {}))[0].iter().all(|e| *e < 1e-20));
-    }
-
-    #[test]
-    fn a_gain_is_held_against_its_own_spread() {
-        let held = held_against(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
-        assert_eq!((held.mean, held.gain, held.better), (2.0, 0.5, 0.75));
-        // Deviations of the gains from 0.5: 0.5, 0, 0.5, -1; of the errors from 2: -1, 0, 1, 0.
-        assert!((held.gain_error - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
-        assert!((held.standard_error - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn ranks_are_what_counts() {
-        assert!((rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2, 5.0, 99.0]) - 1.0).abs() < 1e-12);
-        assert!(
-            (rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 1.0, 2.0, 2.0]) - 0.894_427_191).abs() < 1e-6
-        );
-        assert!((rank_correlation(&[1.0, 2.0, 3.0], &[3.0, 2.0, 1.0]) + 1.0).abs() < 1e-12);
-        assert_eq!(rank_correlation(&[1.0, 2.0], &[5.0, 5.0]), 0.0);
-    }
 }

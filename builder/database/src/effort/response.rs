@@ -38,6 +38,7 @@ use gestus_motion::{
     clip::Clip,
     corpus::{Corpus, Example},
     landmarks::LandmarkError,
+    statistics::mean_or_zero,
 };
 
 /// Inputs, at most: one an action, then a second.
@@ -251,7 +252,7 @@ pub fn solve(
 }
 
 fn mean(seen: &[Factors]) -> Factors {
-    std::array::from_fn(|k| seen.iter().map(|e| e[k]).sum::<f64>() / seen.len().max(1) as f64)
+    std::array::from_fn(|k| mean_or_zero(seen.iter().map(|e| e[k])))
 }
 
 /// Mixes at the ends: of each factor down and up, one for each weight of unevenness.
@@ -292,15 +293,14 @@ fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
     let (mut sum, mut best, mut last) = (0.0, 0.0, 0);
     for place in 1..way.seen.len() {
         let steps = || (0..inputs).map(|i| change(place, i) - change(place - 1, i));
-        let mean = steps().sum::<f64>() / inputs.max(1) as f64;
+        let mean = mean_or_zero(steps());
         sum += steps().fold(f64::INFINITY, f64::min) - LAG * mean;
         if sum > best {
             (best, last) = (sum, place);
         }
     }
-    let course: Vec<f64> = (0..=last)
-        .map(|place| (0..inputs).map(|i| change(place, i)).sum::<f64>() / inputs.max(1) as f64)
-        .collect();
+    let course: Vec<f64> =
+        (0..=last).map(|place| mean_or_zero((0..inputs).map(|i| change(place, i)))).collect();
     let seen = way.seen[..=last].iter().map(|s| mean(s)).collect();
     Reach { sum: best, course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
 }

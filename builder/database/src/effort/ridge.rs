@@ -6,6 +6,7 @@
 //! F needs no fit of its own: with `C = K + λ I` the residuals are `(C⁻¹_FF)⁻¹ (C⁻¹ y)_F`, so that a whole
 //! cross-validation costs one factor and its inverse. Cost: O(n³) for each γ and λ, 0.7 n³ multiplications.
 
+use gestus_motion::statistics::mean_or_zero;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Folds of a cross-validation.
@@ -62,7 +63,7 @@ impl Kernel {
     /// be 0 at known places.
     fn offset(self, y: &[f64]) -> f64 {
         match self {
-            Self::Linear | Self::Radial(_) => y.iter().sum::<f64>() / y.len().max(1) as f64,
+            Self::Linear | Self::Radial(_) => mean_or_zero(y.iter().copied()),
             Self::Between(_) => 0.0,
         }
     }

@@ -25,6 +25,7 @@ use gestus_motion::{
     body::{Body, about_y, row_at},
     clip::{Clip, Frame, interpolate},
     corpus::{Corpus, Cycle},
+    statistics::mean,
 };
 use nalgebra::Vector3;
 
@@ -96,7 +97,7 @@ fn cut(rows: &[Vec<f64>], cycle: &Cycle) -> Cut {
     let count = ((end - start).round() as usize).max(3);
     let at = |k: usize| start + (end - start) * k as f64 / count as f64;
     let rows: Vec<Vec<f64>> = (0..=count).map(|k| row_at(rows, at(k))).collect();
-    let speed = rows.iter().map(|r| r[dof::FORWARD]).sum::<f64>() / rows.len() as f64;
+    let speed = mean(rows.iter().map(|r| r[dof::FORWARD]));
     let middle = (cycle.position(0.5) - start) / (end - start) * count as f64;
     Cut { rows, middle, speed }
 }
@@ -135,9 +136,7 @@ impl Bilinear {
                 cuts.iter().map(|c| vector(&base, c, corpus.rate_hz)).collect();
             tensor.push(vectors.map_err(warp)?);
         }
-        let speeds_m_s = (0..SPEEDS.len())
-            .map(|v| all.iter().map(|c| c[v].speed).sum::<f64>() / all.len() as f64)
-            .collect();
+        let speeds_m_s = (0..SPEEDS.len()).map(|v| mean(all.iter().map(|c| c[v].speed))).collect();
         Ok(Self::analyse(&tensor, base.rows.len() - 1, body.dofs(), corpus.rate_hz, speeds_m_s))
     }
 

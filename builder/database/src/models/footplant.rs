@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::numbers::moments;
+use gestus_motion::statistics::moments;
 
 /// A projection and its boundary: a foot is in contact if the projection is greater.
 #[derive(Debug, Clone, PartialEq)]

@@ -22,7 +22,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use gestus_motion::corpus::Cycle;
+use gestus_motion::{
+    corpus::Cycle,
+    statistics::{mean_or_zero, moments},
+};
 
 mod cycles;
 mod similar_actions;
@@ -203,22 +206,18 @@ fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
         .map(|c| {
             let (start, end) = c.cycle.span();
             let rows = &c.dofs[start.ceil().max(0.0) as usize..(end.ceil() as usize).clamp(1, c.dofs.len())];
-            let count = rows.len().max(1) as f64;
-            let mean = |d: usize| rows.iter().map(|r| r[d]).sum::<f64>() / count;
-            let yaw = mean(dof::YAW);
-            let spread = (rows.iter().map(|r| (r[dof::YAW] - yaw).powi(2)).sum::<f64>() / count).sqrt();
-            vec![mean(dof::FORWARD), yaw, spread]
+            let speed = mean_or_zero(rows.iter().map(|r| r[dof::FORWARD]));
+            let (yaw, spread) = moments(rows.iter().map(|r| r[dof::YAW]), 0.0);
+            vec![speed, yaw, spread]
         })
         .collect();
     let everything: Vec<usize> = (0..cycles.len()).collect();
     for (k, weight) in WEIGHTS.into_iter().enumerate() {
         let groups: Vec<&Vec<usize>> = if k <= 1 { vec![&everything] } else { members.iter().collect() };
         for group in groups {
-            let count = group.len().max(1) as f64;
-            let mean = group.iter().map(|&i| content[i][k]).sum::<f64>() / count;
-            let spread = (group.iter().map(|&i| (content[i][k] - mean).powi(2)).sum::<f64>() / count).sqrt();
+            let (mean, spread) = moments(group.iter().map(|&i| content[i][k]), 1e-9);
             for &i in group {
-                content[i][k] = weight * (content[i][k] - mean) / spread.max(1e-9);
+                content[i][k] = weight * (content[i][k] - mean) / spread;
             }
         }
     }

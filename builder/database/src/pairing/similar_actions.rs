@@ -12,6 +12,7 @@
 
 use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
 use crate::registration::{timeline::GAIT_KNOTS, warp};
+use gestus_motion::statistics::mean;
 
 /// Greatest ratio of distances for similar actions.
 const SIMILAR: f64 = 2.0;
@@ -49,7 +50,7 @@ pub(super) fn pools(
                 Some(0.5 * ratio.ln())
             })
             .collect();
-        !logs.is_empty() && logs.iter().sum::<f64>() / (logs.len() as f64) < SIMILAR.ln()
+        !logs.is_empty() && mean(logs.iter().copied()) < KIN.ln()
     };
     classes
         .iter()
@@ -78,7 +79,7 @@ fn mean_distance(of: &[(usize, Vec<f64>)], others: &[(usize, Vec<f64>)]) -> Opti
             elsewhere.map(|(_, other)| distance2(shape, other).sqrt()).min_by(f64::total_cmp)
         })
         .collect();
-    let mean = nearest.iter().sum::<f64>() / nearest.len() as f64;
+    let mean = mean(nearest);
     // The mean of none is NaN.
     (mean > 0.0).then_some(mean)
 }

@@ -10,6 +10,7 @@ use gestus_motion::{
     clip::Clip,
     corpus::{Cycle, Example},
     landmarks::Landmarks,
+    statistics::sorted,
 };
 
 /// Contacts of the left and right foot in every frame. Shape `[frames]`.
@@ -66,8 +67,8 @@ pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 
         }
     }
     seen.map(|joints| {
-        joints.map(|mut heights| {
-            heights.sort_by(f64::total_cmp);
+        joints.map(|heights| {
+            let heights = sorted(heights);
             heights.get(heights.len() / 2).copied().unwrap_or(0.0)
         })
     })
@@ -75,9 +76,7 @@ pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 
 
 /// A joint's lowest height: its 5% quantile, so that a bad frame does not matter.
 fn low(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
-    let mut heights: Vec<f64> = positions.iter().map(|p| p[joint].y).collect();
-    heights.sort_by(f64::total_cmp);
-    heights[positions.len() / 20]
+    sorted(positions.iter().map(|p| p[joint].y))[positions.len() / 20]
 }
 
 /// Removes contacts and gaps shorter than 50 ms.

@@ -4,7 +4,13 @@
 //! strikes near its maximum, the right foot near its minimum. A cycle goes from a left strike to the right strike and the
 //! next left strike: phases 0, 0.5 and 1 of canonical time.
 
-use gestus_motion::{body::about_y, clip::Clip, corpus::Cycle, landmarks::Landmarks};
+use gestus_motion::{
+    body::about_y,
+    clip::Clip,
+    corpus::Cycle,
+    landmarks::Landmarks,
+    statistics::{quantile, sorted},
+};
 
 /// Shortest half cycle, seconds: a sprint has about 0.25.
 const SHORTEST_S: f64 = 0.16;
@@ -66,9 +72,8 @@ pub fn smooth(values: &[f64], sigma: f64) -> Vec<f64> {
 
 /// Alternating extremes of a signal whose difference is a sufficient part of its range.
 fn strikes(signal: &[f64], rate_hz: f64) -> Vec<Strike> {
-    let mut sorted = signal.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let quantile = |q: f64| sorted.get((q * (sorted.len() - 1) as f64) as usize).copied().unwrap_or(0.0);
+    let sorted = sorted(signal.iter().copied());
+    let quantile = |q: f64| quantile(&sorted, q).unwrap_or(0.0);
     if signal.len() < 3 {
         return Vec::new();
     }

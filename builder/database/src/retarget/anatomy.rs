@@ -25,6 +25,7 @@ use crate::retarget::{
 use gestus_motion::{
     clip::{Frame, Skeleton},
     landmarks::rest_positions,
+    statistics::{mean_or_zero, quantile, sorted},
 };
 
 /// A skeleton's frames and lengths.
@@ -213,9 +214,7 @@ impl Measure<'_> {
         let toes = self.parts.get(Part::Toes(side));
         let height = |w: &World, j: usize| w.places[j].y;
         let low = |j: usize, share: f64| {
-            let mut heights: Vec<f64> = self.worlds.iter().map(|w| height(w, j)).collect();
-            heights.sort_by(f64::total_cmp);
-            heights.get(((heights.len() - 1) as f64 * share) as usize).copied().unwrap_or(0.0)
+            quantile(&sorted(self.worlds.iter().map(|w| height(w, j))), share).unwrap_or(0.0)
         };
         if self.worlds.is_empty() {
             return;
@@ -291,8 +290,7 @@ fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lowe
         let way = path(skeleton, parts.get(lower(s))?);
         Some(way.iter().skip_while(|&&j| j != from).skip(1).map(|&j| skeleton.offsets[j].norm()).sum())
     };
-    let known: Vec<f64> = Side::BOTH.into_iter().filter_map(length).collect();
-    known.iter().sum::<f64>() / known.len().max(1) as f64
+    mean_or_zero(Side::BOTH.into_iter().filter_map(length))
 }
 
 /// The body's axes with all rotations zero, where that is an upright body: head above hips, feet below, straight

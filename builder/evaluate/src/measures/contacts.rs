@@ -21,7 +21,7 @@ use gestus_database::{
     registration::contact::{GAUSSIAN_S, contacts, smoothed},
     stream::{Request, Streamed, stream},
 };
-use gestus_motion::{body::Body, corpus::Corpus};
+use gestus_motion::{body::Body, corpus::Corpus, statistics::mean_or_zero};
 
 /// Counts of agreement over both feet.
 #[derive(Debug, Clone, Copy, Default)]
@@ -193,12 +193,8 @@ fn by_action(corpus: &Corpus, rows: &[table::Row]) -> Figure {
         .iter()
         .map(|method| {
             let of = |action: &String| {
-                let values: Vec<f64> = rows
-                    .iter()
-                    .filter(|r| r["method"] == *method && r["action"] == **action)
-                    .filter_map(|r| r["contact_f1"].as_f64())
-                    .collect();
-                values.iter().sum::<f64>() / values.len().max(1) as f64
+                let rows = rows.iter().filter(|r| r["method"] == *method && r["action"] == **action);
+                mean_or_zero(rows.filter_map(|r| r["contact_f1"].as_f64()))
             };
             ((*method).to_owned(), corpus.actions.iter().map(of).collect())
         })

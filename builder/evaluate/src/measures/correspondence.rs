@@ -28,7 +28,7 @@ use gestus_database::{
     },
     synth::STYLES,
 };
-use gestus_motion::{body::Body, corpus::Corpus, landmarks::LandmarkError};
+use gestus_motion::{body::Body, corpus::Corpus, landmarks::LandmarkError, statistics::mean};
 
 /// Generated actions whose clips are warped as a whole, and those whose cycles are known by their strikes.
 const ACTS: [&str; 3] = ["jump", "punch", "kick"];
@@ -163,14 +163,13 @@ fn onto(
 
 /// The mean error of each method's strikes; nothing where no cycle was warped.
 fn strikes(rows: &[table::Row]) -> Option<Figure> {
-    let mean = |method: &str| {
+    let of_method = |method: &str| {
         let of =
             rows.iter().filter(|r| r["method"] == method).filter_map(|r| r.get("strike_error_ms")?.as_f64());
-        let count = of.clone().count();
-        (count > 0).then(|| (method.to_owned(), vec![of.sum::<f64>() / count as f64]))
+        Some(mean(of)).filter(|m| !m.is_nan()).map(|mean| (method.to_owned(), vec![mean]))
     };
     let series: Vec<(String, Vec<f64>)> =
-        ["imw", "time-warp-alone", "dtw-1", "dtw-3"].into_iter().filter_map(mean).collect();
+        ["imw", "time-warp-alone", "dtw-1", "dtw-3"].into_iter().filter_map(of_method).collect();
     let labels = Labels { title: "Error of the right strike", x: "gait cycles", y: "ms" };
     (!series.is_empty()).then(|| Figure {
         name: "strikes".into(),

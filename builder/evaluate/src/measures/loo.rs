@@ -28,6 +28,7 @@ use gestus_database::{
 use gestus_motion::{
     body::{Body, row_at},
     corpus::Corpus,
+    statistics::{mean, variance},
 };
 
 /// Options of `gestus evaluate loo`.
@@ -132,9 +133,8 @@ fn methods_of(results: &[Row]) -> Vec<String> {
     names
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    values.iter().sum::<f64>() / values.len() as f64
+fn finite_mean(values: impl Iterator<Item = f64>) -> f64 {
+    mean(values.filter(|v| v.is_finite()))
 }
 
 /// Errors of each method by action: Xia 2015, Figure 6.
@@ -157,8 +157,11 @@ fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
             .contains(&m.as_str())
         })
         .map(|m| {
-            let of =
-                |a| mean(results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.joint_error_cm));
+            let of = |a| {
+                finite_mean(
+                    results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.joint_error_cm),
+                )
+            };
             let values = (0..corpus.actions.len()).map(of).collect();
             (m, values)
         })
@@ -178,7 +181,11 @@ fn trade_off(results: &[Row]) -> Figure {
         .filter(|m| m != "unchanged" && m != "global-ar")
         .map(|m| {
             let of = || results.iter().filter(|r| r.method == m);
-            (m.clone(), mean(of().filter_map(|r| r.variability)), mean(of().map(|r| r.joint_error_cm)))
+            (
+                m.clone(),
+                finite_mean(of().filter_map(|r| r.variability)),
+                finite_mean(of().map(|r| r.joint_error_cm)),
+            )
         })
         .collect();
     let labels = Labels {
@@ -209,8 +216,8 @@ pub(super) fn one_dof(experiment: &Experiment) -> Result<Option<Figure>, BuildEr
     let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(None) };
     let predicted = own_dofs(&fold, &database, &record.predicted);
     let dof = dof::JOINTS + 3 * (body.landmarks.knees[0] - 1);
-    let dof =
-        (dof..dof + 3).max_by(|&a, &b| spread(&fold.x, a).total_cmp(&spread(&fold.x, b))).unwrap_or(dof);
+    let spread = |d: usize| variance(fold.x.iter().map(|r| r[d]));
+    let dof = (dof..dof + 3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(dof);
     let series = |rows: &[Vec<f64>]| {
         rows.iter().enumerate().map(|(t, r)| (t as f64 / corpus.rate_hz, r[dof])).collect::<Vec<_>>()
     };
@@ -239,11 +246,6 @@ pub(super) fn one_dof(experiment: &Experiment) -> Result<Option<Figure>, BuildEr
         caption: "One dof over the input's time, each method against the truth at equal canonical time (Xia 2015, Figure 3).".into(),
         svg: plots::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
     }))
-}
-
-fn spread(rows: &[Vec<f64>], d: usize) -> f64 {
-    let mean = rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64;
-    rows.iter().map(|r| (r[d] - mean).powi(2)).sum()
 }
 
 /// Runs every method on every fold; `progress` is called once a fold.

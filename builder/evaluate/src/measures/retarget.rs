@@ -33,6 +33,7 @@ use gestus_motion::{
     clip::{Clip, Frame},
     formats::bvh::{Binding, Options},
     landmarks::Landmarks,
+    statistics::{mean, mean_or_zero},
 };
 
 /// An end effector, seen from where its limb begins.
@@ -78,7 +79,7 @@ pub fn directions(a: (&Body, &[Frame]), b: (&Body, &[Frame]), from: Part, to: Pa
     let angles: Vec<f64> =
         a.1.iter().zip(b.1).map(|(f, g)| way(f, a.0, ja).angle(&way(g, b.0, jb)).to_degrees()).collect();
     Some(Directions {
-        mean_deg: angles.iter().sum::<f64>() / angles.len().max(1) as f64,
+        mean_deg: mean_or_zero(angles.iter().copied()),
         max_deg: angles.iter().copied().fold(0.0, f64::max),
     })
 }
@@ -87,7 +88,7 @@ pub fn directions(a: (&Body, &[Frame]), b: (&Body, &[Frame]), from: Part, to: Pa
 fn both_sides(of: impl Fn(Side) -> Option<Directions>) -> Option<Directions> {
     let found: Vec<Directions> = Side::BOTH.into_iter().filter_map(of).collect();
     let max_deg = found.iter().map(|d| d.max_deg).reduce(f64::max)?;
-    Some(Directions { mean_deg: found.iter().map(|d| d.mean_deg).sum::<f64>() / found.len() as f64, max_deg })
+    Some(Directions { mean_deg: mean(found.iter().map(|d| d.mean_deg)), max_deg })
 }
 
 /// Steps on and off of two clips' contacts, matched in time. `window` is how far apart one step can be, frames.

@@ -25,6 +25,7 @@ use gestus_motion::{
     body::Body,
     clip::{Frame, Skeleton},
     corpus::Corpus,
+    statistics::{mean, quantile, sorted},
 };
 
 /// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
@@ -51,14 +52,12 @@ pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -
 /// Mean speed on the ground of feet that stand, cm/s. Not a number where none does, which a table leaves out: 0 would
 /// say that they stand still.
 pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
-    let speeds: Vec<f64> =
-        standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v).collect();
-    speeds.iter().sum::<f64>() / speeds.len() as f64
+    mean(standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v))
 }
 
 /// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames; of feet that stand.
 fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
-    let mut heights: Vec<f64> = of
+    let heights = of
         .frames
         .iter()
         .zip(&of.stands)
@@ -72,11 +71,9 @@ fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option
                 })
             })
         })
-        .flatten()
-        .collect();
-    heights.sort_by(f64::total_cmp);
-    let at = |q: f64| heights.get((q * (heights.len().max(1) - 1) as f64) as usize).copied();
-    [at(0.05), at(0.95)]
+        .flatten();
+    let heights = sorted(heights);
+    [0.05, 0.95].map(|share| quantile(&heights, share))
 }
 
 /// How far the lower of ankle and toes of either foot comes below where it stands, in any frame, cm: 0 or less.

@@ -22,7 +22,7 @@ use gestus_database::effort::{
     estimate::descriptors,
     fragment::{Library, walk},
 };
-use gestus_motion::body::Body;
+use gestus_motion::{body::Body, statistics::moments};
 
 /// Standard deviation of the noise.
 const NOISE: f64 = 0.3;
@@ -48,12 +48,7 @@ impl Annotator {
                     .filter(|f| f.action == action)
                     .filter_map(|f| felt(&library.body, &f.rows, library.rate_hz))
                     .collect();
-                let n = seen.len().max(1) as f64;
-                std::array::from_fn(|k| {
-                    let mean = seen.iter().map(|d| d[k]).sum::<f64>() / n;
-                    let variance = seen.iter().map(|d| (d[k] - mean).powi(2)).sum::<f64>() / n;
-                    (mean, variance.sqrt().max(1e-9))
-                })
+                std::array::from_fn(|k| moments(seen.iter().map(|d| d[k]), 1e-9))
             })
             .collect();
         Self { body: library.body.clone(), rate_hz: library.rate_hz, habits, seed }

@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use gestus_motion::{
     body::{Body, row_at},
     corpus::Cycle,
+    statistics::mean,
 };
 
 /// Joint positions of a pose, hips-centred and facing +Z, metres. Shape `[joints]`.
@@ -21,7 +22,7 @@ pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
 
 /// Mean distance of the joints of two poses, metres.
 pub fn joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len() as f64
+    mean(a.iter().zip(b).map(|(a, b)| (a - b).norm()))
 }
 
 /// Where the frames of one clip are in another: at equal canonical time. Gaits repeat, so canonical time is known
@@ -41,7 +42,7 @@ pub fn best_shift(rows: &[Vec<f64>], cycles: &[Cycle], other_rows: &[Vec<f64>], 
     let yaw = |rows: &[Vec<f64>], c: &Cycle| {
         let (start, end) = c.span();
         let span = &rows[start.max(0.0) as usize..(end.ceil() as usize).clamp(1, rows.len())];
-        span.iter().map(|r| r[dof::YAW]).sum::<f64>() / span.len() as f64
+        mean(span.iter().map(|r| r[dof::YAW]))
     };
     let (own, theirs): (Vec<f64>, Vec<f64>) =
         (cycles.iter().map(|c| yaw(rows, c)).collect(), other.iter().map(|c| yaw(other_rows, c)).collect());

@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::models::lti::Model;
+use gestus_motion::statistics::mean;
 
 /// Bounds of the logarithm of the time warp, as in the core.
 const LOG_STEP: f64 = 1.386_294_4;
@@ -91,7 +92,7 @@ fn backwards(rows: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
     }
     let mut earlier = vec![vec![0.0; dofs]; count];
     for d in 0..dofs {
-        let mean = rows.iter().map(|r| r[d]).sum::<f64>() / rows.len() as f64;
+        let mean = mean(rows.iter().map(|r| r[d]));
         let values: Vec<f64> = rows.iter().map(|r| r[d] - mean).collect();
         let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(l, h), &v| (l.min(v), h.max(v)));
         let known = DMatrix::from_fn(values.len() - PREDICTORS, PREDICTORS, |t, k| values[t + 1 + k]);

@@ -17,9 +17,9 @@ use rayon::prelude::*;
 use crate::models::{
     correspond::Aligned,
     footplant::{self, Footplant},
-    numbers::moments,
 };
 use crate::registration::warp::STILL;
+use gestus_motion::statistics::moments;
 use n4sid::{Estimate, Signal, System};
 
 /// Least standard deviation for normalisation, radians, metres, and their rates; for angles of the input it is [`STILL`].

@@ -6,8 +6,8 @@
 use gestus_core::math::quaternion::Quaternion;
 use nalgebra::UnitQuaternion;
 
-use crate::models::numbers::moments;
 use gestus_motion::euler::{about, angles};
+use gestus_motion::statistics::moments;
 
 const ORDER: [usize; 3] = [2, 0, 1];
 /// Greatest factor of a standard deviation, as with quaternions.

@@ -11,11 +11,12 @@ use gestus_core::{
 use crate::models::statistic::mean::{self, Spread};
 use crate::models::{
     footplant::{self, Footplant},
-    numbers::{floats, moments},
+    numbers::floats,
 };
 use gestus_motion::{
     body::{Body, about_y},
     corpus::Example,
+    statistics::moments,
 };
 
 /// Statistics of one style, over one action or all.

@@ -28,7 +28,6 @@ use crate::models::statistic::{
     mean::{self, Spread},
 };
 use crate::{
-    models::numbers::moments,
     registration::{
         contact,
         warp::{
@@ -41,6 +40,7 @@ use crate::{
 use gestus_motion::{
     body::{Body, about_y, row_at},
     clip::{Clip, Frame},
+    statistics::moments,
 };
 
 /// Greatest factor of a standard deviation, as in the core.

@@ -12,6 +12,7 @@
 
 pub use error::WarpError;
 use gestus_core::blob::layout::dof;
+use gestus_motion::statistics::variance;
 
 pub mod demo;
 pub mod dtw;
@@ -139,10 +140,7 @@ pub fn standardised(u: &[Vec<f64>], y: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f
     let dofs = u.first().map_or(0, Vec::len);
     let mut scales = vec![STILL; dofs];
     for (d, scale) in scales.iter_mut().enumerate() {
-        let variance = |m: &[Vec<f64>]| {
-            let mean = m.iter().map(|r| r[d]).sum::<f64>() / m.len() as f64;
-            m.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>() / m.len() as f64
-        };
+        let variance = |m: &[Vec<f64>]| variance(m.iter().map(|r| r[d]));
         *scale = (0.5 * (variance(u) + variance(y))).sqrt().max(STILL);
     }
     let scaled = |m: &[Vec<f64>]| -> Vec<Vec<f64>> {

@@ -1,14 +1,16 @@
 //! The comparison in words and bars.
 
+use gestus_motion::statistics::mean;
+
 use crate::{
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 
-fn mean(rows: &[table::Row], set: &str, method: &str, key: &str) -> Option<f64> {
+/// A key's mean over the rows of a method in a set; `None` where it has none.
+fn mean_of(rows: &[table::Row], set: &str, method: &str, key: &str) -> Option<f64> {
     let of = rows.iter().filter(|r| r["set"] == set && r["method"] == method);
-    let values: Vec<f64> = of.filter_map(|r| r.get(key)?.as_f64()).collect();
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    Some(mean(of.filter_map(|r| r.get(key)?.as_f64()))).filter(|mean| !mean.is_nan())
 }
 
 const SETS: [&str; 9] = [
@@ -44,8 +46,8 @@ pub(super) fn bars(rows: &[table::Row], key: &str, title: &str, unit: &str) -> F
         SETS.iter().filter(|s| rows.iter().any(|r| r["set"] == **s)).map(|s| (*s).to_owned()).collect();
     let series: Vec<(String, Vec<f64>)> = methods
         .iter()
-        .filter(|m| sets.iter().any(|s| mean(rows, s, m, key).is_some()))
-        .map(|m| ((*m).to_owned(), sets.iter().map(|s| mean(rows, s, m, key).unwrap_or(0.0)).collect()))
+        .filter(|m| sets.iter().any(|s| mean_of(rows, s, m, key).is_some()))
+        .map(|m| ((*m).to_owned(), sets.iter().map(|s| mean_of(rows, s, m, key).unwrap_or(0.0)).collect()))
         .collect();
     Figure {
         name: key.replace('_', "-"),
@@ -73,7 +75,7 @@ pub(super) fn verdict(rows: &[table::Row]) -> String {
          answer is one affine map for all actions, which is what linear models can say and mixtures have to learn.",
     );
     for set in SETS {
-        let of = |method: &str| mean(rows, set, method, "joint_error_cm");
+        let of = |method: &str| mean_of(rows, set, method, "joint_error_cm");
         let (Some(mixture), Some(lti)) = (of("mixture"), of("lti")) else { continue };
         text += &format!(
             " {set}: mixture {mixture:.2} cm, linear model {lti:.2} cm; {}",
@@ -100,7 +102,7 @@ pub(super) fn verdict(rows: &[table::Row]) -> String {
         if let Some(process) = of("gaussian-process-unlabelled") {
             text += &format!(", of all actions {process:.2} cm");
         }
-        let step = |method: &str| mean(rows, set, method, "step_error_ms");
+        let step = |method: &str| mean_of(rows, set, method, "step_error_ms");
         if let (Some(mixture), Some(lti), Some(kept)) = (step("mixture"), step("lti"), step("statistic")) {
             text += &format!(
                 ". A time step of the mixture is {mixture:.2} ms off, of the linear model {lti:.2} ms, of the input's \

@@ -4,13 +4,13 @@ use gestus_core::{Config, Database, Effort, blob::layout::section, stylizer::eff
 use gestus_database::{
     blob::assemble::with_section,
     build::{BuildError, build},
-    effort::{
-        NAMES, estimate::Estimator, fragment::Library, learn::rank_correlation, model::Model, response,
-        synthesize,
-    },
+    effort::{NAMES, estimate::Estimator, fragment::Library, model::Model, response, synthesize},
     stream::{Request, Streamed, stream},
 };
-use gestus_motion::corpus::Corpus;
+use gestus_motion::{
+    corpus::Corpus,
+    statistics::{mean, rank_correlation},
+};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -159,8 +159,7 @@ pub(super) fn clips(
                 let output = synthesize::translate(model, &example.clip, &wanted);
                 let action = Some(example.action);
                 got.push(estimator.estimate(&library.body, &output.rows, library.rate_hz, action)?[k]);
-                let sum: f64 = output.choices.iter().map(|c| c.effort[k]).sum();
-                predicted.push((sum / output.choices.len() as f64 - target).abs());
+                predicted.push((mean(output.choices.iter().map(|c| c.effort[k])) - target).abs());
                 asked.push(target);
             }
             tick();
@@ -170,7 +169,7 @@ pub(super) fn clips(
                 "rank_correlation": rank_correlation(&asked, &got),
                 "low": low, "high": high,
                 "moved": got[got.len() - 1] - got[0],
-                "predicted_off": predicted.iter().sum::<f64>() / predicted.len() as f64,
+                "predicted_off": mean(predicted),
                 "targets": asked, "estimates": got,
                 "held_out": held_out,
             })))
@@ -187,7 +186,7 @@ pub(super) fn dial_figure(curves: &[Curve]) -> Figure {
             let own: Vec<&Vec<(f64, f64)>> =
                 curves.iter().filter(|c| c.0 == k && !c.1.is_empty()).map(|c| &c.1).collect();
             let count = own.iter().map(|c| c.len()).min().unwrap_or(0);
-            let mean = |i: usize| own.iter().map(|c| c[i].1).sum::<f64>() / own.len() as f64;
+            let mean = |i: usize| mean(own.iter().map(|c| c[i].1));
             ((*name).to_owned(), (0..count).map(|i| (own[0][i].0, mean(i))).collect())
         })
         .collect();
@@ -204,19 +203,18 @@ pub(super) fn dial_figure(curves: &[Curve]) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::{estimated, tests::corpus},
-        *,
-    };
+    use super::{super::estimated, *};
     use gestus_database::{
         build::BuildOptions,
         effort::{POLE, labels, sheet::sheet},
+        synth,
     };
 
     /// Labels of the very clips that are tested are not held out, and an action that lacks a style costs its own rows alone.
     #[test]
     fn a_dial_says_whether_its_tests_were_held_out() {
-        let mut corpus = corpus(&["walk", "run"]);
+        let options = synth::Options::of(&["walk", "run"], &["neutral", "angry"], 2, 4.0);
+        let mut corpus = synth::corpus(&options).unwrap();
         corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
         let build = BuildOptions { models: false, ..BuildOptions::default() };
         let experiment = Experiment::new(corpus, build);

@@ -30,15 +30,8 @@ use crate::{
 };
 
 pub use regression::annotated;
-
-/// Examples to learn from in each random split (Torresani 2006, section 8).
-const TRAIN: usize = 85;
-/// Corpora of generated motion that the annotator labels. Each has this share of the splits.
-const ANNOTATORS: usize = 10;
-/// Seed of everything random.
-const SEED: u64 = 2006;
-/// Streams of each kind that are segmented.
-const STREAMS: usize = 12;
+use regression::{ANNOTATORS, SEED, TRAIN};
+use segmentation::STREAMS;
 
 /// Options of `gestus evaluate effort`.
 #[derive(clap::Args, Debug)]
@@ -129,14 +122,4 @@ fn estimated(library: &Library) -> Model {
     let library = selected(library, 4 * SEEDS);
     let draws = draw(&library, BLENDS, SEED);
     Model::estimated(library, &draws)
-}
-
-#[cfg(test)]
-mod tests {
-    use gestus_database::synth;
-    use gestus_motion::corpus::Corpus;
-
-    pub(super) fn corpus(actions: &[&str]) -> Corpus {
-        synth::corpus(&synth::Options::of(actions, &["neutral", "angry"], 2, 4.0)).unwrap()
-    }
 }

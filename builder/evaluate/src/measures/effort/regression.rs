@@ -13,13 +13,19 @@ use gestus_database::{
 };
 use serde_json::{Value, json};
 
-use super::{ANNOTATORS, SEED, TRAIN};
 use crate::{
     evaluation,
     metrics::annotator::Annotator,
     plots::{self, Labels, Series},
     report::{html::Figure, table},
 };
+
+/// Examples to learn from in each random split (Torresani 2006, section 8).
+pub(super) const TRAIN: usize = 85;
+/// Corpora of generated motion that the annotator labels. Each has this share of the splits.
+pub(super) const ANNOTATORS: usize = 10;
+/// Seed of everything random in the measure.
+pub(super) const SEED: u64 = 2006;
 
 /// Mean squared errors on what the generated annotator noted, of each method ([`Method::ALL`]) and factor: over random
 /// splits of one corpus of generated motion, or of each of several, that of the seed and of those after it. Shape
@@ -163,7 +169,10 @@ mod tests {
     /// Nothing was tested, and an error of 0 was reported; of one blend there was nothing to learn from, and a panic.
     #[test]
     fn too_few_blends_have_no_error() {
-        let library = Library::found(&super::super::tests::corpus(&["walk"])).unwrap();
+        let library = Library::found(
+            &synth::corpus(&synth::Options::of(&["walk"], &["neutral", "angry"], 2, 4.0)).unwrap(),
+        )
+        .unwrap();
         let draws = draw(&library, BLENDS, SEED);
         for count in [0, 1, FEWEST - 1] {
             let model = Model::estimated(library.clone(), &draws[..count]);

@@ -1,15 +1,21 @@
 //! How well inputs are segmented: streams made of fragments, cut into the fragments that they are made of.
 
 use gestus_database::effort::{fragment::Library, sheet::selected, stage::segment};
-use gestus_motion::{body::row_at, corpus::Corpus};
+use gestus_motion::{
+    body::row_at,
+    corpus::Corpus,
+    statistics::{mean, mean_or_zero},
+};
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{SEED, STREAMS};
+use super::regression::SEED;
 use crate::{evaluation, report::table};
 
+/// Streams of each kind.
+pub(super) const STREAMS: usize = 12;
 /// Fragments in each stream.
 const SENTENCE: usize = 8;
 /// Fragments that streams are cut into, at most.
@@ -64,7 +70,7 @@ pub(super) fn segmentation(
             "frames": frames, "fragments": known.fragments.len(),
             "right": share(|r| r.action),
             "right_fragment": (kind != "unseen").then(|| share(|r| r.exact)),
-            "boundary_frames": results.iter().map(|r| r.boundary).sum::<f64>() / STREAMS as f64,
+            "boundary_frames": mean(results.iter().map(|r| r.boundary)),
         })));
     }
     rows
@@ -102,6 +108,6 @@ fn one(known: &Library, source: &Library, warped: bool, number: u64) -> Found {
     }
     let nearest =
         |start: &usize| snippets.iter().map(|s| s.from.abs_diff(*start)).min().unwrap_or(input.len()) as f64;
-    let boundary = starts.iter().map(nearest).sum::<f64>() / starts.len().max(1) as f64;
+    let boundary = mean_or_zero(starts.iter().map(nearest));
     Found { frames: input.len(), action, exact, boundary }
 }

@@ -1,0 +1,103 @@
+//! Statistics of numbers in `f64`. Sums run in the order of the values, so that the same values give the same bits.
+
+/// Mean; not a number where there are no values.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = sum(values);
+    sum / count as f64
+}
+
+/// Mean; 0 where there are no values.
+pub fn mean_or_zero(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = sum(values);
+    sum / count.max(1) as f64
+}
+
+fn sum(values: impl IntoIterator<Item = f64>) -> (f64, usize) {
+    let mut count = 0;
+    let sum = values.into_iter().inspect(|_| count += 1).sum();
+    (sum, count)
+}
+
+/// Variance, with n in the denominator; not a number where there are no values.
+pub fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let middle = mean(values.clone());
+    mean(values.map(|v| (v - middle).powi(2)))
+}
+
+/// Mean and standard deviation, with n in the denominator. The deviation is at least `least`.
+pub fn moments(values: impl Iterator<Item = f64> + Clone, least: f64) -> (f64, f64) {
+    let middle = mean_or_zero(values.clone());
+    let variance = mean_or_zero(values.map(|v| (v - middle).powi(2)));
+    (middle, variance.sqrt().max(least))
+}
+
+/// Values in ascending order.
+pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// The quantile of ascending values at a share from 0 to 1: the value at that place, rounded down, and not an
+/// interpolation. `None` where there are no values.
+pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
+    ascending.get((share * ascending.len().saturating_sub(1) as f64) as usize).copied()
+}
+
+/// Pearson's correlation; 0 where one side does not vary.
+pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (ma, mb) = (mean_or_zero(a.iter().copied()), mean_or_zero(b.iter().copied()));
+    let dot = |x: &[f64], mx: f64, y: &[f64], my: f64| -> f64 {
+        x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum()
+    };
+    let scale = (dot(a, ma, a, ma) * dot(b, mb, b, mb)).sqrt();
+    if scale > 0.0 { dot(a, ma, b, mb) / scale } else { 0.0 }
+}
+
+/// Spearman's rank correlation: Pearson's of the ranks, ties sharing theirs.
+pub fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
+    correlation(&ranks(a), &ranks(b))
+}
+
+fn ranks(values: &[f64]) -> Vec<f64> {
+    values
+        .iter()
+        .map(|v| {
+            let below = values.iter().filter(|o| *o < v).count() as f64;
+            let equal = values.iter().filter(|o| *o == v).count() as f64;
+            below + 0.5 * (equal - 1.0)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_of_nothing_are_no_number_or_zero() {
+        assert!(mean([]).is_nan());
+        assert_eq!(mean_or_zero([]), 0.0);
+        assert_eq!(moments([].into_iter(), 0.1), (0.0, 0.1));
+    }
+
+    #[test]
+    fn moments_divide_by_the_count() {
+        let values = [1.0, 2.0, 3.0, 6.0];
+        assert_eq!(moments(values.into_iter(), 0.0), (3.0, 3.5f64.sqrt()));
+        assert_eq!(variance(values.into_iter()), 3.5);
+    }
+
+    #[test]
+    fn quantiles_are_values() {
+        let ascending = sorted([4.0, 1.0, 3.0, 2.0, 5.0]);
+        assert_eq!([0.0, 0.05, 0.95, 1.0].map(|q| quantile(&ascending, q)), [1.0, 1.0, 4.0, 5.0].map(Some));
+        assert_eq!(quantile(&[], 0.5), None);
+    }
+
+    #[test]
+    fn ranks_ignore_the_scale() {
+        assert!((rank_correlation(&[1.0, 2.0, 3.0], &[1.0, 10.0, 1000.0]) - 1.0).abs() < 1e-12);
+        assert_eq!(correlation(&[1.0, 1.0], &[0.0, 5.0]), 0.0);
+    }
+}
