@@ -10,6 +10,7 @@ use gestus_core::blob::layout::section;
 use gestus_database::{
     blob::assemble::with_section,
     build::build,
+    command_line::options::ReportArgs,
     effort::{
         Source,
         fragment::{self, Library},
@@ -56,9 +57,8 @@ pub struct Args {
     /// Leave out the effort dial
     #[arg(long)]
     no_effort: bool,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -85,11 +85,10 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.no_effort {
         put_dial(&mut built.bytes, &loaded.corpus, args.labels.as_deref())?;
     }
-    std::fs::write(&args.output, &built.bytes)
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
     let figures = super::inspect::figures(&database, built.bytes.len())?;
-    if args.json {
+    if args.report.json {
         let mut figures = figures;
         figures["skipped"] = json!(loaded.skipped);
         figures["seconds"] = json!(start.elapsed().as_secs_f64());

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::blob::cut;
+use gestus_database::{blob::cut, command_line::options::ReportArgs};
 use serde_json::json;
 
 use super::open;
@@ -19,9 +19,8 @@ pub struct Args {
     /// Where the smaller one goes
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -33,11 +32,9 @@ pub fn run(args: &Args) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let cut = cut::models_only(&database).with_context(|| args.db.display().to_string())?;
-    std::fs::write(&args.output, &cut)
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
-    if args.json {
-        super::say(json!({ "output": args.output, "bytes": cut.len(), "from_bytes": bytes.len() }))
-    } else {
-        super::say(format_args!("{}: {} bytes, of {}", args.output.display(), cut.len(), bytes.len()))
-    }
+    open::write(&args.output, &cut)?;
+    args.report.print(
+        || json!({ "output": args.output, "bytes": cut.len(), "from_bytes": bytes.len() }),
+        || format!("{}: {} bytes, of {}", args.output.display(), cut.len(), bytes.len()),
+    )
 }

@@ -3,14 +3,17 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{list, models::bilinear::Bilinear};
+use gestus_database::{command_line::options::ReportArgs, list, models::bilinear::Bilinear};
 use gestus_motion::{
     body::Body,
     formats::bvh::{Bvh, Unit},
 };
 use serde_json::json;
 
-use super::selection::{ClassArgs, Selection};
+use super::{
+    open,
+    selection::{ClassArgs, Selection},
+};
 
 /// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
 #[derive(clap::Args)]
@@ -39,9 +42,8 @@ pub struct Args {
     /// Where the walk goes, a BVH file
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -83,21 +85,20 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let clip = model.walk(&body, &weights, speed, args.seconds);
     let text = Bvh::from_clip(&clip, Unit::Centimetres)?.to_text();
-    std::fs::write(&args.output, text)
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    open::write(&args.output, text)?;
     let frames = clip.frames.len();
-    if args.json {
-        super::say(json!({
+    args.report.print(
+        || json!({
             "frames": frames, "seconds": clip.duration_s(), "speed_m_s": speed, "speeds_m_s": model.speeds_m_s,
             "styles": corpus.styles, "weights": weights, "style_explained": model.explained[0],
             "speed_explained": model.explained[1], "output": args.output,
-        }))
-    } else {
+        }),
+        || {
         let known: Vec<String> = model.speeds_m_s.iter().map(|v| format!("{v:.2}")).collect();
-        super::say(format_args!(
+        format!(
             "{}: {frames} frames at {speed:.2} m/s; the data walks at {} m/s (slow, medium, fast)",
             args.output.display(),
             known.join(", ")
-        ))
-    }
+        )
+    })
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use gestus_database::effort::{
     fragment::Library,
     model::BLENDS,
@@ -11,7 +11,7 @@ use gestus_database::effort::{
 use gestus_evaluate::pages::effort_sheet;
 use serde_json::json;
 
-use super::selection::Selection;
+use super::{open, selection::Selection};
 
 /// Laban effort: what people see in motion.
 #[derive(clap::Args)]
@@ -46,9 +46,8 @@ struct SheetArgs {
     /// Folder for `effort.csv` and `effort.html`
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -68,11 +67,10 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("{}: no fragment found", args.data.display());
     }
     let sheet = sheet(&library, args.blends, args.seed);
-    std::fs::create_dir_all(&args.output)
-        .with_context(|| format!("{} can't be made", args.output.display()))?;
+    open::make_folder(&args.output)?;
     let save = |name: &str, content: &str| -> Result<PathBuf> {
         let path = args.output.join(name);
-        std::fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))?;
+        open::write(&path, content)?;
         Ok(path)
     };
     let (csv, html) =
@@ -80,12 +78,9 @@ pub fn run(args: &Args) -> Result<()> {
     if sheet.blends < args.blends {
         eprintln!("only {} of {} blends: few fragments show one content", sheet.blends, args.blends);
     }
-    if args.json {
-        super::say(json!({
-            "csv": csv, "html": html, "fragments": sheet.fragments, "blends": sheet.blends,
-        }))
-    } else {
-        super::say(format_args!(
+    args.report.print(
+        || json!({ "csv": csv, "html": html, "fragments": sheet.fragments, "blends": sheet.blends }),
+        || format!(
             "{} fragments and {} blends: look at them in {}, fill in flow, weight and time in {}, then\n  \
              gestus build --data {} --labels {} -o DB.gestus",
             sheet.fragments,
@@ -94,6 +89,6 @@ pub fn run(args: &Args) -> Result<()> {
             csv.display(),
             args.data.display(),
             csv.display()
-        ))
-    }
+        ),
+    )
 }

@@ -124,11 +124,6 @@ impl Common {
         )
     }
 
-    /// Makes the folder for the report, before any long work.
-    fn make_output(&self) -> Result<()> {
-        std::fs::create_dir_all(&self.output)
-            .with_context(|| format!("{} can't be made", self.output.display()))
-    }
 }
 
 /// Says which of the common options were given and have no effect: one command line can serve several measures.
@@ -163,7 +158,7 @@ impl<M: OnClips> Clips<M> {
         ]);
         measure.check(&common.output)?;
         let experiment = self.experiment()?;
-        common.make_output()?;
+        open::make_folder(&common.output)?;
         let evaluation = measure.evaluate(&experiment)?;
         if evaluation.rows.is_empty() {
             bail!("{}: nothing was measured: {}", common.data.display(), why_nothing(&experiment));
@@ -227,7 +222,7 @@ impl<M: OnDatabase> OfDatabase<M> {
         let path = common.db.as_ref().context("this measures a database: give --db DB.gestus")?;
         let bytes = open::read_blob(path)?;
         let database = open::open(path, &bytes)?;
-        common.make_output()?;
+        open::make_folder(&common.output)?;
         common.report(&self.measure.evaluate(&database, &common.data)?)
     }
 }

@@ -8,7 +8,10 @@ use gestus_core::{
     blob::layout::{ALIGNMENT, entry, section},
     stylizer::effort_dial::{Dial, Labels},
 };
-use gestus_database::{blob::export, command_line::stylizer_args::methods};
+use gestus_database::{
+    blob::export,
+    command_line::{options::ReportArgs, stylizer_args::methods},
+};
 use serde_json::{Value, json};
 
 use super::open;
@@ -18,9 +21,8 @@ use super::open;
 pub struct InspectArgs {
     /// The database
     db: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Write every array of a database as .npy and the manifest as JSON.
@@ -31,9 +33,8 @@ pub struct ExportArgs {
     /// Folder for the arrays
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Sizes and contents of a database.
@@ -59,20 +60,17 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         .sum();
     let plain = bytes.saturating_sub(apart);
     let from = |style: Option<u16>| style.and_then(|s| manifest.styles.get(usize::from(s)));
-    let classes: Vec<Value> = database
-        .classes()
-        .map(|c| {
-            json!({
-                "action": manifest.actions.get(usize::from(c.action)),
-                "style": manifest.styles.get(usize::from(c.style)),
-                "frames": c.rows, "searchable": c.searchable, "cycles": c.cycles, "k_cap": c.k_cap,
-            })
-        })
-        .collect();
+    let classes = database.classes().zip(export::classes(database, &manifest)).map(|(c, mut class)| {
+        class["frames"] = json!(c.rows);
+        class["searchable"] = json!(c.searchable);
+        class["cycles"] = json!(c.cycles);
+        class["k_cap"] = json!(c.k_cap);
+        class
+    });
     Ok(json!({
         "frames": counts.frames,
         "prototype_frames": counts.rows - counts.frames,
-        "classes": classes,
+        "classes": classes.collect::<Vec<_>>(),
         "joints": counts.joints,
         "dofs": counts.dofs,
         "features": counts.features,
@@ -119,9 +117,8 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let figures = figures(&database, bytes.len())?;
-    if args.json {
-        super::say(&figures)?;
-        return Ok(());
+    if args.report.json {
+        return super::say(&figures);
     }
     let frames = database.counts().frames as f64;
     let a_frame = match figures["bytes_per_frame"].as_f64() {
@@ -178,14 +175,9 @@ pub fn export(args: &ExportArgs) -> Result<()> {
         anyhow::bail!("{}: it holds models only, and no frames to export", args.db.display());
     }
     export::export(&database, &args.output)?;
-    if args.json {
-        super::say(json!({ "frames": database.counts().frames, "output": args.output }))?;
-    } else {
-        super::say(format_args!(
-            "{}: {} frames as arrays, and manifest.json",
-            args.output.display(),
-            database.counts().frames
-        ))?;
-    }
-    Ok(())
+    let frames = database.counts().frames;
+    args.report.print(
+        || json!({ "frames": frames, "output": args.output }),
+        || format!("{}: {frames} frames as arrays, and manifest.json", args.output.display()),
+    )
 }

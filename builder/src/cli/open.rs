@@ -1,4 +1,4 @@
-//! Databases in files.
+//! Files that commands read and write.
 
 use std::{fs, path::Path};
 
@@ -8,6 +8,16 @@ use gestus_core::Database;
 /// Reads a database's bytes; it is opened where they live.
 pub fn read_blob(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("{} can't be read", path.display()))
+}
+
+/// Writes a file.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    fs::write(path, content).with_context(|| format!("{} can't be written", path.display()))
+}
+
+/// Makes a folder, with those above it.
+pub fn make_folder(path: &Path) -> Result<()> {
+    fs::create_dir_all(path).with_context(|| format!("{} can't be made", path.display()))
 }
 
 /// Opens a database, naming its file where that fails.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use gestus_database::{
+    command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
     stream::cleanup::Limbs,
 };
@@ -18,6 +19,8 @@ use gestus_motion::{
 };
 use serde_json::json;
 
+use super::open;
+
 /// Give a clip the style of another clip, without a database: any clip is a style.
 #[derive(clap::Args)]
 pub struct Args {
@@ -27,9 +30,8 @@ pub struct Args {
     /// The clip that has the style, on the same skeleton
     #[arg(long)]
     reference: PathBuf,
-    /// Unit of both clips' lengths: m, cm, mm, inch, cmu, or metres a unit; guessed by their bodies' height where left out
-    #[arg(long)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    unit: UnitArgs,
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
     #[arg(long, default_value_t = 0)]
     rounds: usize,
@@ -42,9 +44,8 @@ pub struct Args {
     /// Where the output goes, a BVH file
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
@@ -71,9 +72,9 @@ fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64>
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
-    let (document, binding, source) = read(&args.input, args.unit)?;
-    let (_, _, reference) = read(&args.reference, args.unit)?;
+    super::apart([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
+    let (document, binding, source) = read(&args.input, args.unit.unit)?;
+    let (_, _, reference) = read(&args.reference, args.unit.unit)?;
     if source.skeleton.names != reference.skeleton.names {
         bail!(
             "{}: its joints are not those of {}: both clips have to be on one skeleton",
@@ -89,18 +90,16 @@ pub fn run(args: &Args) -> Result<()> {
     let out = transfer::transfer(&body, &source, &reference, &options)
         .with_context(|| args.input.display().to_string())?;
     let text = binding.write(&document, &out.clip)?.to_text();
-    std::fs::write(&args.output, text)
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    open::write(&args.output, text)?;
     let skate = skate(&body, &source, &out);
     let offset = mean_offset(&body, &reference);
-    if args.json {
-        super::say(json!({
+    args.report.print(
+        || json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(),
             "clean_up": clean_up, "skate_cm_s": skate, "output": args.output,
-        }))
-    } else {
-        super::say(format_args!(
+        }),
+        || format!(
             "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms; the recursive mean is {:.2} degrees off the geodesic one at most",
             args.output.display(),
             out.clip.frames.len(),
@@ -108,6 +107,6 @@ pub fn run(args: &Args) -> Result<()> {
             out.warp_ms,
             out.transfer_ms,
             offset.to_degrees()
-        ))
-    }
+        ),
+    )
 }

@@ -6,7 +6,10 @@ use anyhow::{Context, Result, bail};
 use clap::{ArgMatches, Command, parser::ValueSource};
 use gestus_core::Database;
 use gestus_database::{
-    command_line::stylizer_args::StylizerArgs,
+    command_line::{
+        options::{ClipArgs, ReportArgs},
+        stylizer_args::WishArgs,
+    },
     effort::{
         self,
         fragment::{self, Library},
@@ -24,7 +27,10 @@ use gestus_database::{
     },
 };
 use gestus_evaluate::pages::{self, view};
-use gestus_motion::formats::{bvh::Unit, urdf};
+use gestus_motion::{
+    formats::urdf,
+    statistics::mean_or_zero,
+};
 use serde_json::{Value, json};
 
 use super::open;
@@ -38,17 +44,8 @@ pub struct Args {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
-    /// is retargeted, and the output comes back
-    #[arg(long)]
-    input: PathBuf,
-    /// A file that says which joint is which body part, where names and shape don't
-    #[arg(long)]
-    map: Option<PathBuf>,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
-    /// the database's, or else guessed by its height
-    #[arg(long)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    clip: ClipArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// Where the output goes, a BVH file at the database's rate
@@ -69,9 +66,8 @@ pub struct Args {
     trace: Option<PathBuf>,
     #[command(flatten)]
     robot: RobotArgs,
-    /// One JSON object on standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// The options that were given, without their dashes; not those that say what is so anyway.
@@ -186,7 +182,7 @@ impl RobotArgs {
         let played = play(&machine, &input.body(streamed, machine.tick_hz));
         let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
             let Some(path) = path else { return Ok(()) };
-            std::fs::write(path, bytes()?).with_context(|| format!("{} can't be written", path.display()))
+            open::write(path, bytes()?)
         };
         write(&self.csv, &|| Ok(played.csv().into_bytes()))?;
         write(&self.trajectory, &|| Ok(serde_json::to_vec(&played.trajectory())?))?;
@@ -203,14 +199,14 @@ impl RobotArgs {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let robot = &args.robot;
-    robot.check(args.json)?;
-    let whole_clip = args.stylizer_args.method == "effort";
-    if whole_clip && args.stylizer_args.effort.is_none() {
+    robot.check(args.report.json)?;
+    let whole_clip = args.wish.method == "effort";
+    if whole_clip && args.wish.effort.is_none() {
         bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
     }
     args.given.check(whole_clip)?;
-    super::check_outputs(
-        [Some(&args.db), Some(&args.input), args.map.as_ref(), args.labels.as_ref()]
+    super::apart(
+        [Some(&args.db), Some(&args.clip.input), args.clip.map.as_ref(), args.labels.as_ref()]
             .into_iter()
             .chain([robot.robot.as_ref(), robot.robot_map.as_ref()]),
         [("-o", Some(&args.output)), ("--page", args.page.as_ref()), ("--trace", args.trace.as_ref())]
@@ -219,10 +215,10 @@ pub fn run(args: &Args) -> Result<()> {
     )?;
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
-    let map = args.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-    let input = Input::read_with(&args.input, &database, &map, args.unit)?;
-    super::tell(&args.input, input.notes());
-    if let Some(wanted) = args.stylizer_args.effort.as_ref().filter(|_| whole_clip) {
+    let map = args.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
+    let input = Input::read_with(&args.clip.input, &database, &map, args.clip.unit.unit)?;
+    super::tell(&args.clip.input, input.notes());
+    if let Some(wanted) = args.wish.effort.as_ref().filter(|_| whole_clip) {
         return whole(args, wanted, &database, &input);
     }
     let mut request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
@@ -249,9 +245,7 @@ pub fn run(args: &Args) -> Result<()> {
         cleanup::clean_up(&database, &mut streamed, window as usize);
     }
     let output = input.output(&streamed);
-    let document = input.document(&output)?;
-    std::fs::write(&args.output, document.to_text())
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    open::write(&args.output, input.document(&output)?.to_text())?;
     if let Some(path) = &args.page {
         let wanted = args
             .stylizer_args
@@ -260,8 +254,7 @@ pub fn run(args: &Args) -> Result<()> {
             .map_or(format!("in the style {}", args.stylizer_args.style), |e| format!("with effort {e}"));
         let title = format!("{} {wanted}", input.clip.name);
         let scene = view::Scene { title, input: &input.mapped, streamed: &streamed };
-        std::fs::write(path, view::page(&database, "Gestus", &[scene])?)
-            .with_context(|| format!("{} can't be written", path.display()))?;
+        open::write(path, view::page(&database, "Gestus", &[scene])?)?;
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
@@ -269,7 +262,7 @@ pub fn run(args: &Args) -> Result<()> {
         figures["robot"] = robot;
     }
     figures["retargeted"] = json!(input.retarget().is_some());
-    if args.json {
+    if args.report.json {
         super::say(&figures)?;
     } else {
         super::say(format_args!(
@@ -306,8 +299,7 @@ fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> R
     }
     let output = synthesize::translate(&model, &input.mapped, &factors);
     let clip = input.carried(&output.frames, &output.sources);
-    std::fs::write(&args.output, input.document(&clip)?.to_text())
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    open::write(&args.output, input.document(&clip)?.to_text())?;
     let library = &model.library;
     let skeleton = &library.body.skeleton;
     let track = |label: &str, frames| {
@@ -321,16 +313,13 @@ fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> R
             tracks: vec![track("input", &input.mapped.frames), track("output", &output.frames)],
             ..pages::Scene::default()
         };
-        std::fs::write(path, pages::render(&scene.into()))
-            .with_context(|| format!("{} can't be written", path.display()))?;
+        open::write(path, pages::render(&scene.into()))?;
     }
     let name = |i: usize| {
         let f = &library.fragments[i];
         json!({ "clip": f.span.clip, "from": f.span.from, "to": f.span.to, "style": library.styles[f.style] })
     };
-    let mean: [f64; 3] = std::array::from_fn(|k| {
-        output.choices.iter().map(|c| c.effort[k]).sum::<f64>() / output.choices.len().max(1) as f64
-    });
+    let mean: [f64; 3] = std::array::from_fn(|k| mean_or_zero(output.choices.iter().map(|c| c.effort[k])));
     let figures = json!({
         "method": "effort",
         "frames": input.mapped.frames.len(),
@@ -345,7 +334,7 @@ fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> R
             "first": name(c.first), "second": name(c.second), "alpha": c.alpha, "predicted": c.effort,
         })).collect::<Vec<_>>(),
     });
-    if args.json {
+    if args.report.json {
         super::say(&figures)
     } else {
         super::say(format_args!(

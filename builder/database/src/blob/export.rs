@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use anyhow::{Context, Result, bail};
 use gestus_core::{
     Database,
-    blob::{Counterpart, Moment, layout::flag},
+    blob::{Class, Counterpart, Manifest, Moment, layout::flag},
     methods::mixture::contact_votes::Stands,
 };
 use serde_json::{Value, json};
