@@ -96,8 +96,12 @@ mod tests {
     }
 
     #[test]
-    fn ranks_ignore_the_scale() {
-        assert!((rank_correlation(&[1.0, 2.0, 3.0], &[1.0, 10.0, 1000.0]) - 1.0).abs() < 1e-12);
-        assert_eq!(correlation(&[1.0, 1.0], &[0.0, 5.0]), 0.0);
+    fn ranks_are_what_counts() {
+        assert!((rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2, 5.0, 99.0]) - 1.0).abs() < 1e-12);
+        assert!(
+            (rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 1.0, 2.0, 2.0]) - 0.894_427_191).abs() < 1e-6
+        );
+        assert!((rank_correlation(&[1.0, 2.0, 3.0], &[3.0, 2.0, 1.0]) + 1.0).abs() < 1e-12);
+        assert_eq!(rank_correlation(&[1.0, 2.0], &[5.0, 5.0]), 0.0);
     }
 }

@@ -84,7 +84,11 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     let (count, folder) = (corpus.examples.len(), args.output.display());
     args.report.print(
         || json!({ "clips": count, "frames": frames, "output": args.output }),
-        || format!("{folder}: {count} clips, {frames} frames; next: gestus build --data {folder} -o my.gestus"),
+        || {
+            format!(
+                "{folder}: {count} clips, {frames} frames; next: gestus build --data {folder} -o my.gestus"
+            )
+        },
     )
 }
 

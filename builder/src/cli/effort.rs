@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use gestus_database::effort::{
-    fragment::Library,
-    model::BLENDS,
-    sheet::{SEEDS, selected, sheet},
+use gestus_database::{
+    command_line::options::ReportArgs,
+    effort::{
+        fragment::Library,
+        model::BLENDS,
+        sheet::{SEEDS, selected, sheet},
+    },
 };
 use gestus_evaluate::pages::effort_sheet;
 use serde_json::json;

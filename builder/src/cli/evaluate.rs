@@ -123,7 +123,6 @@ impl Common {
             },
         )
     }
-
 }
 
 /// Says which of the common options were given and have no effect: one command line can serve several measures.

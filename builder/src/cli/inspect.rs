@@ -60,12 +60,12 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         .sum();
     let plain = bytes.saturating_sub(apart);
     let from = |style: Option<u16>| style.and_then(|s| manifest.styles.get(usize::from(s)));
-    let classes = database.classes().zip(export::classes(database, &manifest)).map(|(c, mut class)| {
-        class["frames"] = json!(c.rows);
-        class["searchable"] = json!(c.searchable);
-        class["cycles"] = json!(c.cycles);
-        class["k_cap"] = json!(c.k_cap);
-        class
+    let classes = database.classes().map(|c| {
+        let [action, style] = export::class_names(&manifest, c);
+        json!({
+            "action": action, "style": style,
+            "frames": c.rows, "searchable": c.searchable, "cycles": c.cycles, "k_cap": c.k_cap,
+        })
     });
     Ok(json!({
         "frames": counts.frames,

@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.check && args.output.is_none() && args.section.is_none() {
         bail!("nothing to do: give --check, -o OUT.bvh or --section OUT.gestus");
     }
-    super::apart(
+    super::check_outputs(
         [Some(&args.db), Some(&args.clip.input), args.clip.map.as_ref()],
         [("-o", args.output.as_ref()), ("--section", args.section.as_ref())],
     )?;
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<()> {
     let place = || args.clip.input.display().to_string();
     let retarget = Retarget::new(&database, &clip, &file).with_context(place)?;
     if let Some(path) = &args.output {
-        let mapped = retarget.bring(&clip);
+        let mapped = retarget.to_target(&clip);
         open::write(path, Bvh::from_clip(&mapped, Unit::Centimetres)?.to_text())?;
     }
     if let Some(path) = &args.section {

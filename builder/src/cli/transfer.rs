@@ -72,7 +72,7 @@ fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64>
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    super::apart([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
+    super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     let (document, binding, source) = read(&args.input, args.unit.unit)?;
     let (_, _, reference) = read(&args.reference, args.unit.unit)?;
     if source.skeleton.names != reference.skeleton.names {

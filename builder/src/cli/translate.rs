@@ -8,7 +8,7 @@ use gestus_core::Database;
 use gestus_database::{
     command_line::{
         options::{ClipArgs, ReportArgs},
-        stylizer_args::WishArgs,
+        stylizer_args::StylizerArgs,
     },
     effort::{
         self,
@@ -27,10 +27,7 @@ use gestus_database::{
     },
 };
 use gestus_evaluate::pages::{self, view};
-use gestus_motion::{
-    formats::urdf,
-    statistics::mean_or_zero,
-};
+use gestus_motion::{formats::urdf, statistics::mean_or_zero};
 use serde_json::{Value, json};
 
 use super::open;
@@ -200,12 +197,12 @@ impl RobotArgs {
 pub fn run(args: &Args) -> Result<()> {
     let robot = &args.robot;
     robot.check(args.report.json)?;
-    let whole_clip = args.wish.method == "effort";
-    if whole_clip && args.wish.effort.is_none() {
+    let whole_clip = args.stylizer_args.method == "effort";
+    if whole_clip && args.stylizer_args.effort.is_none() {
         bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
     }
     args.given.check(whole_clip)?;
-    super::apart(
+    super::check_outputs(
         [Some(&args.db), Some(&args.clip.input), args.clip.map.as_ref(), args.labels.as_ref()]
             .into_iter()
             .chain([robot.robot.as_ref(), robot.robot_map.as_ref()]),
@@ -218,7 +215,7 @@ pub fn run(args: &Args) -> Result<()> {
     let map = args.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
     let input = Input::read_with(&args.clip.input, &database, &map, args.clip.unit.unit)?;
     super::tell(&args.clip.input, input.notes());
-    if let Some(wanted) = args.wish.effort.as_ref().filter(|_| whole_clip) {
+    if let Some(wanted) = args.stylizer_args.effort.as_ref().filter(|_| whole_clip) {
         return whole(args, wanted, &database, &input);
     }
     let mut request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;

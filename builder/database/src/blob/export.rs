@@ -149,6 +149,11 @@ pub fn row(database: &Database<'_>, row: usize) -> Vec<f32> {
     dofs
 }
 
+/// The names of a class's action and style.
+pub fn class_names<'db>(manifest: &Manifest<'db>, class: Class) -> [Option<&'db str>; 2] {
+    [manifest.actions.get(usize::from(class.action)), manifest.styles.get(usize::from(class.style))]
+}
+
 /// The manifest and the tables that are not arrays, as JSON.
 ///
 /// # Errors
@@ -161,9 +166,9 @@ pub fn manifest(database: &Database<'_>) -> Result<Value> {
     let classes: Vec<Value> = database
         .classes()
         .map(|c| {
+            let [action, style] = class_names(&manifest, c);
             json!({
-                "action": manifest.actions.get(usize::from(c.action)),
-                "style": manifest.styles.get(usize::from(c.style)),
+                "action": action, "style": style,
                 "first_row": c.first_row, "rows": c.rows, "searchable": c.searchable, "k_cap": c.k_cap,
             })
         })

@@ -367,3 +367,51 @@ pub fn means(errors: &[Vec<Factors>]) -> Vec<Factors> {
     let over = |m: usize, k: usize| mean_or_zero(errors.iter().map(|e| e[m][k]));
     (0..Method::ALL.len()).map(|m| std::array::from_fn(|k| over(m, k))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fragments on a line of Efforts; blends whose Effort bends away from the line.
+    fn data(bend: f64) -> (Known, Vec<Example>) {
+        let n = 14;
+        let wave = |i: usize, f: f64| (i as f64 * f).sin();
+        let known = Known {
+            components: (0..n).map(|i| vec![wave(i, 1.1), wave(i, 2.3)]).collect(),
+            efforts: (0..n).map(|i| [2.0 * wave(i, 0.9), 2.0 * wave(i, 1.7), wave(i, 3.1)]).collect(),
+        };
+        let examples = (0..60)
+            .map(|i| {
+                let (first, second) = (i * 5 % n, (i * 3 + 1) % n);
+                let alpha = 0.5 + 0.7 * wave(i, 4.7);
+                let mut effort = known.interpolated(first, second, alpha);
+                effort[1] += bend * (4.0 * alpha * (1.0 - alpha) - 0.5);
+                Example { first, second, alpha, effort }
+            })
+            .collect();
+        (known, examples)
+    }
+
+    #[test]
+    fn lines_are_exact_for_lines_and_kernels_follow_bends() {
+        let (known, examples) = data(2.0);
+        let errors = means(&super::errors(&known, &examples, 48, 4, 7, &|| {}));
+        assert!(errors[0][0] < 1e-20 && errors[0][2] < 1e-20);
+        // Half a parabola of height 2 about its middle is off by 0.4 and more.
+        assert!(errors[0][1] > 0.4, "{errors:?}");
+        for kernel in [2, 3] {
+            assert!(errors[kernel][1] < 0.3 * errors[0][1], "{errors:?}");
+        }
+        let (known, straight) = data(0.0);
+        assert!(means(&super::errors(&known, &straight, 48, 2, 7, &|| {}))[0].iter().all(|e| *e < 1e-20));
+    }
+
+    #[test]
+    fn a_gain_is_held_against_its_own_spread() {
+        let held = held_against(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
+        assert_eq!((held.mean, held.gain, held.better), (2.0, 0.5, 0.75));
+        // Deviations of the gains from 0.5: 0.5, 0, 0.5, -1; of the errors from 2: -1, 0, 1, 0.
+        assert!((held.gain_error - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((held.standard_error - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+    }
+}

@@ -50,7 +50,7 @@ pub(super) fn pools(
                 Some(0.5 * ratio.ln())
             })
             .collect();
-        !logs.is_empty() && mean(logs.iter().copied()) < KIN.ln()
+        !logs.is_empty() && mean(logs.iter().copied()) < SIMILAR.ln()
     };
     classes
         .iter()

@@ -5,6 +5,7 @@ use gestus_core::Database;
 
 use crate::pages::{self, Page, Proportions, Track, times_at};
 use gestus_database::{
+    blob::export::class_names,
     registration::contact::contacts,
     stream::{Streamed, translate::figures},
 };
@@ -34,12 +35,7 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
     let manifest = database.manifest()?;
     let labels: Vec<String> = database
         .classes()
-        .map(|c| {
-            let name = |names: gestus_core::blob::Names<'_>, i: u16| {
-                names.get(usize::from(i)).unwrap_or("?").to_owned()
-            };
-            format!("{} {}", name(manifest.actions, c.action), name(manifest.styles, c.style))
-        })
+        .map(|c| class_names(&manifest, c).map(|name| name.unwrap_or("?")).join(" "))
         .collect();
     // What the tracks borrow has to live until the page is rendered.
     let parts: Vec<(Contacts, Vec<Frame>, Contacts)> = scenes

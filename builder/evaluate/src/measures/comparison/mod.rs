@@ -74,7 +74,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
         verdict::bars(&rows, "joint_error_cm", "Joint error", "cm"),
         verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
     ];
-    figures.extend(loo::one_dof(experiment)?);
+    figures.extend(loo::figures::one_dof(experiment)?);
     let about = verdict::verdict(&rows);
     Ok(Evaluation { what: "methods", about, keys: vec!["set", "method"], rows, figures })
 }
