@@ -1,8 +1,8 @@
-//! Content: two fragments show one action where their poses can be brought together by dynamic time warping.
+//! Alignment: two fragments have the same content if dynamic time warping brings their poses near each other.
 //!
 //! `SSD(i, j) = min over paths w of Σ_n |X_i(p(n)) - X_j(q(n))|²`, from the first frames to the last, by steps of
-//! (1, 0), (1, 1) and (0, 1) (Torresani 2006, eqs. 3 to 5). Unlike [`warp::dtw`](crate::registration::warp::dtw) a diagonal step counts
-//! once, as the paper has it. Cost: O(m n D) time, O(m n) memory.
+//! (1, 0), (1, 1) and (0, 1) (Torresani 2006, eqs. 3 to 5). Unlike in
+//! [`warp::dtw`](crate::registration::warp::dtw), a diagonal step counts once, as in the paper. Cost: O(m n D) time, O(m n) memory.
 
 /// The best path of two fragments.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,14 +14,14 @@ pub struct Alignment {
 }
 
 impl Alignment {
-    /// Root mean square difference of a dof along the path, radians: what a threshold is about, whatever the length of
-    /// the fragments and the number of joints.
+    /// Root mean square difference of a dof along the path, radians. It does not depend on the length of the fragments or
+    /// the number of joints, so a threshold applies to it.
     pub fn distance(&self, dofs: usize) -> f64 {
         (self.ssd / (self.path.len() * dofs.max(1)) as f64).sqrt()
     }
 }
 
-/// Fragments nearer than this show one content, unless told otherwise: radians.
+/// Default distance below which fragments have the same content, radians.
 pub const THRESHOLD_RAD: f64 = 0.25;
 
 /// Squared distance of two poses.
@@ -32,7 +32,7 @@ pub fn square(a: &[f64], b: &[f64]) -> f64 {
 /// Aligns two fragments, `[frames][C]` each.
 ///
 /// # Panics
-/// Where one has no frames.
+/// If a fragment has no frames.
 pub fn align(a: &[Vec<f64>], b: &[Vec<f64>]) -> Alignment {
     let (m, n) = (a.len(), b.len());
     let mut best = vec![f64::INFINITY; m * n];

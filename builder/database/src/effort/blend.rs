@@ -1,23 +1,23 @@
 //! Space-time interpolation: a pair of fragments blended in pose and in timing (Torresani 2006, section 5).
 //!
-//! The alignment is read as a curve `(p*(n), q*(n))`, `n` from 0 to L. `n⁰(u)` is where it meets the frames of the
-//! first fragment in their own timing, `n¹(u)` those of the second, u from 0 to 1 over the output:
+//! The alignment is a curve `(p*(n), q*(n))`, `n` from 0 to L. `n⁰(u)` is its parameter at the frames of the first
+//! fragment in their own timing, `n¹(u)` at those of the second, u from 0 to 1 over the output:
 //!
 //! ```text
 //! T = (1-α) T_i + α T_j           frames of the output
-//! n(u) = (1-α) n⁰(u) + α n¹(u)    its way along the curve
+//! n(u) = (1-α) n⁰(u) + α n¹(u)    position along the curve
 //! X(u) = (1-α) X_i(p*(n(u))) + α X_j(q*(n(u)))
 //! ```
 //!
-//! α = 0 is the first fragment and α = 1 the second, exactly; beyond them (-0.25 to 1.25) it goes on. Speeds of the
-//! root are taken at the pace at which the output runs through each fragment, so that feet cover the ground they did.
+//! α = 0 is the first fragment and α = 1 the second, exactly; α from -0.25 to 1.25 extrapolates a little. Speeds of the
+//! root are scaled by the pace of the output in each fragment, so that strides keep their length.
 
 use gestus_core::blob::layout::dof;
 
 use crate::effort::{ALPHA, align::align, fragment::Fragment};
 use gestus_motion::body::row_at;
 
-/// The least step along the curve for a frame of the output: extrapolated timing never runs backwards.
+/// Least step along the curve per frame of the output, so that extrapolated timing never runs backwards.
 const LEAST_STEP: f64 = 0.02;
 
 /// Two fragments that can be blended.
@@ -25,7 +25,7 @@ const LEAST_STEP: f64 = 0.02;
 pub struct Pair<'a> {
     first: &'a Fragment,
     second: &'a Fragment,
-    /// Where the curve meets each frame of the first, and of the second; ascending, from 0 to one end.
+    /// Position along the curve of each frame of the first and of the second; ascending, from 0 to the end.
     meets: [Vec<f64>; 2],
     /// Distance of their contents, radians.
     pub distance: f64,
@@ -53,13 +53,13 @@ impl<'a> Pair<'a> {
         Self { first, second, meets: both, distance }
     }
 
-    /// Frames of the blend: those of the two, weighted.
+    /// Number of frames of a blend.
     pub fn frames(&self, alpha: f64) -> usize {
         let (a, b) = (self.first.rows.len() as f64, self.second.rows.len() as f64);
         ((1.0 - alpha) * a + alpha * b).round().max(2.0) as usize
     }
 
-    /// Where both fragments are at each frame of the blend, in frames. Shape `[frames]`.
+    /// Positions in both fragments at each frame of the blend, in frames. Shape `[frames]`.
     pub fn positions(&self, alpha: f64) -> Vec<[f64; 2]> {
         let alpha = alpha.clamp(ALPHA.0, ALPHA.1);
         let count = self.frames(alpha);
@@ -109,14 +109,14 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Linear interpolation of values at whole places.
+/// Linear interpolation of values at integer positions.
 fn at(values: &[f64], place: f64) -> f64 {
     let i = (place as usize).min(values.len() - 1);
     let next = (i + 1).min(values.len() - 1);
     values[i] + (place - i as f64) * (values[next] - values[i])
 }
 
-/// The place at which ascending values reach `value`.
+/// The position at which ascending values reach `value`.
 fn inverse(values: &[f64], value: f64) -> f64 {
     let next = values.partition_point(|&v| v <= value).clamp(1, values.len() - 1);
     let (low, high) = (values[next - 1], values[next]);

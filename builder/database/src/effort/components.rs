@@ -1,19 +1,19 @@
-//! What a fragment looks like in a few numbers: stretched to a set length, then its first principal components
-//! (Torresani 2006, section 6; two or three are enough there).
+//! The content of a fragment in a few numbers: its first principal components at a fixed length (Torresani 2006, section 6,
+//! which uses two or three).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::effort::fragment::Fragment;
 use gestus_motion::{body::row_at, statistics::mean};
 
-/// Frames of a stretched fragment.
+/// Frames of a resampled fragment.
 pub const LENGTH: usize = 32;
 /// Components kept.
 pub const KEPT: usize = 3;
-/// Fragments that the components are found from, at most: they span the space long before.
+/// Most fragments that the components are computed from.
 const SAMPLE: usize = 300;
 
-/// A few principal directions of stretched fragments.
+/// Principal components of fragments resampled to [`LENGTH`].
 #[derive(Debug, Clone)]
 pub struct Components {
     mean: Vec<f64>,
@@ -21,15 +21,15 @@ pub struct Components {
     directions: Vec<Vec<f64>>,
 }
 
-/// A fragment's content at `LENGTH` even moments, one after the other.
+/// A fragment's content at `LENGTH` uniform times, concatenated.
 pub fn stretched(content: &[Vec<f64>]) -> Vec<f64> {
     let last = (content.len() - 1) as f64;
     (0..LENGTH).flat_map(|k| row_at(content, last * k as f64 / (LENGTH - 1) as f64)).collect()
 }
 
 impl Components {
-    /// The components of some fragments; none of none. Works on the matrix of their inner products, which is smaller than that of
-    /// their coordinates.
+    /// The components of some fragments; empty without fragments. Uses the matrix of inner products, which is smaller than
+    /// the covariance matrix.
     pub fn of(fragments: &[Fragment]) -> Self {
         let every = fragments.len().div_ceil(SAMPLE).max(1);
         let rows: Vec<Vec<f64>> = fragments.iter().step_by(every).map(|f| stretched(&f.content)).collect();

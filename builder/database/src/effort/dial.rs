@@ -1,18 +1,19 @@
-//! The effort dial: which mix of styles comes nearest to an Effort, tabled at the nodes of a grid for the core to look
-//! up (`gestus_core::stylizer::effort_dial`).
+//! The effort dial: the mix of styles nearest to an Effort, tabulated at the nodes of a grid that the core interpolates
+//! (`gestus_core::stylizer::effort_dial`).
 //!
-//! Two ways to fill the table. [`response::solve`](super::response::solve) measures: on the grid's lines through the
-//! rest, where one factor is turned alone, a node's mix is where outputs of the core showed the wanted change
-//! ([`Dial::of_ways`]); off the lines the lines' changes of the mix add up, and are taken back onto what a mix can be
-//! (no weight below 0, sum 1). [`Dial::new`] has only the styles' Efforts `G` to go by, and takes
+//! There are two ways to fill the table. [`response::solve`](super::response::solve) measures: on the axes through the
+//! node at rest, where a single factor changes, a node has the mix at which the core's output showed the target change
+//! ([`Dial::of_ways`]). Elsewhere the changes along the axes are added and projected onto valid mixes (no weight below 0,
+//! sum 1). [`Dial::new`] only uses the styles' Efforts `G`:
 //!
 //! ```text
 //! w(e) = least of |S⁻¹ (G w - e)|² + ε |w|²   over  w >= 0, Σ w = 1
 //! ```
 //!
-//! with S the ranges of the factors, so that each counts alike. The penalty makes it unique and continuous. It is
-//! monotone for whoever mixes as `G w` has it: `(e - e')ᵀ S⁻² (G w - G w') >= 0`; real mixes don't quite, which is why
-//! there is the other way. What is stored are bytes; [`Dial::backsteps`] says by how much rounding and sums go back.
+//! with S the ranges of the factors, which makes them comparable. The penalty makes the solution unique and continuous. It
+//! is monotone if mixes follow `G w`: `(e - e')ᵀ S⁻² (G w - G w') >= 0`. Real mixes deviate from that, which is why
+//! measuring is the default. Weights are stored as bytes; [`Dial::backsteps`] measures how far rounding and addition
+//! violate monotonicity.
 
 use gestus_core::blob::layout::effort;
 use nalgebra::{DMatrix, DVector};
@@ -32,9 +33,9 @@ const SHORTEST: f64 = 0.05;
 /// A solved dial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dial {
-    /// Where the Efforts come from.
+    /// Source of the Efforts.
     pub source: Source,
-    /// Effort of each style; `None` of styles that nothing is known of.
+    /// Effort of each style; `None` if unknown.
     pub styles: Vec<Option<Factors>>,
     /// Effort at rest.
     pub rest: Factors,
@@ -44,16 +45,16 @@ pub struct Dial {
     pub table: Vec<Vec<u8>>,
 }
 
-/// How far one factor can be turned one way from the rest.
+/// Range of one factor in one direction from the rest.
 #[derive(Debug, Clone, Default)]
 pub struct Reach {
-    /// How far the input that follows least comes.
+    /// Change reached by the input that responds least.
     pub sum: f64,
-    /// Mean change of the factor at each place on the way, ascending from 0, whatever the direction.
+    /// Mean change of the factor at each step, ascending from 0, in either direction.
     pub course: Vec<f64>,
-    /// The mix at each place; the first is that at rest.
+    /// The mix at each step; the first is that at rest.
     pub mixes: Vec<Vec<f64>>,
-    /// Mean Effort that was seen at each.
+    /// Mean measured Effort at each step.
     pub seen: Vec<Factors>,
 }
 
@@ -91,10 +92,10 @@ fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
 }
 
 impl Dial {
-    /// The dial of styles with those Efforts; `None` for styles that are not to be used.
+    /// The dial of styles with those Efforts; styles with `None` are not used.
     ///
     /// # Panics
-    /// Where no style has an Effort.
+    /// If no style has an Effort.
     pub fn new(source: Source, styles: Vec<Option<Factors>>, rest: usize) -> Self {
         use rayon::prelude::*;
         let used: Vec<usize> = (0..styles.len()).filter(|&s| styles[s].is_some()).collect();
@@ -189,7 +190,7 @@ impl Dial {
         Self { source, styles, rest, axes, table }
     }
 
-    /// The section of the blob.
+    /// Encodes the section of the blob.
     pub fn section(&self) -> Vec<u8> {
         let mut out = Vec::new();
         for _ in 0..3 {
@@ -214,7 +215,7 @@ impl Dial {
         })
     }
 
-    /// The largest step against its own knob that any factor takes from node to node, as a share of its range.
+    /// The largest step from node to node of any factor against the direction of its axis, relative to its range.
     pub fn backsteps(&self) -> f64 {
         let mut worst = 0.0f64;
         for node in 0..self.table.len() {
@@ -228,7 +229,7 @@ impl Dial {
         worst
     }
 
-    /// The share of the grid's nodes that are reached within the core's tolerance: how much of the box the styles fill.
+    /// The share of nodes that are reached within the core's tolerance: the part of the grid that the styles cover.
     pub fn filled(&self) -> f64 {
         let near = |node: &usize| {
             let (reached, wanted) = (self.reached(*node), place(&self.axes, *node));
@@ -239,7 +240,7 @@ impl Dial {
         (0..self.table.len()).filter(near).count() as f64 / self.table.len() as f64
     }
 
-    /// What it can do, as JSON.
+    /// Figures of the dial, as JSON.
     pub fn report(&self, names: &[String]) -> Value {
         let range: serde_json::Map<String, Value> = NAMES
             .iter()
@@ -262,7 +263,7 @@ impl Dial {
     }
 }
 
-/// The Effort that a node stands for.
+/// The Effort of a node.
 fn place(axes: &[(f64, f64); 3], node: usize) -> Factors {
     let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
     std::array::from_fn(|k| axes[k].0 + (axes[k].1 - axes[k].0) * at[k] as f64 / (NODES - 1) as f64)

@@ -1,4 +1,4 @@
-//! Efforts estimated from motion alone, where nobody has looked at it.
+//! Efforts estimated from motion, without labels.
 //!
 //! The literature ties each factor to a derivative of the joints' positions (Larboulette and Gibet, "A Review of
 //! Computable Expressive Descriptors of Human Motion", MOCO 2015, section on Laban's Effort; before it Hachimura et al.
@@ -10,18 +10,18 @@
 //! | time | mean acceleration, `1/T Σ_t Σ_k |a_k(t)|` | m/s² |
 //! | flow | mean jerk, `1/T Σ_t Σ_k |j_k(t)|`, against speed and acceleration: `j v / a²` | 1 |
 //!
-//! Jerk by itself says little that acceleration does not, since a fast movement has more of all derivatives; the
-//! ratio `j v / a²` keeps its shape when a movement is made larger or faster, as dimensionless jerk does (Hogan and
-//! Sternad, "Sensitivity of Smoothness Measures", 2009). It is high where movement is checked and corrected on its way
-//! (bound), and least where it runs on (free).
+//! Jerk alone adds little to acceleration, since a fast movement has more of all derivatives. The ratio `j v / a²` does not
+//! change when a movement is made larger or faster, like dimensionless jerk (Hogan and Sternad, "Sensitivity of Smoothness
+//! Measures", 2009). It is high for movement that is checked and corrected (bound), and low for movement that flows
+//! (free).
 //!
-//! Descriptors become factors by the spread of the action: logarithm, less the mean over the action's fragments,
-//! divided by their standard deviation, held to -3 to 3 by [`held`]. So 0 is what is usual for a walk among walks. **These are
-//! estimates, and named so wherever they go**: they follow an observer's notes in part only.
+//! Factors are logarithms of descriptors, standardised over the fragments of an action and limited to -3 to 3 by [`held`].
+//! So 0 is the usual value, for walks among walks. **These are estimates, and labelled so everywhere**: they agree with
+//! observers only in part.
 //!
-//! Everything is judged by stretches about as long as a step of a walk, and a longer motion by the mean over its own:
-//! the greatest energy of a motion grows with its length. Fragments, blends, whole clips and streams are so on one
-//! scale, and the spread is that of what is measured by it.
+//! Descriptors are computed over stretches about as long as a step of a walk; a longer motion has the mean over its
+//! stretches, since the greatest energy of a motion grows with its length. So fragments, blends, whole clips and streams
+//! are comparable.
 
 use nalgebra::Vector3;
 
@@ -39,28 +39,27 @@ use gestus_motion::{
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
 const SMOOTH_S: f64 = 0.04;
 
-/// Length of the stretches that motion is judged by, seconds.
+/// Length of a stretch, seconds.
 const STRETCH_S: f64 = 1.2;
-/// From the start of one stretch to that of the next, seconds, at most.
+/// Greatest distance between the starts of consecutive stretches, seconds.
 const HOP_S: f64 = 0.1;
-/// The start of a stream that is not judged, seconds: there the last output is still made up, and a foot that is held
-/// before the root's speed is known is let go again with a start that has nothing to do with the style.
+/// Start of a stream that is ignored, seconds: there the last output is a guess, and a foot that was held before the
+/// root's speed was known is released with a jerk that is unrelated to style.
 const SETTLE_S: f64 = 0.5;
 
-/// Logarithms of the three descriptors of a stretch of motion, in the order of the factors. `None` of fewer than eight
+/// Logarithms of the three descriptors of a stretch of motion, in the order of the factors. `None` for fewer than eight
 /// frames.
 pub fn descriptors(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
     of_positions(&positions(body, rows, rate_hz), rate_hz)
 }
 
-/// Where the joints are in the world, shape `[frames][J]`.
+/// Positions of the joints in the world, shape `[frames][J]`.
 fn positions(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Vec<Vector3<f64>>> {
     walk(body, rows, rate_hz).iter().map(|f| f.positions(&body.skeleton)).collect()
 }
 
-/// Means of the descriptors over stretches of joints' ways. The stretches overlap, and every tenth of a second one
-/// starts: cut end to end they would all move, and their number leap, where a clip becomes a frame longer. Of what is no
-/// longer than a stretch they are those of all of it.
+/// Means of the descriptors over stretches of joint positions. The stretches overlap and start every tenth of a second:
+/// without overlap, all would shift and their number change if a clip were a frame longer. Shorter motion is one stretch.
 fn of_stretches(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors> {
     let length = ((STRETCH_S * rate_hz).round() as usize).min(positions.len());
     let room = positions.len() - length;
@@ -73,7 +72,7 @@ fn of_stretches(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors
     Some(std::array::from_fn(|k| mean(found.iter().map(|d| d[k]))))
 }
 
-/// [`descriptors`] of joints' positions. They are the same wherever the motion stands and faces.
+/// [`descriptors`] of joints' positions. They do not depend on position and heading.
 fn of_positions(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors> {
     let count = positions.len();
     if count < 8 {
@@ -107,8 +106,7 @@ fn of_positions(positions: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<Factors
     Some([ln(jerk) + ln(speed) - 2.0 * ln(acceleration), ln(greatest), ln(acceleration)])
 }
 
-/// A number between the poles, in its order: itself up to 2 from the middle, and nearer and nearer to the pole beyond.
-/// What is far out still tells more from less.
+/// A number limited monotonically to the poles: unchanged up to a magnitude of 2, compressed beyond.
 pub fn held(value: f64) -> f64 {
     let beyond = (value.abs() - (POLE - 1.0)).max(0.0);
     value.signum() * ((value.abs() - beyond) + beyond / (1.0 + beyond))
@@ -117,10 +115,10 @@ pub fn held(value: f64) -> f64 {
 /// Mean and standard deviation of each descriptor.
 type Spread = [(f64, f64); 3];
 
-/// Takes motion to estimated factors.
+/// Estimates factors of motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimator {
-    /// By action; of fewer than four fragments the whole library's.
+    /// By action; an action of fewer than four fragments has the whole library's.
     actions: Vec<Spread>,
     all: Spread,
 }
@@ -147,7 +145,7 @@ impl Estimator {
         Self { actions, all }
     }
 
-    /// The factors of descriptors; of no action in particular with `None`.
+    /// The factors of descriptors; with `None`, relative to all actions.
     pub fn factors(&self, action: Option<usize>, descriptors: &Factors) -> Factors {
         let spread = action.and_then(|a| self.actions.get(a)).unwrap_or(&self.all);
         std::array::from_fn(|k| held((descriptors[k] - spread[k].0) / spread[k].1))
@@ -164,9 +162,9 @@ impl Estimator {
         Some(self.factors(action, &of_stretches(&positions(body, rows, rate_hz), rate_hz)?))
     }
 
-    /// The same of poses at times of their own, seconds, ascending: what a stream puts out, less its start. Joints' ways
-    /// between the poses are cubic. On straight ones a joint would turn at each pose, by as much as the new frames
-    /// happen to lie near it, and jerk, and with it flow, would tell of the beat of both rates more than of the motion.
+    /// The same for poses at given ascending times, seconds: the output of a stream without its start. Joint positions are
+    /// interpolated by cubics. Linear interpolation has corners at the poses, and the jerk there, hence flow, would depend
+    /// on the phase between both frame rates.
     pub fn stream(
         &self,
         body: &Body,

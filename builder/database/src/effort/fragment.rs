@@ -1,7 +1,7 @@
-//! Fragments: the fundamental actions, or units of motion, that a clip is made of (Torresani 2006, section 3.1).
+//! Fragments: the basic units of motion in a clip (Torresani 2006, section 3.1).
 //!
-//! Found ones are the clip's cycles: of a gait, from left strike to left strike, so that all begin at one moment of
-//! the action; of anything else the whole clip, cut where the body rests. Annotated ones are where a person says so.
+//! Fragments are found by cycles: a gait is cut from left strike to left strike, so that all fragments begin at the same
+//! moment of the action; any other clip is cut where the body rests. Or they are annotated by a person.
 
 use std::sync::Arc;
 
@@ -26,13 +26,13 @@ use gestus_motion::{
     statistics::{quantile, sorted},
 };
 
-/// A rest is slower than this share of the clip's fast moments (its 95th percentile of speed).
+/// Greatest speed of a rest, relative to the clip's 95th percentile of speed.
 const REST_SPEED: f64 = 0.08;
-/// A rest lasts as long at least, seconds.
+/// Shortest rest, seconds.
 const REST_S: f64 = 0.3;
-/// A fragment lasts as long at least, seconds.
+/// Shortest fragment, seconds.
 const SHORTEST_S: f64 = 0.4;
-/// A cycle of fewer frames has no timing to speak of.
+/// Fewest frames of a cycle with a usable timing.
 pub const FEWEST: usize = 8;
 
 /// A stretch of a clip.
@@ -42,7 +42,7 @@ pub struct Span {
     pub clip: String,
     /// First frame.
     pub from: usize,
-    /// One behind the last frame.
+    /// End, exclusive.
     pub to: usize,
 }
 
@@ -57,7 +57,7 @@ pub struct Fragment {
     pub style: usize,
     /// Its dofs, shape `[frames][D]`.
     pub rows: Vec<Vec<f64>>,
-    /// What its content is judged by: tilt and joint angles, radians, shape `[frames][C]`.
+    /// Its content: tilt and joint angles, radians, shape `[frames][C]`.
     pub content: Vec<Vec<f64>>,
 }
 
@@ -69,16 +69,16 @@ impl Fragment {
     }
 }
 
-/// Angles of each row: how fast and how high the body goes is not content.
+/// Angles of each row; speed and height are not content.
 pub fn content(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let angles = |r: &Vec<f64>| [&r[dof::TILT..dof::FORWARD], &r[dof::JOINTS..]].concat();
     rows.iter().map(angles).collect()
 }
 
-/// The fragments of a body of clips.
+/// The fragments of a corpus.
 #[derive(Debug, Clone)]
 pub struct Library {
-    /// What the dofs belong to.
+    /// The body of the dofs.
     pub body: Body,
     /// Frames a second.
     pub rate_hz: f64,
@@ -91,7 +91,7 @@ pub struct Library {
 }
 
 impl Library {
-    /// The fragments that are found in a corpus.
+    /// Finds the fragments of a corpus.
     ///
     /// # Errors
     /// [`LandmarkError`] where the skeleton has no legs.
@@ -234,13 +234,13 @@ impl Library {
         spans
     }
 
-    /// Rows as poses in the world, walking off from the origin.
+    /// Rows as poses in the world, starting at the origin.
     pub fn frames(&self, rows: &[Vec<f64>]) -> Vec<Frame> {
         walk(&self.body, rows, self.rate_hz)
     }
 }
 
-/// Rows as poses in the world: velocities added up from the origin, facing +Z.
+/// Rows as poses in the world: velocities integrated from the origin, facing +Z.
 pub fn walk(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Frame> {
     let (mut ground, mut heading) = ([0.0, 0.0], 0.0f64);
     rows.iter()
@@ -258,7 +258,7 @@ pub fn walk(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Frame> {
         .collect()
 }
 
-/// How many knots a cycle of a database has.
+/// Number of knots of a cycle of a database.
 fn knots(database: &Database<'_>, index: usize) -> usize {
     let table = database.sections().into_iter().find(|(id, _)| *id == section::CYCLES);
     table.map_or(0, |(_, table)| Record::of(table, index, cycle::LENGTH).u16(cycle::KNOTS).into())

@@ -1,4 +1,4 @@
-//! The table that people fill in: what Effort every fragment and blend has.
+//! The table of Efforts of fragments and blends that people fill in.
 //!
 //! ```text
 //! id,clip,from_s,to_s,with,with_from_s,with_to_s,alpha,action,style,flow,weight,time
@@ -7,8 +7,8 @@
 //! ```
 //!
 //! A row without `with` is a fragment, from and to in seconds of its clip: changing those, or adding rows, is how
-//! fragments are annotated. A row with it is the blend of two fragments. Factors run from -3 to 3; a row whose three
-//! are empty has not been looked at and is passed over.
+//! fragments are annotated. A row with it is the blend of two fragments. Factors are from -3 to 3; a row in which
+//! all three are empty is unlabelled and skipped.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::effort::{Factors, NAMES, POLE, fragment::Span};
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// What the page calls it.
+    /// Its name on the page.
     pub id: String,
     /// The fragment, or a blend's first one.
     pub first: Span,
@@ -29,7 +29,7 @@ pub struct Row {
     pub action: String,
     /// Style, for people; empty for blends.
     pub style: String,
-    /// What it was seen as, if it was.
+    /// Its Effort, if labelled.
     pub effort: Option<Factors>,
 }
 

@@ -1,16 +1,16 @@
 //! Anatomical frames: how each body part lies in its joint's own axes.
 //!
-//! The intermediate skeleton of Monzani et al. 2000, as one constant rotation a joint. Frames are named by what
-//! bodies share, so that nothing depends on a rest pose where there is a better witness:
+//! The intermediate skeleton of Monzani et al. 2000, as one constant rotation per joint. Frames are derived from properties
+//! that all bodies share, and from a rest pose only if there is nothing better:
 //!
 //! | part | frame, in the joint's axes |
 //! |---|---|
-//! | upper and lower arms and legs | along the bone; across it, the axis about which elbow or knee bend in the motion |
-//! | feet | up is the floor's normal while they stand; ahead, the toes |
-//! | hands, collarbones | as they lie on average on lower arm and chest |
-//! | toes | as the foot, while it stands |
-//! | trunk | along the bones of the spine; across, left at rest where zero rotations are an upright body, the lines of hips and shoulders where they are not |
-//! | head | upright at rest; level on average where there is no upright rest |
+//! | upper and lower arms and legs | Y along the bone; X is the axis about which elbow or knee bend in the motion |
+//! | feet | Y is the floor's normal during contact; Z towards the toes |
+//! | hands, collarbones | the average orientation relative to lower arm and chest |
+//! | toes | as the foot during contact |
+//! | trunk | Y along the bones of the spine; X left at rest if zero rotations give an upright body, else the lines of hips and shoulders |
+//! | head | upright at rest, or level on average without an upright rest pose |
 //!
 //! Axes: X left, Y up, Z ahead for the trunk; Y along the bone and X across for limbs.
 
@@ -28,7 +28,7 @@ use gestus_motion::{
     statistics::{mean_or_zero, quantile, sorted},
 };
 
-/// A skeleton's frames and lengths.
+/// Anatomical frames and lengths of a skeleton.
 #[derive(Debug, Clone)]
 pub struct Anatomy {
     /// Frame of each joint that has one: from anatomical to the joint's axes.
@@ -47,13 +47,13 @@ pub struct Anatomy {
     pub doubts: Vec<String>,
 }
 
-/// Positions and orientations in the world of one frame.
+/// World positions and orientations of one frame.
 struct World {
     turns: Vec<UnitQuaternion<f64>>,
     places: Vec<Vector3<f64>>,
 }
 
-/// Bend of an elbow or knee, on average, below which the motion doesn't say its axis: sine of 4 degrees.
+/// Least mean bend of an elbow or knee that determines its axis: sine of 4 degrees.
 const LEAST_BEND: f64 = 0.07;
 
 impl Anatomy {
@@ -257,7 +257,7 @@ fn world(skeleton: &Skeleton, frame: &Frame) -> World {
     World { turns, places: frame.positions(skeleton) }
 }
 
-/// Axes with Y along `up` and X as near to `left` as can be; the other way round where `left` is the surer one.
+/// Axes with Y along `up` and X as near to `left` as possible; the reverse if `left` is more reliable.
 fn axes(up: Vector3<f64>, left: Vector3<f64>, left_first: bool) -> UnitQuaternion<f64> {
     let (first, second) = if left_first { (left, up) } else { (up, left) };
     let a = first.try_normalize(1e-9).unwrap_or_else(Vector3::y);
@@ -293,8 +293,8 @@ fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lowe
     mean_or_zero(Side::BOTH.into_iter().filter_map(length))
 }
 
-/// The body's axes with all rotations zero, where that is an upright body: head above hips, feet below, straight
-/// legs and arms. `None` where it is not.
+/// The body's axes with all rotations zero, if that is an upright pose: head above hips, feet below, straight legs and
+/// arms.
 fn zero_axes(skeleton: &Skeleton, parts: &Parts) -> Option<UnitQuaternion<f64>> {
     let rest = rest_positions(skeleton);
     let place = |p: Part| parts.get(p).map(|j| rest[j]);

@@ -25,7 +25,7 @@ use crate::{
     stream,
 };
 
-/// Poses that a body is measured by, at most.
+/// Most poses that a body is measured by.
 const SAMPLE: usize = 600;
 
 /// A skeleton that can't be mapped.
@@ -40,22 +40,22 @@ pub enum MapError {
     Joints { have: usize, most: usize },
     #[error("the legs of the {which} are {length_m} m long: check the unit (--unit)")]
     Legs { which: &'static str, length_m: f64 },
-    #[error("the map that was made is not in order: {0}")]
+    #[error("the encoded map is invalid: {0}")]
     Blob(#[from] BlobError),
     #[error("the clip has no frames")]
     Empty,
 }
 
-/// A body: a skeleton, its parts and how they lie.
+/// A body: a skeleton, its parts and their anatomical frames.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// The skeleton.
     pub skeleton: Arc<Skeleton>,
     /// Which joint is which part.
     pub parts: Parts,
-    /// How parts lie in their joints' axes.
+    /// Anatomical frames in the joints' axes.
     pub anatomy: Anatomy,
-    /// What joints without a counterpart keep: their mean local rotations.
+    /// Local rotations of joints without a counterpart: their means.
     pub(super) rest: Vec<UnitQuaternion<f64>>,
 }
 
@@ -63,7 +63,7 @@ impl Body {
     /// A database's body, measured on its own motion.
     ///
     /// # Errors
-    /// [`MapError::Target`] where its skeleton has no arms or legs.
+    /// [`MapError::Target`] if no arms or legs are found.
     pub fn of_database(database: &Database<'_>) -> Result<Self, MapError> {
         let skeleton = Arc::new(database_skeleton(database));
         let frames = sample_of(database);
@@ -73,10 +73,10 @@ impl Body {
         Self { skeleton, parts, anatomy, rest }.checked("database")
     }
 
-    /// An incoming body, measured on a clip; and the rotation that stands its world upright.
+    /// An incoming body, measured on a clip, and the rotation of its world to Y up.
     ///
     /// # Errors
-    /// [`MapError`] where it can't be identified.
+    /// [`MapError`] if it can't be identified.
     pub fn of_clip(clip: &Clip, file: &MapFile) -> Result<(Self, UnitQuaternion<f64>), MapError> {
         if clip.frames.is_empty() {
             return Err(MapError::Empty);
@@ -97,8 +97,8 @@ impl Body {
         if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
     }
 
-    /// Joints of a chain with their places along it, 0 to 1: ends first and last, those between at the middle of the
-    /// segment that they turn.
+    /// Joints of a chain with their positions along it, 0 to 1: the ends at 0 and 1, others at the middle of the segment
+    /// that they rotate.
     fn chain(&self, from: usize, rest: &[usize]) -> Vec<(usize, f64)> {
         let Some((&last, between)) = rest.split_last() else { return vec![(from, 0.0)] };
         let length = |j: usize| self.skeleton.offsets[j].norm();
@@ -120,7 +120,7 @@ impl Body {
     }
 }
 
-/// Frames of a database, evenly over all its clips.
+/// Frames of a database, evenly spaced over all its clips.
 fn sample_of(database: &Database<'_>) -> Vec<Frame> {
     let counts = database.counts();
     let step = counts.frames.div_ceil(SAMPLE).max(1);
@@ -139,7 +139,7 @@ fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
-/// The rotation that takes the clip's up to Y: the file's word, or the axis along which feet are below the hips.
+/// The rotation of the clip's up axis to Y: that of the map file, or the axis along which the feet are below the hips.
 fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuaternion<f64> {
     let up = file.up.unwrap_or_else(|| {
         let feet: Vec<usize> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })

@@ -1,4 +1,4 @@
-//! A mapping in words and as JSON: what `gestus retarget --check` shows.
+//! A mapping as text and JSON, for `gestus retarget --check`.
 
 use std::fmt::Write;
 
@@ -48,7 +48,7 @@ fn up(retarget: &Retarget) -> String {
     format!("{}{}", if up[axis] < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
 }
 
-/// The mapping for people.
+/// The mapping as text.
 pub fn text(retarget: &Retarget) -> String {
     let (source, target) = (&retarget.source, &retarget.target);
     let name = |body: &Body, part: Part| {

@@ -1,4 +1,4 @@
-//! The bytes of a map: what each joint follows, and the limbs that both bodies have (`docs/FORMAT.md`, "Retargeting
+//! Encodes a map: the source of each joint's rotation, and the limbs that both bodies have (`docs/FORMAT.md`, "Retargeting
 //! map").
 
 use gestus_core::{
@@ -19,13 +19,13 @@ use crate::{
     },
 };
 
-/// Where a joint's orientation comes from.
+/// Source of a joint's orientation.
 enum Source {
     Stay(UnitQuaternion<f64>),
     Follow { from: [usize; 2], weight: f64, turns: [UnitQuaternion<f64>; 2] },
 }
 
-/// What `to`'s joints follow in `from`.
+/// Sources in `from` of `to`'s joints.
 fn sources(from: &Body, to: &Body) -> Vec<Source> {
     let frame = |body: &Body, j: usize| body.anatomy.frame(j);
     let turn = |a: usize, t: usize| -> Option<UnitQuaternion<f64>> {

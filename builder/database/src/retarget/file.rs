@@ -1,4 +1,4 @@
-//! A mapping by file: what names and shape don't say, in TOML.
+//! The map file, in TOML: corrections to the identification by names and shape.
 //!
 //! ```toml
 //! up = "z"                       # the incoming world's up: x, y, z, -x, -y, -z; found from the motion if left out
@@ -34,7 +34,7 @@ pub enum MapFileError {
     Read { file: String, error: std::io::Error },
     #[error("{file}: {error}")]
     Toml { file: String, error: Box<toml::de::Error> },
-    #[error("{file}: `{word}` is no body part; the parts are {parts}")]
+    #[error("{file}: `{word}` is not a body part; the parts are {parts}")]
     Part { file: String, word: String, parts: String },
     #[error("{file}: up = \"{word}\": x, y, z, -x, -y or -z")]
     Up { file: String, word: String },

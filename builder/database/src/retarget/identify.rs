@@ -1,4 +1,4 @@
-//! Which joint is which body part: by the map file, by names, by shape, in this order.
+//! Identifies body parts: by the map file, by names, by shape, in this order.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -11,7 +11,7 @@ use crate::retarget::{
 };
 use gestus_motion::clip::{Frame, Skeleton};
 
-/// How a part was found.
+/// Source of an identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     /// The map file says so.
@@ -38,7 +38,7 @@ impl fmt::Display for How {
     }
 }
 
-/// A skeleton whose parts are known.
+/// Identified body parts of a skeleton.
 #[derive(Debug, Clone, Default)]
 pub struct Parts {
     /// Joint of each part.
@@ -53,7 +53,7 @@ pub struct Parts {
     pub doubts: Vec<String>,
 }
 
-/// A skeleton whose parts can't be found.
+/// A skeleton whose parts can't be identified.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum IdentifyError {
@@ -61,7 +61,7 @@ pub enum IdentifyError {
         "no {missing} found among the joints {joints}; name them in a map file (--map): [joints] {example} = \"...\""
     )]
     Missing { missing: String, joints: String, example: String },
-    #[error("the map file says that {part} is `{name}`, which is no joint; the joints are {joints}")]
+    #[error("the map file says that {part} is `{name}`, which is not a joint; the joints are {joints}")]
     NoSuchJoint { part: Part, name: String, joints: String },
     #[error(
         "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`): say in a map file (--map) which joint is which"
@@ -304,7 +304,7 @@ pub fn path(skeleton: &Skeleton, joint: usize) -> Vec<usize> {
     path
 }
 
-/// Whether `joint` hangs on `above`, or is it.
+/// True if `joint` is `above` or one of its descendants.
 fn below(skeleton: &Skeleton, joint: usize, above: usize) -> bool {
     path(skeleton, joint).contains(&above)
 }

@@ -24,7 +24,7 @@ pub struct Retarget {
     pub source: Body,
     /// The database's.
     pub target: Body,
-    /// From the incoming world to one with Y up.
+    /// Rotation of the incoming world to Y up.
     pub world: UnitQuaternion<f64>,
     /// Leg length of the database over the incoming body's.
     pub scale: f64,
@@ -97,13 +97,14 @@ impl Retarget {
         back.collect()
     }
 
-    /// Everything that a person should look at.
+    /// Doubts for the user to check.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = self.source.parts.doubts.clone();
         doubts.extend(self.source.anatomy.doubts.iter().cloned());
         if !self.source.anatomy.upright {
             doubts.push(
-                "zero rotations are no upright body here: the trunk's axes are taken from its bones".into(),
+                "zero rotations do not give an upright body: the trunk's axes are taken from its bones"
+                    .into(),
             );
         }
         if !(0.7..=1.4).contains(&self.scale) {

@@ -1,12 +1,12 @@
-//! An incoming skeleton to the database's: which joint is which body part, how each lies in its joint's axes, and
-//! the map that the core reads.
+//! Retargeting an incoming skeleton to the database's: identification of body parts, their anatomical frames, and the map
+//! for the core.
 //!
-//! 1. [`identify`]: parts by a file ([`file`](mod@file)), by names ([`parts`]), by [`shape`];
+//! 1. [`identify`]: body parts by a map file ([`file`](mod@file)), names ([`parts`]) or [`shape`];
 //! 2. [`anatomy`]: a frame for each part, in its joint's axes;
-//! 3. [`body`]: a skeleton with its parts; [`map`]: two of them as a table for `gestus_core::retarget`;
-//! 4. [`check`]: all of it in words.
+//! 3. [`body`]: a skeleton with its parts; [`map`]: the map between two bodies, encoded for `gestus_core::retarget`;
+//! 4. [`check`]: a report as text and JSON.
 //!
-//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, named by Xia 2015, section 4.
+//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, as Xia 2015, section 5.1.
 
 pub mod anatomy;
 pub mod body;

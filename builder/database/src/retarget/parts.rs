@@ -1,9 +1,8 @@
-//! Body parts, and the names that they go by.
+//! Body parts, and the names of their joints.
 //!
-//! A part is what two skeletons have in common: `left-upper-arm` is the joint whose rotation turns the left upper
-//! arm, whatever it is called. A convention is a table of the names of one well-known family of skeletons; the one
-//! that knows most of a skeleton's joints names them all, since one word means two things in two families
-//! (`LeftShoulder` is the collarbone in Mixamo's, and the upper arm in the older BVH files').
+//! Skeletons are compared by parts: `left-upper-arm` is the joint that rotates the left upper arm, whatever its name. A
+//! convention is a table of the names in a family of skeletons. The one that matches most of a skeleton's joints names
+//! them all, since words are ambiguous: `LeftShoulder` is the collarbone in Mixamo, and the upper arm in older BVH files.
 
 use std::fmt;
 
@@ -57,12 +56,12 @@ impl Part {
         all
     }
 
-    /// Whether a body can do without it: a map needs the others.
+    /// True for parts that a map does not require.
     pub fn optional(self) -> bool {
         matches!(self, Chest | Head | Clavicle(_) | Hand(_) | Toes(_))
     }
 
-    /// The part of that name, as [`fmt::Display`] writes it; `_` does for `-`.
+    /// The part of that name, as [`fmt::Display`] writes it; `_` may replace `-`.
     pub fn named(name: &str) -> Option<Part> {
         let name = name.trim().to_ascii_lowercase().replace('_', "-");
         Part::all().into_iter().find(|p| p.to_string() == name)
@@ -99,7 +98,7 @@ pub struct Convention {
     limbs: [&'static str; 8],
 }
 
-/// The families that are known by name. Words are without case, separators and side.
+/// Known conventions. Words are in lower case, without separators and side.
 pub const CONVENTIONS: [Convention; 8] = [
     Convention {
         name: "Mixamo or CMU (BVH)",
@@ -151,7 +150,7 @@ pub const CONVENTIONS: [Convention; 8] = [
     },
 ];
 
-/// Other words for a part, where no family of its own has them all.
+/// Other words for parts, in skeletons of no known family.
 const OTHERS: [(&str, usize); 17] = [
     ("collarbone", 0),
     ("clavicle", 0),
@@ -187,7 +186,7 @@ impl Convention {
     }
 }
 
-/// The part that a name is likely to mean in no family in particular.
+/// The likely part of a name in an unknown family.
 pub fn likely(name: &str) -> Option<Part> {
     let (side, stem) = split(name);
     match side {
@@ -198,7 +197,7 @@ pub fn likely(name: &str) -> Option<Part> {
     }
 }
 
-/// A name's side and its stem: no prefix of a tool, no case, no separators.
+/// Side and stem of a name, in lower case, without a tool's prefix and separators.
 pub fn split(name: &str) -> (Option<Side>, String) {
     let name = name.rsplit(':').next().unwrap_or(name).trim();
     // `mixamorig_LeftArm`, `Bip01 L Thigh`, `J_Bip_L_UpperArm`, `m_avg_L_Hip`.
@@ -234,7 +233,7 @@ pub fn split(name: &str) -> (Option<Side>, String) {
         }
     }
     if side.is_none() {
-        // `lfemur`, `leftarm`, `rhipjoint`: a side that is glued on in small letters.
+        // `lfemur`, `leftarm`, `rhipjoint`: a side as a prefix in lower case.
         for (prefix, found) in
             [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)]
         {
@@ -250,7 +249,7 @@ pub fn split(name: &str) -> (Option<Side>, String) {
     (side, stem)
 }
 
-/// `LeftUpLeg_2` as left, up, leg, 2: at separators and at capitals, in small letters.
+/// Splits `LeftUpLeg_2` into left, up, leg, 2: at separators and capitals, in lower case.
 fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut fresh = true;

@@ -1,8 +1,8 @@
-//! Which hinge stands for which body part: by the map file, by the words in joint names, by the tree.
+//! Assigns hinges to body parts: by the map file, by words in joint names, by the tree.
 //!
-//! Hinges of one part are those that follow each other in the chain and bear its word: `left_hip_yaw`,
-//! `left_hip_roll` and `left_hip_pitch` are the left upper leg, in whatever order. Where a leg's or arm's words are
-//! missing, its chain is cut at its two widest gaps, which are the bones: `arm_left_1` to `arm_left_7` say no more.
+//! Hinges of a part are consecutive in the chain and have its word: `left_hip_yaw`, `left_hip_roll` and `left_hip_pitch`
+//! are the left upper leg, in any order. If names have no words for parts (`arm_left_1` to `arm_left_7`), the chain of an
+//! arm or leg is cut at its two widest gaps, which are the bones.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use gestus_motion::formats::urdf::Robot;
 
 use crate::robot::file::RobotMap;
 
-/// Hinges that stand for a part, in chain order.
+/// The hinges of a part, in chain order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assigned {
     /// The part.
@@ -20,7 +20,7 @@ pub struct Assigned {
     pub hinges: Vec<usize>,
 }
 
-/// The assignment, and what a person should look at.
+/// The assignment, with doubts for the user to check.
 #[derive(Debug, Clone, Default)]
 pub struct Assignment {
     /// Groups, in the order of their hinges.
@@ -66,7 +66,7 @@ const TRUNK: [(&str, Part); 8] = [
     ("abdomen", Part::Chest),
 ];
 
-/// Fingers are nobody's part.
+/// Words of fingers, which belong to no part.
 const NOT: [&str; 7] = ["finger", "thumb", "gripper", "index", "pinky", "eye", "toe"];
 
 /// The side and part that a joint's name tells.
@@ -115,7 +115,7 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
         parts.push(part);
     }
     for name in map.joints.keys().filter(|n| robot.find(n).is_none()) {
-        result.doubts.push(format!("the map file speaks of `{name}`, which is no hinge of the robot"));
+        result.doubts.push(format!("the map file names `{name}`, which is not a hinge of the robot"));
     }
     if by_tree(robot, &mut parts, map) {
         result.doubts.push(

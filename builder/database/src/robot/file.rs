@@ -1,4 +1,4 @@
-//! A robot map by file: what names don't say, and what a URDF has no place for, in TOML.
+//! The robot map, in TOML: corrections to the assignment, and data that URDF lacks.
 //!
 //! ```toml
 //! tick_hz = 50                 # how often the robot is told where to go
@@ -40,7 +40,7 @@ pub struct RobotMap {
     pub joints: BTreeMap<String, JointMap>,
 }
 
-/// What a file says of a joint.
+/// Settings of a joint.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointMap {
@@ -95,7 +95,7 @@ pub enum RobotMapError {
     Read { file: String, error: std::io::Error },
     #[error("{file}: {error}")]
     Toml { file: String, error: Box<toml::de::Error> },
-    #[error("{file}, joint `{joint}`: `{word}` is no body part; the parts are {parts}")]
+    #[error("{file}, joint `{joint}`: `{word}` is not a body part; the parts are {parts}")]
     Part { file: String, joint: String, word: String, parts: String },
     #[error("{file}: {what}")]
     Value { file: String, what: String },

@@ -1,8 +1,8 @@
-//! How a robot's links lie in a body.
+//! Anatomical frames of a robot's links.
 //!
-//! With all hinges at zero the robot stands, looks ahead, and has its feet flat; its limbs may point anywhere. A
-//! link's anatomical frame is found there, by the same rules as a skeleton's ([`crate::retarget::anatomy`]): along
-//! the bone, across the axis of knee or elbow in the sense in which they bend.
+//! With all hinges at zero the robot stands upright with flat feet, facing forward; its limbs may point anywhere. Frames
+//! are found in that pose by the same rules as a skeleton's ([`crate::retarget::anatomy`]): Y along the bone, X along the
+//! axis of knee or elbow in the direction in which they bend.
 
 use gestus_core::robot::layout::MAX_CHAIN;
 use gestus_motion::formats::urdf::Robot;
@@ -16,7 +16,7 @@ use crate::{
     robot::assign::{Assigned, Assignment},
 };
 
-/// An arm or leg that reaches.
+/// An arm or leg with a target for its end.
 pub(super) struct Limb {
     pub joints: (usize, usize),
     pub hinges: (usize, usize),
@@ -25,7 +25,7 @@ pub(super) struct Limb {
     pub leg: bool,
 }
 
-/// Where links are and how they lie, with all hinges at zero.
+/// Positions and anatomical frames of the links, with all hinges at zero.
 pub(super) struct Links {
     pub places: Vec<Isometry3<f64>>,
     /// From anatomical axes to the link's, for the last hinge of a group.
@@ -66,7 +66,7 @@ impl Links {
         this
     }
 
-    /// Where a limb ends: at the next group, at a link that is fixed behind it, or as far on as the upper bone is long.
+    /// The end of a limb: the next group, a fixed link behind it, or one length of the upper bone further.
     fn tip(&self, robot: &Robot, lower: &Assigned, end: Option<&Assigned>, upper: &Assigned) -> Vector3<f64> {
         let last = lower.hinges[lower.hinges.len() - 1];
         if let Some(end) = end {
@@ -79,8 +79,7 @@ impl Links {
         far.filter(|f| (f - here).norm() > 0.01).unwrap_or_else(|| here + (here - self.begin(upper, here)))
     }
 
-    /// Where the upper bone begins: at its last hinge, or at its first where the last sits on the elbow (the yaw of
-    /// some upper arms).
+    /// The start of the upper bone: its last hinge, or its first if the last is at the elbow (the yaw of some upper arms).
     fn begin(&self, upper: &Assigned, elbow: Vector3<f64>) -> Vector3<f64> {
         let at = |h: usize| self.places[h].translation.vector;
         let (first, last) = (at(upper.hinges[0]), at(upper.hinges[upper.hinges.len() - 1]));
@@ -101,7 +100,7 @@ impl Links {
         let elbow = self.places[lower.hinges[0]].translation.vector;
         let upper_bone = elbow - self.begin(upper, elbow);
         let lower_bone = tip - elbow;
-        // How it bends: with its hinges in the middle of their ranges.
+        // Direction of bending: with its hinges in the middle of their ranges.
         let mut bent = vec![0.0; robot.hinges.len()];
         for &h in &lower.hinges {
             let (low, high) = robot.hinges[h].range;
@@ -138,7 +137,7 @@ fn frame(bone: Vector3<f64>, across: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
 }
 
-/// The limbs that both have, in one chain of hinges.
+/// The limbs that both have, each a single chain of hinges.
 pub(super) fn limbs(body: &Body, robot: &Robot, assignment: &Assignment, links: &Links) -> Vec<Limb> {
     let group = |part: Part| assignment.groups.iter().find(|g| g.part == part);
     let mut limbs = Vec::new();

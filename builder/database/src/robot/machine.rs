@@ -33,14 +33,14 @@ pub enum MachineError {
     #[error("the robot has {have} hinges, at most {MAX_HINGES} can be driven")]
     Hinges { have: usize },
     #[error(
-        "no hinge stands for any body part (joints: {joints}); say in a robot map (--robot-map) which does: [joints.NAME] part = \"left-lower-leg\""
+        "no hinge could be assigned to a body part (joints: {joints}); assign one in a robot map (--robot-map): [joints.NAME] part = \"left-lower-leg\""
     )]
     Nothing { joints: String },
-    #[error("tick_hz = {tick_hz}: a robot is told 1 to 1000 times a second")]
+    #[error("tick_hz = {tick_hz}: a robot takes 1 to 1000 ticks a second")]
     Tick { tick_hz: f64 },
     #[error("hinge `{hinge}`: {what}")]
     Hinge { hinge: String, what: String },
-    #[error("the tables that were made are not in order: {0}")]
+    #[error("the encoded tables are invalid: {0}")]
     Blob(#[from] BlobError),
 }
 
@@ -49,7 +49,7 @@ pub enum MachineError {
 pub struct Machine {
     /// The robot.
     pub robot: Robot,
-    /// Which hinge stands for which part.
+    /// The assignment of hinges to body parts.
     pub assignment: Assignment,
     /// Ticks a second.
     pub tick_hz: f64,
@@ -57,7 +57,7 @@ pub struct Machine {
     pub scale: f64,
     /// From a body's axes to the base's.
     pub axes: UnitQuaternion<f64>,
-    /// Everything that a person should look at.
+    /// Doubts for the user to check.
     pub doubts: Vec<String>,
     bytes: Vec<u8>,
 }
@@ -165,7 +165,7 @@ impl Machine {
             let link = links.frames[last].unwrap_or_else(UnitQuaternion::identity);
             let turn = anatomy(part_joint) * link.inverse();
             set(&mut bytes, at, group::TURN, turn.coords.as_slice());
-            // From the frame behind the parent on.
+            // From the frame behind the parent.
             let mut zero = UnitQuaternion::identity();
             let mut turning = Vec::new();
             for &h in &g.hinges {
@@ -277,7 +277,7 @@ impl Machine {
     }
 }
 
-/// The direction that one or two hinges point, in the link's anatomical frame: one that they can turn.
+/// The direction that one or two hinges aim, in the link's anatomical frame: one that they can rotate.
 fn pointed(part: Part, turning: &[Vector3<f64>], zero: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let order = match part {

@@ -1,5 +1,4 @@
-//! A clip on the database's skeleton, driven through a robot tick by tick, and what comes out: angles, a trajectory,
-//! pulses.
+//! Drives a robot through a clip on the database's skeleton, tick by tick: angles, a trajectory, servo pulses.
 
 use gestus_core::{
     blob::layout::MAX_JOINTS,
@@ -18,17 +17,17 @@ use gestus_motion::{
 /// One tick.
 #[derive(Debug, Clone)]
 pub struct Tick {
-    /// Where the hinges are. Shape `[hinges]`.
+    /// State of the hinges. Shape `[hinges]`.
     pub motions: Vec<Motion>,
-    /// Where they should be, within their ranges. Shape `[hinges]`.
+    /// Target angles within the ranges, radians. Shape `[hinges]`.
     pub targets: Vec<f32>,
     /// Pulses, microseconds. Shape `[hinges]`.
     pub pulses: Vec<u16>,
-    /// What the core said.
+    /// The core's report.
     pub driven: Driven,
 }
 
-/// What came out.
+/// The result of driving a clip.
 #[derive(Debug, Clone)]
 pub struct Played {
     /// Names of the hinges.
@@ -65,9 +64,8 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
     }
 }
 
-/// Angles between the directions in which hands and feet lie, seen from shoulder or hip: the robot's, where its hinges
-/// are and at their targets, against the body's. Degrees, over limbs and ticks from the first half second on: mean
-/// of what the hinges reached, mean of their targets.
+/// Angular errors of hands and feet as seen from shoulder or hip, robot against body, degrees: means over limbs and ticks
+/// after the first half second, at the angles that the hinges reached and at their targets.
 pub fn end_effectors(machine: &Machine, played: &Played, clip: &Clip) -> (f64, f64) {
     let tables = machine.tables();
     let base = quaternion(tables.base());
@@ -101,7 +99,7 @@ fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
-/// A name that a column may have: no comma, quote or line end.
+/// A name as a column: commas, quotes and line ends become `_`.
 fn column(name: &str) -> String {
     name.chars().map(|c| if c == ',' || c == '"' || c.is_control() { '_' } else { c }).collect()
 }
@@ -157,7 +155,7 @@ impl Played {
         })
     }
 
-    /// Figures of the ride, held against the machine's limits.
+    /// Figures of the motion, compared with the machine's limits.
     pub fn figures(&self, machine: &Machine) -> Value {
         let tables = machine.tables();
         let tick = f64::from(tables.tick_s());

@@ -1,17 +1,17 @@
-//! Foot skate taken out of a whole clip: for files, where later frames are known.
+//! Removes foot skate from a whole clip, using later frames.
 //!
 //! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as the statistical-transfer paper uses it (section 6):
 //!
-//! 1. **Places.** Each footplant, a run of frames in which a foot stands, gets one place on the floor, by the joint that
-//!    carries it, ankle or toes, whichever is lower: that which is nearest to where it is in the plant's frames. What
-//!    takes the foot there is its offset in each frame.
-//! 2. **Root.** It takes what the standing feet have in common, between plants what lies between, all smoothed over a
-//!    window; and it comes near enough for every leg to reach.
-//! 3. **Legs.** Each ankle is put to its target by the analytic leg of the core ([`gestus_core::body::two_bone_ik`]), the foot's
-//!    orientation kept.
-//! 4. **Smoothing.** Before and behind a plant the offset grows and fades over the window, so that nothing pops.
+//! 1. **Positions.** Each footplant, a run of frames in contact, gets one position on the floor for the joint that carries
+//!    the foot, the lower of ankle and toes: the one nearest to its positions in these frames. The offset of a foot is the
+//!    translation to that position in each frame.
+//! 2. **Root.** The root takes the mean offset of the standing feet, interpolated between plants and smoothed over a window,
+//!    and moves close enough for every leg to reach.
+//! 3. **Legs.** Each ankle reaches its target by the core's analytic inverse kinematics
+//!    ([`gestus_core::body::two_bone_ik`]); the foot keeps its orientation.
+//! 4. **Smoothing.** Offsets fade in and out over the window before and after a plant.
 //!
-//! A stream has [`gestus_core::output::foot_lock`] instead, which knows no later frame.
+//! A stream has [`gestus_core::output::foot_lock`] instead, which uses no later frames.
 
 use gestus_core::{
     Database, Pose,
@@ -31,18 +31,18 @@ use gestus_motion::{
     corpus::Corpus,
 };
 
-/// Part of its length that a leg is stretched to.
+/// Greatest extension of a leg, relative to its length.
 const STRETCH: f64 = 0.995;
 
-/// How often the root is brought near enough for every leg.
+/// Iterations of moving the root within reach of every leg.
 const REACH_ROUNDS: usize = 8;
 
 type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
 
-/// Seconds that a change is spread over by default.
+/// Default window, seconds.
 pub const WINDOW_S: f64 = 0.25;
 
-/// A skeleton as its legs need it: a database's, or a clip's own.
+/// The legs of a skeleton: a database's, or a clip's own.
 #[derive(Debug, Clone)]
 pub struct Limbs {
     legs: [Leg; 2],
@@ -53,7 +53,7 @@ pub struct Limbs {
 }
 
 impl Limbs {
-    /// Those of a database; `None` where it names no legs.
+    /// The legs of a database; `None` if it has no section of feet.
     pub fn of_database(database: &Database<'_>) -> Option<Self> {
         let joints: Vec<_> = (0..database.counts().joints).map(|j| database.joint(j)).collect();
         Some(Self {
@@ -64,8 +64,8 @@ impl Limbs {
         })
     }
 
-    /// Those of a clip's body, and which of its feet stand; soles are as high as they are where they stand in the clip.
-    /// `None` where the skeleton has more joints than a pose of the core, or no foot ever stands.
+    /// The legs of a clip's body, and its contacts; sole heights are measured in the clip. `None` if the skeleton has more
+    /// joints than a pose of the core, or there are no contacts.
     pub fn of_clip(body: &Body, clip: &Clip) -> Option<(Self, Vec<[bool; 2]>)> {
         let marks = &body.landmarks;
         let stands = contacts(clip, marks);
@@ -179,7 +179,7 @@ fn vector(v: [f32; 3]) -> Vector3<f64> {
     Vector3::from(v.map(f64::from))
 }
 
-/// Heights of ankle and toes over where they stand, metres.
+/// Heights of ankle and toes above their standing heights, metres.
 fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
     let height = |place: [f32; 3], i: usize| f64::from(place[1]) - f64::from(leg.heights[i]);
     [height(chain.ankle, 0), if leg.toe.is_some() { height(chain.toe, 1) } else { f64::INFINITY }]
@@ -273,7 +273,7 @@ fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Ve
     shifts
 }
 
-/// Gaps filled by straight lines; held at both ends.
+/// Fills gaps by linear interpolation, constant at both ends.
 fn between(values: &[Option<Vector3<f64>>]) -> Vec<Vector3<f64>> {
     let known: Vec<(usize, Vector3<f64>)> =
         values.iter().enumerate().filter_map(|(t, v)| v.map(|v| (t, v))).collect();

@@ -1,4 +1,4 @@
-//! A clip through the core, frame by frame, on the host: what `translate`, `evaluate` and `gestus-sim run` share.
+//! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
 pub mod cleanup;
 pub mod trace;
@@ -17,32 +17,32 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use gestus_motion::clip::{Clip, Frame};
 
-/// Most classes of a database that clips are streamed through here.
+/// Most classes of a database for streaming on the host.
 pub const MOST_CLASSES: usize = 256;
 
-/// What the stylizer is asked for.
+/// Settings of a stylizer for a stream.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Parameters of the method.
     pub config: Config,
     /// Output style: numbers and weights.
     pub style: Vec<(u16, f32)>,
-    /// The input's action, where it is known.
+    /// The input's action, if known.
     pub action: Option<u16>,
-    /// The input's style, where it is known.
+    /// The input's style, if known.
     pub input_style: Option<u16>,
-    /// Joint groups that the search leaves out.
+    /// Joint groups that the search ignores.
     pub masked: Vec<u16>,
-    /// Strength of joint groups, where it is not 1.
+    /// Strength of joint groups, if not 1.
     pub strength: Vec<(u16, f32)>,
-    /// Own output styles of joint groups, numbers and weights, where they are not the body's.
+    /// Output styles of joint groups that have their own: numbers and weights.
     pub group_styles: Vec<(u16, Vec<(u16, f32)>)>,
-    /// Bounds of the output's lead and lag: the output is brought to one pose a tick within them.
+    /// Bounds of the output's lead and lag; with bounds, the output is retimed to one pose per tick.
     pub bounds: Option<Bounds>,
 }
 
 impl Request {
-    /// One style, nothing known of the input.
+    /// One style, with an unlabelled input.
     pub fn style(style: u16) -> Self {
         Self {
             config: Config::new(),
@@ -56,8 +56,8 @@ impl Request {
         }
     }
 
-    /// Output styles that have weight in each mix that a frame is answered in: in the body's, and in those that joint
-    /// groups have of their own. Each costs the unpacking and the regression of a frame once more.
+    /// Numbers of output styles with weight: in the body's mix, and in each joint group's own mix. Each costs one unpacking
+    /// and regression per frame.
     pub fn mixes(&self, groups: usize) -> Vec<usize> {
         let own = |group: usize| {
             let set = self.group_styles.iter().rfind(|(g, _)| usize::from(*g) == group);
@@ -74,40 +74,40 @@ impl Request {
     }
 }
 
-/// One frame of what came out.
+/// One frame of output.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// The output pose.
     pub frame: Frame,
-    /// What the core said.
+    /// The core's report.
     pub report: Report,
     /// Microseconds that the step took.
     pub micros: f64,
 }
 
-/// What came out of a stream.
+/// The output of a stream.
 #[derive(Debug, Clone)]
 pub struct Streamed {
-    /// One step a frame.
+    /// One step per frame.
     pub steps: Vec<Step>,
     /// Digest over all output poses and time steps.
     pub digest: u32,
-    /// Bytes of the stylizer.
+    /// Size of the stylizer, bytes.
     pub ram_bytes: usize,
-    /// One pose a tick, where the request has bounds.
+    /// One pose per tick, if the request has bounds.
     pub retimed: Option<Retimed>,
 }
 
-/// A stream within its bounds: as many poses as went in, at the input's rate.
+/// A retimed stream: as many poses as the input, at the input's rate.
 #[derive(Debug, Clone)]
 pub struct Retimed {
-    /// One pose a tick.
+    /// One pose per tick.
     pub frames: Vec<Frame>,
-    /// What each tick said.
+    /// The report of each tick.
     pub ticks: Vec<Tick>,
-    /// By how much a live stream is delayed for its lead, seconds. A file is not: its poses stand at their inputs' times.
+    /// Delay of a live stream by its lead, seconds. In a file, poses have their inputs' times.
     pub latency_s: f32,
-    /// Seconds from a tick to the next.
+    /// Seconds between ticks.
     pub tick_s: f64,
 }
 
@@ -144,12 +144,12 @@ impl Streamed {
             .collect()
     }
 
-    /// The output poses, which stand at [`times`](Self::times).
+    /// The output poses, at [`times`](Self::times).
     pub fn frames(&self) -> Vec<Frame> {
         self.steps.iter().map(|s| s.frame.clone()).collect()
     }
 
-    /// The output as a clip at a fixed rate: poses at their time stamps, resampled; or tick by tick, where the stream was
+    /// The output as a clip at a fixed rate: resampled from the poses at their times, or tick by tick if the stream was
     /// retimed.
     pub fn clip(&self, like: &Clip, rate_hz: f64) -> Clip {
         if let Some(retimed) = &self.retimed {
@@ -182,7 +182,7 @@ impl Streamed {
     }
 }
 
-/// Sees a step without knowing how many joints the stylizer has room for.
+/// Observes a step, whatever the stylizer's capacity of joints.
 pub trait Watcher {
     /// The query, F numbers.
     fn query(&mut self, _feature: &[f32]) {}
@@ -192,7 +192,7 @@ pub trait Watcher {
     fn timed(&mut self, _class: usize, _rows: &[u16], _weights: &[f32]) {}
     /// `x[t]`, `x[t-1]`, `y[t-1]` and the prediction, D numbers each.
     fn predicted(&mut self, _x: &[f32], _x_prev: &[f32], _y_prev: &[f32], _predicted: &[f32]) {}
-    /// The step is done.
+    /// The end of a step.
     fn done(&mut self, _report: &Report) {}
 }
 
@@ -223,7 +223,7 @@ impl<const J: usize, W: Watcher> Observer<J> for Adapter<'_, W> {
 /// Streams a clip, which has to be at the database's rate and on its joints.
 ///
 /// # Errors
-/// [`ConfigError`] where the request does not suit the database.
+/// [`ConfigError`] if the request does not fit the database.
 pub fn stream(
     database: &Database<'_>,
     clip: &Clip,
@@ -233,7 +233,7 @@ pub fn stream(
     stream_told(database, clip, request, &[], watcher)
 }
 
-/// [`stream`] of somebody who is told the action on the way: from which frame on, and which; ascending.
+/// [`stream`] with changes of the action label: the first frame and the action of each, ascending.
 ///
 /// # Errors
 /// As [`stream`].
@@ -297,10 +297,10 @@ fn run<const J: usize, const K: usize, const C: usize>(
     Ok(Streamed { steps, digest: digest.value(), ram_bytes: size_of::<Stylizer<'_, J, K, C>>(), retimed })
 }
 
-/// Poses that a retimer on the host remembers: bounds of seconds at any usual rate.
+/// Poses that a retimer on the host keeps: enough for bounds of seconds at usual rates.
 pub(crate) const REMEMBERED: usize = 512;
 
-/// A retimer and what came out of it.
+/// A retimer and its output.
 struct Playback<const J: usize> {
     retimer: Box<Retimer<J, REMEMBERED>>,
     frames: Vec<Frame>,
@@ -324,7 +324,7 @@ impl<const J: usize> Playback<J> {
         }
     }
 
-    /// Ends the stream: the last pose is held until all poses are out, and the delay of a live stream is taken off.
+    /// Ends the stream: the last pose is held until all poses are output, and the delay of a live stream is removed.
     fn finish(mut self, last: &Pose<J>, count: usize, joints: usize) -> Retimed {
         let latency_s = self.retimer.latency_s();
         let delay = (latency_s / self.step_s).round() as usize;
@@ -340,7 +340,7 @@ impl<const J: usize> Playback<J> {
     }
 }
 
-/// A frame as the core takes it.
+/// A frame as a pose of the core.
 pub fn to_pose<const J: usize>(frame: &Frame) -> Pose<J> {
     let mut pose = Pose::IDENTITY;
     pose.position = [frame.root.x as f32, frame.root.y as f32, frame.root.z as f32];

@@ -1,4 +1,4 @@
-//! Every step of a stream written down, so that a stranger can compute it again: `gestus translate --trace`,
+//! Records every step of a stream so that it can be recomputed independently: `gestus translate --trace`,
 //! `docs/CHECKING.md`.
 
 use std::{io, path::Path};
@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::stream::{Request, Watcher};
 use gestus_motion::formats::npy::Archive;
 
-/// What the steps of a stream computed. Shapes: T frames, C classes, K neighbors, D dofs, F features.
+/// Intermediate results of the steps of a stream. Shapes: T frames, C classes, K neighbors, D dofs, F features.
 #[derive(Debug)]
 pub struct Trace {
     classes: usize,
@@ -68,7 +68,7 @@ impl Trace {
     /// Writes the trace as `.npz`.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors of the file system.
     pub fn write(&self, path: &Path, database: &Database<'_>, request: &Request) -> io::Result<()> {
         let (t, c, k, d) = (self.frames, self.classes, self.k, self.dofs);
         // Other methods than the mixture have no query, no classes and no neighbors.
@@ -133,7 +133,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
 
 impl Watcher for Trace {
     fn query(&mut self, feature: &[f32]) {
-        // A frame begins: -1 stands where nothing will be written.
+        // Start of a frame: entries that are not written stay -1.
         let (c, k) = (self.classes, self.k);
         self.query.extend(feature);
         self.proportion.resize((self.frames + 1) * c, 0.0);
@@ -170,7 +170,7 @@ impl Watcher for Trace {
 
     fn done(&mut self, report: &Report) {
         if self.input.len() == self.frames * self.dofs {
-            // The input was no pose and nothing was computed.
+            // The input was invalid and nothing was computed.
             return;
         }
         self.proportion.resize((self.frames + 1) * self.classes, 0.0);

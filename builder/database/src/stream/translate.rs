@@ -1,4 +1,4 @@
-//! A clip into another style: what `gestus translate` and `gestus-sim run` share.
+//! Translates a clip to another style, for `gestus translate` and `gestus-sim run`.
 
 use std::{path::Path, sync::Arc};
 
@@ -24,7 +24,7 @@ use gestus_motion::{
     unit::Unit,
 };
 
-/// How far below where it stands a foot on another skeleton may come, metres: as in the core's lock.
+/// Depth below its standing height that a foot of another skeleton may reach, metres: as in the core's foot lock.
 const SOFT_M: f64 = 0.01;
 
 /// A clip that is ready to be streamed through a database.
@@ -32,7 +32,7 @@ const SOFT_M: f64 = 0.01;
 pub struct Input {
     /// The file.
     pub document: Document,
-    /// How its joints are the clip's.
+    /// The conversion between the file's joints and the clip's.
     pub binding: Binding,
     /// The clip at the database's rate, on the file's joints.
     pub clip: Clip,
@@ -41,19 +41,18 @@ pub struct Input {
     way: Way,
 }
 
-/// How the file's joints are the database's.
+/// The conversion between the clip's joints and the database's.
 #[derive(Debug)]
 enum Way {
-    /// For each joint of the database, the file's of the same name and place.
+    /// The same body: for each joint of the database, the clip's joint of the same name and position.
     Same(Vec<usize>),
-    /// By a map; and the feet of the file's own body, where they are found, so that they stay over its floor.
+    /// By a retargeting map; with the legs of the file's body, if found, to keep its feet above the floor.
     Map(Box<Retarget>, Option<Box<Limbs>>),
 }
 
-/// Reads a BVH file for a database: the document, how its joints are the clip's, and the clip at its own rate.
+/// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
 ///
-/// Where no unit is given, it is the one in which the body is the database's, whatever its size, or else guessed by an
-/// adult's height.
+/// Without a unit, the unit is the one in which the body is the database's, or else guessed by an adult's height.
 ///
 /// # Errors
 /// Where it can't be read.
@@ -81,7 +80,7 @@ pub fn read_clip(
     Ok((document, binding, clip))
 }
 
-/// The unit in which a body whose unit was guessed is the database's; `None` where the guess is, or none.
+/// The unit in which a body is the database's, if it is not the guessed one.
 fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
     let is_own = |unit: &Unit| {
         let scale = unit.metres() / guessed.unit().metres();
@@ -92,10 +91,10 @@ fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
 }
 
 impl Input {
-    /// Reads a BVH file for a database.
+    /// Reads a motion file for a database.
     ///
     /// # Errors
-    /// Where it can't be read, or its skeleton can't be mapped to the database's.
+    /// A file that can't be read, or whose skeleton can't be mapped to the database's.
     pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
         Self::read_with(path, database, &MapFile::default(), None)
     }
@@ -128,10 +127,10 @@ impl Input {
             let mapped = Clip { skeleton: target, frames, ..clip.clone() };
             return Ok(Self { document, binding, clip, mapped, way: Way::Same(joints) });
         }
-        // Measured at its own rate: more poses to measure by.
+        // Measured at its own rate, which has more poses.
         let retarget = Retarget::new(database, original, map)?;
         let mapped = retarget.to_target(&clip);
-        // A world that lies on its side has its floor elsewhere.
+        // The floor is known only if the file has Y up.
         let limbs = (retarget.world.angle() < 1e-3)
             .then(|| Body::of(&Corpus::of_clip(&clip)).ok())
             .flatten()
@@ -140,20 +139,20 @@ impl Input {
         Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget), limbs) })
     }
 
-    /// The output on the database's skeleton, at any rate: what a robot is driven with.
+    /// The output on the database's skeleton, for driving a robot.
     pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
         streamed.clip(&self.mapped, rate_hz)
     }
 
-    /// What a user should know of how it was read: a unit that was guessed, translations that were averaged, and what is
-    /// in doubt of the map between the skeletons.
+    /// Notes for the user about the reading: a guessed unit, averaged translations, and doubts about the map between the
+    /// skeletons.
     pub fn notes(&self) -> impl Iterator<Item = String> {
         let doubts = self.retarget().map(Retarget::doubts).unwrap_or_default();
         let doubts = doubts.into_iter().map(|doubt| format!("retargeted; doubt: {doubt}"));
         self.binding.notes().iter().cloned().chain(doubts)
     }
 
-    /// The map between the skeletons, where they are not one.
+    /// The map between the skeletons, if they differ.
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.way {
             Way::Same(_) => None,
@@ -162,7 +161,7 @@ impl Input {
     }
 
     /// The output as a clip of the input's skeleton, at the database's rate. Joints that the database lacks move as
-    /// they did.
+    /// in the input.
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let mut whole = streamed.clone();
         let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
@@ -188,7 +187,7 @@ impl Input {
             Way::Same(joints) => joints,
             Way::Map(map, limbs) => {
                 let back = map.to_source(frames, inputs);
-                // Feet of another shape come down elsewhere: a longer one with its toes in the floor.
+                // A foot of another shape lands elsewhere: a longer one puts its toes into the floor.
                 return match limbs {
                     Some(limbs) => above_floor(limbs, &back, SOFT_M),
                     None => back,
@@ -209,7 +208,7 @@ impl Input {
     /// The output in the form of the input's file.
     ///
     /// # Errors
-    /// Where the clip is not the input's.
+    /// A clip that is not on the input's skeleton.
     pub fn document(&self, output: &Clip) -> Result<Bvh> {
         Ok(self.binding.write(&self.document, output)?)
     }
@@ -218,7 +217,7 @@ impl Input {
 /// A clip on the database's skeleton, whatever skeleton it comes on, at its own rate.
 ///
 /// # Errors
-/// Where its skeleton can't be mapped.
+/// A skeleton that can't be mapped.
 pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
     let target = Arc::new(database_skeleton(database));
     match same_body(&clip.skeleton, &target) {
@@ -230,8 +229,8 @@ pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
     }
 }
 
-/// For each joint of the database, the clip's, where the two bodies are one: the same names in the same places, and
-/// about the same bones (a copy of the skeleton in another size, or with other axes, is another body).
+/// For each joint of the database the clip's, if both have the same body: the same names and parents, and about the same
+/// bones. A copy of the skeleton of another size or with other axes is another body.
 fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
     let joints: Vec<usize> = database.names.iter().map(|n| clip.find(n)).collect::<Option<_>>()?;
     if joints.first() != Some(&0) {
@@ -240,13 +239,13 @@ fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
     let length: f64 = database.offsets.iter().skip(1).map(nalgebra::Vector3::norm).sum();
     let mut apart = 0.0;
     for (j, &c) in joints.iter().enumerate().skip(1) {
-        // Joints in between that the database lacks would turn what hangs on them.
+        // Joints between them that the database lacks would rotate their children.
         if clip.parents[c] != database.parents[j].map(|p| joints[p]) {
             return None;
         }
         apart += (clip.offsets[c] - database.offsets[j]).norm();
     }
-    // Takes of one performer differ by a few per cent in their own calibration.
+    // Calibrations of one performer differ by a few per cent.
     (apart < 0.1 * length).then_some(joints)
 }
 
@@ -257,7 +256,7 @@ fn pick(frame: &Frame, joints: &[usize]) -> Frame {
 /// Streams an input.
 ///
 /// # Errors
-/// What the stylizer refuses.
+/// Refusals of the stylizer.
 pub fn translate(
     database: &Database<'_>,
     input: &Input,
@@ -316,7 +315,7 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
     figures
 }
 
-/// How many frames were degraded and by what, in words, out of [`figures`].
+/// Number and causes of degraded frames as text, from [`figures`].
 pub fn degraded_words(figures: &serde_json::Value) -> String {
     let by: Vec<String> = figures["degraded_by"]
         .as_object()
