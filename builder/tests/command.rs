@@ -42,7 +42,7 @@ fn no_input_is_written_over() {
         (vec!["build", "--data", data, "-o", "k.glb"], "glTF is read and not written"),
         ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
-        ([&translate[..], &["-o", page, "--robot", robot]].concat(), "nothing is asked of it"),
+        ([&translate[..], &["-o", page, "--robot", robot]].concat(), "--robot has no output"),
         ([&translate[..], &["-o", page, "--k", "0"]].concat(), "k.gestus: --k 0: from 1 to 64"),
         (
             [&translate[..], &["-o", page, "--mask", "tail"]].concat(),

@@ -13,11 +13,11 @@ use crate::report::{
 /// What was measured.
 #[derive(Debug, Clone)]
 pub struct Evaluation {
-    /// What: the word of the command.
+    /// Name of the measure, as on the command line.
     pub what: &'static str,
-    /// What it says and how it was made, for people.
+    /// What the figures mean and how they were made, for the report.
     pub about: String,
-    /// Columns by which rows are averaged for people.
+    /// Columns that rows are grouped by for the means.
     pub keys: Vec<&'static str>,
     /// The figures.
     pub rows: Vec<Row>,

@@ -1,7 +1,7 @@
-//! Gestus evaluate: how near to the truth an output is, how lively, how well timed; each method beside the others.
+//! Measures of Gestus: pose and timing errors, variability, contacts, search and more, with baselines to compare with.
 //!
-//! There are no recorded pairs, so the truth for a clip is a held-out clip of the output style, matched in speed
-//! and turn, compared at equal canonical time; its own variability is the floor. `docs/METRICS.md` defines every
+//! There are no recorded pairs. The truth for a test clip is a held-out clip of the output style, matched in speed and yaw
+//! rate and compared at equal canonical time. The distance between two such clips is the floor of the errors. `docs/METRICS.md` defines every
 //! figure.
 //!
 //! A measure of [`measures`] takes an [`experiment`], holds clips out ([`fold`]), runs the core and the [`baselines`] on them, and compares with

@@ -37,7 +37,7 @@ pub struct Args {
     /// Configuration, as gestus.toml, instead of the folder's own
     #[arg(long)]
     config: Option<PathBuf>,
-    /// Where the database goes
+    /// The database to write
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub struct Args {
     /// Leave out the linear models and the statistics
     #[arg(long)]
     no_models: bool,
-    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
     #[arg(long, conflicts_with = "no_effort")]
     labels: Option<PathBuf>,
     /// Leave out the effort dial
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Solves the effort dial and puts it into the blob, where there is one; says why where there is none.
+/// Adds the effort dial to the blob, or says on standard error why there is none.
 fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
     let database = gestus_core::Database::open(bytes)?;
     let model = match table {

@@ -16,7 +16,7 @@ pub struct Args {
     /// Keep the linear models and the statistics, and no frame
     #[arg(long)]
     models_only: bool,
-    /// Where the smaller one goes
+    /// The smaller database
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]
@@ -26,7 +26,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     if !args.models_only {
-        bail!("say what is to be kept: --models-only");
+        bail!("give --models-only, the only kind of cut");
     }
     super::check_outputs([Some(&args.db)], [("-o", Some(&args.output))])?;
     let bytes = open::read_blob(&args.db)?;

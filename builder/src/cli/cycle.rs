@@ -15,7 +15,7 @@ use super::{
     selection::{ClassArgs, Selection},
 };
 
-/// Walk for ever: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
+/// An endless walk: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of BVH and glTF files
@@ -27,19 +27,19 @@ pub struct Args {
     /// Styles to learn from, s,t; all where left out
     #[arg(long, value_delimiter = ',')]
     styles: Vec<String>,
-    /// Style, or weights a=1,b=0.5, brought to sum 1; a negative weight goes away from a style
+    /// Style, or weights a=1,b=0.5, which are normalised to sum 1; a negative weight goes away from a style
     #[arg(long, allow_hyphen_values = true)]
     style: String,
-    /// Speed, metres a second, also beyond those of the data; the medium one where left out
+    /// Speed, metres a second, which may be beyond the data's; the data's medium speed where left out
     #[arg(long)]
     speed: Option<f64>,
-    /// Style whose cycle the others are set into correspondence with; `normal` or `neutral` where left out
+    /// Style whose cycle the others are warped onto; `normal` or `neutral`, or else the first, where left out
     #[arg(long)]
     from: Option<String>,
     /// Length, seconds
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// Where the walk goes, a BVH file
+    /// The output, a BVH file
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]

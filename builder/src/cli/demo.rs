@@ -1,4 +1,4 @@
-//! `gestus demo` and `gestus synth`: generated motion, for those who have none.
+//! `gestus demo` and `gestus synth`: generated motion.
 
 use std::{path::PathBuf, time::Instant};
 
@@ -29,7 +29,7 @@ use super::open;
 /// Generated motion to a database to a stylized clip, with a page to look at.
 #[derive(clap::Args)]
 pub struct DemoArgs {
-    /// Folder for everything that is made
+    /// Folder for all outputs
     #[arg(long, default_value = "gestus-demo")]
     out: PathBuf,
     /// Seed of the generated motion
@@ -114,7 +114,7 @@ fn write_clip(clip: &Clip, path: &std::path::Path) -> Result<()> {
     open::write(path, Bvh::from_clip(clip, Unit::Centimetres)?.to_text())
 }
 
-/// What the demo shows: new content that the database has not seen, in neutral style, and the style it is given.
+/// The demo's translations: actions in neutral style whose content the database lacks, and the output style.
 const SHOWN: [(&str, &[(&str, f32)]); 5] = [
     ("walk", &[("proud", 1.0)]),
     ("walk", &[("proud", 0.5), ("old", 0.5)]),

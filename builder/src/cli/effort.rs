@@ -1,4 +1,4 @@
-//! `gestus effort`: the form in which people say what Effort motion has.
+//! `gestus effort`: a table in which people label motion with its Effort.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::{open, selection::Selection};
 
-/// Laban effort: what people see in motion.
+/// Laban Effort: tables for people to label.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -37,13 +37,13 @@ struct SheetArgs {
     data: PathBuf,
     #[command(flatten)]
     selection: Selection,
-    /// Fragments: as many of each action and style as there is room for
+    /// Number of fragments, spread evenly over actions and styles
     #[arg(long, default_value_t = SEEDS)]
     fragments: usize,
-    /// Blends of two of them
+    /// Number of blends of two fragments
     #[arg(long, default_value_t = BLENDS)]
     blends: usize,
-    /// Seed of the blends: the same seed draws the same
+    /// Seed of the blends: the same seed gives the same blends
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder for `effort.csv` and `effort.html`
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--fragments {}: at least 2", args.fragments);
     }
     let table = args.output.join("effort.csv");
-    // Hours of looking go into a table: it is not written over.
+    // Hours of labelling go into a table: it must not be overwritten.
     if table.exists() {
         bail!("{} is there already: move it away, or choose another folder", table.display());
     }

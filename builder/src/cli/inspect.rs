@@ -53,12 +53,12 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
             (name, json!({ "bytes": content.len(), "bytes_per_style": content.len() / styles }))
         })
         .collect();
-    // Bytes a frame are those of a plain database: models are counted apart, with their places in the table.
-    let apart: usize = database
+    // Bytes a frame are those of a plain database, without the models' sections and their entries in the table.
+    let models_bytes: usize = database
         .optional_sections()
         .map(|(_, content)| content.len().next_multiple_of(ALIGNMENT) + entry::LENGTH)
         .sum();
-    let plain = bytes.saturating_sub(apart);
+    let plain = bytes.saturating_sub(models_bytes);
     let from = |style: Option<u16>| style.and_then(|s| manifest.styles.get(usize::from(s)));
     let classes = database.classes().map(|c| {
         let [action, style] = export::class_names(&manifest, c);
@@ -96,7 +96,7 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
     }))
 }
 
-/// What the effort dial reaches, and whose word it has for it.
+/// Range of the effort dial, and whether people gave its labels.
 fn effort(dial: &Dial<'_>, styles: &[&str]) -> Value {
     let factors = |values: [f32; 3]| Effort::NAMES.iter().zip(values).collect::<BTreeMap<_, _>>();
     let low = dial.range().map(|r| r.0);

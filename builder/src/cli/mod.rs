@@ -29,7 +29,7 @@ struct Cli {
     command: Command,
 }
 
-// Parsed once: the size of a variant costs nobody anything.
+// Parsed once: the size of a variant does not matter.
 #[allow(clippy::large_enum_variant)]
 #[derive(Subcommand)]
 enum Command {
@@ -49,7 +49,7 @@ enum Command {
     Translate(translate::Args),
     /// Give a clip the style of another clip, without a database
     Transfer(transfer::Args),
-    /// Walk for ever, with a dial for style and a dial for speed
+    /// Make an endless walk with a given style and speed
     Loop(cycle::Args),
     /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
     Retarget(retarget::Args),
@@ -59,7 +59,7 @@ enum Command {
     Evaluate(evaluate::Args),
 }
 
-/// The command line as it is taken: what all options have in common is said here, once.
+/// The command line, with what all options have in common.
 fn command() -> clap::Command {
     fn with_subcommands(command: clap::Command) -> clap::Command {
         command.mut_args(lenient).mut_subcommands(with_subcommands)
@@ -67,7 +67,7 @@ fn command() -> clap::Command {
     with_subcommands(Cli::command())
 }
 
-/// Runs the command that was asked for.
+/// Parses the command line and runs the command.
 pub fn run() -> Result<()> {
     let matches = command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command()).exit());

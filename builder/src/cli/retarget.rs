@@ -24,10 +24,10 @@ pub struct Args {
     /// Show the mapping and its doubts
     #[arg(long)]
     check: bool,
-    /// Where the clip on the database's skeleton goes, a BVH file in centimetres
+    /// File for the clip on the database's skeleton, BVH in centimetres
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Where the map for the core goes: what a board needs to take poses of this skeleton
+    /// File for the map that a board needs to take poses of this skeleton
     #[arg(long)]
     section: Option<PathBuf>,
     #[command(flatten)]

@@ -35,13 +35,13 @@ pub struct Args {
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
     #[arg(long, default_value_t = 0)]
     rounds: usize,
-    /// Euler angles instead of quaternions, to see what goes wrong
+    /// Euler angles instead of quaternions, to compare
     #[arg(long)]
     euler: bool,
-    /// Leave foot skate in: feet that stand in the clip may slide in the output
+    /// Leave foot skate in the output: feet that stand in the clip may slide
     #[arg(long)]
     no_clean_up: bool,
-    /// Where the output goes, a BVH file
+    /// The output, a BVH file
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]

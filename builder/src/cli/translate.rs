@@ -35,7 +35,7 @@ use super::open;
 /// Translate a clip into another style.
 #[derive(clap::Args)]
 pub struct Args {
-    /// First, since what is parsed after it is taken out
+    // First: arguments that are parsed after it are no longer in the matches.
     #[command(flatten)]
     given: Given,
     /// The database
@@ -45,20 +45,20 @@ pub struct Args {
     clip: ClipArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
-    /// Where the output goes, a BVH file at the database's rate
+    /// The output, a BVH file at the database's rate
     #[arg(short, long)]
     output: PathBuf,
     /// Efforts that people gave, for `--method effort`: a filled-in table of `gestus effort sheet` whose clips are in
     /// the database; estimates where left out
     #[arg(long)]
     labels: Option<PathBuf>,
-    /// Take foot skate out of the whole clip at the end, with later frames known, instead of holding feet on the way
+    /// Remove foot skate from the whole clip afterwards, with later frames known, instead of locking feet while streaming
     #[arg(long, conflicts_with = "no_contact")]
     clean_up: bool,
     /// A page that shows input and output side by side
     #[arg(long)]
     page: Option<PathBuf>,
-    /// Everything that the steps computed, as .npz
+    /// File for everything that the steps computed, .npz
     #[arg(long)]
     trace: Option<PathBuf>,
     #[command(flatten)]
@@ -67,7 +67,7 @@ pub struct Args {
     report: ReportArgs,
 }
 
-/// The options that were given, without their dashes; not those that say what is so anyway.
+/// The options that were given with another value than their default, without their dashes.
 #[derive(Clone)]
 struct Given(Vec<String>);
 
@@ -98,12 +98,12 @@ impl clap::FromArgMatches for Given {
     }
 }
 
-/// The options that a whole clip of blended fragments has a use for. All others are of streams.
+/// The options that have an effect with `--method effort`. All others are for streams.
 const OF_WHOLE: [&str; 10] =
     ["db", "input", "map", "unit", "effort", "method", "output", "labels", "page", "json"];
 
 impl Given {
-    /// Refuses options that would do nothing with that method.
+    /// Refuses options that have no effect with that method.
     fn check(&self, whole: bool) -> Result<()> {
         if whole {
             let idle: Vec<String> =
@@ -122,42 +122,42 @@ impl Given {
     }
 }
 
-/// A robot that does what comes out.
+/// A robot that follows the output.
 #[derive(clap::Args)]
 struct RobotArgs {
-    /// A robot, a URDF file: what comes out, as its joint angles
+    /// A robot, a URDF file: the output also becomes its joint angles
     #[arg(long, value_name = "FILE.urdf")]
     robot: Option<PathBuf>,
     /// What the robot's joint names don't say, and its servos, as TOML
     #[arg(long, requires = "robot", value_name = "FILE.toml")]
     robot_map: Option<PathBuf>,
-    /// Where the robot's joint angles go, radians
+    /// CSV file for the robot's joint angles, radians
     #[arg(long, requires = "robot")]
     csv: Option<PathBuf>,
-    /// Where they go in the shape of a ROS JointTrajectory
+    /// JSON file for the joint angles as a ROS JointTrajectory
     #[arg(long, requires = "robot", value_name = "OUT.json")]
     trajectory: Option<PathBuf>,
-    /// Where the servos' pulses go, microseconds
+    /// CSV file for the servos' pulses, microseconds
     #[arg(long, requires = "robot", value_name = "OUT.csv")]
     servo: Option<PathBuf>,
-    /// Where the robot's tables for the core go: what a board needs to drive it
+    /// File for the robot's tables, which a board needs to drive it
     #[arg(long, requires = "robot", value_name = "OUT.gestus")]
     robot_section: Option<PathBuf>,
 }
 
 impl RobotArgs {
-    /// Refuses a robot that nothing would come of.
+    /// Refuses a robot without an output for it.
     fn check(&self, json: bool) -> Result<()> {
         if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
             bail!(
-                "--robot: nothing is asked of it: give --csv, --trajectory, --servo or --robot-section, or --json for its \
+                "--robot has no output: give --csv, --trajectory, --servo or --robot-section, or --json for its \
                  figures"
             );
         }
         Ok(())
     }
 
-    /// What can be asked for, by its option.
+    /// The robot's outputs, by option.
     fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 4] {
         [
             ("--csv", self.csv.as_ref()),
@@ -167,7 +167,7 @@ impl RobotArgs {
         ]
     }
 
-    /// Drives the robot and writes what was asked for; its figures.
+    /// Drives the robot and writes its outputs; returns its figures.
     fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The methods that the mixture is held against, in `f64` and without hurry.
+//! Baselines that the mixture is compared with, in `f64` and without regard to speed.
 
 use gestus_core::{
     Database,
@@ -18,7 +18,7 @@ pub struct Record {
     pub neighbors: Vec<Vec<ClassNeighbors>>,
     /// `x[t]` of each frame.
     pub x: Vec<Vec<f64>>,
-    /// What was predicted, each frame.
+    /// The prediction of each frame.
     pub predicted: Vec<Vec<f64>>,
     first_rows: Vec<usize>,
     current: Vec<ClassNeighbors>,
@@ -32,7 +32,7 @@ impl Record {
 }
 
 impl Record {
-    /// What a function of each frame's neighbors gives; where it gives nothing, the last one's, or the input.
+    /// A function of each frame's neighbors; where it is `None`, the value of the frame before, or the input.
     pub fn each(&self, of: impl Fn(&[ClassNeighbors]) -> Option<Vec<f64>>) -> Vec<Vec<f64>> {
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for (near, x) in self.neighbors.iter().zip(&self.x) {
@@ -73,7 +73,7 @@ pub fn moment(database: &Database<'_>, moment: Moment) -> Vec<f64> {
     a.iter().zip(row(database, moment.row + 1)).map(|(a, b)| a + t * (b - a)).collect()
 }
 
-/// What a method is given as the output of an example.
+/// Which output of an example a method is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outputs {
     /// One captured output, as in the papers: of two, the first.

@@ -1,4 +1,4 @@
-//! One parameter at a time: what each is worth.
+//! The effect of one parameter at a time.
 
 use gestus_core::{Config, config::Ridge};
 use serde_json::json;
@@ -186,7 +186,7 @@ fn trade_off(rows: &[table::Row]) -> Figure {
     };
     Figure {
         name: "trade-off".into(),
-        caption: "What is gained in error is lost in variability.".into(),
+        caption: "Variants with less error have less variability.".into(),
         svg: plots::points(labels, &points),
     }
 }

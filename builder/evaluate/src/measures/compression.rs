@@ -1,4 +1,4 @@
-//! Bytes a frame against joint error: what packing costs.
+//! Bytes a frame against the joint error that packing causes.
 
 use gestus_core::Database;
 use serde_json::json;

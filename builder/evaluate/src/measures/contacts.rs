@@ -169,14 +169,14 @@ fn other_style(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: &Hel
     let streamed = run(database, corpus, fold.test, fold.style)?;
     let mut score = Score::default();
     for (t, step) in streamed.steps.iter().enumerate() {
-        // Feet of two performances meet at equal phase, whichever cycle it is.
+        // Contacts of two performances are compared at equal phase, in any cycle.
         let Some(at) = matched(&example.cycles, t, &other.cycles, 0) else { continue };
         let label = truth[(at.round().max(0.0) as usize).min(truth.len() - 1)];
         for side in [0, 1] {
             score.add(step.report.contacts[side], label[side]);
         }
     }
-    // Two performances differ: another key, so that nobody takes it for the classifier's own error.
+    // Two performances differ: these keys are not comparable with the classifier's own error.
     Some(row(json!({
         "method": "transfer",
         "action": corpus.actions[example.action],

@@ -1,10 +1,10 @@
 //! How well frames of different styles are set into correspondence (Hsu 2005, section 5.1): iterative motion warping,
 //! its time warp alone, and dynamic time warping of types I and III.
 //!
-//! Gait cycles of every style at three speeds are warped onto the medium cycle of one style. They begin and end with
-//! left strikes, which every method is told; where the right foot strikes in between is known from the feet and told
-//! to none. The error is how far from the true right strike the warp puts it, in milliseconds. Beside it stand pairs of
-//! motions whose warp is known throughout ([`gestus_database::registration::warp::demo`]): generated clips, and sums of sines.
+//! Gait cycles of every style at three speeds are warped onto the medium cycle of one style. They begin and end with left
+//! strikes, which every method knows. The right strike in between is known from the feet and hidden from the methods. The
+//! error is the distance of the warped right strike from the true one, milliseconds. Further rows are pairs of motions
+//! whose warp is known in every frame ([`gestus_database::registration::warp::demo`]): generated clips, and sums of sines.
 
 use serde_json::json;
 
@@ -45,7 +45,7 @@ fn warps(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<(&'static str, Result<Warp, Warp
     ]
 }
 
-/// Share of the steps of a warp that stand still or jump: slopes below a quarter or above four.
+/// Share of the steps of a warp with slopes below a quarter or above four.
 fn stalls(warp: &Warp) -> f64 {
     let steps = warp.positions.windows(2).map(|w| w[1] - w[0]);
     let bad = steps.clone().filter(|s| !(0.25..=4.0).contains(s)).count();
@@ -87,8 +87,8 @@ fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkError> {
     Ok(Evaluation {
         what: "correspondence",
         about: "Cycles of every style at three speeds, warped onto one medium cycle by four methods (Hsu 2005, \
-                section 5.1). The error is that of the right strike, which no method is told; for pairs with a known \
-                warp, the mean error of all frames."
+                section 5.1). The error is that of the right strike, which is hidden from the methods; for pairs with a \
+                known warp, the mean error of all frames."
             .into(),
         keys: vec!["data", "method"],
         rows,

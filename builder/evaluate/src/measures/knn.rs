@@ -28,11 +28,11 @@ use gestus_database::{
     stream::to_pose,
 };
 
-/// Frames after a jump that are looked at.
+/// Frames after a jump whose recall is measured.
 const AFTER: usize = 8;
 
-/// How many neighbors are asked for, as methods: the shipped number, and the paper's 40, which the search keeps in sight.
-fn asked() -> [(&'static str, u16); 2] {
+/// Numbers of neighbors that are searched, by the name of the method: the default, and 40 (Xia 2015, section 5).
+fn neighbor_counts() -> [(&'static str, u16); 2] {
     [("graph", Config::new().k), ("graph-40", 40)]
 }
 
@@ -58,7 +58,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
         let example = &corpus.examples[clip];
         let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
         eprintln!(
-            "no query: {} stays in the database, whose last clip of {action} in {style} it is",
+            "not tested: {} stays in the database, since it is the last clip of {action} in {style}",
             example.clip.name
         );
     }
@@ -83,7 +83,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
         let poses: Vec<Pose> =
             clip.frames.iter().chain(&other.frames[other.frames.len() / 3..]).map(to_pose).collect();
         let mut results = Vec::new();
-        for ((method, k), after_jump) in asked().into_iter().zip(&mut after_jump) {
+        for ((method, k), after_jump) in neighbor_counts().into_iter().zip(&mut after_jump) {
             let (graph, brute) = stream(&database, &classes, &poses, k, jump, after_jump);
             results.push((method, graph));
             if method == "graph" {
@@ -104,7 +104,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let recoveries: Vec<(String, Vec<(f64, f64)>)> = asked()
+    let recoveries: Vec<(String, Vec<(f64, f64)>)> = neighbor_counts()
         .iter()
         .zip(&after_jump)
         .map(|((method, _), after)| {
@@ -204,14 +204,14 @@ fn stream(
     let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
     let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
     let mut feature = [0.0; MAX_FEATURES];
-    let mut room = [0.0; ALIGNED * MAX_JOINTS];
+    let mut aligned = [0.0; ALIGNED * MAX_JOINTS];
     for (t, pose) in poses.iter().enumerate() {
         window.push(database, pose);
-        window.feature(database, &mut room, &mut feature);
+        window.feature(database, &mut aligned, &mut feature);
         let metric = Metric::new(database, &feature, u8::MAX);
         for class in 0..counts.classes {
             let start = Instant::now();
-            let (near, effort) =
+            let (near, stats) =
                 searcher.search(database, class, &metric, &limits, &last[class].0, last[class].1);
             graph.micros += start.elapsed().as_secs_f64() * 1e6;
             let rows: Vec<u16> = near.iter().map(|n| n.row).collect();
@@ -224,7 +224,7 @@ fn stream(
                 searchable: &classes.searchable[class],
             };
             let start = Instant::now();
-            // As many as the class gives of itself, not as many as were found: what is missing is missed.
+            // As many as the class has to return, not as many as were found: missing neighbors count against the recall.
             let exact = exact_knn(&features, &query, limits.k.min(database.class(class).k_cap));
             brute.micros += start.elapsed().as_secs_f64() * 1e6;
             let hits = exact.iter().filter(|(_, r)| rows.contains(&(*r as u16))).count() as f64;
@@ -235,7 +235,7 @@ fn stream(
                 slot.0 += hits;
                 slot.1 += exact.len() as f64;
             }
-            graph.visits += f64::from(effort.visits);
+            graph.visits += f64::from(stats.visits);
             brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
             queries += 1.0;
             last[class] = (rows, mean);

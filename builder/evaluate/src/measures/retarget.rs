@@ -1,4 +1,4 @@
-//! Clips of other skeletons to a database's and back: are limbs where they were, do feet stand when they did?
+//! Clips of other skeletons retargeted to a database's and back: errors of limb directions and of contact times.
 //!
 //! Two rows a clip. `database` compares the incoming body with the database's: seen from shoulder or hip, do hands and
 //! feet lie in the same direction? `round-trip` compares it with itself after going there and back, where joints
@@ -55,12 +55,12 @@ pub struct Directions {
     pub max_deg: f64,
 }
 
-/// Contacts of two clips held against each other.
+/// Differences of the contacts of two clips.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Offsets {
-    /// Steps on or off that both have, as long as each is nearest to the other.
+    /// Starts and ends of contacts that both clips have, where each is nearest to the other.
     pub matched: usize,
-    /// Those that only one has.
+    /// Those that only one clip has.
     pub unmatched: usize,
     /// Mean distance in time of the matched, frames at the database's rate.
     pub mean_frames: f64,
@@ -84,14 +84,15 @@ pub fn directions(a: (&Body, &[Frame]), b: (&Body, &[Frame]), from: Part, to: Pa
     })
 }
 
-/// Angles of a limb over the sides on which both bodies have it; `None` where neither has: 0 would say that it fits.
+/// Angles of a limb over the sides on which both bodies have it; `None` where there are none, since 0 would be a perfect
+/// fit.
 fn both_sides(of: impl Fn(Side) -> Option<Directions>) -> Option<Directions> {
     let found: Vec<Directions> = Side::BOTH.into_iter().filter_map(of).collect();
     let max_deg = found.iter().map(|d| d.max_deg).reduce(f64::max)?;
     Some(Directions { mean_deg: mean(found.iter().map(|d| d.mean_deg)), max_deg })
 }
 
-/// Steps on and off of two clips' contacts, matched in time. `window` is how far apart one step can be, frames.
+/// Starts and ends of two clips' contacts, matched in time. `window` is the largest difference of a match, frames.
 pub fn offsets(a: &[[bool; 2]], b: &[[bool; 2]], window: usize) -> Offsets {
     let mut result = Offsets::default();
     for side in [0, 1] {
@@ -153,7 +154,7 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
         };
         match Retarget::onto(database, target.clone(), &clip, &MapFile::default()) {
             Ok(retarget) => {
-                rows.extend(judge(database, &retarget, &clip, config.class(folder, path).unzip()));
+                rows.extend(compare(database, &retarget, &clip, config.class(folder, path).unzip()));
             }
             Err(e) => notes.push(format!("{}: {e}", path.display())),
         }
@@ -193,7 +194,7 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
 }
 
 /// The two rows of a clip of that action and style, where they are known.
-fn judge(
+fn compare(
     database: &Database<'_>,
     retarget: &Retarget,
     original: &Clip,
@@ -238,18 +239,18 @@ fn judge(
             };
             if method == "round-trip" {
                 let (a, b) = (place(&input, source), place(frames, source));
-                let apart: f64 =
+                let sum: f64 =
                     a.iter().flatten().zip(b.iter().flatten()).map(|(p, q)| (p - q).norm()).sum();
                 let count = (a.len() * source.skeleton.joints()).max(1) as f64;
-                row.insert("joint_error_cm".into(), json!(100.0 * apart / count));
+                row.insert("joint_error_cm".into(), json!(100.0 * sum / count));
             }
             let window = clip.rate_hz as usize / 4;
             let steps = truth.as_ref().zip(stands(body, frames)).map(|(a, b)| offsets(a, &b, window));
-            let apart = steps.filter(|o| o.matched > 0);
+            let offsets = steps.filter(|o| o.matched > 0);
             row.insert("contact_steps".into(), json!(steps.map(|o| o.matched)));
             row.insert("contact_unmatched".into(), json!(steps.map(|o| o.unmatched)));
-            row.insert("contact_mean_frames".into(), json!(apart.map(|o| o.mean_frames)));
-            row.insert("contact_max_frames".into(), json!(apart.map(|o| o.max_frames)));
+            row.insert("contact_mean_frames".into(), json!(offsets.map(|o| o.mean_frames)));
+            row.insert("contact_max_frames".into(), json!(offsets.map(|o| o.max_frames)));
             row
         })
         .collect()

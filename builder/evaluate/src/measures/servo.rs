@@ -1,7 +1,7 @@
-//! A robot that does the motion: does it keep its limits, how far does it lag, where are its hands and feet?
+//! A robot that follows the motion: limit violations, tracking errors, and errors of hands and feet.
 //!
-//! Two rows a clip: `drive` follows the clip; `stress` is sent from one end of the clip to the other every third of
-//! a second, which no robot can follow, and which has to hold every limit all the same. `docs/METRICS.md` defines
+//! Two rows a clip: `drive` follows the clip; `stress` jumps from one end of the clip to the other every third of a
+//! second. No robot can follow that, but every limit has to hold. `docs/METRICS.md` defines
 //! the figures.
 
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
         about: format!(
             "The robot `{name}` ({} hinges, {} ticks a second) driven by clips. Violations are ticks of a hinge \
              outside its limits of position, velocity, acceleration or jerk; ratios are peaks over limits; the first \
-             half second, in which the robot comes from where it stood, counts for limits and not for tracking.",
+             half second, in which the robot leaves its zero pose, counts for limits and not for tracking.",
             machine.robot.hinges.len(),
             machine.tick_hz
         ),
@@ -123,7 +123,7 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
     })
 }
 
-/// Frames from both ends of a clip by turns.
+/// Frames that jump between the two ends of a clip.
 fn jumping(frames: &[Frame], rate_hz: f64) -> Vec<Frame> {
     let hold = (rate_hz / 3.0) as usize;
     let last = frames.len() - 1;

@@ -1,4 +1,5 @@
-//! How far feet slide while they stand, and what holding them costs: before and after the lock, beside real motion.
+//! How fast feet slide while they stand, before and after the foot lock, and how much faster joints turn with it; beside
+//! real motion.
 
 use gestus_core::{Config, Database, blob::Leg};
 use nalgebra::Vector3;
@@ -49,13 +50,13 @@ pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -
         .collect()
 }
 
-/// Mean speed on the ground of feet that stand, cm/s. Not a number where none does, which a table leaves out: 0 would
-/// say that they stand still.
+/// Mean speed on the ground of standing feet, cm/s. Not a number where no foot stands, which tables leave empty: 0 would be
+/// perfect.
 pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
     mean(standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v))
 }
 
-/// Lowest and highest place of the standing feet over the floor, cm: 5% and 95% quantile over frames; of feet that stand.
+/// Lowest and highest place of standing feet over the floor, cm: 5% and 95% quantiles over frames.
 fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
     let heights = of
         .frames
@@ -76,7 +77,8 @@ fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option
     [0.05, 0.95].map(|share| quantile(&heights, share))
 }
 
-/// How far the lower of ankle and toes of either foot comes below where it stands, in any frame, cm: 0 or less.
+/// Lowest height of ankle or toes of either foot, relative to their height while the foot stands, over all frames, cm: 0 or
+/// less.
 pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
     let over = |frame: &Frame| {
         let p = frame.positions(skeleton);
@@ -164,7 +166,7 @@ fn one(
     let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
     let input_fastest = fastest(&performances[0].1);
     let raw_fastest = fastest(&performances[1].1);
-    // As fast as real motion of the output style gets: all of its clips of the action, not the truth alone.
+    // The fastest joint in all clips of the action in the output style, not in the truth alone.
     let style_fastest = corpus
         .examples
         .iter()
@@ -217,7 +219,7 @@ fn one(
     Ok((rows, figure))
 }
 
-/// How often a foot was let go that stands by its neighbors' votes: for the distance, after which it steps.
+/// How often the lock releases a foot that should stand by its neighbors' votes, since it is too far off.
 fn let_go(streamed: &Streamed, raw: &Performance) -> usize {
     let held = |t: usize, side: usize| streamed.steps[t].report.held[side];
     (1..streamed.steps.len())

@@ -1,4 +1,4 @@
-//! The output's time under each policy: how near to the style's own, and how far from the input's.
+//! The output's time under each timing policy: error against the truth's time, and lead and lag against the input's.
 
 use std::path::Path;
 

@@ -1,13 +1,12 @@
-//! An annotator whose taste is known: to measure how well Effort can be learned, where nobody has labelled anything.
+//! A simulated annotator, to measure how well Effort can be learned without labels from people.
 //!
-//! It is a fixed function of a motion's kinematics, with noise, and the learning is told neither. It feels force: with E
-//! the mean squared speed of the joints and A their mean squared acceleration, each as the deviation from what is usual
-//! for the action, and d the descriptor of flow of [`estimate`](gestus_database::effort::estimate) in the same way:
+//! It is a fixed function of a motion's kinematics with noise, both unknown to the learner. With E the mean squared speed
+//! of the joints and A their mean squared acceleration, each as the deviation from the action's mean in standard deviations, and d the descriptor of flow of [`estimate`](gestus_database::effort::estimate) in the same way:
 //!
 //! ```text
-//! flow   = 1.2 d                  seen nearly as it is (Torresani 2006, Figure 1)
-//! weight = 3 tanh(1.5 E)          what is no longer light is soon strong
-//! time   = 3 tanh(1.5 A - 0.3 d)  and sudden the sooner the less it is checked
+//! flow   = 1.2 d                  nearly linear (Torresani 2006, Figure 1)
+//! weight = 3 tanh(1.5 E)          saturates
+//! time   = 3 tanh(1.5 A - 0.3 d)  sooner sudden where flow is free
 //! ```
 //!
 //! held to -3 to 3, with Gaussian noise of 0.3 a factor: analysts agree no better. Both forces are quadratic in

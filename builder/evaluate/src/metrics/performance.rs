@@ -1,4 +1,4 @@
-//! What is judged by its feet and joints, whether it was captured or came out of the core.
+//! Motion with times and contacts, captured or from the core: the input of the measures of feet and joint speeds.
 
 use gestus_database::{registration::contact::contacts, stream::Streamed};
 use gestus_motion::{
@@ -27,7 +27,7 @@ impl Performance {
         }
     }
 
-    /// A stream's output, each pose at its own time, with the contacts that the core saw.
+    /// A stream's output, each pose at its own time, with the contacts that the core reported.
     pub fn of_stream(streamed: &Streamed) -> Self {
         let steps = || streamed.steps.iter();
         Self {

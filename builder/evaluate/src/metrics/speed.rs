@@ -1,7 +1,7 @@
-//! How fast joints turn, and who is answerable for what is faster than the input: the style, or the lock of the feet.
+//! Angular speeds of joints, and whether the style or the foot lock causes those that are faster than the input's.
 //!
-//! A joint is **over** in a frame where it turns faster than 1.2 times the fastest joint of the input clip. What is over
-//! without the lock too is the style's; the rest is the lock's, and goes to what the lock does with that leg in the frame.
+//! A joint is **over** in a frame where it turns faster than 1.2 times the fastest joint of the input clip. Where it is over
+//! without the lock too, the style is the cause; else the lock, counted by what it does with that leg in the frame.
 
 use crate::evaluation::row;
 use gestus_core::blob::Leg;
@@ -41,7 +41,7 @@ pub fn fastest(of: &Performance) -> f64 {
     peak_speeds(of).into_iter().fold(0.0, f64::max)
 }
 
-/// Name of the fastest joint, and the frame at whose end it has come there.
+/// Name of the fastest joint, and the frame that it reaches at that speed.
 pub fn where_fastest(of: &Performance, names: &[String]) -> (String, usize) {
     let mut most = (0.0, 0, 0);
     for (t, frame) in speeds(of).iter().enumerate() {
@@ -54,8 +54,8 @@ pub fn where_fastest(of: &Performance, names: &[String]) -> (String, usize) {
     (names.get(most.1).cloned().unwrap_or_default(), most.2)
 }
 
-/// Joints over in a frame, counted over joints and frames: by the style, by the lock, and what the lock did with the leg
-/// then: held, set down, let go.
+/// Number of joints and frames that are over, by cause: the style, or the lock while it held, set down or released the
+/// foot.
 pub fn over(
     legs: &[Leg; 2],
     input_fastest: f64,
@@ -89,15 +89,15 @@ pub fn over(
     }))
 }
 
-/// What the speed limit has changed: frames, and by how much the joints of a body were moved, cm; their mean is over all
-/// joints and frames.
+/// Effect of the speed limit: the number of frames that it changes, and the mean and largest displacement of a joint, cm,
+/// over all joints and frames.
 pub fn held_back(skeleton: &Skeleton, unlimited: &Performance, limited: &Performance) -> table::Row {
     let (mut frames, mut most, mut sum, mut count) = (0, 0.0f64, 0.0, 0.0);
     for (a, b) in unlimited.frames.iter().zip(&limited.frames) {
         frames += usize::from(a.rotations != b.rotations);
         for (p, q) in a.positions(skeleton).iter().zip(b.positions(skeleton)) {
-            let apart = 100.0 * (p - q).norm();
-            (most, sum, count) = (most.max(apart), sum + apart, count + 1.0);
+            let moved = 100.0 * (p - q).norm();
+            (most, sum, count) = (most.max(moved), sum + moved, count + 1.0);
         }
     }
     row(json!({

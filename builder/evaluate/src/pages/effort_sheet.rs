@@ -1,6 +1,6 @@
 //! The page of an effort sheet, on which each fragment and blend can be seen under its number.
 //!
-//! It says nothing of what the descriptors estimate: whoever fills in the table should look at the motion alone.
+//! It does not show estimates: people who label should look at the motion alone.
 
 use crate::pages::{Page, Scene, Track, render, times_at};
 use gestus_database::effort::{fragment::Library, sheet::Sheet};

@@ -35,8 +35,8 @@ pub struct Track<'a> {
     pub times_s: Vec<f64>,
     /// The poses, in order of time.
     pub frames: &'a [Frame],
-    /// Contact of the left and the right foot, one entry a frame; missing ones are no contact. Empty where nothing is
-    /// known of contacts: then no lane is drawn.
+    /// Contact of the left and the right foot, one entry a frame; missing ones are no contact. Empty where contacts are
+    /// unknown: then no lane is drawn.
     pub contacts: &'a [[bool; 2]],
 }
 
@@ -196,7 +196,7 @@ fn track_data<'a>(track: &'a Track) -> TrackData<'a> {
     }
 }
 
-/// Rounded to a whole number of `1 / scale`; not a number becomes 0, and what is huge is held at 1e9.
+/// Rounded to a whole number of `1 / scale` and limited to ±1e9; not a number becomes 0.
 fn quantise(value: f64, scale: f64) -> i64 {
     (value * scale).round().clamp(-1e9, 1e9) as i64
 }

@@ -23,7 +23,7 @@ pub struct Scene<'a> {
     pub title: String,
     /// The input on the database's skeleton.
     pub input: &'a Clip,
-    /// What came out.
+    /// The output.
     pub streamed: &'a Streamed,
 }
 
@@ -37,7 +37,7 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
         .classes()
         .map(|c| class_names(&manifest, c).map(|name| name.unwrap_or("?")).join(" "))
         .collect();
-    // What the tracks borrow has to live until the page is rendered.
+    // The tracks borrow from these until the page is rendered.
     let parts: Vec<(Contacts, Vec<Frame>, Contacts)> = scenes
         .iter()
         .map(|scene| {
@@ -65,7 +65,7 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
             pages::Scene {
                 title: scene.title.clone(),
                 subtitle: format!(
-                    "{} in, one pose at a time; nothing is known of the input but its poses",
+                    "input {}, one pose at a time; only the poses of the input are known",
                     scene.input.name
                 ),
                 facts: facts.to_vec(),

@@ -1,6 +1,6 @@
 //! Plots as SVG: lines, bars, points. The same bytes for the same numbers.
 //!
-//! Names stand beside a plot, not on it, so that they cover nothing; a plot grows with them.
+//! The legend is beside the plot, so that it covers nothing; the picture grows with it.
 
 use plotters::{
     coord::Shift,
@@ -10,7 +10,7 @@ use plotters::{
 
 mod place;
 
-/// Colours that can be told apart, in print and by most eyes: first those of Okabe and Ito.
+/// Colours that are distinct in print and to most colour-blind readers; the first are those of Okabe and Ito.
 const COLOURS: [RGBColor; 18] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -32,15 +32,15 @@ const COLOURS: [RGBColor; 18] = [
     RGBColor(190, 170, 230),
 ];
 
-/// Of a plot without what stands beside and under it.
+/// Size of a plot without its legend and long axis names.
 const SIZE: (u32, u32) = (820, 480);
-/// Room for the names of an axis that lie flat, and a character's width in the fonts used.
+/// Height for horizontal names under an axis, and mean width of a character in the fonts used.
 const UNDER: u32 = 40;
 const CHARACTER: f64 = 7.0;
 /// Height of a line of the legend.
 const LINE: u32 = 18;
 
-/// What stands at the axes.
+/// Texts of a plot.
 #[derive(Debug, Clone, Copy)]
 pub struct Labels<'a> {
     /// Heading.
@@ -57,15 +57,15 @@ pub type Series = (String, Vec<(f64, f64)>);
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Colours of a series: of its own, and from the nineteenth on with one of another around it.
+/// Colours of a series. From the nineteenth on, a ring of another colour is around it.
 fn colours(i: usize) -> (RGBColor, Option<RGBColor>) {
     let count = COLOURS.len();
     let ring = (i >= count).then(|| COLOURS[(i + i / count) % count]);
     (COLOURS[i % count], ring)
 }
 
-/// Least and greatest of the finite values, with a little air; 0 to 1 of none. Values that hardly differ get enough of it
-/// that the marks of the axis differ.
+/// Range of the finite values with a margin; 0 to 1 where there are none. The range is wide enough that the labels of the
+/// axis differ.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -82,7 +82,7 @@ fn width_of(text: &str) -> u32 {
     (CHARACTER * text.chars().count() as f64) as u32
 }
 
-/// A sample of how something is drawn, at a place.
+/// Draws the legend's sample of a series at a place.
 type Sample<'a> = &'a dyn Fn(&Area<'_>, usize, (i32, i32)) -> Drawn;
 
 /// Names beside a plot, in as many columns as they need.
@@ -114,8 +114,7 @@ impl Legend {
     }
 }
 
-/// Draws onto a new SVG, a plot and the names beside it; what a plot of finite numbers can't do is fail, so an error
-/// leaves an empty picture.
+/// Draws a plot and its legend as SVG. Drawing finite numbers does not fail; an error gives an empty picture.
 fn drawn(
     size: (u32, u32),
     legend: &Legend,

@@ -1,15 +1,14 @@
-//! Where the numbers of points go, so that none lies on another or on a point.
+//! Placement of point labels without overlap.
 
 use std::ops::Range;
 
-/// Width of a number of two digits with some air; its height is [`TALL`].
+/// Width of a label of two digits with a margin; its height is [`TALL`].
 pub(super) const WIDE: i32 = 17;
 const TALL: i32 = 13;
 /// Half of a point's width.
 const POINT: i32 = 6;
 
-/// The middle of each point's label, in pixels: the nearest place that is free, or the last one tried in a crowd without
-/// any.
+/// The centre of each point's label, pixels: the nearest free place, or the last one tried where none is free.
 pub(super) fn labels(points: &[(i32, i32)], across: Range<i32>, down: Range<i32>) -> Vec<(i32, i32)> {
     let mut taken: Vec<(i32, i32)> = Vec::new();
     for &(x, y) in points {
@@ -19,11 +18,11 @@ pub(super) fn labels(points: &[(i32, i32)], across: Range<i32>, down: Range<i32>
                 && across.contains(&(a + WIDE / 2))
                 && down.contains(&(b - TALL / 2))
                 && down.contains(&(b + TALL / 2));
-            let apart =
+            let clear =
                 |&(c, d): &(i32, i32), wide: i32, tall: i32| (a - c).abs() >= wide || (b - d).abs() >= tall;
             inside
-                && taken.iter().all(|t| apart(t, WIDE, TALL))
-                && points.iter().all(|p| apart(p, WIDE / 2 + POINT, TALL / 2 + POINT))
+                && taken.iter().all(|t| clear(t, WIDE, TALL))
+                && points.iter().all(|p| clear(p, WIDE / 2 + POINT, TALL / 2 + POINT))
         };
         // Rings around the point, wider and wider, from its upper right on.
         'rings: for radius in (14..240).step_by(5) {

@@ -18,7 +18,7 @@ pub fn columns(rows: &[Row]) -> Vec<&str> {
     names
 }
 
-/// A value as text: numbers with four digits, nothing for what is missing.
+/// A value as text: numbers with four decimals, and nothing for a missing value.
 pub fn text(value: Option<&Value>) -> String {
     match value {
         None | Some(Value::Null) => String::new(),
@@ -61,8 +61,8 @@ pub fn plain(rows: &[Row]) -> String {
         .collect()
 }
 
-/// The mean of every number over the rows that agree in `keys`, in order of their first use, and how many rows those
-/// are: means over other rows can't be held against each other.
+/// The mean of every number over the rows that agree in `keys`, in order of their first use, and the number of these rows,
+/// since means are comparable only over the same rows.
 pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
     let mut groups: Vec<(Row, Vec<&Row>)> = Vec::new();
     for row in rows {

@@ -117,7 +117,7 @@ impl Process {
         Some(Self { evidence, ..Self::condition(inputs, outputs, hyper, options.most)? })
     }
 
-    /// The hyperparameters of the highest top that is found, and their evidence.
+    /// The hyperparameters of the highest maximum that is found, and their evidence.
     fn hyper(inputs: &[Vec<f64>], outputs: &[Vec<f64>], options: &Options) -> Option<(Hyper, f64)> {
         let (means, scales) = standard(outputs)?;
         let subset = even(inputs.len(), options.subset);

@@ -167,7 +167,7 @@ impl Stream<'_> {
         let affine = |classes: &[usize], x: &[Vec<f64>]| {
             Some(GlobalModel::fit(database, classes, style, false, Outputs::One).run(x, &x[0]))
         };
-        // A method that has no answer for one part has no rows.
+        // A method that can't be fitted for one part has no rows.
         let each = |method: OfClasses<'_>| {
             let mut output = x.clone();
             for Part { frames, action, .. } in &self.parts {

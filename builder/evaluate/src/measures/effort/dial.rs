@@ -24,7 +24,7 @@ use crate::{
 /// Targets along each factor.
 const TARGETS: usize = 9;
 
-/// Whether a class has other clips than the tests.
+/// Whether the class of each test clip has other clips than the test clips.
 pub(super) fn spare(corpus: &Corpus, tests: &[usize]) -> bool {
     tests.iter().all(|&t| {
         let e = &corpus.examples[t];
@@ -41,7 +41,7 @@ fn unseen(corpus: &Corpus, model: &Model, tests: &[usize]) -> bool {
     !model.library.fragments.iter().any(|f| is_test(&f.span.clip))
 }
 
-/// Targets of one factor that the dial reaches, the others at rest.
+/// Evenly spaced targets of one factor within the dial's reach, with the other factors at rest.
 fn targets(dial: &Dial<'_>, factor: usize) -> Vec<f64> {
     let (low, high) = dial.range()[factor];
     let rest = dial.rest().factors();
@@ -59,8 +59,7 @@ fn targets(dial: &Dial<'_>, factor: usize) -> Vec<f64> {
 /// Factor, and pairs of its target and its estimate on the output.
 pub(super) type Curve = (usize, Vec<(f64, f64)>);
 
-/// Every test clip of an action that the database holds, through the core with the dial at each of several targets of
-/// each factor.
+/// Streams every test clip whose action the database holds with the dial at several targets of each factor.
 pub(super) fn dialled(
     experiment: &Experiment,
     model: &Model,
@@ -107,7 +106,7 @@ pub(super) fn dialled(
                 factors[k] = target as f32;
                 let (weights, _) = dial.weights(Effort::new(factors));
                 let style: Vec<_> = (0..corpus.styles.len()).map(|s| (s as u16, weights[s])).collect();
-                // As the regression has it, and with the feet held.
+                // Of the prediction, and of the output with its feet held.
                 let seen = |contacts: bool| {
                     let config = Config::new().contacts(contacts);
                     let request = Request { config, style: style.clone(), ..Request::style(0) };
@@ -117,15 +116,15 @@ pub(super) fn dialled(
                 held.push(seen(true)?);
             }
             tick();
-            let (asked, got): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
+            let (targets, estimates): (Vec<f64>, Vec<f64>) = curve.iter().copied().unzip();
             let row = evaluation::row(json!({
                 "part": "dial", "method": "dial", "corpus": "data", "labels": solved.source.name(),
                 "factor": NAMES[k], "action": corpus.actions[example.action], "style": null, "clip": example.clip.name,
-                "rank_correlation": rank_correlation(&asked, &got),
-                "rank_correlation_feet_held": rank_correlation(&asked, &held),
-                "low": asked.first(), "high": asked.last(),
-                "moved": got.last().zip(got.first()).map(|(a, b)| a - b),
-                "held_out": held_out, "targets": asked, "estimates": got, "estimates_feet_held": held,
+                "rank_correlation": rank_correlation(&targets, &estimates),
+                "rank_correlation_feet_held": rank_correlation(&targets, &held),
+                "low": targets.first(), "high": targets.last(),
+                "moved": estimates.last().zip(estimates.first()).map(|(a, b)| a - b),
+                "held_out": held_out, "targets": targets, "estimates": estimates, "estimates_feet_held": held,
             }));
             Some((row, (k, curve)))
         })
@@ -133,7 +132,7 @@ pub(super) fn dialled(
     Ok(results.into_iter().flatten().unzip())
 }
 
-/// Every test clip by the whole-clip path at each of several targets of each factor.
+/// Translates every test clip by the whole-clip path at several targets of each factor.
 pub(super) fn clips(
     corpus: &Corpus,
     model: &Model,
@@ -141,7 +140,6 @@ pub(super) fn clips(
     tick: &(dyn Fn() + Sync),
 ) -> Vec<table::Row> {
     let library = &model.library;
-    // A clip is not answered with itself where it can be helped.
     let held_out = unseen(corpus, model, tests);
     let estimator = Estimator::of(library);
     let (low, high) = (-1.0, 1.0);

@@ -27,7 +27,7 @@ pub(super) const ANNOTATORS: usize = 10;
 /// Seed of everything random in the measure.
 pub(super) const SEED: u64 = 2006;
 
-/// Mean squared errors on what the generated annotator noted, of each method ([`Method::ALL`]) and factor: over random
+/// Mean squared errors on the simulated annotator's labels, of each method ([`Method::ALL`]) and factor: over random
 /// splits of one corpus of generated motion, or of each of several, that of the seed and of those after it. Shape
 /// `[annotators][methods]`.
 ///
@@ -46,7 +46,7 @@ pub fn annotated(
         .collect()
 }
 
-/// Generated motion in eight styles with a generated annotator's notes.
+/// Generated motion in eight styles with a simulated annotator's labels.
 pub(super) fn generated(seed: u64) -> Result<Model, BuildError> {
     let options = synth::Options {
         seed,
@@ -84,7 +84,7 @@ pub(super) fn regression(
     compared(&errors, &of, &sizes)
 }
 
-/// Every method held against interpolation, factor by factor, over the same splits or annotators.
+/// Compares every method with interpolation, factor by factor, over the same splits or annotators.
 fn compared(errors: &[Vec<Factors>], of: &Value, sizes: &Value) -> Vec<table::Row> {
     let mut rows = Vec::new();
     for (m, method) in Method::ALL.iter().enumerate() {
@@ -104,8 +104,8 @@ fn compared(errors: &[Vec<Factors>], of: &Value, sizes: &Value) -> Vec<table::Ro
     rows
 }
 
-/// The same annotator with motion and noise drawn anew each time. Splits of one corpus share their examples; corpora
-/// share nothing, so that over them a paired test says whether a method is better for annotators like this one.
+/// The same annotator with new motion and noise each time. Splits of one corpus share their examples, corpora share
+/// nothing: a paired test over corpora says whether a method is better for annotators like this one.
 pub(super) fn annotators(splits: usize, tick: &(dyn Fn() + Sync)) -> Result<Vec<table::Row>, BuildError> {
     let errors = annotated(ANNOTATORS, splits, tick)?;
     let of = json!({ "part": "annotators", "action": null, "style": null, "corpus": "generated", "labels": Source::Generated.name() });

@@ -71,7 +71,7 @@ pub(super) fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
     }
 }
 
-/// Error against variability: what averages hide.
+/// Error against variability: methods that average have less of both.
 pub(super) fn trade_off(results: &[Row]) -> Figure {
     let points: Vec<(String, f64, f64)> = methods_of(results)
         .into_iter()
