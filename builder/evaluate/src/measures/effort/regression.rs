@@ -136,7 +136,7 @@ pub(super) fn mse_figure(rows: &[table::Row]) -> Figure {
         .collect();
     Figure {
         name: "mse".into(),
-        caption: "Mean squared error of predicted Efforts (paper 003, Table 1).".into(),
+        caption: "Mean squared error of predicted Efforts (Torresani 2006, Table 1).".into(),
         svg: plots::bars(
             Labels { title: "Predicting the Effort of a blend", x: "factor", y: "mean squared error" },
             &groups,
@@ -157,7 +157,7 @@ pub(super) fn curve_figure(model: &Model) -> Figure {
     }
     Figure {
         name: "alpha".into(),
-        caption: "Effort predicted by kernel ridge regression over the weight of a blend, generated annotator (paper 003, Figure 1).".into(),
+        caption: "Effort predicted by kernel ridge regression over the weight of a blend, generated annotator (Torresani 2006, Figure 1).".into(),
         svg: plots::lines(Labels { title: "Effort over the weight of a blend", x: "weight of the second fragment", y: "factor" }, &series),
     }
 }
