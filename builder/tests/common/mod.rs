@@ -12,17 +12,7 @@ use gestus_motion::{clip::Clip, corpus::Corpus};
 /// Two clips of a walk in two styles.
 pub fn corpus() -> &'static Corpus {
     static CORPUS: OnceLock<Corpus> = OnceLock::new();
-    CORPUS.get_or_init(|| {
-        let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-        synth::corpus(&Options {
-            actions: list(&["walk"]),
-            styles: list(&["neutral", "proud"]),
-            clips: 2,
-            seconds: 6.0,
-            ..Options::default()
-        })
-        .unwrap()
-    })
+    CORPUS.get_or_init(|| synth::corpus(&Options::of(&["walk"], &["neutral", "proud"], 2, 6.0)).unwrap())
 }
 
 /// The bytes of the database.

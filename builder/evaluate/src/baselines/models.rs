@@ -1,5 +1,5 @@
-//! The methods that need no frames, in the tables of [`crate::measures::loo`]: linear models (Hsu 2005) and statistics (paper
-//! 002), streamed through the core and over whole clips.
+//! The methods that need no frames, in the tables of [`crate::measures::loo`]: linear models (Hsu 2005) and statistics of
+//! joint quaternions (the paper that is quoted in `docs/ARCHITECTURE.md`, Sources), streamed and over whole clips.
 //!
 //! | row | is |
 //! |---|---|
@@ -10,7 +10,7 @@
 //! | `statistic` | tables of all actions, streamed |
 //! | `statistic-labelled` | the tables of the input's action |
 //! | `statistic-running` | `statistic` with the input's statistics estimated as it runs, half-life 2 s |
-//! | `statistic-clip` | the statistical-transfer paper's pipeline with one other clip of the style as the reference |
+//! | `statistic-clip` | the pipeline of that paper, with one other clip of the style as the reference |
 //! | `statistic-euler` | the same with Euler angles |
 
 use gestus_core::{Config, Database, Method};
