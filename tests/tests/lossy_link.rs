@@ -15,7 +15,8 @@ use gestus_firmware_sim::link::{
     loopback::Loopback,
     noise::{Happened, Noise},
     serve::with_board,
-    session::{Linked, Session, stream},
+    session::Session,
+    stream::{Linked, stream},
 };
 use gestus_motion::clip::Clip;
 use gestus_tests::motion;

@@ -23,7 +23,8 @@ use super::{
     loopback::Loopback,
     noise::Noise,
     serve::{HINGES, with_robot},
-    session::{BoardIdentity, Linked, Session, named, stream},
+    session::{BoardIdentity, Session, named},
+    stream::{Linked, stream},
 };
 
 /// Stream a clip through a board at the other end of a line, and compare every bit.
