@@ -57,7 +57,7 @@ fn opening_making_and_stepping_take_nothing() {
     // A jump, and input that is no pose: those paths too.
     poses.extend(motion::unseen(1, 2, 30).frames.iter().map(to_pose::<22>));
     poses[50].position[0] = f32::NAN;
-    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+    for method in Method::ALL {
         let mut looks = Looks(0);
         let taken = taken_by(|| {
             let database = Database::open(blob).unwrap();

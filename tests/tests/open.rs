@@ -15,7 +15,7 @@ use proptest::prelude::*;
 fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
     let database = Database::open(blob)?;
     let _ = database.manifest();
-    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+    for method in Method::ALL {
         step_by(database, Config::new().method(method).halflife_s(0.5));
     }
     Ok(())

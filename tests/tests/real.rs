@@ -14,7 +14,7 @@ use gestus_motion::{
 };
 use gestus_tests::real_clips;
 
-/// The clips of the figures in METHODS, where they are.
+/// The clips of the figures in `docs/experiments/`, where they are.
 fn corpus(actions: &[&str]) -> Option<Corpus> {
     let data = real_clips::data_set("bandai-namco-2")?;
     let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();

@@ -59,7 +59,7 @@ const LEAPING: &str = "120";
 /// A bound that is further than this from the worst of the hard streams is of no use.
 const LOOSE: f64 = 1.6;
 /// The other methods.
-const METHODS: [&str; 2] = ["lti", "statistic"];
+const MODELS: [&str; 2] = ["lti", "statistic"];
 /// Stages of a step that belong to feet, and programs around a step, that have one limit together.
 const TOGETHER: ([&str; 2], [&str; 3]) = (["contacts", "lock"], ["retarget_in", "retiming", "servo"]);
 
@@ -83,7 +83,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         let arguments = [&stream[..], more].concat();
         board(prefix, "m4f", &arguments, &INSTRUCTIONS, &mut figures, &mut bounds)?;
     }
-    for method in METHODS {
+    for method in MODELS {
         let prefix = format!("generated.{method}");
         let arguments = ["--generated", "--style", "angry", "--method", method];
         let keys = ["instructions_median", "instructions_max", "model_bytes_per_style"];

@@ -53,7 +53,7 @@ fn drive(database: Database<'_>, bytes: &[u8]) {
     let counts = *database.counts();
     let names = database.manifest().expect("open has decoded it");
     assert_eq!(names.styles.count(), counts.styles);
-    for method in [Method::Mar, Method::Lti, Method::Statistic] {
+    for method in Method::ALL {
         drive_by(database, Config::new().method(method), bytes);
     }
 }

@@ -79,8 +79,8 @@ pub(crate) trait Translate<const J: usize> {
     /// What it asks of labels and styles.
     const NEEDS: Needs;
 
-    /// Whether a database holds what the method needs.
-    fn is_held_by(database: &Database<'_>) -> bool;
+    /// The optional section that holds what it needs; `None` for the captured frames.
+    const SECTION: Option<u16>;
 
     /// Predicts every dof, and the time step where it is not the input's. On a first frame it also says what came before
     /// it: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.

@@ -78,13 +78,21 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
 }
 
 impl Method {
+    /// The optional section of a database that holds what the method needs; `None` for the captured frames.
+    pub const fn section(self) -> Option<u16> {
+        match self {
+            Self::Mar => Mixture::<1, 1, 1>::SECTION,
+            Self::Lti => Linear::<1>::SECTION,
+            Self::Statistic => Statistics::<1>::SECTION,
+        }
+    }
+
     /// Whether a database holds what the method needs.
     #[inline]
     pub fn is_held_by(self, database: &Database<'_>) -> bool {
-        match self {
-            Self::Mar => Mixture::<1, 1, 1>::is_held_by(database),
-            Self::Lti => Linear::<1>::is_held_by(database),
-            Self::Statistic => Statistics::<1>::is_held_by(database),
+        match self.section() {
+            Some(id) => database.optional(id).is_some(),
+            None => database.counts().frames > 0,
         }
     }
 

@@ -19,10 +19,10 @@
 //! Cost: (n + p)(n + m) products a joint and model, where a joint has n states, m inputs and p outputs.
 
 use crate::{
-    Database, Degraded, Observer, Report,
+    Degraded, Observer, Report,
     blob::{
         LinearModel,
-        layout::{MAX_ORDER, dof},
+        layout::{MAX_ORDER, dof, section},
     },
     math::{clamp, erf, exp, pow},
     methods::context::{Context, Frame, Needs, Signals, Translate},
@@ -61,11 +61,7 @@ impl<const J: usize> Translate<J> for Linear<J> {
     const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
     // One state and one time step for all joints; labels choose models, not frames.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: true };
-
-    #[inline]
-    fn is_held_by(database: &Database<'_>) -> bool {
-        database.linear_from().is_some()
-    }
+    const SECTION: Option<u16> = Some(section::LTI);
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

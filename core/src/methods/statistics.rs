@@ -23,7 +23,7 @@ use crate::{
     Observer, Report,
     blob::{
         Database, Table,
-        layout::{MAX_STYLES, ROOT_DOFS, dof},
+        layout::{MAX_STYLES, ROOT_DOFS, dof, section},
     },
     math::{
         clamp, exp,
@@ -55,11 +55,7 @@ impl<const J: usize> Translate<J> for Statistics<J> {
     const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
     // Labels choose tables, not frames; each joint is translated by itself.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: false };
-
-    #[inline]
-    fn is_held_by(database: &Database<'_>) -> bool {
-        database.statistic_from().is_some()
-    }
+    const SECTION: Option<u16> = Some(section::STATISTIC);
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

@@ -1,6 +1,6 @@
 //! What a stylizer can be told when it is made.
 
-use gestus_core::{Config, config::parameters};
+use gestus_core::{Config, Method, config::parameters};
 
 use crate::{
     memory,
@@ -37,6 +37,20 @@ pub enum GestusMethod {
     /// Transfer of means and spreads.
     Statistic = 2,
 }
+
+// A method of the core that has no name here does not compile, nor does one by another number.
+const _: () = {
+    let mut number = 0;
+    while number < Method::ALL.len() {
+        let name = match Method::ALL[number] {
+            Method::Mar => GestusMethod::Mixture,
+            Method::Lti => GestusMethod::Linear,
+            Method::Statistic => GestusMethod::Statistic,
+        };
+        assert!(name as usize == number);
+        number += 1;
+    }
+};
 
 // SAFETY: five u32 have no padding and no invalid patterns.
 unsafe impl memory::Plain for GestusConfig {}

@@ -3,7 +3,7 @@
 use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
-use gestus_core::{Config, Database, Method, Stage, blob::layout::section, link::counter, robot::Robot};
+use gestus_core::{Config, Database, Method, Stage, link::counter, robot::Robot};
 use gestus_database::stream::Request;
 use gestus_motion::clip::Clip;
 use serde_json::{Value, json};
@@ -14,7 +14,8 @@ use crate::{
         Line,
         client::{Client, Patience},
         serve::with_robot,
-        session::{Linked, Session, stream},
+        session::Session,
+        stream::{Linked, stream},
     },
     parts::{prices::Isa, worst::Shape},
 };
@@ -209,12 +210,8 @@ fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
 
 /// Bytes of the section that the method reads.
 fn model_bytes(job: &Job<'_>) -> usize {
-    let section = match job.request.config.method {
-        Method::Mar => return 0,
-        Method::Lti => section::LTI,
-        Method::Statistic => section::STATISTIC,
-    };
-    job.database.optional(section).map_or(0, <[u8]>::len)
+    let section = job.request.config.method.section().and_then(|id| job.database.optional(id));
+    section.map_or(0, <[u8]>::len)
 }
 
 /// Streams a clip through a board.

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     Degraded, Observer, Report,
-    blob::{Database, layout::dof},
+    blob::layout::dof,
     math::clamp,
     methods::context::{Context, Frame, Needs, Translate},
     observe::Stage,
@@ -68,11 +68,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
     };
     // It finds frames by their labels; each joint group has a regression of its own.
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
-
-    #[inline]
-    fn is_held_by(database: &Database<'_>) -> bool {
-        database.counts().frames > 0
-    }
+    const SECTION: Option<u16> = None;
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
