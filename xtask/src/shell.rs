@@ -1,4 +1,7 @@
 //! Other programs: started in the repository's root, shown before they run, judged by their exit code.
+//!
+//! The standard library's `Command` rather than `xshell`: fuzz targets run on several threads, comparisons in several
+//! folders, and programs that hang are ended, none of which a shared `xshell::Shell` does.
 
 use std::{
     env, fs,
