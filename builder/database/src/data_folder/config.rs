@@ -1,7 +1,7 @@
-//! Which action, style and take each file of a data folder is, and how to build from them.
+//! Labels of the files in a data folder (action, style and take), and options of the build.
 //!
-//! Most collections say it in their file names; where they don't, a `gestus.toml` in the folder does, by patterns
-//! or file by file. The same struct is what `gestus build --config FILE` reads. A file is looked up in the table
+//! Most collections have labels in their file names. Otherwise a `gestus.toml` in the folder gives them, by patterns or
+//! file by file. The same struct is what `gestus build --config FILE` reads. A file is looked up in the table
 //! `files` first, then tried against `patterns` in order, then against the built-in ones:
 //!
 //! ```text
@@ -33,22 +33,22 @@ use super::pattern::{Pattern, built_in};
 use crate::{build::BuildOptions, registration::timeline::Kind};
 use gestus_motion::unit::Unit;
 
-/// Name of the file in a data folder that says what its clips are.
+/// Name of the configuration file in a data folder.
 pub const FILE_NAME: &str = "gestus.toml";
 
-/// What no name of an action or style holds: `--style a=1,b=2` could not say it, and `export` names files by styles.
+/// Characters that names of actions and styles can't have, since `--style a=1,b=2` and file names of `export` use them.
 const NOT_IN_NAMES: [char; 3] = [',', '=', '/'];
 
-/// What a file is.
+/// Labels of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Annotation {
-    /// What is done: `walk`, `kick`.
+    /// Action: `walk`, `kick`.
     pub action: String,
-    /// The attitude in which it is done: `proud`.
+    /// Style: `proud`.
     pub style: String,
-    /// Which of several; empty where the name doesn't say.
+    /// Take; empty if unknown.
     pub take: String,
-    /// How the action runs.
+    /// Kind of the action's timeline.
     pub kind: Kind,
 }
 
@@ -56,20 +56,20 @@ pub struct Annotation {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileEntry {
-    /// What is done.
+    /// Action.
     pub action: String,
-    /// The attitude in which it is done.
+    /// Style.
     pub style: String,
-    /// Which of several.
+    /// Take.
     #[serde(default)]
     pub take: String,
 }
 
-/// A `gestus.toml`: what the files are, and how to build. Its defaults are those of [`Config::default`].
+/// A `gestus.toml`. Its defaults are those of [`Config::default`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Folder of the clips; relative to the file that says it.
+    /// Folder of the clips, relative to the configuration file.
     pub data: Option<PathBuf>,
     /// Patterns of file names, tried in order before the built-in ones.
     pub patterns: Vec<String>,
@@ -77,21 +77,21 @@ pub struct Config {
     pub files: BTreeMap<String, FileEntry>,
     /// Other names for actions as the files have them: `"01" = "walk"`.
     pub names: BTreeMap<String, String>,
-    /// Kind of an action where its name misleads.
+    /// Kinds of actions whose names mislead.
     pub kind: BTreeMap<String, Kind>,
     /// Licence or source of the clips, for the manifest.
     pub licence: String,
     /// Unit of length (m, cm, mm, inch, cmu, or metres a unit); guessed a file if absent.
     pub unit: Option<String>,
-    /// Actions to take; all if empty.
+    /// Actions to use; all if empty.
     pub actions: Vec<String>,
-    /// Styles to take; all if empty.
+    /// Styles to use; all if empty.
     pub styles: Vec<String>,
     /// Joints to keep, with all of their parents; all if empty.
     pub joints: Vec<String>,
     /// Rate of the database, frames a second.
     pub rate_hz: f64,
-    /// Most clips an action and style; 0 is no limit.
+    /// Most clips of each action and style; 0 is no limit.
     pub limit: usize,
     /// How the database is built.
     pub build: BuildOptions,
@@ -120,7 +120,7 @@ impl Default for Config {
     }
 }
 
-/// A configuration that cannot be used, or a file that nothing says anything about.
+/// An invalid configuration, or a file without labels.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
@@ -192,8 +192,7 @@ impl Config {
         Ok(config)
     }
 
-    /// Reads a configuration file; a relative `data` is taken from the file's folder, and is that folder where it is not
-    /// said.
+    /// Reads a configuration file. A relative `data` is relative to the file's folder, which is also the default.
     pub fn read(path: &Path) -> Result<Config, AnnotateError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
@@ -216,18 +215,18 @@ impl Config {
         Ok(config)
     }
 
-    /// The unit of length, if it is said.
+    /// The unit of length, if given.
     pub fn unit(&self) -> Option<Unit> {
         self.unit.as_deref().and_then(|unit| unit.parse().ok())
     }
 
-    /// Whether a file is of an action and style that are asked for.
+    /// True if a file's action and style are selected.
     pub fn wants(&self, annotation: &Annotation) -> bool {
         let among = |list: &[String], name: &String| list.is_empty() || list.contains(name);
         among(&self.actions, &annotation.action) && among(&self.styles, &annotation.style)
     }
 
-    /// What a file is, by its path below the data folder.
+    /// Labels of a file, by its path below the data folder.
     pub fn annotate(&self, path: &Path) -> Result<Annotation, AnnotateError> {
         let [action, style, take] = self.labels(path)?;
         let annotation = self.annotation(action, style, take);
@@ -240,21 +239,21 @@ impl Config {
         Ok(annotation)
     }
 
-    /// Action and style of a file, where anything says them. `folder` is that of the clips, or the file itself.
+    /// Action and style of a file, if known. `folder` is that of the clips, or the file itself.
     pub fn class(&self, folder: &Path, path: &Path) -> Option<(String, String)> {
         let below = path.strip_prefix(folder).ok().filter(|below| !below.as_os_str().is_empty());
         let annotation = self.annotate(below.or(path.file_name().map(Path::new))?).ok()?;
         Some((annotation.action, annotation.style))
     }
 
-    /// Refuses what is said of actions, styles and files that are not there: a misspelt name would pass for a wish that
-    /// is met. `paths` are all files, below the data folder.
+    /// Refuses settings for actions, styles and files that do not exist, since a misspelt name would have no effect. `paths`
+    /// are all files, below the data folder.
     ///
     /// # Errors
-    /// [`AnnotateError::Absent`], with what there is.
+    /// [`AnnotateError::Absent`], with the known names.
     pub fn check_names(&self, paths: &[&Path]) -> Result<(), AnnotateError> {
         let labels: Vec<[String; 3]> = paths.iter().filter_map(|p| self.labels(p).ok()).collect();
-        // Where nothing is known of any file, the reasons why not say more.
+        // Without any labelled file, the files' own errors are more helpful.
         if labels.is_empty() {
             return Ok(());
         }
@@ -295,7 +294,7 @@ impl Config {
     }
 }
 
-/// The path below the data folder and the file's name, as tables and patterns have them.
+/// The path below the data folder and the file's name, in the form of tables and patterns.
 fn file_names(path: &Path) -> [String; 2] {
     let whole = path.to_string_lossy().replace('\\', "/");
     let name = whole.rsplit('/').next().unwrap_or_default().to_owned();

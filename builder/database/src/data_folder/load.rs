@@ -23,21 +23,21 @@ use gestus_motion::{
     landmarks::LandmarkError,
 };
 
-/// How many times as large as another a body may be to share a skeleton with it: a man and a child.
+/// Greatest ratio of sizes of bodies that share a skeleton: an adult and a child.
 const LARGER: f64 = 2.0;
-/// How much larger than another a body is that takes longer steps, as a fraction.
+/// Least difference in size for which steps are scaled, as a fraction.
 const SAME_SIZE: f64 = 0.01;
-/// How far off a bone may lie where nothing is turned, degrees: between one actor's shoulders and another's.
+/// Greatest angle between corresponding bones of one skeleton at rest, degrees: actors' shoulders differ.
 const TURNED_DEG: f64 = 30.0;
-/// Bones that have no direction to speak of, metres.
+/// Length below which the direction of a bone is ignored, metres.
 const SHORT_M: f64 = 0.03;
 
-/// What was read, and what was not.
+/// The result of reading a folder.
 #[derive(Debug)]
 pub struct Loaded {
     /// The clips.
     pub corpus: Corpus,
-    /// One line for each file or clip left out, and for what was guessed.
+    /// One line for each file or clip left out, and for each guess.
     pub notes: Vec<String>,
     /// How many files could not be used.
     pub skipped: usize,
@@ -55,13 +55,13 @@ pub enum LoadError {
     /// A file in place of a folder.
     #[error("{0}: this is a file: give the folder that it is in, whose clips make a database together")]
     File(String),
-    /// Actions, styles or files that are not there.
+    /// Settings for unknown actions, styles or files.
     #[error("{0}: {1}")]
     Names(String, AnnotateError),
     /// The skeleton.
     #[error("{0}: {1}")]
     Landmark(String, LandmarkError),
-    /// Joints to keep that can't be kept.
+    /// A selection of joints that can't be kept.
     #[error("{0}: {1}")]
     Joints(String, JointsError),
     /// A file that was left out, under `strict`.
@@ -72,15 +72,15 @@ pub enum LoadError {
     Empty {
         /// The folder.
         folder: String,
-        /// What was asked for and is not there.
+        /// The selection, if any.
         detail: String,
     },
 }
 
-/// Reads the clips that a configuration asks for, and gives them contacts and a canonical timeline.
+/// Reads the clips that a configuration selects, and registers them.
 ///
 /// # Errors
-/// [`LoadError`] where nothing can be used, or under `strict` anything can't.
+/// [`LoadError`] if no clip can be used, or with `strict` if any file can't.
 pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     let folder = config.data.clone().unwrap_or_else(|| PathBuf::from("."));
     let place = folder.display().to_string();
@@ -156,22 +156,22 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     Ok(Loaded { corpus, notes, skipped: left_out.len() })
 }
 
-/// A file as a clip, and what it is.
+/// A clip with its file's labels.
 struct Bound {
     name: String,
     /// The file below the folder, without its ending.
     below: String,
     annotation: Annotation,
-    /// The unit, where it was guessed.
+    /// The unit, if guessed.
     guessed: Option<String>,
-    /// What there is to say of the size of a body whose unit was not.
+    /// A warning about the body's size, if the unit was not guessed.
     doubt: Option<String>,
     /// Whether registration has a timeline for it.
     has_cycles: bool,
     clip: Clip,
 }
 
-/// Clips are known by their files' names; those of one name in several folders by their folders too.
+/// Names clips by their files; clips of the same name in several folders get the folder's name too.
 fn tell_apart(clips: &mut [Bound]) {
     let mut count = HashMap::<String, usize>::new();
     for clip in clips.iter() {
@@ -182,7 +182,7 @@ fn tell_apart(clips: &mut [Bound]) {
     }
 }
 
-/// The clips on the skeleton that most of them have; ties go to the first. What one stray file is on decides nothing.
+/// The clips on the most common skeleton, of equally common ones the first.
 fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
     let mut kinds: Vec<(usize, usize)> = Vec::new();
     for (i, clip) in clips.iter().enumerate() {
@@ -208,14 +208,14 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
     clips.into_iter().filter(fits).collect()
 }
 
-/// The clips that registration will use: no other takes one's place under a limit, nor has a say in the length of bones.
+/// The clips that registration can use. Others do not count for limits and mean bone lengths.
 fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
     let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
     left_out.extend(others.iter().map(|clip| no_cycle(&clip.clip, clip.annotation.kind)));
     used
 }
 
-/// Takes a file to a clip at the database's rate; `None` where it is not asked for.
+/// Converts a file to a clip at the database's rate; `None` if it is not selected.
 fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, String> {
     let name = document.name().to_owned();
     let annotation = config.annotate(below).map_err(|e| e.to_string())?;
@@ -233,7 +233,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
     Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, has_cycles, clip }))
 }
 
-/// What was asked for, for the message that it is not there.
+/// The selection, for the message that no clip matches it.
 fn wanted(config: &Config, left_out: &[String]) -> String {
     let mut detail = String::new();
     for (what, names) in [("actions", &config.actions), ("styles", &config.styles)] {
@@ -247,7 +247,7 @@ fn wanted(config: &Config, left_out: &[String]) -> String {
     }
 }
 
-/// What keeps two skeletons from being one.
+/// A difference that prevents two skeletons from being merged.
 fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
     if a.joints() != b.joints() {
         return Some(format!("{} joints against {}", b.joints(), a.joints()));
@@ -275,7 +275,7 @@ fn size(skeleton: &Skeleton) -> f64 {
     skeleton.offsets.iter().skip(1).map(Vector3::norm).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-/// Gives all clips one skeleton, the mean of their offsets, and each the ways of a body of that size.
+/// Gives all clips the mean skeleton and scales their translation to its size.
 fn unify(performances: &mut [Performance]) {
     let Some(first) = performances.first() else { return };
     let mut skeleton = (*first.clip.skeleton).clone();
@@ -286,7 +286,7 @@ fn unify(performances: &mut [Performance]) {
     let skeleton = Arc::new(skeleton);
     for Performance { clip, .. } in performances {
         let scale = size(&skeleton) / size(&clip.skeleton);
-        // Less is the noise of one body's markers.
+        // Smaller differences are noise in one body's markers.
         if (scale - 1.0).abs() > SAME_SIZE {
             clip.frames.iter_mut().for_each(|frame| frame.root *= scale);
         }

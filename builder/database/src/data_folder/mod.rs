@@ -1,4 +1,4 @@
-//! A folder of clips: what its `gestus.toml` and file names say, and the corpus that is read from it.
+//! Data folders: labels by `gestus.toml` and file names, and reading of a corpus.
 
 pub mod config;
 pub mod load;

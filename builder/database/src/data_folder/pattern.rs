@@ -1,4 +1,4 @@
-//! Labels by the patterns of names.
+//! Labels by patterns of file names.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ const MAX_HOLES: usize = 6;
 
 impl Pattern {
     /// # Errors
-    /// What is wrong with it.
+    /// A message about the pattern.
     pub fn new(text: &str) -> Result<Pattern, &'static str> {
         let mut parts = Vec::new();
         let mut rest = stem(text);
@@ -87,7 +87,7 @@ impl Pattern {
     /// Action, style and take of a name that matches.
     pub fn find(&self, name: &str) -> Option<[String; 3]> {
         let mut found = Default::default();
-        // Longer than any real name: matching is polynomial in it.
+        // Longer than any real name. Matching takes polynomial time.
         (name.len() <= 512 && fill(&self.0, stem(name), &mut found)).then_some(found)
     }
 }

@@ -1,19 +1,19 @@
-//! Joint groups: what takes a mask of the search, a strength and a style of its own.
+//! Joint groups, each of which can be masked in the search and have its own strength and style.
 //!
-//! A database has up to eight, named when it is built. `body` is the first and holds what no other names, the root always.
-//! Unless told otherwise the others are the arms, left and right, as in Xia 2015's example of a gesture. A group is named
-//! with its joints, each with all that hangs on it, the nearest name above a joint counting; or by a word that says which:
+//! A database has up to eight, named when it is built. The first is `body` and holds all joints of no other group, always
+//! with the root. By default the others are the left and the right arm. A group lists joints, each of which includes its
+//! descendants unless another group names them, or has a predefined name:
 //!
 //! ```toml
 //! [build.groups]
-//! legs = []                       # a word: left-arm, right-arm, arms, left-leg, right-leg, legs, torso, head
+//! legs = []                       # predefined: left-arm, right-arm, arms, left-leg, right-leg, legs, torso, head
 //! head = ["Neck"]
 //! sword-arm = ["Shoulder_R"]
 //! ```
 //!
-//! The search's components look at one group each, so that a mask leaves whole components out: the more groups, the less a
-//! component knows of how they move together (`docs/experiments/feet.md` has the cost). Where a window of poses lies on the
-//! floor is told by all joints but the arms', whatever the groups are and whatever is masked.
+//! Each of the search's principal components covers one group, so that a mask removes whole components. With more groups,
+//! components capture less of their common movement (`docs/experiments/feet.md` has the cost). Windows of poses are aligned
+//! by all joints except the arms', independently of groups and masks.
 
 use std::collections::BTreeMap;
 
@@ -22,10 +22,10 @@ use thiserror::Error;
 
 use gestus_motion::{clip::Skeleton, landmarks::Landmarks};
 
-/// The group of what no other names.
+/// The group of all joints that no other group names.
 pub const BODY: &str = "body";
 
-/// Groups by name, each with its joints; none: those of the word. Empty: the arms.
+/// Groups by name, each with its joints; without joints, those of the predefined name. Empty: the arms.
 pub type Chosen = BTreeMap<String, Vec<String>>;
 
 /// The joint groups of a database.
@@ -37,7 +37,7 @@ pub struct Groups {
     pub of_joint: Vec<usize>,
 }
 
-/// Groups that can't be made.
+/// Invalid groups.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum GroupError {
     /// More than a blob holds.
@@ -46,19 +46,17 @@ pub enum GroupError {
         /// How many.
         have: usize,
     },
-    /// A name that a command line could not say.
-    #[error(
-        "`{0}` is no name for a joint group: letters, digits, - and _, and not `{BODY}`, which is the rest"
-    )]
+    /// A name that can't be given on a command line.
+    #[error("`{0}` can't name a joint group: letters, digits, - and _, and not `{BODY}`, which is the rest")]
     Name(String),
-    /// A joint that is not there.
+    /// An unknown joint.
     #[error("joint group `{group}`: there is no joint `{joint}` (joints: {have})")]
     Joint {
         /// The group.
         group: String,
-        /// What was asked for.
+        /// The unknown name.
         joint: String,
-        /// What there is.
+        /// The known names.
         have: String,
     },
     /// The root, or a joint that is in another group already.
@@ -83,7 +81,7 @@ impl Groups {
     /// The groups chosen, on a skeleton.
     ///
     /// # Errors
-    /// [`GroupError`] where they don't fit it.
+    /// [`GroupError`] if they don't fit it.
     pub fn of(skeleton: &Skeleton, landmarks: &Landmarks, chosen: &Chosen) -> Result<Self, GroupError> {
         let arms: Chosen = ["left-arm", "right-arm"].map(|n| (n.to_owned(), Vec::new())).into();
         let by_default = chosen.is_empty();
@@ -103,7 +101,7 @@ impl Groups {
                 [] => by_word(skeleton, landmarks, name),
                 joints => joints.iter().map(|j| find(skeleton, name, j)).collect::<Result<_, _>>()?,
             };
-            // A body without arms has that group all the same: what was never asked for is no fault.
+            // A body without arms gets the default groups too, without an error.
             if joints.is_empty() && !by_default {
                 return Err(GroupError::Which(name.clone()));
             }
@@ -145,7 +143,7 @@ fn find(skeleton: &Skeleton, group: &str, joint: &str) -> Result<usize, GroupErr
     })
 }
 
-/// The uppermost joints of a part of the body that a word names; none where it names none.
+/// The topmost joints of a predefined group; empty for other names.
 fn by_word(skeleton: &Skeleton, landmarks: &Landmarks, word: &str) -> Vec<usize> {
     let arm = |side: usize| {
         let is_arm = |j: &usize| landmarks.groups[*j] == 1 + side;

@@ -1,8 +1,8 @@
-//! Single actions: jump, punch and kick, as they are done from standing.
+//! Single actions from standing: jump, punch and kick.
 //!
 //! An act has its own time x from 0 to 1 in twelve equal parts: five to prepare, two to strike (or fly), five to
-//! recover. A style stretches each of the three differently, scales what is done and adds its posture; parts are
-//! linear in time, so that the timing of an act in any two styles is known exactly.
+//! recover. A style stretches each of the three differently, scales the movement and adds its posture. Parts are
+//! linear in time, so the correspondence of an act in any two styles is known exactly.
 
 use nalgebra::Vector3;
 
@@ -26,7 +26,7 @@ const GRAVITY: f64 = 9.81;
 /// When the strike begins and ends.
 const STRIKE: (f64, f64) = (5.0 / 12.0, 7.0 / 12.0);
 
-/// What is done.
+/// Kinds of acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Both feet off the floor, forwards.
@@ -42,9 +42,9 @@ pub enum Kind {
 pub struct Act {
     kind: Kind,
     style: Style,
-    /// How much is done: content and style.
+    /// Amplitude by content and style.
     strength: f64,
-    /// Height and turn of what is done.
+    /// Height and turn of the movement.
     aim: [f64; 2],
     /// Differences of the twelve durations, seeds of the parts.
     tempo: [f64; 12],

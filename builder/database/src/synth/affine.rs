@@ -6,10 +6,10 @@
 //! y_d = a_d x_d + b_d          dw/dt = tempo (1 + bend cos(2π phase + shift))
 //! ```
 //!
-//! with `a`, `b` drawn for each dof from the seed, and `w` the output's time. Ground velocities are scaled as ways,
-//! turns stay. So the answer to every input frame is known: which pose, when, and how long its step is. Real pairs have
-//! no such answer (METHODS, "exact pairs"). The outputs are for measuring, not for looking at: feet are not kept on
-//! the floor. Cost: one pass over the frames.
+//! with `a`, `b` drawn for each dof from the seed, and `w` the output's time. Ground velocities are scaled as
+//! distances, yaw rates are kept. So the exact output of every input frame is known: its pose, its time and its time step.
+//! Captured pairs have no such truth. The outputs are for measurement only: feet do not stay on the floor. Cost: one pass
+//! over the frames.
 
 use rand::Rng;
 
@@ -22,13 +22,13 @@ use gestus_motion::{
     landmarks::LandmarkError,
 };
 
-/// Knots of an output cycle: enough for a smooth warp to be straight between two.
+/// Knots of an output cycle: enough for a smooth warp to be linear between two.
 const KNOTS: usize = 25;
 
-/// How far outputs are from inputs.
+/// Options: the size of the differences between outputs and inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Everything follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Name of the style of the outputs.
     pub style: String,
@@ -59,7 +59,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// A map by chance for a body.
+    /// A random map for a body.
     pub fn new(body: &Body, options: &Options) -> Self {
         let mut rng = rng(options.seed, 5);
         let dofs = body.dofs();
@@ -88,18 +88,18 @@ impl Map {
 pub struct Answer {
     /// The pose, frame by frame of the input.
     pub frames: Vec<Frame>,
-    /// Where each input frame is in the output clip, in frames; ascending from 0. Shape `[frames]`.
+    /// Position of each input frame in the output clip, in frames; ascending from 0. Shape `[frames]`.
     pub positions: Vec<f64>,
     /// Output seconds from the frame before; those of the first frame are those of the second. Shape `[frames]`.
     pub steps_s: Vec<f64>,
 }
 
-/// Inputs, outputs and what is true of them.
+/// Inputs and outputs with the truth about them.
 #[derive(Debug, Clone)]
 pub struct Pairs {
     /// The inputs, then as many outputs in the style of the options, in the same order.
     pub corpus: Corpus,
-    /// The answers to the inputs.
+    /// The exact outputs of the inputs.
     pub answers: Vec<Answer>,
     /// The body that the map is relative to: means over the inputs.
     pub body: Body,
@@ -110,7 +110,7 @@ pub struct Pairs {
 /// Gives every clip of a style its exact output.
 ///
 /// # Errors
-/// [`LandmarkError`] where the skeleton has no recognisable legs.
+/// [`LandmarkError`] if no legs are found in the skeleton.
 pub fn pairs(corpus: &Corpus, style: usize, options: &Options) -> Result<Pairs, LandmarkError> {
     let inputs: Vec<Example> = corpus
         .examples
@@ -165,13 +165,13 @@ fn answer(input: &Example, body: &Body, map: &Map, options: &Options, shift: f64
     answer
 }
 
-/// Phase within the cycle that a frame belongs to; before the first and behind the last cycle those go on.
+/// Phase of a frame within its cycle; the first and the last cycle are extrapolated.
 fn phase(cycles: &[Cycle], position: f64) -> f64 {
     let started = cycles.iter().take_while(|c| c.span().0 <= position).count();
     cycles.get(started.saturating_sub(1)).map_or(0.0, |c| c.phase(position))
 }
 
-/// The output clip at the frame rate, with contacts and cycles carried over.
+/// The output clip at the frame rate, with the contacts and cycles of the input.
 fn output(input: &Example, answer: &Answer, style: &str) -> Example {
     let last = answer.frames.len().saturating_sub(1);
     let count = answer.positions.last().map_or(0, |&p| p as usize + 1);

@@ -1,9 +1,8 @@
-//! Feet as planned: where each stands and when, and how it gets from one place to the next.
+//! Plans of the feet: positions and times of stances, and the swings between them.
 //!
-//! In stance a foot first rolls over its heel until it is flat, then lies, then rolls over its ball, toes flat on the
-//! floor: in none of the three does anything that touches the floor move. It counts as planted from the moment its
-//! ball is down until it leaves. In swing the ankle follows a cubic Hermite curve from place to place, with the
-//! velocities of both ends, raised by `vᵃ(1-v)ᵇ` and by as much as the sole needs to stay clear of the floor.
+//! In stance a foot rolls over its heel until it is flat, rests, then rolls over its ball with flat toes. What touches the
+//! floor never moves. It counts as contact from the moment the ball is down until the foot leaves the floor. In swing the
+//! ankle follows a cubic Hermite curve between stances, with the velocities of both ends, raised by `vᵃ(1-v)ᵇ` and by as much as the sole needs to stay clear of the floor.
 
 use nalgebra::Vector3;
 
@@ -16,20 +15,20 @@ use gestus_motion::body::about_y;
 /// A step length of canonical time for derivatives.
 const TINY: f64 = 1e-4;
 
-/// How a foot gets to its next place.
+/// A swing to the next stance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swing {
-    /// How far the ankle is raised, metres.
+    /// Height of the ankle's raise, metres.
     pub lift_m: f64,
     /// Exponents a and b of the raise.
     pub shape: [f64; 2],
-    /// How far the sole stays off the floor in the middle, metres.
+    /// Clearance of the sole in the middle, metres.
     pub clearance_m: f64,
-    /// Where the foot is thrown in the middle of its way, on top of it (kicks), metres in the world.
+    /// Additional displacement in the middle (kicks), metres in the world.
     pub throw: Vector3<f64>,
 }
 
-/// A foot that stands, in canonical time.
+/// A stance, in canonical time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stance {
     /// First touch.
@@ -48,7 +47,7 @@ pub struct Stance {
     pub land: f64,
     /// Heel up at the last touch, radians.
     pub push: f64,
-    /// The way to the next stance.
+    /// The swing to the next stance.
     pub swing: Swing,
 }
 
@@ -144,7 +143,7 @@ fn hermite(t: f64) -> [f64; 4] {
     [2.0 * t3 - 3.0 * t2 + 1.0, t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2]
 }
 
-/// From 0 to 1, with no speed at either end.
+/// Smoothstep from 0 to 1, with zero slope at both ends.
 pub fn smooth(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -1,8 +1,8 @@
-//! Walking and running, and what leads from one to the other.
+//! Walking, running and transitions between them.
 //!
 //! Canonical time counts cycles: the left foot strikes at whole numbers, the right at halves. Stride, duration and
-//! everything else of a gait are numbers that the style scales and that may change with canonical time, so that a
-//! transition is a walk whose numbers become a run's.
+//! all other parameters of a gait are scaled by the style and may change with canonical time. A transition is a walk whose
+//! parameters become those of a run.
 
 use nalgebra::Vector3;
 
@@ -131,7 +131,7 @@ impl Gait {
         }
     }
 
-    /// As that style does it.
+    /// The gait in a style.
     pub fn styled(&self, style: &Style) -> Self {
         Self {
             period_s: self.period_s * style.period,
@@ -153,12 +153,12 @@ impl Gait {
     }
 }
 
-/// What is done, whatever the style: pace, step size and turns, and the chances of every cycle.
+/// Content, which does not depend on style: pace, step size and turns, and the random variation of cycles.
 #[derive(Debug, Clone)]
 pub struct Content {
-    /// Pace against the gait's own.
+    /// Pace relative to the gait's.
     pub pace: f64,
-    /// Step size against what that pace brings.
+    /// Step size relative to that of the pace.
     pub step: f64,
     /// Turn, radians a cycle.
     pub turn: f64,
@@ -305,7 +305,7 @@ impl Performer {
     }
 }
 
-/// Content by chance: pace, step size, turn and the chances of every cycle, from canonical time `start` to `end`.
+/// Random content: pace, step size, turn and variation of cycles, from canonical time `start` to `end`.
 pub fn content(seed: u64, start: f64, end: f64) -> Content {
     use super::noise::{between, rng};
     let mut rng = rng(seed, 0);
