@@ -5,6 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use gestus_database::data_folder::{config::Config as Clips, load::load};
+use gestus_motion::corpus::Corpus;
+
 /// The folder of real clips: `GESTUS_DATA`, or `shared/data` beside the repository.
 pub fn root() -> PathBuf {
     env::var_os("GESTUS_DATA")
@@ -24,4 +27,15 @@ pub fn data_set(name: &str) -> Option<PathBuf> {
     assert!(env::var("CI").as_deref() != Ok("true"), "{missing}");
     println!("skipped: {missing}");
     None
+}
+
+/// Clips of `bandai-namco-2` of some actions and styles, for a test that is skipped where they are missing.
+///
+/// # Panics
+/// Where they are missing and `CI=true`, or can't be read.
+pub fn corpus(actions: &[&str], styles: &[&str]) -> Option<Corpus> {
+    let data = Some(data_set("bandai-namco-2")?);
+    let names = |list: &[&str]| list.iter().map(|name| (*name).to_owned()).collect();
+    let clips = Clips { data, actions: names(actions), styles: names(styles), ..Clips::default() };
+    Some(load(&clips).expect("the real clips load").corpus)
 }

@@ -331,7 +331,6 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
 fn linear_models_refuse_the_style_of_a_group() {
     let mut stylizer = stylizer(Config::new().method(Method::Lti));
     assert_eq!(stylizer.set_group_style(1, &[(1, 1.0)]), Err(ConfigError::WholeBody));
-    assert!(ConfigError::WholeBody.to_string().contains("whole body"));
     // Given back to the body there is nothing to refuse.
     assert_eq!(stylizer.set_group_style(1, &[]), Ok(()));
 }

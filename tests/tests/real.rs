@@ -3,7 +3,6 @@
 use gestus_core::{Config, Database, blob::layout::dof};
 use gestus_database::{
     build::{BuildOptions, build},
-    data_folder::{config::Config as Clips, load::load},
     stream::{Request, Streamed, stream},
 };
 use gestus_evaluate::metrics::{centred, joint_distance};
@@ -16,11 +15,7 @@ use gestus_tests::real_clips;
 
 /// The clips of the figures in `docs/experiments/`, where they are.
 fn corpus(actions: &[&str]) -> Option<Corpus> {
-    let data = real_clips::data_set("bandai-namco-2")?;
-    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-    let styles = list(&["normal", "active", "elderly", "feminine"]);
-    let loaded = load(&Clips { data: Some(data), actions: list(actions), styles, ..Clips::default() });
-    Some(loaded.expect("the real clips load").corpus)
+    real_clips::corpus(actions, &["normal", "active", "elderly", "feminine"])
 }
 
 fn find(corpus: &Corpus, name: &str) -> usize {

@@ -1,19 +1,14 @@
 //! The effort dial on real clips. Skipped where they are missing, which fails with `CI=true`.
 
-use gestus_database::{
-    build::BuildOptions,
-    data_folder::{config::Config as Clips, load::load},
-};
+use gestus_database::build::BuildOptions;
 use gestus_evaluate::{experiment::Experiment, measures::effort};
 use gestus_tests::real_clips;
 
 /// On clips that neither database nor dial has seen each factor goes with its knob, from end to end of its axis.
 #[test]
 fn each_factor_goes_with_its_knob_on_real_clips() {
-    let Some(data) = real_clips::data_set("bandai-namco-2") else { return };
-    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-    let (actions, styles) = (list(&["walk", "run"]), list(&["normal", "active", "elderly", "youthful"]));
-    let corpus = load(&Clips { data: Some(data), actions, styles, ..Clips::default() }).unwrap().corpus;
+    let styles = ["normal", "active", "elderly", "youthful"];
+    let Some(corpus) = real_clips::corpus(&["walk", "run"], &styles) else { return };
     let build = BuildOptions { models: false, ..BuildOptions::default() };
     let evaluation = effort::evaluate(&Experiment::new(corpus, build), None, 1).unwrap();
     let dial: Vec<_> = evaluation.rows.iter().filter(|r| r["part"] == "dial").collect();

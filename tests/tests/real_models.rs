@@ -3,7 +3,6 @@
 use gestus_core::{Config, Database, Method};
 use gestus_database::{
     build::{BuildOptions, build},
-    data_folder::{config::Config as Clips, load::load},
     stream::{Request, stream},
 };
 use gestus_evaluate::{
@@ -14,11 +13,7 @@ use gestus_motion::{clip::Clip, corpus::Corpus};
 use gestus_tests::real_clips;
 
 fn corpus() -> Option<Corpus> {
-    let data = real_clips::data_set("bandai-namco-2")?;
-    let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-    let (actions, styles) = (list(&["walk"]), list(&["normal", "active", "elderly"]));
-    let loaded = load(&Clips { data: Some(data), actions, styles, ..Clips::default() });
-    Some(loaded.expect("the real clips load").corpus)
+    real_clips::corpus(&["walk"], &["normal", "active", "elderly"])
 }
 
 /// On walk a linear model is nearer to the truth than the best affine map of each dof.
