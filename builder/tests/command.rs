@@ -5,10 +5,7 @@ mod common;
 
 use std::{fs, path::Path, process::Command};
 
-use gestus_motion::{
-    clip::Clip,
-    formats::bvh::{Bvh, Unit},
-};
+use gestus_motion::{clip::Clip, formats::bvh::Bvh, unit::Unit};
 
 /// Runs it: did it succeed, and what did it say on standard error.
 fn gestus(arguments: &[&str]) -> (bool, String) {

@@ -10,12 +10,14 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use gestus_database::data_folder::{config::Config, load::load};
 use gestus_motion::{
     animation::{Animation, Recording},
+    binding::{Binding, Options, to_clip},
     capture::{read, read_folder},
     clip::{Clip, Frame, Skeleton},
     formats::{
-        bvh::{AsBvh, Binding, Bvh, Options, Unit, to_clip},
+        bvh::{AsBvh, Bvh},
         gltf::{GltfError, parse},
     },
+    unit::Unit,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};

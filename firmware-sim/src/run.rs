@@ -16,7 +16,7 @@ use gestus_database::{
         translate::{Input, degraded_words, figures, translate},
     },
 };
-use gestus_motion::{body::database_skeleton, formats::bvh::Unit};
+use gestus_motion::{body::database_skeleton, unit::Unit};
 use serde_json::{Value, json};
 
 use crate::{

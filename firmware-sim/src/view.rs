@@ -25,7 +25,7 @@ use gestus_database::{
     stream::translate::Input,
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
-use gestus_motion::formats::bvh::Unit;
+use gestus_motion::unit::Unit;
 
 use crate::recording::{Recording, Settings};
 

@@ -2,8 +2,9 @@
 //! nothing is allocated on the file's word.
 #![no_main]
 
+use gestus_motion::binding::{Options, to_clip};
 use gestus_motion::formats::{
-    bvh::{AsBvh, Bvh, Options, to_clip},
+    bvh::{AsBvh, Bvh},
     gltf::parse,
 };
 use libfuzzer_sys::fuzz_target;

@@ -17,9 +17,10 @@ use walkdir::WalkDir;
 
 use crate::animation::{Animation, Recording};
 use crate::formats::{
-    bvh::{AsBvh, Bvh, BvhError, BvhErrorKind, ConvertError, Unit},
+    bvh::{AsBvh, Bvh, BvhError, BvhErrorKind},
     gltf::{self, GltfError, GltfErrorKind},
 };
+use crate::{binding::ConvertError, unit::Unit};
 
 /// Deepest nesting of folders that is followed.
 const MAX_FOLDERS: usize = 32;

@@ -4,10 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_database::{command_line::options::ReportArgs, list, models::bilinear::Bilinear};
-use gestus_motion::{
-    body::Body,
-    formats::bvh::{Bvh, Unit},
-};
+use gestus_motion::{body::Body, formats::bvh::Bvh, unit::Unit};
 use serde_json::json;
 
 use super::{

@@ -20,7 +20,8 @@ use gestus_motion::{
     body::{Body, row_at},
     clip::Clip,
     corpus::{Corpus, Example},
-    formats::bvh::{Bvh, Unit},
+    formats::bvh::Bvh,
+    unit::Unit,
 };
 use serde_json::json;
 

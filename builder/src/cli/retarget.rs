@@ -8,7 +8,7 @@ use gestus_database::{
     retarget::{MapFile, Retarget, check},
     stream::translate::read_clip,
 };
-use gestus_motion::formats::bvh::{Bvh, Unit};
+use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 use serde_json::json;
 
 use super::open;

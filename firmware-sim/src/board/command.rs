@@ -22,7 +22,7 @@ use gestus_database::{
     retarget::MapFile,
     stream::{Request, translate::Input},
 };
-use gestus_motion::formats::bvh::Unit;
+use gestus_motion::unit::Unit;
 use serde_json::{Value, json};
 
 use super::{

@@ -6,7 +6,7 @@ use std::{
     sync::OnceLock,
 };
 
-use gestus_motion::formats::bvh::{Bvh, Unit};
+use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 use gestus_tests::motion;
 use serde_json::Value;
 

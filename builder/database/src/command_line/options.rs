@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use gestus_motion::formats::bvh::Unit;
+use gestus_motion::unit::Unit;
 use serde_json::Value;
 
 use super::outputs::say;

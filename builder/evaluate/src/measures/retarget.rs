@@ -29,9 +29,9 @@ use gestus_database::{
     },
 };
 use gestus_motion::{
+    binding::{Binding, Options},
     capture::read_folder,
     clip::{Clip, Frame},
-    formats::bvh::{Binding, Options},
     landmarks::Landmarks,
     statistics::{mean, mean_or_zero},
 };

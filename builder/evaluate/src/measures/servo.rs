@@ -26,12 +26,10 @@ use gestus_database::{
     stream::translate::onto,
 };
 use gestus_motion::{
+    binding::{Binding, Options},
     capture::read_folder,
     clip::Frame,
-    formats::{
-        bvh::{Binding, Options},
-        urdf::{Robot, TOY},
-    },
+    formats::urdf::{Robot, TOY},
 };
 
 /// Clips at most: evenly out of the folder.

@@ -51,10 +51,6 @@ mod parse;
 mod read;
 mod write;
 
-pub use crate::{
-    binding::{Binding, ConvertError, Options, same_skeleton, to_clip},
-    unit::{ParseUnitError, Unit, UnitGuess},
-};
 pub use convert::AsBvh;
 pub(crate) use convert::NOT_IN_NAMES;
 pub use document::{Bvh, Channel, Joint};

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::formats::bvh::ConvertError;
+use crate::binding::ConvertError;
 
 /// A file that could not be read.
 #[derive(Debug, Clone, PartialEq, Error)]
