@@ -20,7 +20,7 @@ use gestus_motion::landmarks::LandmarkError;
 
 /// Blends that are drawn, as in Torresani 2006, section 8.
 pub const BLENDS: usize = 105;
-/// Seed of the blends that are drawn without being asked for.
+/// Seed of the blends that are drawn by default.
 const SEED: u64 = 2006;
 /// Fewest labelled blends to learn from.
 pub const FEWEST: usize = 20;
@@ -60,7 +60,7 @@ pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
         let alpha = rng.random_range(ALPHA.0..ALPHA.1);
         // Another style where there is one: two walks of one person hardly differ.
         let differ = library.styles.len() < 2 || fragments[i].style != fragments[j].style;
-        // What people have named differently is not one content, however near its poses are.
+        // Actions with different names are different content, however near their poses are.
         let differ = differ && fragments[i].action == fragments[j].action;
         if i != j && differ && distance(&fragments[i].content, &fragments[j].content) < THRESHOLD_RAD {
             draws.push((i, j, alpha));
@@ -69,7 +69,7 @@ pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
     draws
 }
 
-/// Efforts of rows of dofs of an action; none where it can't say.
+/// Efforts of rows of dofs of an action; `None` where they can't be rated.
 pub type Observer = dyn Fn(&[Vec<f64>], usize) -> Option<Factors> + Sync;
 
 impl Model {

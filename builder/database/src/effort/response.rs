@@ -1,19 +1,19 @@
-//! What the core's dial is made of: Efforts of what really comes out at mixes of styles.
+//! Measures the Effort of the core's output at mixes of styles: the data that the dial is fitted to.
 //!
-//! Labels say what Effort a style has. They don't say what a mix of styles has: joints that move together in each of
-//! two styles meet half way, and the mix is smoother and lighter than either. So clips are streamed through the core at
-//! mixes, and the outputs are looked at as the labels were (by the same descriptors; where people gave the labels, by
-//! what ridge regression learned of theirs from the descriptors).
+//! A label gives the Effort of a style, not of a mix of styles: where two styles are mixed, their movements partly cancel,
+//! and the mix is smoother and lighter than either. So clips are streamed through the core at mixes, and the outputs are
+//! rated as the fragments were: by the same descriptors, or, where people labelled the fragments, by a ridge regression
+//! from the descriptors to their labels.
 //!
 //! 1. Every style alone and the even mix of all, `c`: a linear model `G` of the change from c, by input.
-//! 2. For each factor and direction an end: the mix that `G` takes furthest along the factor, alike for all inputs,
-//!    the other factors near those of c ([`nearest`](super::dial)).
-//! 3. Outputs at mixes on the straight way from c to each end. A factor's knob reaches as far as every input follows:
-//!    to where the sum of the inputs' least steps is greatest. On the way there the mean of the inputs is made
-//!    monotone (isotonic regression), and turned round: from a wanted change to a place on the way.
+//! 2. For each factor and direction an end point: the mix that `G` predicts to be furthest along the factor for all
+//!    inputs alike, with the other factors near those of c ([`nearest`](super::dial)).
+//! 3. Outputs at mixes on the straight line from c to each end point. A factor's range ends where the sum of the
+//!    smallest changes of any input is greatest. Up to there the mean over the inputs is made monotone (isotonic
+//!    regression) and inverted: from a wanted change to a position on the line.
 //!
-//! The dial's lines through the rest are these ways, so that each factor goes with its own knob wherever the knob
-//! says it reaches, on real outputs and not on what labels promise. Between the lines the ways add up.
+//! The dial moves along these lines, so that within its range each factor follows its own knob on measured outputs.
+//! Where several knobs are turned, their offsets from c add up.
 //!
 //! Cost: some 80 mixes, each of a few seconds of motion of every action, through the core.
 
@@ -47,36 +47,36 @@ const INPUTS: usize = 8;
 const LONGEST_S: f64 = 5.0;
 /// Places on the way from the middle to an end.
 const PLACES: usize = 6;
-/// How much less a factor counts that is not to be moved.
+/// Weight of a factor that should not change, against 1 of the factor that should.
 const SOFT: f64 = 0.3;
-/// Weights of what differs from input to input that are tried for an end.
+/// Weights of the difference between inputs that are tried for an end point.
 const UNEVEN: [f64; 2] = [2.0, 12.0];
-/// The share of the mean step that the input which follows least has to do, for the way to go on.
+/// Least part of the mean change that every input has to show for the line to go on.
 const LAG: f64 = 0.15;
 
-/// Fragments with labels that people's taste is learned from, at least: as many as a cross-validation has folds.
+/// Fewest labelled fragments to learn people's ratings from: as many as a cross-validation has folds.
 pub const FEWEST_GIVEN: usize = ridge::FOLDS;
 
-/// Why a database gets no dial.
+/// Why no dial can be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum NoDial {
-    /// There is nothing to mix.
+    /// Fewer than two styles.
     #[error("it takes fragments of two styles or more: add clips of another style, or label fragments of it")]
     Styles,
-    /// The format has no room for the table.
+    /// More styles than the format holds.
     #[error("{0} styles, at most {MAX_STYLES} fit into one: choose with --styles")]
     Many(usize),
-    /// No output can be judged.
-    #[error("every clip is too short to judge what comes out of it: add clips of a second or more")]
+    /// Every output is too short to rate.
+    #[error("every clip is too short to rate its output: add clips of a second or more")]
     Short,
 }
 
-/// Clips, the core, and an eye for Effort.
+/// Streams clips through the core and rates the Effort of the outputs.
 struct Probe<'a> {
     database: &'a Database<'a>,
     library: Library,
     estimator: Estimator,
-    /// What labels that people gave are in terms of the estimates; none where estimates are the labels.
+    /// People's labels as functions of the estimates; empty where the labels are estimates.
     learned: Option<[Machine; 3]>,
     inputs: Vec<(Clip, usize)>,
 }
@@ -91,7 +91,7 @@ impl<'a> Probe<'a> {
         let library = Library::of_database(database)?;
         let estimator = Estimator::of(&library);
         let learned = (model.source == Source::Given).then(|| taste(model, &estimator)).flatten();
-        // An action that lacks a style is in no database, and there is no output to look at.
+        // An action that lacks a style is not in the database and has no output.
         let actions: Vec<usize> = (0..corpus.actions.len())
             .filter(|&a| database.classes().any(|c| usize::from(c.action) == a))
             .collect();
@@ -115,9 +115,9 @@ impl<'a> Probe<'a> {
         Ok(Self { database, library, estimator, learned, inputs })
     }
 
-    /// The Effort of an input's output, before feet are held; `None` where it can't be told. Holding a foot takes
-    /// out of a landing what standing asks for, a frame earlier or later as it falls: no part of the style, and on runs,
-    /// whose flow hardly differs from style to style, as much as the styles' whole range.
+    /// The Effort of an input's output without foot lock; `None` where it can't be rated. The lock changes landings by a
+    /// frame more or less, which is no part of the style; on runs, whose flow hardly differs between styles, that would
+    /// be as much as the styles' whole range.
     fn see(&self, mix: &[f64], (clip, action): &(Clip, usize)) -> Option<Factors> {
         let style = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
         let config = Config::new().contacts(false);
@@ -132,13 +132,13 @@ impl<'a> Probe<'a> {
         })
     }
 
-    /// That of every input.
+    /// The Effort of every input's output.
     fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
         self.inputs.par_iter().map(|input| self.see(mix, input)).collect()
     }
 
-    /// Looks at several mixes, and lets go the inputs that one of them can't be told of: of a short clip a quick style
-    /// may make less than can be judged.
+    /// Rates several mixes, and drops the inputs that can't be rated at one of them: a quick style can make a short clip
+    /// too short.
     fn settle(&mut self, mixes: &[Vec<f64>]) -> Vec<Vec<Factors>> {
         let seen: Vec<Option<Vec<Factors>>> = self
             .inputs
@@ -152,7 +152,7 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// People's labels as functions of the estimates, by ridge regression with the kernel that cross-validation likes best.
+/// People's labels as functions of the estimates, by ridge regression with the kernel of least cross-validation error.
 fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
     let library = &model.library;
     let seen: Vec<(Vec<f64>, Factors)> = library
@@ -175,16 +175,15 @@ fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
     Some(std::array::from_fn(|k| ridge::fit(kernels[chosen[k].0], chosen[k].1, &z, &targets[k])))
 }
 
-/// Outputs on the way from the middle to an end, the middle first: mixes, and the Effort of each input.
+/// Outputs on the line from the middle to an end point, the middle first: mixes, and the Effort of each input.
 struct Way {
     mixes: Vec<Vec<f64>>,
     seen: Vec<Vec<Factors>>,
 }
 
-/// Solves the dial of a database by looking at what comes out of it; `corpus` has its clips, `model` the labels, `rest`
-/// is the style of the clips that are streamed. The dial says whose word it has: labels of fewer than [`FEWEST_GIVEN`]
-/// fragments can't be learned from, and it is made of estimates in spite of them. Where there is none, [`NoDial`] says
-/// why.
+/// Fits the dial of a database to measured outputs; `corpus` has its clips, `model` the labels, `rest` is the style of the
+/// clips that are streamed. The dial records whether it is made from labels or estimates: with labels of fewer than
+/// [`FEWEST_GIVEN`] fragments it is made from estimates. [`NoDial`] says why there is none.
 ///
 /// # Errors
 /// [`LandmarkError`] where the skeleton has no legs.
@@ -229,7 +228,7 @@ pub fn solve(
             for place in 1..=PLACES {
                 let t = place as f64 / PLACES as f64;
                 let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
-                // Where an output is too short to judge, the way is at its end.
+                // Where an output is too short to rate, the line ends.
                 let Some(seen) = probe.look(&mix) else { break };
                 bar.inc(1);
                 way.seen.push(seen);
@@ -239,7 +238,7 @@ pub fn solve(
         })
         .collect();
     bar.finish_and_clear();
-    // Factor by factor, down and up: of the ways that were tried the one that reaches furthest.
+    // For each factor and direction: of the lines that were tried, the one that reaches furthest.
     let mut reaches = ways.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
         let (factor, sign) = (n / 2, if n % 2 == 0 { -1.0 } else { 1.0 });
         let all = tried.iter().map(|way| reach(way, factor, sign));
@@ -255,7 +254,7 @@ fn mean(seen: &[Factors]) -> Factors {
     std::array::from_fn(|k| mean_or_zero(seen.iter().map(|e| e[k])))
 }
 
-/// Mixes at the ends: of each factor down and up, one for each weight of unevenness.
+/// Mixes at the end points: for each factor and direction, one for each weight in the list.
 fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
     let efforts: Vec<Factors> = vertices.iter().map(|v| mean(v)).collect();
     let centre = mean(middle);
@@ -286,7 +285,7 @@ fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// How far a way can be gone with every input following, and its course there.
+/// How far along a line every input follows, and the mean change up to there.
 fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
     let inputs = way.seen[0].len();
     let change = |place: usize, i: usize| sign * (way.seen[place][i][factor] - way.seen[0][i][factor]);
@@ -351,8 +350,8 @@ mod tests {
         corpus.examples[example].clip.frames.truncate(frames);
     }
 
-    /// `build` leaves out an action that lacks a style; its name stays in the corpus, and its clips were streamed with
-    /// an action that the database did not have: no output, and for that one action no dial at all.
+    /// `build` leaves out an action that lacks a style, but its name stays in the corpus: streaming its clips gave no output,
+    /// and so no dial for any action.
     #[test]
     fn an_action_that_is_left_out_costs_no_dial() {
         let mut corpus = corpus(&["walk", "run"]);
@@ -368,7 +367,7 @@ mod tests {
         assert_eq!(solve(&database, &corpus, &one, 0).unwrap(), Err(NoDial::Styles));
     }
 
-    /// A clip of a few frames is no input, nor is one whose output is too short in a quick style; the others are.
+    /// A clip of a few frames is not used, nor is one whose output is too short in a quick style.
     #[test]
     fn a_clip_that_is_too_short_costs_no_dial() {
         let mut corpus = corpus(&["walk"]);
@@ -398,8 +397,8 @@ mod tests {
         assert_eq!(solve(&database, &corpus, &model, 0).unwrap(), Err(NoDial::Short));
     }
 
-    /// A table with labels enough for blends, but of too few fragments to learn people's taste from: the dial is solved
-    /// on estimates, and was called given.
+    /// A table with enough labels for blends, but of too few fragments to learn people's ratings from: the dial is made
+    /// from estimates, and has to say so.
     #[test]
     fn a_dial_of_estimates_is_not_called_given() {
         let corpus = corpus(&["walk"]);

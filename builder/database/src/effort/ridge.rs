@@ -26,7 +26,7 @@ pub enum Kernel {
     /// (1 - u²) (1 - u'²) ½ (exp(-γ |z - z'|²) + exp(-γ |z̃ - z'|²))
     /// ```
     ///
-    /// Functions made of it don't care which fragment is the first, and are 0 where a blend is one of them.
+    /// A sum of these is the same whichever fragment comes first, and 0 where the blend is one of the two.
     Between(f64),
 }
 
@@ -81,7 +81,7 @@ impl Kernel {
     }
 }
 
-/// A sum of kernels: what ridge and support vector regression both end in.
+/// A sum of kernels: the form of the result of ridge and of support vector regression.
 #[derive(Debug, Clone)]
 pub struct Machine {
     /// The kernel.

@@ -1,4 +1,4 @@
-//! The form for people: a table of fragments and blends, each with its motion.
+//! The rating sheet: a table of fragments and blends for people to fill in, each with its motion.
 
 use crate::effort::{
     Source,
@@ -94,7 +94,7 @@ fn rows(library: &Library, draws: &[Draw]) -> Vec<Row> {
     seeds.chain(blends).collect()
 }
 
-/// The word that goes with Efforts wherever they are shown.
+/// How Efforts are called wherever they are shown: labels or estimates.
 pub fn caveat(source: Source) -> &'static str {
     match source {
         Source::Given => "Efforts as people gave them",

@@ -1,8 +1,8 @@
 //! A clip in a wanted Effort: its snippets replaced by blends, one after the other (Torresani 2006, section 7.2, eq. 12).
 //!
-//! For each snippet the fragments of its content are gathered, every pair of them is asked for the α whose predicted
-//! Effort comes nearest to the wanted (even samples over -0.25 to 1.25, then golden section), and the best pair is
-//! blended. Factors that nobody asked for don't count.
+//! For each snippet, every pair of fragments of its content gets the α whose predicted Effort is nearest to the wanted
+//! one (even samples over -0.25 to 1.25, then golden section), and the best pair is blended. Factors without a wanted
+//! value don't count.
 //!
 //! Two things that the paper leaves open: the K nearest fragments are those of each style in turn, since the K nearest
 //! of all are cycles of one clip and all of one Effort; and where two blends meet, half of their difference is added to
@@ -109,7 +109,7 @@ pub fn neighbors(model: &Model, of: usize, k: usize) -> Vec<usize> {
     let mut chosen = Vec::new();
     for (distance, i) in near {
         let style = fragments[i].style.min(styles - 1);
-        // What is further than anything of this content is no variant of it.
+        // A fragment further off than any of this content is not a variant of it.
         if taken[style] < most && (chosen.len() < 2 || distance < 2.0 * super::align::THRESHOLD_RAD) {
             taken[style] += 1;
             chosen.push(i);
