@@ -11,7 +11,7 @@ use anyhow::Result;
 use crate::{
     bare_metal, budget, capi, firmware, fuzz, no_panic,
     shell::{Outcome, cargo, in_ci, run as run_command},
-    tools, wasm,
+    structure, tools, wasm,
 };
 
 /// Seconds for each fuzz target: enough to notice a target that is broken, or a bug that is near.
@@ -47,6 +47,7 @@ pub fn run(setup: bool) -> Outcome {
     let clippy = ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
     step("clippy", &|| passed(cargo().args(clippy)));
     let docs = ["doc", "--workspace", "--no-deps", "--keep-going"];
+    step("structure", &structure::run);
     step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| Ok(bare_metal::run(setup)));
     let micromath = ["test", "--workspace", "--features", "gestus-core/micromath", "--test", "micromath"];

@@ -84,7 +84,7 @@ impl Linked {
 /// due; else as soon as the one before is answered. `progress` hears of each frame.
 ///
 /// # Errors
-/// [`LinkError`], with the frame at which it happened.
+/// [`LinkError`](super::LinkError), with the frame at which it happened.
 pub fn stream<L: Line>(
     session: &mut Session<'_, L>,
     clip: &Clip,

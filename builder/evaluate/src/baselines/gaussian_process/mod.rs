@@ -178,7 +178,7 @@ impl Editor {
         self.kinematics.bytes() + self.dynamics.bytes()
     }
 
-    /// Negative log marginal likelihood of the kinematics, see [`Process::evidence`].
+    /// Negative log marginal likelihood of the kinematics, see `Process::evidence`.
     pub fn evidence(&self) -> f64 {
         self.kinematics.evidence
     }
