@@ -1,16 +1,17 @@
-//! Fits the prices of `gestus_firmware_sim::parts::cost` to the counts of emulated boards, and says how far off they
-//! are.
+//! Fits the unit costs of `gestus_firmware_sim::parts::cost` to the counts of emulated boards, and prints their errors.
 //!
-//! `cargo run --release -p gestus-firmware-sim --example calibrate -- DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]`
+//! `cargo run --release -p gestus-firmware-sim --example calibrate -- DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE
+//! [BOARD...]`
 //!
-//! With `generated` in place of a database and a clip, generated motion is streamed, and a stream that leaps: what its
-//! frames take at most of what the prices in force say, stage by stage, is printed too, for `Calibration::worst`.
+//! `generated [BOARD]` in place of the database and clip streams generated motion, and motion that leaps every few
+//! frames. It also prints, for each stage, the largest ratio of counted to modelled instructions, for
+//! `Calibration::worst`.
 //!
-//! With the board `m0` alone, generated motion that fits it is streamed, and compared with the prices of RISC-V without
-//! FPU: what comes out is the factor between the two.
+//! `m0` alone streams generated motion that fits that board, and prints the factor between its instructions and those
+//! modelled for RISC-V without FPU.
 //!
-//! The clip is streamed unlabelled, with its action, with action and style, and with 40 neighbors. Two
-//! frames of three are fitted, the third is predicted.
+//! The clip is streamed without labels, with its action, with action and style, and with 40 neighbors. Two frames in
+//! three are fitted, the third is predicted.
 
 use std::path::Path;
 
@@ -23,15 +24,15 @@ use gestus_firmware_sim::{
         measure::{Job, measure},
     },
     parts::{
-        cost::{Prices, STAGE_OF, TERMS, Units, units},
-        prices::Isa,
+        calibration::Isa,
+        cost::{STAGE_OF, TERMS, UnitCosts, Units, units},
     },
 };
 use nalgebra::{DMatrix, DVector};
 
 const FRAMES: usize = 45;
 
-/// A frame: its units, and what it took by stage.
+/// A frame: its units of work, and its instructions by stage.
 struct Sample {
     units: Units,
     stages: Vec<f64>,
@@ -83,7 +84,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// What frames of hard streams take of what the prices in force say.
+/// Prints the largest ratios of counted to modelled instructions on worst-case streams.
 fn worst(board: &'static boards::Board) -> Result<()> {
     let path = generated::REFERENCE.database()?;
     let bytes = std::fs::read(&path)?;
@@ -95,7 +96,7 @@ fn worst(board: &'static boards::Board) -> Result<()> {
         Request { action: Some(0), ..base.clone() },
         Request { config: Config::new().k(40).visits(160), ..base },
     ];
-    let prices = Isa::Armv7MFpu.calibration().prices;
+    let unit_costs = Isa::Armv7MFpu.calibration().unit_costs;
     let mut ratios = [0.0f64; Stage::NAMES.len()];
     let (mut samples, mut visits) = (Vec::new(), 0);
     for mut clip in [generated::REFERENCE.clip(12.0)?, generated::REFERENCE.leaping(12.0)?] {
@@ -108,11 +109,11 @@ fn worst(board: &'static boards::Board) -> Result<()> {
                 || (),
             )?;
             for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
-                // A first frame unpacks the nearest class twice, which its report does not say.
+                // The first frame unpacks the nearest class twice, which its report does not count.
                 let units = units(&database, request, &step.report);
                 if samples.len() % clip.frames.len() > 0 {
                     for ((ratio, &counted), modelled) in
-                        ratios.iter_mut().zip(stages).zip(prices.stages(&units))
+                        ratios.iter_mut().zip(stages).zip(unit_costs.stages(&units))
                     {
                         *ratio = ratio.max(f64::from(counted) / modelled.max(1.0));
                     }
@@ -127,7 +128,7 @@ fn worst(board: &'static boards::Board) -> Result<()> {
     Ok(())
 }
 
-/// Counts of a Cortex-M0, in those that RISC-V without FPU would have.
+/// Prints the instructions of a Cortex-M0 relative to those modelled for RISC-V without FPU.
 fn compare_m0() -> Result<()> {
     let board = boards::find("m0")?;
     let path = generated::SMALL.database()?;
@@ -138,11 +139,11 @@ fn compare_m0() -> Result<()> {
     let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
     let job = Job { path: &path, database, clip: &clip, request: &request, robot: None };
     let measured = measure(board, &image, job, || ())?;
-    let prices = Isa::RiscV.calibration().prices;
+    let unit_costs = Isa::RiscV.calibration().unit_costs;
     let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
     for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
         let units = units(&database, &request, &step.report);
-        let modelled = prices.stages(&units);
+        let modelled = unit_costs.stages(&units);
         for ((sums, &counted), modelled) in by_stage.iter_mut().zip(stages).zip(modelled) {
             sums[0] += f64::from(counted);
             sums[1] += modelled;
@@ -152,7 +153,7 @@ fn compare_m0() -> Result<()> {
     factors.sort_by(f64::total_cmp);
     let quantile = |q: f64| factors[((factors.len() - 1) as f64 * q) as usize];
     println!(
-        "m0 against RISC-V's prices: {:.2} (nine of ten {:.2} to {:.2})",
+        "m0, counted over modelled for RISC-V: {:.2} (nine frames in ten {:.2} to {:.2})",
         quantile(0.5),
         quantile(0.05),
         quantile(0.95)
@@ -165,11 +166,11 @@ fn compare_m0() -> Result<()> {
 
 fn report(name: &str, samples: &[Sample]) {
     let (fitted, held): (Vec<_>, Vec<_>) = samples.iter().enumerate().partition(|(i, _)| i % 3 != 0);
-    let prices = fit(&fitted);
-    println!("{name}: Prices({:.4?})", prices.0);
+    let unit_costs = fit(&fitted);
+    println!("{name}: UnitCosts({:.4?})", unit_costs.0);
     for stage in Stage::ALL {
         let at = stage as usize;
-        let error = relative(held.iter().map(|(_, s)| (prices.stages(&s.units)[at], s.stages[at])));
+        let error = relative(held.iter().map(|(_, s)| (unit_costs.stages(&s.units)[at], s.stages[at])));
         println!(
             "  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%",
             Stage::NAMES[at],
@@ -178,20 +179,20 @@ fn report(name: &str, samples: &[Sample]) {
             error[2]
         );
     }
-    let totals = |s: &Sample| (prices.total(&s.units), s.stages.iter().sum());
+    let totals = |s: &Sample| (unit_costs.total(&s.units), s.stages.iter().sum());
     let error = relative(held.iter().map(|(_, s)| totals(s)));
     println!("  {:<12} error median {:.1}%, 90% {:.1}%, worst {:.1}%", "total", error[0], error[1], error[2]);
     for run in samples.chunks(FRAMES) {
         let mut totals: Vec<(f64, f64)> = run.iter().map(totals).collect();
         totals.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (model, measured) = totals[totals.len() / 2];
-        println!("  a run's median frame: {measured:.0} measured, {model:.0} modelled");
+        println!("  median frame of a run: {measured:.0} measured, {model:.0} modelled");
     }
 }
 
-/// Least squares, stage by stage. A term that would come out negative is left out.
-fn fit(samples: &[(usize, &Sample)]) -> Prices {
-    let mut prices = [0.0; TERMS];
+/// Least squares, stage by stage. Terms with a negative solution are removed.
+fn fit(samples: &[(usize, &Sample)]) -> UnitCosts {
+    let mut costs = [0.0; TERMS];
     for stage in Stage::ALL {
         let mut terms: Vec<usize> = (0..TERMS).filter(|&t| STAGE_OF[t] == stage).collect();
         let right = DVector::from_fn(samples.len(), |row, _| samples[row].1.stages[stage as usize]);
@@ -199,20 +200,20 @@ fn fit(samples: &[(usize, &Sample)]) -> Prices {
             let unit = |row: usize, column: usize| samples[row].1.units[terms[column]];
             let matrix = DMatrix::from_fn(samples.len(), terms.len(), unit);
             let Ok(solution) = matrix.svd(true, true).solve(&right, 1e-9) else { break };
-            if let Some(negative) = solution.iter().position(|&price| price < 0.0) {
+            if let Some(negative) = solution.iter().position(|&cost| cost < 0.0) {
                 terms.remove(negative);
                 continue;
             }
-            for (&term, &price) in terms.iter().zip(solution.iter()) {
-                prices[term] = price;
+            for (&term, &cost) in terms.iter().zip(solution.iter()) {
+                costs[term] = cost;
             }
             break;
         }
     }
-    Prices(prices)
+    UnitCosts(costs)
 }
 
-/// Median relative error, that of nine of ten, and the worst, percent.
+/// Median, 90th percentile and maximum of the relative error, percent.
 fn relative(pairs: impl Iterator<Item = (f64, f64)>) -> [f64; 3] {
     let mut errors: Vec<f64> =
         pairs.map(|(model, measured)| 100.0 * (model / measured.max(1.0) - 1.0).abs()).collect();

@@ -1,8 +1,9 @@
-//! The main loop of a board, as `docs/PORTING.md` explains it: tasks in the manner of RTIC, peripherals by the traits
-//! of embedded-hal, a deadline that is the timer's. On a board `Shared` and `Local` are RTIC's resources and the
-//! functions its tasks; here a mock of the hardware calls them.
+//! The main loop of a board, as `docs/PORTING.md` explains it: tasks as in RTIC, peripherals by the traits of
+//! embedded-hal, and the timer's period as the deadline. On a board `Shared` and `Local` are RTIC's resources and the
+//! functions its tasks; here mock hardware calls them.
 //!
-//! `cargo run --example main_loop` plays three seconds: in the second one something else takes most of the processor.
+//! `cargo run --example main_loop` runs three seconds. In the second one, other work takes most of the processor's
+//! time.
 
 use core::convert::Infallible;
 
@@ -16,19 +17,19 @@ use gestus_core::{
 use gestus_database::stream::to_pose;
 use gestus_tests::motion;
 
-/// Joints, neighbors and classes that this board has room for.
+/// Capacity: joints.
 pub const J: usize = 22;
-/// Neighbors a class.
+/// Capacity: neighbors a class.
 pub const K: usize = 40;
-/// Classes.
+/// Capacity: classes.
 pub const C: usize = 28;
 
-/// A free-running timer. embedded-hal has no trait for one; a HAL's timer or DWT gives this in a line.
+/// A free-running timer. embedded-hal has no trait for one; with a HAL's timer or the DWT it takes one line.
 pub trait Clock {
     /// Microseconds; wraps around.
     fn now_us(&mut self) -> u32;
 
-    /// A step is done. A timer sees that for itself; the mock has to be told.
+    /// Called after a step, to advance the mock's time. A real timer ignores it.
     fn stepped(&mut self, _report: &Report) {}
 }
 
@@ -43,30 +44,32 @@ pub struct Shared {
 pub struct Local<'db, T, S, L> {
     /// The stylizer, in static memory.
     pub stylizer: Stylizer<'db, J, K, C>,
-    /// What was put out last; it outlives the tick, so that it holds the last pose whatever happens.
+    /// The last output. It is kept between ticks.
     pub output: Pose<J>,
-    /// The cap on visits, by the time that steps take.
+    /// Adapts the cap on visits to the time that steps take.
     pub cap: VisitCap,
     /// The timer.
     pub clock: T,
     /// A servo: the left knee's.
     pub knee: S,
-    /// A lamp that is lit while frames are degraded.
+    /// A lamp that is on while searches reach the cap on visits.
     pub lamp: L,
 }
 
-/// How the stylizer is made: a pose is played at each tick, so it is one of the tick's length (`Timing::Free`, the default,
-/// says of each how long it takes); and where the input fails the body holds still, and goes on from there without a jump.
+/// The stylizer's configuration. One pose is played at each tick, so every time step is the tick's (with
+/// `Timing::Free`, the default, each pose has its own). If the input fails the body holds still, and later continues
+/// without a jump.
 pub const fn config() -> Config {
     Config::new().timing(Timing::Sync).safety(Safety::Hold)
 }
 
-/// A pose has come over the radio: the newest one counts. Its number is the tracker's, of frames.
+/// Receives a pose from the radio, with the tracker's frame number. A newer pose replaces an older one.
 pub fn receive(shared: &mut Shared, pose: Pose<J>, number: u32) {
     shared.mailbox = Some((pose, number));
 }
 
-/// The timer's interrupt, at the database's rate: one pose out, whether one has come in or not. Returns what the step said.
+/// The timer's interrupt, at the database's rate: puts out one pose, whether an input has come or not. Returns the
+/// step's report.
 pub fn tick<T: Clock, S: SetDutyCycle, L: OutputPin>(
     shared: &mut Shared,
     local: &mut Local<'_, T, S, L>,
@@ -76,24 +79,24 @@ pub fn tick<T: Clock, S: SetDutyCycle, L: OutputPin>(
     let input = arrived.as_ref().map(|(pose, number)| (pose, *number));
     let report = local.stylizer.tick(input, &mut local.output);
     local.clock.stepped(&report);
-    // Before the first pose there is nothing to go to: servos stay where they are.
+    // Before the first pose there is no target: the servos stay where they are.
     if local.stylizer.last_output().is_some() {
         drive(&local.output, &mut local.knee);
     }
-    // A lamp that is broken is no reason to stop.
+    // An error of the lamp is ignored: it is no reason to stop.
     let _ =
         if report.degraded.contains(Degraded::VISITS) { local.lamp.set_high() } else { local.lamp.set_low() };
-    // A tick without a pose says nothing of how long a step takes.
+    // The time of a tick without a pose is not that of a step.
     if input.is_some() {
         let took = local.clock.now_us().wrapping_sub(start);
         let visits = local.cap.after(took);
-        // Every cap that comes from there is in range.
+        // Can't fail: `VisitCap` returns values in range.
         let _ = local.stylizer.set_visits(visits);
     }
     report
 }
 
-/// The knee's angle to its servo: half a turn is the full range.
+/// Sends the knee's angle to its servo, whose range is half a turn.
 fn drive(output: &Pose<J>, knee: &mut impl SetDutyCycle) {
     const KNEE: usize = 14;
     let [x, _, _, w] = output.rotations[KNEE];
@@ -102,10 +105,10 @@ fn drive(output: &Pose<J>, knee: &mut impl SetDutyCycle) {
     let _ = knee.set_duty_cycle(duty);
 }
 
-/// A processor that takes its time: 4 ms for a step and 20 µs for a visit, and the more the less it has to itself.
+/// A mock processor that takes 4 ms for a step and 20 µs for each visit, times `slower`.
 pub struct MockClock {
     now_us: u32,
-    /// Of the processor, the part that the loop has: a step takes this many times as long.
+    /// By what factor other work slows a step down.
     pub slower: f32,
 }
 
@@ -120,7 +123,7 @@ impl Clock for MockClock {
     }
 }
 
-/// A servo that remembers.
+/// A mock servo that stores its duty cycle.
 pub struct MockServo(pub u16);
 
 impl pwm::ErrorType for MockServo {
@@ -137,7 +140,7 @@ impl SetDutyCycle for MockServo {
     }
 }
 
-/// A lamp that remembers.
+/// A mock lamp that stores its state.
 pub struct MockLamp(pub bool);
 
 impl digital::ErrorType for MockLamp {
@@ -155,20 +158,20 @@ impl OutputPin for MockLamp {
     }
 }
 
-/// What came of a second: frames late, frames that said so, the cap at its end.
+/// The figures of one second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Second {
     /// Frames over the deadline.
     pub late: u32,
     /// Frames over the deadline in its second half.
     pub late_at_last: u32,
-    /// Frames whose search was cut short.
+    /// Frames whose search reached the cap.
     pub capped: u32,
-    /// The cap.
+    /// The cap at the end of the second.
     pub visits: u16,
 }
 
-/// The board, its knee where it was when the power came on. With `fixed`, the cap stays where it is.
+/// The board after power-on. With `fixed` the cap does not change.
 fn board(fixed: bool) -> Local<'static, MockClock, MockServo, MockLamp> {
     let database = Database::open(motion::large()).expect("the generated blob opens");
     let budget_us = if fixed { u32::MAX } else { (1e6 / database.rate_hz()) as u32 };
@@ -184,7 +187,7 @@ fn board(fixed: bool) -> Local<'static, MockClock, MockServo, MockLamp> {
     }
 }
 
-/// Plays so many seconds, in each of which the processor is that much slower.
+/// Plays one second for each factor, by which steps take longer in it.
 pub fn play(slower: &[f32], fixed: bool) -> Vec<Second> {
     let (mut shared, mut local) = (Shared::default(), board(fixed));
     let rate_hz = local.stylizer.database().rate_hz();
@@ -217,11 +220,11 @@ pub fn play(slower: &[f32], fixed: bool) -> Vec<Second> {
 
 fn main() {
     let slower = [1.0, 2.5, 1.0, 1.0, 1.0, 1.0, 1.0];
-    for (name, fixed) in [("the cap fixed", true), ("the cap by the deadline", false)] {
+    for (name, fixed) in [("fixed cap", true), ("cap adapted to the deadline", false)] {
         println!("{name}:");
         for (second, slower) in play(&slower, fixed).iter().zip(slower) {
             println!(
-                "  steps take {slower} times as long: {} frames late, {} cut short, cap {}",
+                "  steps take {slower} times as long: {} frames late, {} capped, cap {}",
                 second.late, second.capped, second.visits
             );
         }
@@ -236,18 +239,18 @@ mod tests {
     fn missed_deadlines_lower_the_cap_and_it_recovers() {
         let slower = [1.0, 2.5, 1.0, 1.0, 1.0, 1.0, 1.0];
         let [fixed, governed] = [true, false].map(|fixed| play(&slower, fixed));
-        // Without a cap that gives way, the second second is late from end to end.
+        // With a fixed cap, frames are late throughout the second second.
         assert!(fixed[1].late >= 25 && fixed[1].late_at_last >= 10, "{fixed:?}");
-        // With one, a few frames are late, and then none.
+        // With an adapted cap a few frames are late, and then none.
         assert!((1..=5).contains(&governed[1].late) && governed[1].late_at_last == 0, "{governed:?}");
         assert!(governed[1].visits < 160 && governed[1].capped > 15, "{governed:?}");
-        // Nothing is late before and after, and the cap comes back whole.
+        // Nothing is late afterwards, and the cap returns to its full value.
         assert!(governed[2..].iter().all(|s| s.late == 0), "{governed:?}");
         assert_eq!(governed.last().map(|s| (s.visits, s.capped)), Some((256, 0)), "{governed:?}");
     }
 
-    /// What the loop makes of a walk of which some frames do not come: how far the body goes in each tick, metres, and
-    /// what each step said.
+    /// Plays a walk of which only some frames arrive. Returns the distance of each tick, metres, and each step's
+    /// report.
     fn walked(comes: impl Fn(u32) -> bool) -> (Vec<f32>, Vec<Report>) {
         let (mut shared, mut local) = (Shared::default(), board(true));
         let (mut ways, mut reports) = (vec![], vec![]);
@@ -263,8 +266,8 @@ mod tests {
         (ways, reports)
     }
 
-    /// The last pose was stepped again where none had come: a body that stands still for a tick, and then goes at twice its
-    /// speed.
+    /// The loop once stepped the last pose again if none had come: the body stopped for a tick, and then moved at twice
+    /// its speed.
     #[test]
     fn where_a_pose_does_not_come_the_body_is_held_and_goes_on_at_its_speed() {
         let (whole, _) = walked(|_| true);
@@ -278,17 +281,17 @@ mod tests {
         }
     }
 
-    /// A pose a tick is one of the tick's length: what the limit of joint speeds goes by is what is played.
+    /// Every time step is the tick's length, so that the limit of joint speeds applies to what is played.
     #[test]
     fn every_pose_is_a_tick_long() {
         let (_, reports) = walked(|_| true);
         let tick_s = 1.0 / Database::open(motion::large()).expect("the generated blob opens").rate_hz();
         assert!(reports.iter().all(|report| report.step_s == tick_s));
-        // The style has another pace than the input, so that this is no accident.
+        // The style's pace differs from the input's, so this does not hold by chance.
         assert!(reports.iter().any(|report| (report.predicted_step_s - tick_s).abs() > 0.01 * tick_s));
     }
 
-    /// The mailbox began as a pose that nobody had sent, and the knee was sent to it.
+    /// The mailbox once started with a pose that was never sent, and the knee moved to it.
     #[test]
     fn servos_stay_where_they_are_until_the_first_pose() {
         let (mut shared, mut local) = (Shared::default(), board(true));

@@ -1,7 +1,7 @@
-//! Faults of a stream of poses: frames that are missing, come twice, come late or come damaged.
+//! Faults of a stream of poses: frames that are lost, repeated, late or corrupted.
 //!
-//! The core steps what arrives, in the order in which it arrives, as a firmware does that takes poses from a radio or
-//! a tracker without asking for them again. (A [`link`](crate::link) asks again, and delivers a whole stream.)
+//! The core steps the frames that arrive, in the order of their arrival, as on a board that receives poses from a radio
+//! or a tracker without retransmission. (The [`link`](crate::link) does retransmit, and loses nothing.)
 
 use std::str::FromStr;
 
@@ -17,32 +17,32 @@ use serde_json::{Value, json};
 
 use crate::link::noise::PROBABILITY;
 
-/// Error below which a stream is back, metres: mean distance of the joints.
-pub const BACK_M: f64 = 0.01;
+/// Error below which a stream has recovered, metres: mean distance of the joints.
+pub const RECOVERED_M: f64 = 0.01;
 
-/// Faults and how likely each is, a frame. Written as `drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7`;
-/// parts in any order, those left out are 0:
+/// The probability of each fault in a frame. Parsed from `drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7`; the
+/// parts may come in any order and default to 0:
 ///
-/// | part | what happens to a frame |
+/// | part | effect on a frame |
 /// |---|---|
-/// | `drop=P` | it does not arrive |
+/// | `drop=P` | it is lost |
 /// | `repeat=P` | it arrives twice, and is stepped twice |
-/// | `delay=P:N` | it arrives one to N frames later, behind those |
-/// | `corrupt=P` | one bit of one of its numbers is another |
-/// | `seed=N` | what the dice start from |
+/// | `delay=P:N` | it arrives after the next frames, 1 to N of them |
+/// | `corrupt=P` | one bit of one of its numbers is flipped |
+/// | `seed=N` | seed of the random numbers |
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
-    /// A frame does not arrive.
+    /// Probability that a frame is lost.
     pub drop: f64,
-    /// A frame arrives twice.
+    /// Probability that a frame arrives twice.
     pub repeat: f64,
-    /// A frame arrives late.
+    /// Probability that a frame is late.
     pub delay: f64,
-    /// By how many frames at most.
+    /// Longest delay of a late frame, frames.
     pub delay_frames: u32,
-    /// A bit is another.
+    /// Probability that a bit is flipped.
     pub corrupt: f64,
-    /// What the dice start from.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -73,55 +73,55 @@ impl FromStr for Faults {
 /// A frame that arrives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrival {
-    /// Which frame of the clip.
+    /// Number of the frame in the clip.
     pub frame: usize,
-    /// The bit that is another: the number of the pose's value, and of its bit.
+    /// The flipped bit, if any: the index of the number in the pose, and of the bit in it.
     pub flipped: Option<(usize, u32)>,
 }
 
-/// What arrives of a clip, in order.
+/// The frames of a clip that arrive, in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Arrivals {
-    /// The frames.
+    /// The frames that arrive.
     pub all: Vec<Arrival>,
     /// Frames of the clip.
     pub sent: usize,
-    /// Of these, how many did not arrive.
+    /// How many of these were lost.
     pub dropped: usize,
     /// How many arrived twice.
     pub repeated: usize,
     /// How many arrived late.
     pub delayed: usize,
-    /// How many arrived with another bit.
+    /// How many arrived with a flipped bit.
     pub corrupted: usize,
 }
 
 impl Faults {
-    /// What arrives of so many frames with so many joints.
+    /// Draws the faults of a stream of that many frames and joints.
     pub fn arrivals(&self, frames: usize, joints: usize) -> Arrivals {
-        let mut dice = ChaCha8Rng::seed_from_u64(self.seed);
-        let hits = |p: f64, dice: &mut ChaCha8Rng| p > 0.0 && dice.random_bool(p);
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let occurs = |p: f64, rng: &mut ChaCha8Rng| p > 0.0 && rng.random_bool(p);
         let mut arrivals =
             Arrivals { all: Vec::new(), sent: frames, dropped: 0, repeated: 0, delayed: 0, corrupted: 0 };
-        // Frames with the time of their arrival: behind the frames that were sent until then.
+        // Frames with their arrival time: a late frame follows those that were sent until then.
         let mut timed = Vec::new();
         for frame in 0..frames {
-            if hits(self.drop, &mut dice) {
+            if occurs(self.drop, &mut rng) {
                 arrivals.dropped += 1;
                 continue;
             }
             let mut time = frame;
-            if hits(self.delay, &mut dice) {
+            if occurs(self.delay, &mut rng) {
                 arrivals.delayed += 1;
-                time += dice.random_range(1..=self.delay_frames) as usize;
+                time += rng.random_range(1..=self.delay_frames) as usize;
             }
             let mut flipped = None;
-            if hits(self.corrupt, &mut dice) {
+            if occurs(self.corrupt, &mut rng) {
                 arrivals.corrupted += 1;
-                flipped = Some((dice.random_range(0..3 + 4 * joints), dice.random_range(0..32)));
+                flipped = Some((rng.random_range(0..3 + 4 * joints), rng.random_range(0..32)));
             }
             timed.push((time, time > frame, Arrival { frame, flipped }));
-            if hits(self.repeat, &mut dice) {
+            if occurs(self.repeat, &mut rng) {
                 arrivals.repeated += 1;
                 timed.push((time, time > frame, Arrival { frame, flipped }));
             }
@@ -142,13 +142,13 @@ impl Arrivals {
         Clip { frames: frames.collect(), ..clip.clone() }
     }
 
-    /// The clip as it arrives, undamaged: what joints do that the core does not see.
-    pub fn order(&self, clip: &Clip) -> Clip {
+    /// The frames as they arrive, but without flipped bits: for the joints that the core does not see.
+    pub fn uncorrupted(&self, clip: &Clip) -> Clip {
         Clip { frames: self.all.iter().map(|a| clip.frames[a.frame].clone()).collect(), ..clip.clone() }
     }
 }
 
-/// A frame with one bit of one of its numbers, as the core takes them, changed.
+/// Flips one bit of one number of a frame, in the core's `f32`.
 fn flipped(frame: &Frame, value: usize, bit: u32) -> Frame {
     let mut frame = frame.clone();
     let flip = |v: f64| f64::from(f32::from_bits((v as f32).to_bits() ^ 1 << bit));
@@ -157,7 +157,7 @@ fn flipped(frame: &Frame, value: usize, bit: u32) -> Frame {
     } else if let Some(rotation) = frame.rotations.get_mut((value - 3) / 4) {
         let mut q: Quaternion<f64> = *rotation.quaternion();
         q.coords[(value - 3) % 4] = flip(q.coords[(value - 3) % 4]);
-        // It may be no rotation any more: that is for the core to notice.
+        // The result may not be a rotation: detecting that is the core's task.
         *rotation = UnitQuaternion::new_unchecked(q);
     }
     frame
@@ -166,18 +166,19 @@ fn flipped(frame: &Frame, value: usize, bit: u32) -> Frame {
 /// How a disturbed stream compares with the undisturbed one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
-    /// Mean distance of the joints from where they would be, the bodies stood on one place, metres: of each step.
+    /// Mean distance of the joints between the two streams, both roots moved to the origin of the ground, metres, a
+    /// step.
     pub error_m: Vec<f64>,
-    /// Where the last output stands, from where it would, metres on the ground.
+    /// Distance on the ground between the roots of the last outputs, metres.
     pub drift_m: f64,
-    /// Lengths of the runs of steps that are off by more than [`BACK_M`].
+    /// Lengths of the runs of consecutive steps with an error over [`RECOVERED_M`].
     pub runs: Vec<usize>,
-    /// The last run goes on to the end of the stream.
-    pub open: bool,
+    /// True if the last run lasts to the end of the stream.
+    pub unrecovered: bool,
 }
 
 impl Disturbance {
-    /// Compares, arrival by arrival, with the undisturbed output of the same frame.
+    /// Compares each output with the undisturbed output of the same frame.
     pub fn new(
         skeleton: &Skeleton,
         undisturbed: &Streamed,
@@ -202,7 +203,7 @@ impl Disturbance {
         let mut runs = Vec::new();
         let mut length = 0;
         for &error in &error_m {
-            if error > BACK_M {
+            if error > RECOVERED_M {
                 length += 1;
             } else if length > 0 {
                 runs.push(std::mem::take(&mut length));
@@ -211,10 +212,10 @@ impl Disturbance {
         if length > 0 {
             runs.push(length);
         }
-        Self { error_m, drift_m, runs, open: length > 0 }
+        Self { error_m, drift_m, runs, unrecovered: length > 0 }
     }
 
-    /// The figures.
+    /// The figures as JSON.
     pub fn json(&self, arrivals: &Arrivals) -> Value {
         let count = self.error_m.len().max(1) as f64;
         let cm = |m: f64| m * 100.0;
@@ -231,7 +232,7 @@ impl Disturbance {
             "times_off_by_1_cm": self.runs.len(),
             "frames_until_back_mean": self.runs.iter().sum::<usize>() as f64 / self.runs.len().max(1) as f64,
             "frames_until_back_max": self.runs.iter().max().unwrap_or(&0),
-            "back_at_the_end": !self.open,
+            "back_at_the_end": !self.unrecovered,
         })
     }
 }
@@ -242,13 +243,13 @@ fn centred(frame: &Frame, skeleton: &Skeleton) -> Vec<Vector3<f64>> {
     frame.positions(skeleton)
 }
 
-/// The figures in words.
-pub fn words(figures: &Value) -> String {
+/// The figures as text.
+pub fn summary(figures: &Value) -> String {
     let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
     format!(
         "{} frames sent, {} delivered: {} dropped, {} repeated, {} late, {} corrupted\n\
-         against the undisturbed stream: {:.2} cm off on average, {:.2} at worst; {} times off by more than 1 cm, back \
-         within it after {:.1} frames on average and {} at most{}; at the end {:.1} cm from its place",
+         error against the undisturbed stream: {:.2} cm on average, {:.2} cm at most; {} times over 1 cm, for {:.1} \
+         frames on average and {} at most{}; position at the end {:.1} cm off",
         figures["frames_sent"],
         figures["frames_delivered"],
         figures["frames_dropped"],
@@ -260,7 +261,7 @@ pub fn words(figures: &Value) -> String {
         figures["times_off_by_1_cm"],
         number("frames_until_back_mean"),
         figures["frames_until_back_max"],
-        if figures["back_at_the_end"] == json!(true) { "" } else { " (still off at the end)" },
+        if figures["back_at_the_end"] == json!(true) { "" } else { " (not recovered at the end)" },
         number("drift_end_cm")
     )
 }
@@ -302,7 +303,7 @@ mod tests {
         let delayed = run("delay=0.1:3,seed=1");
         let mut order = frames(&delayed);
         assert!(!order.is_sorted());
-        // A frame that is n late stands behind the n that were sent meanwhile, or fewer where those are late too.
+        // A frame delayed by n follows the next n frames, or fewer if those are late too.
         assert!(order.iter().enumerate().all(|(at, &frame)| at.abs_diff(frame) <= 3));
         order.sort_unstable();
         assert_eq!(order, plain);
@@ -330,7 +331,7 @@ mod tests {
             for bit in [0, 22, 23, 30, 31] {
                 let after = numbers(&flipped(&frame, value, bit));
                 for (at, (a, b)) in before.iter().zip(&after).enumerate() {
-                    // Signalling NaN may come back as quiet ones.
+                    // A signalling NaN may become a quiet one.
                     let nan = f32::from_bits(*b).is_nan();
                     assert!(nan || a ^ b == if at == value { 1 << bit } else { 0 }, "{value} {bit} {at}");
                 }

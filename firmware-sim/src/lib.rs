@@ -1,4 +1,4 @@
-//! Gestus off the board: the very same core, streamed on the host.
+//! The firmware's core on the host: streams, the link to a board, emulated boards, and estimates for real parts.
 
 pub mod board;
 pub mod faults;

@@ -1,4 +1,4 @@
-//! The command `gestus-sim`: the core as firmware sees it.
+//! The command `gestus-sim`: streams poses through the core as firmware does, here or on a board.
 
 use std::process::ExitCode;
 
@@ -11,7 +11,7 @@ use gestus_firmware_sim::{
     view::{self, ViewArgs},
 };
 
-/// Gestus off the board: the very same core on this machine.
+/// Run the firmware's core on this machine, on a board or in an emulator
 #[derive(Parser)]
 #[command(version, about)]
 struct Cli {
@@ -23,29 +23,29 @@ struct Cli {
 enum Command {
     /// Stream a clip through the core on this machine
     Run(RunArgs),
-    /// Stream a clip through a board at the other end of a line, and compare every bit
+    /// Stream a clip through a board on a serial port or socket, and compare every bit with this machine
     Link(LinkArgs),
     /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine
     Board(BoardArgs),
-    /// Write a page in which the core runs, to look at a database and to try it
+    /// Write an HTML page that runs the core in a browser, to try out a database
     View(ViewArgs),
 }
 
 fn main() -> ExitCode {
-    // Neither the table of parts nor a probe needs a database or a clip, which the parser would ask for.
+    // The table of parts and a probe are parsed apart, because the parser requires a database and a clip.
     let words: Vec<String> = std::env::args().skip(1).collect();
     if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
         && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
     {
-        return ended(run::list(rest.contains(&"--json")));
+        return exit_code(run::list(rest.contains(&"--json")));
     }
-    ended(match ProbeArgs::asked(&words) {
+    exit_code(match ProbeArgs::from_command_line(&words) {
         Some(args) => link::probe(&args),
         None => run_command(),
     })
 }
 
-fn ended(outcome: anyhow::Result<()>) -> ExitCode {
+fn exit_code(outcome: anyhow::Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

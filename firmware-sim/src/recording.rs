@@ -1,20 +1,20 @@
-//! Recordings: a stream with its settings in one flat file, for programs that are not Rust.
+//! Recordings: a stream of poses with its settings in one flat file, for programs in other languages.
 //!
-//! The example in C, the module in node and the page in a browser all read it, and hold their digest against the one
-//! that it carries. Numbers are little-endian:
+//! The example in C, the wasm module in node and the page in a browser read it, and compare their digest with the one
+//! that it contains. Numbers are little-endian:
 //!
 //! ```text
 //! 0    "GSTREAM1"
 //! 8    frames u32, joints u32, digest u32, 0 u32
-//! 24   a record a frame:
+//! 24   for each frame:
 //!      action i16 (-1: unknown), input style i16, two output styles u16, their two weights f32
 //!      root position 3 f32 (metres), joint rotations [joints x 4] f32 (x, y, z, w)
 //! ```
 //!
-//! The digest is the host's over every output pose and time step, with the shipped parameters and the first method that the
-//! database holds ([`Method::of`]). Settings apply before
-//! the frame that they come with, where they differ from those of the frame before: the labels are taken back first,
-//! then set, since a database need not hold every action in every style.
+//! The digest is the host's, of every output pose and time step, with the default parameters and the first method that
+//! the database supports ([`Method::of`]). A frame's settings apply before the frame, if they differ from those of the
+//! previous one: both labels are cleared first and then set, since a database need not have every action in every
+//! style.
 
 use anyhow::{Result, bail};
 use gestus_core::{
@@ -35,19 +35,19 @@ use gestus_motion::clip::{Clip, Skeleton};
 /// First bytes of a recording.
 pub const MAGIC: [u8; 8] = *b"GSTREAM1";
 
-/// What is set for a frame.
+/// The settings of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// The input's action, where it is known.
+    /// The input's action, if it is known.
     pub action: Option<u16>,
-    /// The input's style, where it is known.
+    /// The input's style, if it is known.
     pub input_style: Option<u16>,
     /// Output styles and their weights.
     pub styles: [(u16, f32); 2],
 }
 
 impl Settings {
-    /// One output style, nothing known of the input.
+    /// One output style, and no labels of the input.
     pub const fn style(style: u16) -> Self {
         Self { action: None, input_style: None, styles: [(style, 1.0), (style, 0.0)] }
     }
@@ -58,19 +58,19 @@ impl Settings {
 pub struct Recording {
     /// Joints of every pose.
     pub joints: usize,
-    /// What is set, and the pose that comes in.
+    /// The settings and the input pose of each frame.
     pub frames: Vec<(Settings, Pose<MAX_JOINTS>)>,
 }
 
 impl Recording {
-    /// A clip on the database's joints and at its rate, with the same settings throughout.
+    /// Records a clip, which is on the database's joints and at its rate, with the same settings for all frames.
     pub fn of_clip(clip: &Clip, settings: Settings) -> Self {
         let frames = clip.frames.iter().map(|frame| (settings, to_pose(frame))).collect();
         Self { joints: clip.skeleton.joints(), frames }
     }
 
-    /// A long stream: the database's own clips, one after the other, with styles and labels that change every
-    /// `change` frames, poses that no clip holds (arms that wave), and a stray NaN.
+    /// A long stream: the database's own clips, one after the other, with styles and labels that change every `change`
+    /// frames, poses that are in no clip (waving arms), and a NaN now and then.
     pub fn long(database: &Database<'_>, frames: usize, change: usize) -> Self {
         let counts = database.counts();
         let mut random = Random(1);
@@ -95,11 +95,11 @@ impl Recording {
         Self { joints: counts.joints, frames: frames.collect() }
     }
 
-    /// Motion to try a database with, some `seconds` of each action, and what it is. New motion where the database is
-    /// on the generator's skeleton and of its actions; its own clips of the first style where not.
+    /// Motion to try a database with, `seconds` of each action, and its description. It is newly generated if the
+    /// database has the generator's skeleton and actions; otherwise it is the database's own clips of the first style.
     ///
     /// # Errors
-    /// A database of another skeleton that was cut to its models: it has no clips of its own.
+    /// A database with another skeleton that was cut to its models, and so has no clips.
     pub fn sample(database: &Database<'_>, settings: Settings, seconds: f64) -> Result<(Self, String)> {
         let manifest = database.manifest()?;
         let rate = f64::from(database.rate_hz());
@@ -125,13 +125,16 @@ impl Recording {
             poses = own_motion(database, |_| true);
         }
         if poses.is_empty() {
-            bail!("the database holds models and no motion to show: name a clip with --input");
+            bail!("the database has models but no motion: give a clip with --input");
         }
         let frames = poses.into_iter().map(|pose| (settings, pose)).collect();
         Ok((Self { joints: database.counts().joints, frames }, what))
     }
 
-    /// The request that is the settings of a stream's first frame.
+    /// The settings of a request.
+    ///
+    /// # Errors
+    /// More than two output styles.
     pub fn settings_of(request: &Request) -> Result<Settings> {
         let styles = match request.style.as_slice() {
             [one] => [*one, (one.0, 0.0)],
@@ -141,10 +144,10 @@ impl Recording {
         Ok(Settings { action: request.action, input_style: request.input_style, styles })
     }
 
-    /// The digest of the output, with the shipped parameters and the first method that the database holds.
+    /// Digest of the output, with the default parameters and the first method that the database supports.
     ///
     /// # Errors
-    /// Where the database is too large for any stylizer, or lacks a style or label.
+    /// A database that exceeds every capacity, or lacks a style or label of the recording.
     pub fn digest(&self, database: &Database<'_>) -> Result<u32> {
         let counts = database.counts();
         if counts.joints != self.joints {
@@ -180,7 +183,7 @@ impl Recording {
         Ok(digest.value())
     }
 
-    /// The file, with that digest.
+    /// The bytes of the file, with that digest.
     pub fn to_bytes(&self, digest: u32) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         for number in [self.frames.len() as u32, self.joints as u32, digest, 0] {
@@ -199,17 +202,17 @@ impl Recording {
     }
 }
 
-/// True where a skeleton is the database's: the same joints, and bones that differ by less than a centimetre.
+/// True if a skeleton matches the database's: the same joints, and bones that differ by less than a centimetre.
 fn same_body(skeleton: &Skeleton, database: &Database<'_>, manifest: &Manifest<'_>) -> bool {
     let named = skeleton.names.iter().map(String::as_str).eq(manifest.joints.iter());
-    // Where the root stands before it is moved is no bone.
+    // The root's offset is a start position and not a bone.
     let mut bones = skeleton.offsets.iter().enumerate().skip(1);
     let alike =
         |j: usize, k: usize, length: f64| (length - f64::from(database.joint(j).offset[k])).abs() < 0.01;
     named && bones.all(|(j, bone)| (0..3).all(|k| alike(j, k, bone[k])))
 }
 
-/// The captured frames of some classes as poses, clip after clip; each goes on from where the one before has ended.
+/// The captured frames of some classes as poses, clip after clip, each starting where the previous one ends.
 fn own_motion(
     database: &Database<'_>,
     wanted: impl Fn(&gestus_core::blob::Class) -> bool,
@@ -232,7 +235,7 @@ fn own_motion(
     poses
 }
 
-/// Labels that the database holds, none, or one of them; one style or two.
+/// Random settings: both labels of a class, one or none; and two output styles.
 fn some_settings(database: &Database<'_>, random: &mut Random) -> Settings {
     let counts = database.counts();
     let class = database.class(random.below(counts.classes));
@@ -246,7 +249,7 @@ fn some_settings(database: &Database<'_>, random: &mut Random) -> Settings {
     }
 }
 
-/// A linear congruential generator (Knuth's constants): the same stream for ever, whatever happens to a crate.
+/// A linear congruential generator (Knuth's constants), so that the stream does not depend on a crate's version.
 struct Random(u64);
 
 impl Random {
@@ -276,7 +279,7 @@ mod tests {
         assert_ne!(Recording::long(&database, 1200, 61).digest(&database).unwrap(), digest);
     }
 
-    /// It was made with the mixture, which such a database refuses.
+    /// The digest was once computed with the mixture, which such a database does not support.
     #[test]
     fn a_database_that_was_cut_to_its_models_has_a_digest() {
         let whole = Database::open(BLOB).unwrap();
@@ -286,7 +289,7 @@ mod tests {
         assert_eq!(Method::of(&cut), Method::Lti);
         let digest = recording.digest(&cut).unwrap();
         assert_ne!(digest, recording.digest(&whole).unwrap());
-        // It has no clips of its own to show.
+        // It has no clips to show.
         let error = Recording::sample(&cut, Settings::style(1), 4.0).unwrap_err().to_string();
         assert!(error.contains("--input"), "{error}");
     }

@@ -1,5 +1,5 @@
-//! A clip through the core, the way firmware feeds it: one pose a tick, nothing known ahead. The digest is the one of
-//! `gestus translate` on the same input; with faults, the stream is what the faults leave of it.
+//! `gestus-sim run`: streams a clip through the core as firmware does, one pose a tick and without looking ahead. The
+//! digest is that of `gestus translate` on the same input. With `--faults` the core gets only the frames that arrive.
 
 use std::path::PathBuf;
 
@@ -30,28 +30,28 @@ pub struct RunArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
-    /// is retargeted
+    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
+    /// the database's
     #[arg(long)]
     input: PathBuf,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
-    /// the database's, or else guessed by its height
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
+    /// body is the database's, otherwise a guess from its height
     #[arg(long)]
     unit: Option<Unit>,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
-    /// A part to reckon with: whether the database fits, and how many frames a second it would give. `all` of them, or
-    /// `list`, which prints the table and needs nothing else
+    /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, or `all`.
+    /// `list` prints the table of parts, and needs no other option
     #[arg(long)]
     board: Option<String>,
-    /// Faults of the stream, such as drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7: probabilities a frame,
-    /// late by up to so many frames
+    /// Faults of the stream, such as drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7: each with its probability
+    /// a frame, `delay` with the longest delay in frames
     #[arg(long)]
     faults: Option<Faults>,
-    /// Where the output goes, a BVH file at the database's rate
+    /// BVH file to write the output to, at the database's rate
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -59,7 +59,7 @@ pub struct RunArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that can't be read or written, parts that are not in the table, and requests that don't suit the database.
+/// Files that can't be read or written, unknown parts, and settings that don't suit the database.
 pub fn run(args: &RunArgs) -> Result<()> {
     let parts: Vec<&'static Part> = match args.board.as_deref() {
         Some("all") => PARTS.iter().collect(),
@@ -108,16 +108,17 @@ pub fn run(args: &RunArgs) -> Result<()> {
 /// Prints the table of parts.
 ///
 /// # Errors
-/// A standard output that takes nothing.
+/// A standard output that can't be written.
 pub fn list(json: bool) -> Result<()> {
     if json {
         say(json!({ "parts": PARTS.iter().map(table::json).collect::<Vec<_>>() }))
     } else {
-        say(table::words().trim_end())
+        say(table::summary().trim_end())
     }
 }
 
-/// Streams what faults leave of an input, which becomes what arrived; and compares with the undisturbed stream.
+/// Streams the frames of an input that arrive, and compares with the undisturbed stream. The input's frames are
+/// replaced by those that arrived.
 fn disturb(
     database: &Database<'_>,
     input: &mut Input,
@@ -130,7 +131,7 @@ fn disturb(
         bail!("--faults: no frame arrives");
     }
     input.mapped = arrivals.clip(&input.mapped);
-    input.clip = arrivals.order(&input.clip);
+    input.clip = arrivals.uncorrupted(&input.clip);
     let streamed = translate(database, input, request, &mut ())?;
     let disturbance = Disturbance::new(&database_skeleton(database), &undisturbed, &streamed, &arrivals);
     let mut figures = disturbance.json(&arrivals);
@@ -150,9 +151,9 @@ fn print(figures: &Value, estimates: &[Estimate]) -> Result<()> {
         figures["digest"].as_str().unwrap_or("")
     ))?;
     if figures["faults"].is_object() {
-        say(faults::words(&figures["faults"]))?;
+        say(faults::summary(&figures["faults"]))?;
         let undisturbed = &figures["faults"]["degraded_undisturbed"];
         say(format_args!("{undisturbed} degraded without the faults"))?;
     }
-    estimates.iter().try_for_each(|estimate| say(estimate.words()))
+    estimates.iter().try_for_each(|estimate| say(estimate.summary()))
 }

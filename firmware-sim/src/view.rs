@@ -1,9 +1,9 @@
 //! `gestus-sim view`: a page in which the core itself runs.
 //!
-//! The page holds the core as a wasm module (`firmware-sim/web`), the database, and a stream of input poses: one file
-//! that opens without a network. Its sliders change what the core is asked while the stream goes on. What it shows is
-//! computed in the browser, and it proves it: it streams the input a second time with the settings of the command and
-//! holds the digest against the one that this command has computed with the core on the host.
+//! The page contains the core as a wasm module (`firmware-sim/web`), the database, and a stream of input poses: one
+//! file that opens without a network. Its sliders change the core's settings while it streams. The browser computes all
+//! that it shows. To prove it, the page streams the input a second time with the settings of the command, and compares
+//! the digest with the one that this command computed with the core on the host.
 
 use std::{
     env, fs,
@@ -31,41 +31,41 @@ use crate::recording::{Recording, Settings};
 
 /// Seconds of each action where no input is given.
 const SECONDS: f64 = 8.0;
-/// The repository, where this command was built.
+/// Folder of the page's sources, in the repository in which this command was built.
 const WEB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/web");
 const TARGET: &str = "wasm32-unknown-unknown";
 const MODULE: &str = "wasm32-unknown-unknown/release/gestus_web.wasm";
 
-/// Write a page in which the core runs, to look at a database and to try it.
+/// Write an HTML page that runs the core in a browser, to try out a database.
 #[derive(clap::Args, Debug)]
 pub struct ViewArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations), retargeted where it is on another skeleton
-    /// than the database's; generated motion where left out
+    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
+    /// the database's. Default: generated motion
     #[arg(long)]
     input: Option<PathBuf>,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
-    /// the database's, or else guessed by its height
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
+    /// body is the database's, otherwise a guess from its height
     #[arg(long, requires = "input")]
     unit: Option<Unit>,
-    /// Output style to begin with: a name, or two with weights, a=1,b=2; the second style where left out
+    /// Initial output style: a name, or two with weights, a=1,b=2. Default: the database's second style
     #[arg(long)]
     style: Option<String>,
-    /// The input's action, where it is known
+    /// The input's action, if it is known
     #[arg(long)]
     action: Option<String>,
-    /// The input's style, where it is known
+    /// The input's style, if it is known
     #[arg(long)]
     input_style: Option<String>,
-    /// The core as a wasm module; built, or found where it was built before, where left out
+    /// The core as a wasm module. Default: it is built, or an earlier build is used
     #[arg(long)]
     wasm: Option<PathBuf>,
-    /// Where the page goes
+    /// HTML file to write the page to
     #[arg(short, long)]
     output: PathBuf,
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -73,7 +73,7 @@ pub struct ViewArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that can't be read or written, names that the database does not have, and a module that is not there.
+/// Files that can't be read or written, names that the database does not have, and a missing wasm module.
 pub fn run(args: &ViewArgs) -> Result<()> {
     check_outputs([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
     let blob = fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
@@ -111,7 +111,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     }
 }
 
-/// What the stream begins with.
+/// The initial settings of the stream.
 fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
     let find = |name: &str, names: Names<'_>, what: &str| {
         let known = || names.iter().collect::<Vec<_>>().join(", ");
@@ -124,11 +124,11 @@ fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
         styles.push((find(item.name, manifest.styles, "style")?, weight));
     }
     let styles = match styles.as_slice() {
-        // The first style is most often the one that the input is in.
+        // The first style is most often that of the input.
         [] if args.style.is_none() => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
         [one] => [*one, (one.0, 0.0)],
         [one, two] => [*one, *two],
-        _ => bail!("--style: one style or two to begin with; the page has all of them"),
+        _ => bail!("--style: give one style or two; the page lets you choose any later"),
     };
     Ok(Settings {
         action: label(&args.action, manifest.actions, "action")?,
@@ -137,7 +137,7 @@ fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
     })
 }
 
-/// The page.
+/// The page as HTML.
 fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) -> String {
     let data = serde_json::json!({
         "about": format!("The core runs in this page. Input: {about}."),
@@ -148,8 +148,7 @@ fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) 
     document(include_str!("../web/view.html"), title, &style, &data.to_string(), &script)
 }
 
-/// The wasm module: the one that was named, or built now where cargo and the target are there, or the one that
-/// `cargo xtask wasm` has built.
+/// The wasm module: the given file, otherwise built now, otherwise an earlier build.
 fn module(named: Option<&Path>) -> Result<Vec<u8>> {
     let read = |path: &Path| fs::read(path).with_context(|| format!("{} can't be read", path.display()));
     if let Some(path) = named {
@@ -162,29 +161,29 @@ fn module(named: Option<&Path>) -> Result<Vec<u8>> {
     if let Err(why) = build(&target) {
         if !path.is_file() {
             bail!(
-                "there is no wasm module for the page, and it can't be built ({why}): `cargo xtask wasm --setup` builds it, --wasm FILE names one"
+                "the wasm module can't be built ({why}): run `cargo xtask wasm --setup`, or give a module with --wasm FILE"
             );
         }
-        eprintln!("note: {} was built before, and could not be built anew ({why})", path.display());
+        eprintln!("note: using the earlier build {}, because it can't be rebuilt ({why})", path.display());
     }
     read(&path)
 }
 
-/// Builds the module, which takes no time where nothing has changed. Answers why not.
+/// Builds the module, if its sources have changed. The error is the reason why it can't be built.
 fn build(target: &Path) -> Result<(), String> {
     let manifest = Path::new(WEB).join("Cargo.toml");
     if !manifest.is_file() {
-        return Err(format!("{} is not there", manifest.display()));
+        return Err(format!("{} does not exist", manifest.display()));
     }
     let libdir = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
     let libdir =
         libdir.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
     if !libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
-        return Err(format!("the compiler has no {TARGET}"));
+        return Err(format!("the target {TARGET} is not installed"));
     }
     let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"]).arg(&manifest);
-    // The same flags as `cargo xtask wasm` builds with, so that one product serves both.
+    // The same flags as in `cargo xtask wasm`, so that both share one build.
     cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
     match cargo.status() {
         Ok(status) if status.success() => Ok(()),

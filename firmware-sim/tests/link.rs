@@ -1,4 +1,4 @@
-//! The command `gestus-sim link`, as somebody calls it.
+//! The command `gestus-sim link`, run as a program.
 
 mod common;
 
@@ -57,7 +57,7 @@ fn a_clip_over_a_noisy_loopback_is_that_of_the_core() {
     assert!(capture::read(&out).expect("the output is BVH").animation().frames() > 40);
 }
 
-/// A board at a socket, one connection after the other.
+/// A board on a socket, which serves one connection at a time.
 fn listening() -> String {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
@@ -80,7 +80,7 @@ fn listening() -> String {
     port
 }
 
-/// A board at a serial port: a terminal device of the system, whose other end it reads.
+/// A board on a serial port: a pseudo-terminal, whose other end it reads.
 #[cfg(unix)]
 fn plugged_in() -> String {
     use serialport::SerialPort;
@@ -93,7 +93,7 @@ fn plugged_in() -> String {
         with_board(database, Config::new(), |board| {
             let mut buffer = [0; 700];
             loop {
-                // Nothing has come, or nobody has the port open.
+                // Nothing has come, or the port is not open.
                 let Ok(count) = board_end.read(&mut buffer) else { continue };
                 for &byte in &buffer[..count] {
                     if let Some(answer) = board(byte) {
@@ -103,12 +103,12 @@ fn plugged_in() -> String {
             }
         })
     });
-    // The port stays, and is free for the command.
+    // The port stays, for the command to open.
     drop(our_end);
     port
 }
 
-/// Every byte of a pose goes through, also those that a terminal would take for its own: ends of lines, ^C, ^S.
+/// Every byte of a pose gets through, also those that a terminal would interpret: line ends, ^C, ^S.
 #[cfg(unix)]
 #[test]
 fn a_board_at_a_serial_port_is_asked_and_streamed_through() {
@@ -151,12 +151,12 @@ fn what_is_wrong_is_said_with_the_name_of_the_line_or_file() {
     for (arguments, expected) in [
         (vec!["link", "/dev/no-such-port", "--probe"], "/dev/no-such-port"),
         (vec!["link", "loopback"], "--db"),
-        (vec!["link", "loopback", "--probe"], "loopback has no board"),
+        (vec!["link", "loopback", "--probe"], "--probe needs a real board"),
         (vec!["link", "tcp:127.0.0.1:1", "--probe", "--noise", "lose=0.1"], "--noise"),
         (with(db, &["x"]), "no style `x`"),
         (with(clip, &["heavy"]), "walk.bvh"),
         (with(db, &["heavy", "--noise", "drop=2"]), "`drop=2`: a probability is 0 to 1"),
-        (with(db, &["heavy", "--noise", "drop=1", "--repeats", "2"]), "no answer after 2 repetitions"),
+        (with(db, &["heavy", "--noise", "drop=1", "--repeats", "2"]), "after 2 retries"),
     ] {
         let (ok, stdout, stderr) = sim(&arguments);
         assert!(!ok && stdout.is_empty(), "{arguments:?}: {stdout}");
@@ -187,15 +187,15 @@ fn a_robot_is_driven_through_a_noisy_line_bit_by_bit() {
     }
     assert_eq!(noisy["robot"], clean["robot"]);
     assert_eq!(noisy["digest"], digest_of_the_core());
-    // A tick is carried out once, however often it is asked for.
+    // A tick is carried out once, however often it is requested.
     assert_eq!(read(), rows);
-    // 50 frames at 30 a second, more or less as the style has it, in ticks of 20 ms.
+    // 50 frames at about 30 a second, depending on the style's time steps, in ticks of 20 ms.
     let ticks = clean["robot"]["ticks"].as_u64().expect("a number");
     assert!((60..110).contains(&ticks), "{ticks}");
     assert_eq!(rows.lines().count() as u64, ticks + 1);
     let first: Vec<f32> =
         rows.lines().nth(1).into_iter().flat_map(|l| l.split(',')).flat_map(str::parse).collect();
-    // A tick after it stood at 0.1 and -0.1: within the limits of its servos.
+    // One tick after 0.1 and -0.1: not further than its servos can turn.
     assert!((first[1] - 0.1).abs() < 0.01 && (first[3] + 0.1).abs() < 0.01, "{first:?}");
     assert!((500.0..2500.0).contains(&first[2]), "{first:?}");
 }
@@ -210,7 +210,7 @@ fn a_robot_that_is_not_the_databases_is_refused() {
     let toy = Robot::parse(TOY, "toy.urdf").expect("it is a robot");
     let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the database");
     let mut bytes = machine.bytes().to_vec();
-    // Of another skeleton, and whole.
+    // Tables for another skeleton, with a valid checksum.
     let header = [header::SKELETON.start, header::CRC.start, header::CRC.end];
     bytes[header[0]] ^= 1;
     bytes[header[1]..header[2]].fill(0);
@@ -220,6 +220,6 @@ fn a_robot_that_is_not_the_databases_is_refused() {
     std::fs::write(&path, &bytes).expect("it can be written");
     let (ok, _, stderr) = sim(&[&link[..], &[path.to_str().expect("a plain path")]].concat());
     assert!(!ok && stderr.contains("other.gestus"), "{stderr}");
-    // It said to raise a capacity that is large enough.
+    // The message once said to raise a capacity that is large enough.
     assert!(stderr.contains("made for another database") && !stderr.contains("raise J"), "{stderr}");
 }

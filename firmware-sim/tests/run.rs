@@ -1,4 +1,4 @@
-//! The command `gestus-sim run`, as somebody calls it: parts and faults.
+//! The command `gestus-sim run`, run as a program: parts and faults.
 
 mod common;
 
@@ -41,13 +41,14 @@ fn faults_are_counted_measured_and_recovered_from() {
     assert_eq!(number("frames_delivered"), 120.0 - number("frames_dropped"));
     assert_eq!(dropped["frames"], faults["frames_delivered"]);
     assert!(number("error_worst_cm") > 0.01 && number("error_mean_cm") < number("error_worst_cm"));
-    // A foot that stands when a frame is lost stands elsewhere until it is lifted; how many do is the seed's luck.
+    // A foot that is on the floor when a frame is lost stays displaced until it is lifted; how many do depends on the
+    // seed.
     let errors: Vec<f64> = (7..12)
         .map(|seed| figures(&["--faults", &format!("drop=0.05,seed={seed}")]))
         .map(|dropped| dropped["faults"]["error_mean_cm"].as_f64().expect("it is a number"))
         .collect();
     assert!(errors.iter().sum::<f64>() / 5.0 < 2.0, "{errors:?}");
-    // A bit that makes a rotation none is held back; one in the lower digits changes next to nothing.
+    // A flipped bit that makes a rotation invalid is detected; one in the lower digits changes next to nothing.
     let corrupted = figures(&["--faults", "corrupt=0.2,seed=7"]);
     let faults = &corrupted["faults"];
     assert!(corrupted["degraded_by"]["input"].as_u64() > Some(2), "{corrupted}");
@@ -55,11 +56,11 @@ fn faults_are_counted_measured_and_recovered_from() {
     let repeated = figures(&["--faults", "repeat=0.1,delay=0.1:3,seed=7"]);
     assert!(repeated["faults"]["frames_delivered"].as_u64() > Some(120));
     assert!(repeated["faults"]["frames_delayed"].as_u64() > Some(3));
-    // The same seed, the same run; and in words.
+    // The same seed gives the same run; and the output as text.
     let again = figures(&["--faults", "drop=0.05,seed=7"]);
     assert_eq!(again["digest"], dropped["digest"]);
     let (ok, stdout, _) = run(&["--faults", "drop=0.05,seed=7"]);
-    assert!(ok && stdout.contains("dropped") && stdout.contains("cm off on average"), "{stdout}");
+    assert!(ok && stdout.contains("dropped") && stdout.contains("cm on average"), "{stdout}");
 }
 
 #[test]
@@ -81,13 +82,13 @@ fn a_part_fits_or_not_and_gives_so_many_frames() {
         assert!(median < rate(&fast, "frames_per_second_median"), "{board}");
         assert_eq!(board["fits"], true, "{board}");
     }
-    // An FPU is worth more than the clock.
+    // An FPU matters more than the clock.
     let [soft, hard] = ["rp2040", "nrf52840"].map(|n| rate(&part(n, &[]), "frames_per_second_median"));
     assert!(hard > 2.0 * soft, "{hard} {soft}");
-    // Labels take work away.
+    // Labels save work.
     let labelled = part("rp2350", &["--action", "walk", "--input-style", "normal"]);
     assert!(rate(&labelled, "instructions_median") < 0.8 * rate(&part("rp2350", &[]), "instructions_median"));
-    // 16 KB of RAM are too few for 21 joints and 40 neighbors, and it says what to do.
+    // 16 KB of RAM are too few for 21 joints and 40 neighbors; the message says what to do.
     let small = part("nrf51822", &[]);
     assert_eq!(small["fits"], false);
     assert!(small["reasons"][0].as_str().is_some_and(|r| r.contains("fewer joints")), "{small}");
@@ -135,8 +136,8 @@ fn what_is_read_is_not_written_over() {
 fn a_standard_output_that_takes_nothing_is_an_error_and_a_closed_one_is_none() {
     use std::process::{Command, Stdio};
     let [db, clip] = files();
-    let wish = ["run", "--db", db, "--input", clip, "--style", "heavy"];
-    for arguments in [&wish[..], &["run", "--board", "list"]] {
+    let stream = ["run", "--db", db, "--input", clip, "--style", "heavy"];
+    for arguments in [&stream[..], &["run", "--board", "list"]] {
         let command = || {
             let mut command = Command::new(env!("CARGO_BIN_EXE_gestus-sim"));
             command.args(arguments).stderr(Stdio::piped());

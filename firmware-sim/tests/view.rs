@@ -1,5 +1,5 @@
-//! The command `gestus-sim view`, as somebody calls it. The core in the page is `cargo xtask wasm`'s to try: any file stands
-//! for its module here.
+//! The command `gestus-sim view`, run as a program. `cargo xtask wasm` tests the core in the page; here any file serves
+//! as its module.
 
 mod common;
 
@@ -10,8 +10,8 @@ use gestus_core::Database;
 use gestus_database::blob::cut::models_only;
 use gestus_tests::motion;
 
-/// It was streamed by the mixture, which such a database does not hold, and the message told to choose a method, which the
-/// command has no option for.
+/// The command once streamed with the mixture, which such a database does not support, and the message said to choose a
+/// method, for which the command has no option.
 #[test]
 fn a_database_that_was_cut_to_its_models_can_be_viewed() {
     let [db, clip] = common::files("view", 40);
@@ -23,7 +23,7 @@ fn a_database_that_was_cut_to_its_models_can_be_viewed() {
     let shown = json(&[&view[..], &["--input", clip, "--json"]].concat());
     assert_eq!(shown["frames"], 40);
     assert!(std::fs::read_to_string(&page).expect("it was written").contains("Gestus live: cut"));
-    // It has no motion of its own, and says what to give.
+    // The database has no motion; the message says what to give.
     let (ok, stdout, stderr) = sim(&view);
     assert!(!ok && stdout.is_empty() && stderr.contains("--input"), "{stderr}");
 }

@@ -13,7 +13,7 @@ use gestus_evaluate::{
     measures::skate::skate_cm_s,
     metrics::{performance::Performance, speed::peak_speeds},
 };
-use gestus_firmware_sim::faults::{Arrival, Arrivals, BACK_M, Disturbance, Faults};
+use gestus_firmware_sim::faults::{Arrival, Arrivals, Disturbance, Faults, RECOVERED_M};
 use gestus_motion::{body::database_skeleton, clip::Clip};
 
 /// Frames behind the faults in which a stream comes back: 3 s.
@@ -97,7 +97,7 @@ fn feet_are_held_through_faults_and_the_stream_comes_back() {
         assert!(held_frames(&held) > clip.frames.len() / 3, "{kind}: the lock gave up");
         assert!(skate(&held_feet) < 0.3 * skate(&raw_feet), "{kind}");
         assert!(peak(&held_feet) < 1.25 * peak(&raw_feet), "{kind}");
-        assert!(last < BACK_M, "{kind}: {:.1} cm apart in the last second", 100.0 * last);
+        assert!(last < RECOVERED_M, "{kind}: {:.1} cm apart in the last second", 100.0 * last);
     }
 }
 

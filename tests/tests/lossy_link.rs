@@ -1,4 +1,4 @@
-//! A stream over a line that loses, doubles, cuts, garbles and delays: it goes on, and every bit is right.
+//! A stream over a line that loses, doubles, truncates, corrupts and delays: it goes on, and every bit is right.
 
 use std::time::Duration;
 
@@ -9,11 +9,11 @@ use gestus_core::{
         decode,
     },
 };
-use gestus_database::stream::Request as Wish;
+use gestus_database::stream::Request as StreamRequest;
 use gestus_firmware_sim::link::{
-    Client, LinkError, Patience,
+    Client, LinkError, RetryPolicy,
     loopback::Loopback,
-    noise::{Happened, Noise},
+    noise::{FaultCounts, Noise},
     serve::with_board,
     session::Session,
     stream::{Linked, stream},
@@ -22,10 +22,10 @@ use gestus_motion::clip::Clip;
 use gestus_tests::motion;
 use proptest::prelude::*;
 
-/// What came of a clip over a line with these faults.
+/// The result of a clip over a line with faults.
 struct Outcome {
     linked: Linked,
-    happened: [Happened; 2],
+    faults: [FaultCounts; 2],
     statistics: Vec<(u16, u64)>,
     repeats: u64,
     seconds: f64,
@@ -37,8 +37,8 @@ impl Outcome {
     }
 }
 
-fn wish() -> Wish {
-    Wish { style: vec![(1, 0.5), (2, 0.5)], strength: vec![(0, 0.75)], ..Wish::style(1) }
+fn stream_request() -> StreamRequest {
+    StreamRequest { style: vec![(1, 0.5), (2, 0.5)], strength: vec![(0, 0.75)], ..StreamRequest::style(1) }
 }
 
 fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
@@ -48,15 +48,15 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
     with_board(database, Config::new(), |twin| {
         with_board(database, Config::new(), |board| {
             let mut line = Loopback::new(board, noise);
-            let patience = Patience { repeats: 60, ..Patience::default() };
-            let client = Client::new(&mut line, 77, patience);
+            let retry = RetryPolicy { retries: 60, ..RetryPolicy::default() };
+            let client = Client::new(&mut line, 77, retry);
             let mut session = Session::begin(client, twin, &database)?;
-            session.wish(&wish())?;
+            session.apply(&stream_request())?;
             let linked = stream(&mut session, clip, false, || ())?;
             let statistics = session.board().statistics()?;
             let repeats = session.counts().repeats;
             let seconds = line.now().as_secs_f64();
-            Ok(Outcome { linked, happened: line.happened(), statistics, repeats, seconds })
+            Ok(Outcome { linked, faults: line.fault_counts(), statistics, repeats, seconds })
         })?
     })?
 }
@@ -64,7 +64,7 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
 /// Digest of the clip through the core alone.
 fn expected(clip: &Clip) -> u32 {
     let database = Database::open(motion::small()).expect("the generated blob opens");
-    gestus_database::stream::stream(&database, clip, &wish(), &mut ()).expect("it suits").digest
+    gestus_database::stream::stream(&database, clip, &stream_request(), &mut ()).expect("it suits").digest
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn every_kind_of_fault_is_recovered_from_and_every_bit_is_right() {
         "drop=0.1,seed=4",
         "repeat=0.2,seed=5",
         "cut=0.1,seed=6",
-        // Later than the first repetition, and than the second.
+        // Later than the first retry, and than the second.
         "delay=0.2:1500,seed=7",
         "lose=0.0003,double=0.0002,corrupt=0.0003,drop=0.05,repeat=0.05,cut=0.05,delay=0.1:900,seed=8",
         // Three quarters of all round trips fail.
@@ -91,38 +91,38 @@ fn every_kind_of_fault_is_recovered_from_and_every_bit_is_right() {
         assert_eq!(outcome.linked.streamed.digest, digest, "{noise}");
         assert_eq!(outcome.linked.host_digest, digest, "{noise}");
         assert_eq!(outcome.counted(counter::STEPS), 90, "{noise}: each pose is stepped once");
-        let faults: u64 = outcome.happened.iter().flat_map(|h| h.all()).map(|(_, n)| n).sum();
+        let faults: u64 = outcome.faults.iter().flat_map(|h| h.all()).map(|(_, n)| n).sum();
         let (quiet, repeats) = (noise.is_empty(), outcome.repeats);
         assert_eq!(quiet, faults == 0, "{noise}: {faults} faults");
         if quiet {
             assert_eq!(repeats, 0);
         }
-        println!("{noise}: {repeats} repeats in {:.1} s, {:?}", outcome.seconds, outcome.happened);
+        println!("{noise}: {repeats} repeats in {:.1} s, {:?}", outcome.seconds, outcome.faults);
     }
 }
 
 #[test]
 fn faults_are_counted_where_they_happen() {
     let clip = motion::unseen(0, 1, 60);
-    // Frames that vanish: what the board missed and what it was asked again add up to the repetitions.
+    // Lost frames: requests that the board missed and requests that it got again add up to the retries.
     let outcome = send("drop=0.2,seed=11", &clip).expect("it recovers");
-    let [there, back] = outcome.happened;
+    let [there, back] = outcome.faults;
     assert!(there.dropped_frames > 3 && back.dropped_frames > 3);
     assert_eq!(outcome.repeats, there.dropped_frames + back.dropped_frames);
-    // The last page of statistics was asked for after its own counters were read, so one fault may be missing there.
+    // The last page of statistics was requested after its counters were read, so one fault may be missing there.
     let missed = outcome.counted(counter::LOST) + outcome.counted(counter::REPEATED);
     assert!(missed <= outcome.repeats && missed + 6 >= outcome.repeats, "{missed} of {}", outcome.repeats);
-    // Frames that the line doubles.
+    // Frames that arrive twice.
     let outcome = send("repeat=0.3,seed=12", &clip).expect("it recovers");
     let doubled = outcome.counted(counter::DOUBLED);
     assert_eq!(outcome.repeats, 0);
-    let there = outcome.happened[0].repeated_frames;
+    let there = outcome.faults[0].repeated_frames;
     assert!(doubled <= there && doubled + 3 >= there && doubled > 5, "{doubled} of {there}");
-    // Bytes that change.
+    // Corrupted bytes.
     let outcome = send("corrupt=0.0004,seed=13", &clip).expect("it recovers");
     let damaged = outcome.counted(counter::CORRUPTED) + outcome.counted(counter::CUT);
-    let changed = outcome.happened[0].corrupted_bytes;
-    // A byte that becomes a zero makes two frames of one.
+    let changed = outcome.faults[0].corrupted_bytes;
+    // A byte that becomes zero splits a frame in two.
     assert!(damaged > 3 && damaged <= 2 * changed, "{damaged} of {changed}");
     assert_eq!(outcome.linked.differing, 0);
 }
@@ -132,24 +132,26 @@ fn the_same_seed_gives_the_same_run() {
     let clip = motion::unseen(0, 0, 30);
     let noise = "lose=0.001,drop=0.1,delay=0.1:400,seed=21";
     let [a, b] = [(); 2].map(|()| send(noise, &clip).expect("it recovers"));
-    assert_eq!((a.happened, a.repeats, a.statistics), (b.happened, b.repeats, b.statistics));
+    assert_eq!((a.faults, a.repeats, a.statistics), (b.faults, b.repeats, b.statistics));
     assert_eq!(a.seconds, b.seconds);
 }
 
 #[test]
 fn a_dead_line_is_given_up_with_advice() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
-    let patience =
-        Patience { first: Duration::from_millis(100), most: Duration::from_millis(400), repeats: 4 };
+    let retry = RetryPolicy {
+        first_timeout: Duration::from_millis(100),
+        max_timeout: Duration::from_millis(400),
+        retries: 4,
+    };
     let error = with_board(database, Config::new(), |board| {
-        let mut client =
-            Client::new(Loopback::new(board, "drop=1".parse().expect("it is right")), 1, patience);
+        let mut client = Client::new(Loopback::new(board, "drop=1".parse().expect("it is right")), 1, retry);
         client.hello().map(|_| ()).expect_err("nobody hears")
     })
     .expect("it fits");
-    let LinkError::Silent { repeats, seconds, .. } = error else { panic!("{error}") };
+    let LinkError::Timeout { retries, seconds, .. } = error else { panic!("{error}") };
     // 100 + 200 + 400 + 400 + 400 ms.
-    assert_eq!((repeats, seconds), (4, 1.5));
+    assert_eq!((retries, seconds), (4, 1.5));
     assert!(error.to_string().contains("is the board running"), "{error}");
 }
 
@@ -160,16 +162,16 @@ fn another_database_is_refused() {
     assert_ne!(database.identity(), other.identity());
     let error = with_board(database, Config::new(), |twin| {
         with_board(other, Config::new(), |board| {
-            let client = Client::new(Loopback::new(board, Noise::default()), 1, Patience::default());
+            let client = Client::new(Loopback::new(board, Noise::default()), 1, RetryPolicy::default());
             Session::begin(client, twin, &database).map(|_| ()).expect_err("it is another one")
         })
     });
-    let text = error.expect("it fits").expect("it fits").to_string();
-    let numbers = [other.identity(), database.identity()].map(|id| format!("{id:08x}"));
-    assert!(numbers.iter().all(|n| text.contains(n)), "{text}");
+    let error = error.expect("it fits").expect("it fits");
+    let Some(&LinkError::Database { board, file }) = error.downcast_ref() else { panic!("{error}") };
+    assert_eq!((board, file), (other.identity(), database.identity()));
 }
 
-/// A board that is not of this crate, with buffers as short as its maker chose: it says who it is, and no more.
+/// A board that does not use this crate's server, with buffers of any length: it identifies itself, and no more.
 fn of_other_make(database: &Database<'_>, buffer_bytes: usize) -> impl FnMut(u8) -> Option<Vec<u8>> {
     let identity = Identity {
         board: "own",
@@ -193,23 +195,24 @@ fn of_other_make(database: &Database<'_>, buffer_bytes: usize) -> impl FnMut(u8)
     }
 }
 
-/// 400 bytes take a pose of 21 joints, and not every answer to one; 345 bytes take none, and the board says nothing at
-/// all to it. The host said then that the line got worse.
+/// 400 bytes hold a pose of 21 joints, but not every reply to one; 345 bytes hold no such pose, and the board ignores
+/// it. The host once reported that as a line that had become worse.
 #[test]
 fn a_board_with_short_buffers_is_turned_away_before_the_stream() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
     let begun = |bytes| {
         with_board(database, Config::new(), |twin| {
             let board = Loopback::new(of_other_make(&database, bytes), Noise::default());
-            let client = Client::new(board, 1, Patience::default());
+            let client = Client::new(board, 1, RetryPolicy::default());
             Session::begin(client, twin, &database).map(|_| ())
         })
         .expect("it fits")
     };
     let need = buffer_length(21);
     for bytes in [345, 400, need - 1] {
-        let text = begun(bytes).expect_err("it is too short").to_string();
-        assert!(text.contains(&format!("have {bytes} bytes, and poses of 21 joints take {need}")), "{text}");
+        let error = begun(bytes).expect_err("it is too short");
+        let Some(LinkError::Buffers { have, need: needed }) = error.downcast_ref() else { panic!("{error}") };
+        assert_eq!((*have, *needed), (bytes, need));
     }
     assert!(begun(need).is_ok());
 }
@@ -230,10 +233,10 @@ fn a_board_that_starts_anew_is_noticed() {
                 },
                 Noise::default(),
             );
-            let mut client = Client::new(line, 5, Patience::default());
+            let mut client = Client::new(line, 5, RetryPolicy::default());
             client.hello().expect("the first is there");
             let request = Request::Pose(buffer.pose(&pose, 21));
-            (0..9).find_map(|_| client.ask(&request).err()).expect("the second board knows of no session")
+            (0..9).find_map(|_| client.call(&request).err()).expect("the second board knows of no session")
         })
     });
     let error = error.expect("it fits").expect("it fits");

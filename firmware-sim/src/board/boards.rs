@@ -1,4 +1,4 @@
-//! The boards that an emulator stands in for.
+//! The emulated boards.
 
 use anyhow::{Result, bail};
 
@@ -7,25 +7,25 @@ use anyhow::{Result, bail};
 pub struct Board {
     /// Short name.
     pub name: &'static str,
-    /// What it is.
+    /// Title for messages.
     pub title: &'static str,
-    /// QEMU's program.
+    /// QEMU's executable.
     pub emulator: &'static str,
-    /// QEMU's machine. It names the board too, where it names only one.
+    /// QEMU's machine. It also selects the board, if only one board has it.
     pub machine: &'static str,
     /// Further arguments of QEMU.
     pub arguments: &'static [&'static str],
     /// The compiler's target.
     pub target: &'static str,
-    /// The processor that code is scheduled for; the target's own where there is none.
+    /// The compiler's `target-cpu`; the target's default if `None`.
     pub cpu: Option<&'static str>,
-    /// Binary of the image.
+    /// Binary target of the image.
     pub binary: &'static str,
-    /// What the firmware says that it is.
+    /// Name that the firmware reports.
     pub reported: &'static str,
-    /// Where the database is loaded; `None` where it is part of the image.
+    /// Address at which the database is loaded; `None` if it is part of the image.
     pub blob_address: Option<u32>,
-    /// Virtual nanoseconds of an instruction, as a power of 2: what makes a timer of the board count instructions.
+    /// Binary logarithm of an instruction's virtual time, nanoseconds. A timer of the board counts instructions by it.
     pub icount_shift: u8,
 }
 
@@ -41,8 +41,9 @@ pub const BOARDS: [Board; 6] = [
         machine: "mps2-an386",
         arguments: &[],
         target: "thumbv7em-none-eabihf",
-        // Not "cortex-m4", for which LLVM takes VMLA apart into VMUL and VADD: 3 cycles on that core, which the two
-        // take as well where one waits for the other, as in every hot loop here. 10% fewer instructions, 5% less flash.
+        // Not "cortex-m4", for which LLVM splits VMLA into VMUL and VADD. VMLA takes 3 cycles on that core, and so do
+        // the other two if one depends on the other, as in every hot loop here. Saves 10% of instructions and 5% of
+        // flash.
         cpu: None,
         binary: "mps2",
         reported: "mps2-an386",
@@ -116,10 +117,10 @@ pub const BOARDS: [Board; 6] = [
     },
 ];
 
-/// The board of a name: a short one, what the firmware reports, or QEMU's machine where it is one board's.
+/// Finds a board by its short name, the name that its firmware reports, or QEMU's machine if only one board has it.
 ///
 /// # Errors
-/// An unknown name, and a machine that is several boards'; the message lists them.
+/// An unknown name, and a machine of several boards; the message lists the boards.
 pub fn find(name: &str) -> Result<&'static Board> {
     if let Some(board) = BOARDS.iter().find(|b| b.name == name || b.reported == name) {
         return Ok(board);
@@ -128,7 +129,7 @@ pub fn find(name: &str) -> Result<&'static Board> {
     match of_machine[..] {
         [board] => Ok(board),
         [] => bail!("there is no board `{name}`: there are {}", listed(&BOARDS.each_ref())),
-        _ => bail!("`{name}` is the machine of several boards: name one of {}", listed(&of_machine)),
+        _ => bail!("`{name}` is the machine of several boards: give one of {}", listed(&of_machine)),
     }
 }
 

@@ -34,76 +34,77 @@ use super::{
 };
 use crate::{link::command::RobotArgs, recording::Recording};
 
-/// Frames of the long stream, and how often its settings change.
+/// Frames of the long stream, and frames between two changes of its settings.
 pub const LONG: (usize, usize) = (10_000, 250);
-/// Length of a generated clip.
+/// Length of a generated clip, seconds.
 const SECONDS: f64 = 12.0;
-/// The database of the long stream: small, and kept for as long as the format is.
+/// The database of the long stream: a small golden file, which is kept as long as its format version.
 pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1-legs.gestus");
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
 pub struct BoardArgs {
-    /// The board: m4f, m7, m33, rv32imafc, rv32imac, m0, or the name of QEMU's machine
+    /// The board: m4f, m7, m33, rv32imafc, rv32imac or m0, or the name of QEMU's machine
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     name: Option<String>,
-    /// Every board, one after the other, and a table; m0 with a small database of its own
+    /// Run every board in turn and print a table; m0 gets a small database of its own
     #[arg(long)]
     all: bool,
     /// The database
     #[arg(long, required_unless_present_any = ["generated", "long_stream", "build", "around", "functions"], requires = "input")]
     db: Option<PathBuf>,
-    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
-    /// is retargeted
+    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
+    /// the database's
     #[arg(long)]
     input: Option<PathBuf>,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
-    /// the database's, or else guessed by its height
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
+    /// body is the database's, otherwise a guess from its height
     #[arg(long, requires = "input")]
     unit: Option<Unit>,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
-    /// Generated motion in place of a database and a clip: 28 classes, or what fits m0
+    /// Use generated motion in place of a database and a clip: 28 classes, or 6 on m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
-    /// With --generated: a stream that leaps from one motion to another every few frames, which costs most
+    /// With --generated: stream a clip that leaps to another motion every few frames, the worst case for the search
     #[arg(long, requires = "generated")]
     leaps: bool,
-    /// In place of a clip 10,000 frames of a small database's own motion, settings changing on the way, whose digest is
+    /// In place of a clip, stream 10,000 frames of a small database's own motion with changing settings; the digest is
     /// the same on every machine
     #[arg(long, conflicts_with_all = ["db", "input"])]
     long_stream: bool,
-    /// Most frames of the clip
+    /// Stream at most this many frames of the clip
     #[arg(long)]
     frames: Option<NonZero<usize>>,
-    /// An image that is built already, an ELF file for the board
+    /// Use this image, an ELF file for the board, instead of building one
     #[arg(long, conflicts_with = "all")]
     image: Option<PathBuf>,
-    /// The image with its log lines, which go to BOARD.log beside the images
+    /// Build the image with log lines, and write them to BOARD.log next to the images
     #[arg(long, conflicts_with = "image")]
     defmt: bool,
     #[command(flatten)]
     robot: RobotArgs,
-    /// What stands around a step, counted on m4f: another skeleton in and back, retiming, a robot's servos, the effort dial
+    /// Count on m4f the instructions of the work around a step: retargeting both ways, retiming, a robot's servos, the
+    /// effort dial
     #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream"])]
     around: bool,
-    /// Elementary functions of libm and micromath, counted on m4f or m0, and how far they are off
+    /// Count on m4f or m0 the instructions of elementary functions of libm and micromath, and measure their errors
     #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream", "around"])]
     functions: bool,
-    /// The core with micromath's sine and cosine in the image: how far its joints get from this machine's, which has its
-    /// own, in place of a comparison of bits
+    /// Build the image with micromath's sine and cosine, and report the joints' difference from this machine, which
+    /// uses libm, instead of requiring the same bits
     #[arg(long, conflicts_with_all = ["image", "long_stream"])]
     micromath: bool,
-    /// Only build the images, and say where they are
+    /// Only build the images, and print their paths
     #[arg(long, conflicts_with_all = ["image", "db", "input"])]
     build: bool,
-    /// With --build: the sizes of stack frames in the ELF, for a static bound
+    /// With --build: include the sizes of stack frames in the ELF file, for a static bound
     #[arg(long, requires = "build")]
     stack_sizes: bool,
-    /// With --build: the least firmware, which opens a database and steps, without link and counters
+    /// With --build: build the smallest firmware, which opens a database and steps, without link and counters
     #[arg(long, requires = "build")]
     least: bool,
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -111,7 +112,8 @@ pub struct BoardArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that can't be read, a missing emulator or compiler target, a board that ends or refuses, and bits that differ.
+/// Files that can't be read, a missing emulator or compiler target, a board that ends or refuses a request, and bits
+/// that differ.
 pub fn run(args: &BoardArgs) -> Result<()> {
     check_outputs(
         [args.db.as_ref(), args.input.as_ref(), args.robot.robot.as_ref()],
@@ -160,7 +162,7 @@ pub fn run(args: &BoardArgs) -> Result<()> {
     Ok(())
 }
 
-/// The images, and where they are.
+/// Builds the images and prints their paths.
 fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     let mut built = Vec::new();
     for board in boards {
@@ -189,10 +191,10 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     }
 }
 
-/// A clip through a board: the one that was asked for, or a generated one.
+/// Streams a clip through a board: the given one, or a generated one.
 fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
     let profile = if board.blob_address.is_some() { REFERENCE } else { SMALL };
-    // A database from outside is rarely one that fits a micro:bit.
+    // Few databases fit a micro:bit.
     let own = args.generated || (args.all && board.blob_address.is_none());
     match (&args.db, &args.input) {
         (Some(path), Some(input)) if !own => {
@@ -205,14 +207,14 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
                 args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;
-            let behind =
-                robot.map(|_| image::with_behind(&bytes, &tables, "with-robot.gestus")).transpose()?;
-            let path = behind.as_deref().unwrap_or(path);
+            let flash =
+                robot.map(|_| image::write_flash(&bytes, &tables, "with-robot.gestus")).transpose()?;
+            let path = flash.as_deref().unwrap_or(path);
             let robot = robot.map(|robot| (robot, &args.robot.robot_at[..]));
             one(args, board, Job { path, database, clip: &clip, request: &request, robot })
         }
         _ if args.robot.robot.is_some() => {
-            bail!("--robot: it needs the database that it was made for: give --db and --input")
+            bail!("--robot needs the database that the robot's tables were made for: give --db and --input")
         }
         _ => {
             let path = profile.database()?;
@@ -220,12 +222,12 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let database = open(&path, &bytes)?;
             let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             let own = profile.request();
-            // A style that is named is one of the generated database; a clip's own wish says nothing of it.
+            // With --all the style names one of the --db database, so here it counts with --generated only.
             let request = if args.generated && !args.stylizer_args.style.is_empty() {
-                let wish =
+                let given =
                     args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
-                let k = wish.config.k.min(own.config.k);
-                Request { config: wish.config.k(k), ..wish }
+                let k = given.config.k.min(own.config.k);
+                Request { config: given.config.k(k), ..given }
             } else {
                 own
             };
@@ -255,15 +257,15 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
     image::build(board, options)
 }
 
-/// The long stream on every board: the recording lies behind the database, and the board streams it by itself, so that
-/// nothing but the core is emulated. As many boards at once as there are processors.
+/// Replays the long stream on every board. The recording follows the database in flash and the board reads it there, so
+/// that only the core is emulated and no link. Runs as many boards at once as there are processors.
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
     let path = image::target_folder().join("long-stream.gestus");
     let database = open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
     let recording = Recording::long(&database, args.frames.map_or(frames, NonZero::get), change);
     let host_digest = recording.digest(&database)?;
-    let file = image::with_behind(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
+    let file = image::write_flash(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
     let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
     let bar = progress::bar(boards.len(), "boards");
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
@@ -296,7 +298,7 @@ fn pair<'a>(
     images: &'a [PathBuf],
     at: usize,
 ) -> Option<(&'static Board, &'a PathBuf)> {
-    // The slowest is the last of the list, and is begun first.
+    // The last board of the list is the slowest, so it starts first.
     let at = boards.len().checked_sub(at + 1)?;
     Some((boards.get(at)?, images.get(at)?))
 }
@@ -309,7 +311,7 @@ fn open<'b>(path: &Path, bytes: &'b [u8]) -> Result<Database<'b>> {
     Database::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
 }
 
-/// A line a board.
+/// The table, one line a board.
 fn table(measured: &[Measured]) -> String {
     let mut text = format!(
         "{:10} {:>9} {:>6}  {:>12} {:>12}  {:>6} {:>6} {:>7}  {:>10}  digest\n",

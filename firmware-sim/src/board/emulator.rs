@@ -14,29 +14,29 @@ use anyhow::{Context, Result, bail};
 use super::boards::Board;
 use crate::link::line::{Line, Piped};
 
-/// How long QEMU may take to start.
+/// Time limit for QEMU to start.
 const START: Duration = Duration::from_secs(60);
 
-/// How long a program that ends by itself may take.
+/// Time limit for a program that ends on its own.
 const RUN: Duration = Duration::from_secs(1800);
 
-/// A running emulator. It ends with this value.
+/// A running emulator, which is killed when this value is dropped.
 #[derive(Debug)]
 pub struct Emulator {
     child: Child,
 }
 
 impl Emulator {
-    /// Starts a board with an image and, where the board takes it from outside, a database. What the firmware says
-    /// through the debugger, which are its log lines, goes to `log`.
+    /// Starts a board with an image and, unless the image contains it, a database. The firmware's log lines, which it
+    /// prints through the debugger, go to `log`.
     ///
     /// # Errors
-    /// A missing emulator, with how to install it, and one that does not start.
+    /// A missing emulator (the message says how to install it), and one that does not start.
     pub fn start(board: &Board, image: &Path, blob: &Path, log: File) -> Result<(Self, impl Line + use<>)> {
-        let listener = TcpListener::bind("127.0.0.1:0").context("no port on the loopback")?;
+        let listener = TcpListener::bind("127.0.0.1:0").context("no free port on 127.0.0.1")?;
         let port = listener.local_addr()?.port();
         let mut command = machine(board, image, blob)?;
-        counted(board, &mut command);
+        count_instructions(board, &mut command);
         command.args(["-chardev", &format!("socket,id=link,host=127.0.0.1,port={port},nodelay=on")]);
         command.args(["-serial", "chardev:link"]);
         let stderr = log.try_clone()?;
@@ -71,22 +71,25 @@ impl Emulator {
         }
     }
 
-    /// Why the firmware has ended, where it has: by the exit codes of the image.
-    pub fn ended(&mut self) -> Option<String> {
+    /// Why the firmware has ended, from the exit code of the image; `None` if it is still running.
+    pub fn exit_reason(&mut self) -> Option<String> {
         // The line closes a moment before the program ends.
         std::thread::sleep(Duration::from_millis(200));
         let status = self.child.try_wait().ok()??;
         Some(match status.code() {
             Some(2) => "the board refuses the database: is its firmware older than the file?".into(),
-            Some(3) => "the database has more joints or classes than the board's image has room for".into(),
-            Some(4) => "there is no robot behind the board's database, or it was made for another one".into(),
+            Some(3) => "the database exceeds the capacity of the board's image for joints or classes".into(),
+            Some(4) => {
+                "the board has no robot's tables after its database, or tables made for another database"
+                    .into()
+            }
             Some(101) => "the firmware panicked".into(),
             _ => format!("the emulator ended ({status})"),
         })
     }
 }
 
-/// The emulator of a board, with an image and, where the board takes it from outside, a database.
+/// The command that emulates a board, with an image and, unless the image contains it, a database.
 fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
     let mut command = Command::new(board.emulator);
     command.args(["-M", board.machine, "-display", "none", "-monitor", "none"]);
@@ -94,7 +97,7 @@ fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
     command.args(["-semihosting-config", "enable=on,target=native"]);
     if let Some(address) = board.blob_address {
         let Some(path) = blob.to_str().filter(|p| !p.contains(',')) else {
-            bail!("{}: QEMU can't load a file of that name", blob.display());
+            bail!("{}: QEMU can't load a file with that name", blob.display());
         };
         command.args(["-device", &format!("loader,file={path},addr={address:#x},force-raw=on")]);
     }
@@ -105,7 +108,7 @@ fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
 fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
     match error.kind() {
         ErrorKind::NotFound => anyhow::anyhow!(
-            "there is no {} here, which the {} board needs: `cargo xtask firmware --setup` installs it, or `apt-get install {}`",
+            "{} is not installed, and the {} board needs it: run `cargo xtask firmware --setup` or `apt-get install {}`",
             board.emulator,
             board.name,
             package(board)
@@ -114,22 +117,22 @@ fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
     }
 }
 
-/// Every instruction takes the same virtual time, so that a timer counts them; which takes the emulator longer.
-fn counted(board: &Board, command: &mut Command) {
+/// Gives every instruction the same virtual time, so that a timer counts them. This slows the emulator down.
+fn count_instructions(board: &Board, command: &mut Command) {
     command.args(["-icount", &format!("shift={}", board.icount_shift)]);
 }
 
-/// Runs a program that ends by itself, and gives what it prints through the debugger; `count` where it counts
-/// instructions.
+/// Runs a program that ends on its own, and returns what it prints through the debugger. `count` is for programs that
+/// count instructions.
 ///
 /// # Errors
-/// A missing emulator, and a program that fails, says why, or does not end in time.
+/// A missing emulator, and a program that fails or does not end in time.
 pub fn output(board: &Board, image: &Path, blob: &Path, count: bool) -> Result<String> {
     let path = image.with_extension("out");
     let file = File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
     let mut command = machine(board, image, blob)?;
     if count {
-        counted(board, &mut command);
+        count_instructions(board, &mut command);
     }
     command.args(["-serial", "none"]).stdin(Stdio::null()).stderr(file.try_clone()?).stdout(file);
     let child = command.spawn().map_err(|error| missing(board, error))?;
@@ -153,7 +156,7 @@ pub fn output(board: &Board, image: &Path, blob: &Path, count: bool) -> Result<S
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Both fail where it has ended by itself.
+        // Both fail if it has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

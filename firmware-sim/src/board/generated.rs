@@ -1,5 +1,5 @@
-//! Databases of generated motion for boards: one of the reference's size, and one that a micro:bit holds. With them
-//! boards are tried and budgets kept without any captured motion.
+//! Databases of generated motion for boards: one of the reference's size, and one that fits a micro:bit. With them
+//! boards can be tried, and budgets checked, without captured motion.
 
 use std::{fs, path::PathBuf, time::SystemTime};
 
@@ -19,12 +19,12 @@ use super::image;
 
 /// Frames a second.
 const RATE_HZ: f64 = 30.0;
-/// Frames between two leaps of a stream that leaps.
+/// Frames between two leaps of a leaping stream.
 const LEAP_FRAMES: usize = 2;
-/// Content that no database here holds.
+/// Number of a performance that is in none of these databases.
 const UNSEEN: usize = 1000;
 
-/// A profile: what a database holds.
+/// The contents of a generated database.
 #[derive(Debug, Clone, Copy)]
 pub struct Profile {
     /// Name of its file.
@@ -33,13 +33,13 @@ pub struct Profile {
     styles: usize,
     clips: usize,
     seconds: f64,
-    /// Joints that are kept; all if empty.
+    /// Joints to keep; all if empty.
     joints: &'static [&'static str],
-    /// Neighbors a class, and frames that the search keeps in sight.
+    /// `Config::k` and `Config::pool`: neighbors a class, and candidates of the search.
     neighbors: (u16, u8),
 }
 
-/// 28 classes, 7 styles of 4 actions, on 21 joints: as many as the reference database of captured motion has.
+/// 28 classes (7 styles of 4 actions) on 21 joints, as in the reference database of captured motion.
 pub const REFERENCE: Profile = Profile {
     name: "generated",
     actions: &["walk", "run", "walk-to-run", "run-to-walk"],
@@ -50,7 +50,7 @@ pub const REFERENCE: Profile = Profile {
     neighbors: (16, 40),
 };
 
-/// Six classes on the 9 joints of trunk and legs, 16 neighbors: what fits a Cortex-M0 with 16 KB of RAM.
+/// Six classes on the 9 joints of trunk and legs, 16 neighbors: fits a Cortex-M0 with 16 KB of RAM.
 pub const SMALL: Profile = Profile {
     name: "small",
     actions: &["walk", "run"],
@@ -72,10 +72,10 @@ pub const SMALL: Profile = Profile {
 };
 
 impl Profile {
-    /// The database's file, built where it is not there yet, or older than this program.
+    /// Path of the database's file, which is built if it is missing or older than this program.
     ///
     /// # Errors
-    /// Where it can't be written.
+    /// A file that can't be written.
     pub fn database(&self) -> Result<PathBuf> {
         let folder = image::target_folder();
         fs::create_dir_all(&folder)?;
@@ -83,16 +83,16 @@ impl Profile {
         let written = |path: &PathBuf| fs::metadata(path).and_then(|m| m.modified());
         let program = std::env::current_exe().and_then(|p| written(&p)).unwrap_or(SystemTime::now());
         if !written(&path).is_ok_and(|file| file > program) {
-            eprintln!("building the database `{}` of generated motion", self.name);
+            eprintln!("building the database `{}` from generated motion", self.name);
             fs::write(&path, self.blob()?).with_context(|| format!("{} can't be written", path.display()))?;
         }
         Ok(path)
     }
 
-    /// The database.
+    /// Builds the database.
     ///
     /// # Errors
-    /// A fault of this table.
+    /// A profile that can't be built, which is a bug.
     pub fn blob(&self) -> Result<Vec<u8>> {
         let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<String>>();
         let mut corpus = synth::corpus(&synth::Options {
@@ -109,10 +109,10 @@ impl Profile {
         Ok(build(&corpus, &BuildOptions::default())?.bytes)
     }
 
-    /// A walk in the first style that the database does not hold.
+    /// A clip of the first action in the first style, which is not in the database.
     ///
     /// # Errors
-    /// A fault of this table.
+    /// A profile that can't be built, which is a bug.
     pub fn clip(&self, seconds: f64) -> Result<Clip> {
         let seed = synth::content_seed(1, self.actions[0], UNSEEN);
         let clip = synth::performance(seed, self.actions[0], synth::STYLES[0], RATE_HZ, seconds)?.clip;
@@ -124,11 +124,11 @@ impl Profile {
         Ok(clip_on(&clip, &kept, &skeleton_of(&clip.skeleton, &kept)))
     }
 
-    /// A stream that is hard: a few frames each of performances of every action and several styles, going on where they
-    /// then are. At each change most classes have lost the stream, and are searched twice.
+    /// A worst-case stream, which leaps between performances of every action and several styles every few frames. At
+    /// each leap most classes lose the stream, and are searched again.
     ///
     /// # Errors
-    /// A fault of this table.
+    /// A profile that can't be built, which is a bug.
     pub fn leaping(&self, seconds: f64) -> Result<Clip> {
         let mut parts = Vec::new();
         for (i, action) in self.actions.iter().enumerate() {
@@ -139,14 +139,14 @@ impl Profile {
         }
         let mut clip = self.clip(seconds)?;
         for (t, frame) in clip.frames.iter_mut().enumerate() {
-            // Neighboring parts are different actions.
+            // Consecutive parts are of different actions.
             let part = &parts[(t / LEAP_FRAMES * 5) % parts.len()];
             frame.clone_from(&part.frames[(t / LEAP_FRAMES * 37 + t % LEAP_FRAMES) % part.frames.len()]);
         }
         Ok(clip)
     }
 
-    /// The second style, nothing known of the input, with the profile's neighbors.
+    /// A request for the second style, without labels, with the profile's search parameters.
     pub fn request(&self) -> Request {
         let (k, pool) = self.neighbors;
         Request { config: Config::new().k(k).pool(pool), ..Request::style(1) }

@@ -1,4 +1,4 @@
-//! Building a board's image, and reading sizes off it.
+//! Builds a board's image, and reads its size.
 
 use std::{
     env, fs,
@@ -11,22 +11,22 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use super::boards::Board;
 
-/// How an image is built.
+/// Options of an image's build.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Options<'a> {
-    /// The database that is compiled into images that hold theirs.
+    /// The database for boards whose image contains it.
     pub blob: Option<&'a Path>,
-    /// With log lines.
+    /// Include log lines.
     pub defmt: bool,
-    /// With the sizes of stack frames in the ELF, for a static bound. Needs `RUSTC_BOOTSTRAP`.
+    /// Include the sizes of stack frames in the ELF file, for a static bound. Sets `RUSTC_BOOTSTRAP`.
     pub stack_sizes: bool,
-    /// With micromath's sine and cosine.
+    /// Use micromath's sine and cosine.
     pub micromath: bool,
-    /// With a robot, whose tables lie behind the database.
+    /// Drive a robot, whose tables follow the database.
     pub robot: bool,
-    /// Another program than the board's own, which is behind a feature of its name.
+    /// A binary target other than the board's own, which needs the feature of the same name.
     pub program: Option<&'a str>,
-    /// Files that the program is built with: the variables that name them.
+    /// Environment variables of the build, with the files that they name.
     pub files: &'a [(&'a str, &'a Path)],
 }
 
@@ -38,7 +38,7 @@ impl Options<'_> {
         all.flatten().collect::<Vec<_>>().join(",")
     }
 
-    /// What tells images of one board apart.
+    /// Suffix that distinguishes the images of one board.
     fn suffix(&self) -> String {
         let stack = self.stack_sizes.then_some("stack");
         let features = self.features();
@@ -47,10 +47,10 @@ impl Options<'_> {
     }
 }
 
-/// Told to the compiler of every image: at opt-level 3 it lays loops out by several rounds and puts functions into
-/// others, hot or not, which takes a fifth of the flash and makes a frame faster by less than 2%. Hot loops are written
-/// out where that pays, and what is hot and small is marked.
-const SMALL: [&str; 3] = [
+/// Compiler flags of every image. At opt-level 3 the compiler unrolls and inlines code whether it is hot or not, which
+/// takes a fifth of the flash and makes a frame less than 2% faster. Hot loops are unrolled by hand where that pays,
+/// and small hot functions are marked `#[inline]`.
+const SIZE_FLAGS: [&str; 3] = [
     "-Cllvm-args=-unroll-runtime=false",
     "-Cllvm-args=-unroll-threshold=60",
     "-Cllvm-args=-inline-threshold=100",
@@ -61,35 +61,35 @@ pub fn crate_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("image")
 }
 
-/// Folder that images are built in.
+/// Folder in which images are built.
 pub fn target_folder() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
     target.join("firmware")
 }
 
-/// Builds the board's image and gives its path.
+/// Builds the board's image and returns its path.
 ///
 /// # Errors
-/// A missing compiler target, with how to install it, and whatever the compiler has to say.
+/// A missing compiler target (the message says how to install it), and errors of the compiler.
 pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     let folder = crate_folder();
     if !folder.join("Cargo.toml").is_file() {
         bail!(
-            "the firmware's sources are not at {}: run from a checkout, or give an image with --image",
+            "the firmware's sources are not in {}: run from a checkout, or give an image with --image",
             folder.display()
         );
     }
     let Some(compiler) = Compiler::find(board.target) else {
         bail!(
-            "this Rust can't build for {} (the {} board): `cargo xtask firmware --setup` installs the target, or `rustup target add {}`",
+            "the target {} of the {} board is not installed: run `cargo xtask firmware --setup` or `rustup target add {}`",
             board.target,
             board.name,
             board.target
         );
     };
     let kept_in = target_folder();
-    // Flags are a board's own, and what is built with others would be built anew.
+    // A target folder for each set of flags, since a build with other flags would rebuild everything.
     let target = kept_in.join(format!("{}{}", board.name, if options.stack_sizes { "-stack" } else { "" }));
     let mut cargo = compiler.cargo();
     let program = options.program.unwrap_or(board.binary);
@@ -99,22 +99,23 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     if let Some(cpu) = board.cpu {
         flags.push(format!("-Ctarget-cpu={cpu}"));
     }
-    flags.extend(SMALL.map(String::from));
+    flags.extend(SIZE_FLAGS.map(String::from));
     if options.stack_sizes {
         flags.push("-Zemit-stack-sizes".to_owned());
         cargo.env("RUSTC_BOOTSTRAP", "1");
     }
     cargo.args(["--features", &options.features()]);
     if options.defmt {
-        // Without it defmt keeps to errors.
+        // By default defmt logs errors only.
         cargo.env("DEFMT_LOG", env::var_os("DEFMT_LOG").unwrap_or_else(|| "info".into()));
     }
-    // In place of flags that are meant for the host.
+    // These replace flags that are meant for the host.
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}")).env_remove("RUSTFLAGS");
     cargo.env("GESTUS_BOARD", board.reported);
     if board.blob_address.is_none() {
-        let blob =
-            options.blob.with_context(|| format!("the {} board needs a database to hold", board.name))?;
+        let blob = options
+            .blob
+            .with_context(|| format!("the {} board needs a database for its image", board.name))?;
         cargo.env("GESTUS_BLOB", fs::canonicalize(blob).with_context(|| blob.display().to_string())?);
     }
     for (variable, file) in options.files {
@@ -128,12 +129,12 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     }
     let output =
         cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
-    let said = String::from_utf8_lossy(&output.stderr);
+    let messages = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
-        bail!("the image of {} can't be built:\n{}", board.name, said.trim_end());
+        bail!("the image of {} can't be built:\n{}", board.name, messages.trim_end());
     }
-    if !said.trim().is_empty() {
-        eprintln!("{}", said.trim_end());
+    if !messages.trim().is_empty() {
+        eprintln!("{}", messages.trim_end());
     }
     let built = target.join(board.target).join("release").join(program);
     let kept = kept_in.join(format!("{}{}.elf", board.name, options.suffix()));
@@ -141,14 +142,14 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
     Ok(kept)
 }
 
-/// Where a target's `core` comes from, in order of preference.
+/// Sources of a target's `core` library, in order of preference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Compiler {
-    /// The compiler has it.
+    /// Installed with the compiler.
     Installed,
-    /// Sources beside the compiler.
+    /// Built from the compiler's sources.
     Sources,
-    /// Sources of Debian's compiler.
+    /// Built from the sources of Debian's compiler.
     Debian,
 }
 
@@ -158,10 +159,11 @@ impl Compiler {
     fn find(target: &str) -> Option<Self> {
         let rustc = env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
         let sources = |rustc: &str| {
-            answer(rustc, &["--print", "sysroot"])
+            printed_path(rustc, &["--print", "sysroot"])
                 .is_some_and(|s| s.join("lib/rustlib/src/rust/library/core").is_dir())
         };
-        if answer(&rustc, &["--print", "target-libdir", "--target", target]).is_some_and(|f| f.is_dir()) {
+        if printed_path(&rustc, &["--print", "target-libdir", "--target", target]).is_some_and(|f| f.is_dir())
+        {
             Some(Self::Installed)
         } else if sources(&rustc) {
             Some(Self::Sources)
@@ -186,37 +188,37 @@ impl Compiler {
         cargo
     }
 
-    /// Flags that the compiler needs to find a linker: Debian's has none of its own.
+    /// Linker flag: Debian's compiler comes without a linker for these targets.
     fn linker(self) -> Option<&'static str> {
         (self == Self::Debian).then_some("-Clinker=ld.lld")
     }
 }
 
-fn answer(rustc: &str, arguments: &[&str]) -> Option<PathBuf> {
+fn printed_path(rustc: &str, arguments: &[&str]) -> Option<PathBuf> {
     let mut command = Command::new(rustc);
     let output = command.current_dir(crate_folder()).args(arguments).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
 }
 
-/// A file with a robot's tables, or a recording, behind a database, on the next 16-byte boundary: as a board has them in
-/// its flash.
+/// Writes a file as a board has it in flash: a database and, from the next 16-byte boundary on, a robot's tables or a
+/// recording. Returns its path.
 ///
 /// # Errors
 /// A file that can't be written.
-pub fn with_behind(database: &[u8], behind: &[u8], name: &str) -> Result<PathBuf> {
+pub fn write_flash(database: &[u8], appended: &[u8], name: &str) -> Result<PathBuf> {
     let mut bytes = database.to_vec();
     bytes.resize(bytes.len().next_multiple_of(16), 0);
-    bytes.extend(behind);
+    bytes.extend(appended);
     let path = target_folder().join(name);
     fs::create_dir_all(target_folder())?;
     fs::write(&path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     Ok(path)
 }
 
-/// Bytes of flash that an image takes: code, constants, the first values of variables.
+/// Bytes of flash of an image: code, constants, and initial values of variables.
 ///
 /// # Errors
-/// A file that can't be read, or is no ELF.
+/// A file that can't be read, or is not an ELF file.
 pub fn flash_bytes(image: &Path) -> Result<u64> {
     let bytes = fs::read(image).with_context(|| format!("{} can't be read", image.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;

@@ -1,4 +1,4 @@
-//! A clip through an emulated board, and what it cost.
+//! Streams a clip through an emulated board, and measures what it costs there.
 
 use std::{fs::File, path::Path, time::Duration};
 
@@ -12,56 +12,56 @@ use super::{boards::Board, emulator::Emulator, image};
 use crate::{
     link::{
         Line,
-        client::{Client, Patience},
+        client::{Client, RetryPolicy},
         serve::with_robot,
         session::Session,
         stream::{Linked, stream},
     },
-    parts::{prices::Isa, worst::Shape},
+    parts::{calibration::Isa, worst::Shape},
 };
 
-/// An emulated board is slow and its line has no faults: a repetition would only be noise.
-const PATIENCE: Patience =
-    Patience { first: Duration::from_secs(5), most: Duration::from_secs(60), repeats: 8 };
+/// Long timeouts: an emulated board is slow, and its line has no faults.
+const RETRY: RetryPolicy =
+    RetryPolicy { first_timeout: Duration::from_secs(5), max_timeout: Duration::from_secs(60), retries: 8 };
 
-/// What a board did with a clip.
+/// The result of streaming a clip through a board.
 #[derive(Debug, Clone)]
 pub struct Measured {
     /// The board.
     pub board: &'static Board,
-    /// Its output, and how it compares.
+    /// Its output, compared with this machine's.
     pub linked: Linked,
-    /// The board's statistics: numbers ([`counter`]) and values.
+    /// The board's statistics, each as its number ([`counter`]) and its value.
     pub statistics: Vec<(u16, u64)>,
     /// Bytes of the stylizer.
     pub ram_bytes: u32,
-    /// Bytes of flash that the image takes.
+    /// Bytes of flash of the image.
     pub flash_bytes: u64,
-    /// Bytes read from the blob, by frame, ascending.
+    /// Bytes read from the blob in each frame, ascending.
     pub bytes_read: Vec<u32>,
-    /// The most instructions that a frame can take under the request ([`Shape::most`]), where that is known.
+    /// Upper bound of the instructions of a frame under the request ([`Shape::bound`]), if it is known.
     pub bound: Option<f64>,
-    /// Bytes of the method's section of the database, a style; 0 of the mixture, which has none.
+    /// Bytes a style of the method's section in the database; 0 for the mixture, which has no section of its own.
     pub model_bytes_per_style: usize,
 }
 
 impl Measured {
-    /// Every bit of every frame was that of this machine.
+    /// True if every bit of every frame is the same as on this machine.
     pub fn bit_exact(&self) -> bool {
         self.linked.bit_exact()
     }
 
-    /// A statistic of the board.
+    /// The board's statistic of that number.
     pub fn statistic(&self, number: u16) -> Option<u64> {
         self.statistics.iter().find(|(n, _)| *n == number).map(|(_, value)| *value)
     }
 
-    /// Bytes of stylizer and server, which lie in the frame of the firmware's main loop.
+    /// Bytes of stylizer and server, which are in the stack frame of the firmware's main loop.
     pub fn state_bytes(&self) -> Option<u64> {
         Some(self.statistic(counter::STYLIZER_BYTES)? + self.statistic(counter::SERVER_BYTES)?)
     }
 
-    /// Instructions of the frames in a stage, ascending.
+    /// Instructions of each frame in a stage, ascending.
     pub fn stage(&self, stage: Stage) -> Vec<u32> {
         let mut all: Vec<u32> =
             self.linked.stages.iter().filter_map(|s| s.get(stage as usize).copied()).collect();
@@ -88,7 +88,7 @@ impl Measured {
             "frames": self.linked.streamed.steps.len(),
             "frames_differing": self.linked.differing,
             "first_difference": self.linked.first_difference,
-            "degrees_apart": self.linked.apart_rad.to_degrees(),
+            "degrees_apart": self.linked.difference_rad.to_degrees(),
             "instructions_median": median(&instructions),
             "instructions_max": instructions.last(),
             "model_bytes_per_style": self.model_bytes_per_style,
@@ -111,12 +111,12 @@ impl Measured {
     }
 }
 
-/// The middle of ascending values.
+/// Median of ascending values.
 pub fn median<T: Copy>(ascending: &[T]) -> Option<T> {
     ascending.get(ascending.len() / 2).copied()
 }
 
-/// A clip, what is asked for, and the database that answers.
+/// A clip to stream, with its database and settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// The database's file.
@@ -127,21 +127,21 @@ pub struct Job<'a> {
     pub clip: &'a Clip,
     /// Style, labels, parameters.
     pub request: &'a Request,
-    /// A robot on the board, whose tables lie behind the database in the file; and where its hinges are.
+    /// A robot on the board, whose tables follow the database in the file, and the angles of its hinges, radians.
     pub robot: Option<(Robot<'a>, &'a [f32])>,
 }
 
-/// Talks with an emulated board, with a twin of it on this machine.
+/// Starts an emulated board and its twin on this machine, and calls `run` with a session of both.
 ///
 /// # Errors
-/// An emulator that can't be started, a board that ends or does not answer, and what `talk` returns.
-pub fn converse<R>(
+/// An emulator that can't be started, a board that ends or does not reply, and the errors of `run`.
+pub fn with_session<R>(
     board: &'static Board,
     image: &Path,
     job_path: &Path,
     database: Database<'_>,
     robot: Option<Robot<'_>>,
-    talk: impl FnOnce(&mut Session<'_, Box<dyn Line>>) -> Result<R>,
+    run: impl FnOnce(&mut Session<'_, Box<dyn Line>>) -> Result<R>,
 ) -> Result<R> {
     let log = log_path(board);
     if let Some(folder) = log.parent() {
@@ -151,22 +151,22 @@ pub fn converse<R>(
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
     let line: Box<dyn Line> = Box::new(line);
     let outcome = with_robot(database, Config::new(), robot, |twin| {
-        let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), PATIENCE);
+        let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), RETRY);
         let mut session = Session::begin(client, twin, &database)?;
-        talk(&mut session)
+        run(&mut session)
     })?;
-    outcome.map_err(|error| match emulator.ended() {
-        Some(why) => error.context(why),
+    outcome.map_err(|error| match emulator.exit_reason() {
+        Some(reason) => error.context(reason),
         None => error,
     })
 }
 
-/// Where the log lines of a board's last run are.
+/// File with the log lines of a board's last run.
 pub fn log_path(board: &Board) -> std::path::PathBuf {
     image::target_folder().join(format!("{}.log", board.name))
 }
 
-/// A recording that a board has streamed.
+/// The result of replaying a recording on a board.
 #[derive(Debug, Clone, Copy)]
 pub struct Replayed {
     /// The board.
@@ -177,7 +177,7 @@ pub struct Replayed {
     pub digest: u32,
     /// Digest of this machine's.
     pub host_digest: u32,
-    /// How long it took, the emulator's start with it.
+    /// Time that it took, with the emulator's start, seconds.
     pub seconds: f64,
 }
 
@@ -194,18 +194,19 @@ impl Replayed {
         })
     }
 
-    /// Every bit of every frame was that of this machine.
+    /// True if every bit of every frame is the same as on this machine.
     pub fn bit_exact(&self) -> bool {
         self.digest == self.host_digest
     }
 }
 
-/// The most that a frame of a job can take, on the board whose prices were tried on hard streams.
+/// Upper bound of the instructions of a job's frames, on the only board whose costs were measured on worst-case
+/// streams.
 fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
     if board.name != "m4f" || job.request.config.method != Method::Mar {
         return None;
     }
-    Shape::of(&job.database, job.request).most(Isa::Armv7MFpu)
+    Shape::of(&job.database, job.request).bound(Isa::Armv7MFpu)
 }
 
 /// Bytes of the section that the method reads.
@@ -217,7 +218,7 @@ fn model_bytes(job: &Job<'_>) -> usize {
 /// Streams a clip through a board.
 ///
 /// # Errors
-/// As [`converse`], and settings that the board refuses.
+/// As [`with_session`], and settings that the board refuses.
 pub fn measure(
     board: &'static Board,
     image: &Path,
@@ -225,8 +226,8 @@ pub fn measure(
     progress: impl FnMut(),
 ) -> Result<Measured> {
     let flash_bytes = image::flash_bytes(image)?;
-    converse(board, image, job.path, job.database, job.robot.map(|(robot, _)| robot), |session| {
-        session.wish(job.request)?;
+    with_session(board, image, job.path, job.database, job.robot.map(|(robot, _)| robot), |session| {
+        session.apply(job.request)?;
         if let Some((robot, angles)) = job.robot {
             session.find_robot(&robot, angles)?;
         }

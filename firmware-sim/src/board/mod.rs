@@ -1,8 +1,9 @@
-//! Emulated boards: the firmware of `image/` in QEMU, a clip through it over the link, every bit compared with the
-//! host, and what it costs there.
+//! Emulated boards: streams a clip over the link through the firmware of `image/` in QEMU, compares every bit with the
+//! host, and counts instructions and memory.
 //!
-//! [`boards`] lists them, [`image`] builds their firmware, [`emulator`] runs it, [`measure`] streams a clip and
-//! counts, [`programs`] count by themselves, [`generated`] has databases for those who have none; [`command`] is `gestus-sim board`.
+//! [`boards`] lists the boards, [`image`] builds their firmware, [`emulator`] runs it, and [`measure`] streams a clip
+//! and collects the counts. [`programs`] runs programs that count on their own, [`generated`] has databases of
+//! generated motion, and [`command`] is `gestus-sim board`.
 
 pub mod boards;
 pub mod command;

@@ -1,4 +1,5 @@
-//! Programs of the image that count by themselves, without a host: what stands around a step, and elementary functions.
+//! Programs of the image that run without a host: they count the instructions of the work around a step and of
+//! elementary functions, or replay a recording.
 
 use std::{
     collections::BTreeMap,
@@ -29,19 +30,20 @@ use super::{
     image::{self, Options},
 };
 
-/// Joints of the body that comes in, and how much larger it is than the database's.
+/// Joints of the input's skeleton, and its size relative to the database's.
 const JOINTS: usize = 31;
 const LARGER: f64 = 1.1;
 
-/// Median and most instructions of what stands around a step, by name: `retarget_in` (a body of 31 joints),
-/// `retarget_back`, `retiming` (one frame of 30 a second, its ticks at 50), `servo` (the toy of 16 servos, limits and
-/// pulses), `row_decode` (one row of the database), `effort` (the dial). The database, its map and its robot are generated.
+/// Median and maximum of the instructions of the work around a step, by name: `retarget_in` (from a skeleton of 31
+/// joints), `retarget_back`, `retiming` (one frame of 30 a second, with ticks at 50 a second), `servo` (a toy robot of
+/// 16 servos: limits and pulses), `row_decode` (one row of the database), and `effort` (the effort dial). The database,
+/// its retargeting map and its robot are generated.
 ///
 /// # Errors
-/// A board that it is not made for, an image that can't be built, and an emulator that fails.
+/// An unsupported board, an image that can't be built, and an emulator that fails.
 pub fn around(board: &Board) -> Result<Value> {
     if board.name != "m4f" {
-        bail!("--around: it counts on m4f, not on {}", board.name);
+        bail!("--around works on m4f only, not on {}", board.name);
     }
     let path = REFERENCE.database()?;
     let bytes = fs::read(&path).with_context(|| format!("{} can't be read", path.display()))?;
@@ -53,7 +55,7 @@ pub fn around(board: &Board) -> Result<Value> {
         fs::write(&path, bytes).map(|()| path)
     });
     let (map, robot) = (map?, robot?);
-    // The dial is the database's, whose builder leaves it out of generated motion: what it holds does not matter here.
+    // The builder does not add an effort dial to generated motion. Its values do not matter here.
     let styles = database.counts().styles;
     let efforts = (0..styles).map(|s| Some([s as f64 / 3.0 - 1.0, (s % 3) as f64 - 1.0, (s % 2) as f64]));
     let dial = Dial::new(Source::Estimated, efforts.collect(), 0);
@@ -64,13 +66,13 @@ pub fn around(board: &Board) -> Result<Value> {
     Ok(lines.into_iter().map(|(name, n)| (name, json!({ "median": n[0], "max": n[1] }))).collect())
 }
 
-/// Instructions of elementary functions and how far they are off, by name.
+/// Instructions and errors of elementary functions, by name.
 ///
 /// # Errors
 /// As [`around`].
 pub fn functions(board: &Board) -> Result<Value> {
     if !["m4f", "m0"].contains(&board.name) {
-        bail!("--functions: it counts on m4f and m0, not on {}", board.name);
+        bail!("--functions works on m4f and m0 only, not on {}", board.name);
     }
     let path = if board.blob_address.is_some() { REFERENCE.database()? } else { SMALL.database()? };
     let options = Options { program: Some("functions"), blob: Some(&path), ..Options::default() };
@@ -82,17 +84,18 @@ pub fn functions(board: &Board) -> Result<Value> {
     Ok(lines.into_iter().map(|(name, numbers)| (name, figures(numbers))).collect())
 }
 
-/// Digest and frames of a recording that lies behind the database in a file, streamed by a board without counting.
+/// Replays on a board, without counting, the recording that follows the database in a file. Returns its digest and
+/// number of frames.
 ///
 /// # Errors
 /// As [`around`].
 pub fn replay(board: &Board, image: &Path, file: &Path) -> Result<(u32, usize)> {
     let text = emulator::output(board, image, file, false)?;
-    let said = match text.split_whitespace().collect::<Vec<_>>()[..] {
+    let result = match text.split_whitespace().collect::<Vec<_>>()[..] {
         ["digest", digest, frames] => digest.parse().ok().zip(frames.parse().ok()),
         _ => None,
     };
-    said.with_context(|| format!("{}: the board says `{}`", board.name, text.trim()))
+    result.with_context(|| format!("{}: the board printed `{}`", board.name, text.trim()))
 }
 
 /// The image of [`replay`].
@@ -103,7 +106,7 @@ pub fn replay_image(board: &Board) -> Result<PathBuf> {
     image::build(board, Options { program: Some("replay"), ..Options::default() })
 }
 
-/// The lines that a program prints: names and numbers, three at least (missing ones are 0).
+/// Runs a program and parses its lines, each a name and numbers; fewer than three are filled up with zeros.
 fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<String, Vec<u64>>> {
     eprintln!("building {} for {} ({})", options.program.unwrap_or_default(), board.name, board.title);
     let image: PathBuf = image::build(board, options)?;
@@ -113,7 +116,7 @@ fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<Stri
         let mut words = line.split_whitespace();
         let name = words.next().unwrap_or_default().to_owned();
         let mut numbers = words
-            .map(|word| word.parse().with_context(|| format!("{}: the board says `{line}`", board.name)))
+            .map(|word| word.parse().with_context(|| format!("{}: the board printed `{line}`", board.name)))
             .collect::<Result<Vec<u64>>>()?;
         numbers.resize(numbers.len().max(3), 0);
         lines.insert(name, numbers);
@@ -124,7 +127,7 @@ fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<Stri
     Ok(lines)
 }
 
-/// A clip on another skeleton: a tenth larger, with joints at its ends that the database's does not have.
+/// A clip on another skeleton: a tenth larger, with additional joints at its ends.
 fn foreign(clip: &Clip) -> Clip {
     let mut skeleton = Skeleton::clone(&clip.skeleton);
     for offset in &mut skeleton.offsets {
@@ -132,7 +135,7 @@ fn foreign(clip: &Clip) -> Clip {
     }
     let own = skeleton.joints();
     for extra in 0..JOINTS.saturating_sub(own) {
-        // Fingers and the like hang on the last joints.
+        // Like fingers, children of the last joints.
         let parent = own - 1 - extra % own;
         skeleton.names.push(format!("Extra{extra}"));
         skeleton.parents.push(Some(parent));

@@ -1,4 +1,4 @@
-//! Asking a board: one request at a time, repeated until it is answered.
+//! The client of the link protocol: sends one request at a time, and sends it again until the reply arrives.
 
 use std::{io, time::Duration};
 
@@ -8,44 +8,44 @@ use gestus_core::link::{
 
 use super::line::Line;
 
-/// Bytes of the longest frame that a host takes or sends: 64 joints and to spare.
+/// Size of the host's frame buffers, bytes: more than a pose of 64 joints takes.
 pub const BUFFER: usize = 4096;
 
-/// How long a client waits.
+/// How long a client waits for a reply, and how often it sends a request again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patience {
-    /// For the first answer; each repetition waits twice as long as the one before.
-    pub first: Duration,
-    /// But never longer than this.
-    pub most: Duration,
-    /// Repetitions before the client gives up.
-    pub repeats: u8,
+pub struct RetryPolicy {
+    /// Time to wait after the first attempt; doubled after each further one.
+    pub first_timeout: Duration,
+    /// Upper limit of the time to wait.
+    pub max_timeout: Duration,
+    /// Repeated attempts before the client gives up.
+    pub retries: u8,
 }
 
-impl Default for Patience {
+impl Default for RetryPolicy {
     fn default() -> Self {
-        Self { first: Duration::from_millis(250), most: Duration::from_secs(2), repeats: 20 }
+        Self { first_timeout: Duration::from_millis(250), max_timeout: Duration::from_secs(2), retries: 20 }
     }
 }
 
-/// What a client counted of its line.
+/// What a client counted on its line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct HostCounts {
-    /// Requests asked.
+    /// Requests made, each counted once.
     pub requests: u64,
-    /// Repetitions sent, since no answer came in time.
+    /// Requests sent again because no reply came in time.
     pub repeats: u64,
-    /// Frames that arrived whole.
+    /// Undamaged frames received.
     pub frames: u64,
-    /// Answers to requests that were answered already.
+    /// Replies to requests that already had one.
     pub doubled: u64,
-    /// Frames that were cut.
+    /// Truncated frames.
     pub cut: u64,
-    /// Frames whose checksum disagreed.
+    /// Frames with a wrong checksum.
     pub corrupted: u64,
     /// Frames longer than the buffer.
     pub overlong: u64,
-    /// Frames that are no replies: an echo, or another program's.
+    /// Frames that are not replies: an echo, or another program's.
     pub foreign: u64,
 }
 
@@ -65,29 +65,49 @@ impl HostCounts {
     }
 }
 
-/// Why a request has no answer that is of use.
+/// Why a request failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// The line is gone.
-    #[error("the line is gone: {0}")]
+    /// The line failed or was closed.
+    #[error("the line failed: {0}")]
     Line(#[from] io::Error),
-    /// No answer.
-    #[error("no answer after {repeats} repetitions in {seconds:.1} s{}", advice(.counts))]
-    Silent {
-        /// Repetitions.
-        repeats: u8,
-        /// Time waited.
+    /// No reply came.
+    #[error("no reply within {seconds:.1} s, after {retries} retries{}", advice(.counts))]
+    Timeout {
+        /// Repeated attempts.
+        retries: u8,
+        /// Time waited, seconds.
         seconds: f64,
-        /// What the line brought meanwhile and before.
+        /// What the client has counted since it began.
         counts: HostCounts,
     },
-    /// The board has an answer, and it is no.
+    /// The board refused the request.
     #[error("{0}")]
     Fault(Fault),
-    /// The answer can't be decoded, or is one to another question.
-    #[error("the answer can't be read: take host and firmware of one release")]
+    /// The reply can't be decoded, or is not of the kind that the request asks for.
+    #[error("the reply can't be decoded: use host and firmware of the same release")]
     Unreadable,
+    /// The board has another database.
+    #[error(
+        "the board's database is {board:08x}, the file's {file:08x}: flash the board with this file, or give the file that it was flashed with"
+    )]
+    Database {
+        /// Identity of the board's database.
+        board: u32,
+        /// Identity of the file's.
+        file: u32,
+    },
+    /// The board's buffers are too short for a pose: it would drop poses silently, or step them and not reply.
+    #[error(
+        "the link's buffers on the board have {have} bytes, and a pose of this database needs {need}: build its firmware with larger ones (docs/LINK.md, \"Memory\")"
+    )]
+    Buffers {
+        /// Bytes of a buffer.
+        have: usize,
+        /// Bytes needed.
+        need: usize,
+    },
     /// The request is too long for a frame.
     #[error("the request is longer than {BUFFER} bytes")]
     Overlong,
@@ -95,35 +115,35 @@ pub enum LinkError {
 
 fn advice(counts: &HostCounts) -> &'static str {
     match (counts.frames, counts.cut + counts.corrupted + counts.overlong) {
-        (0, 0) => ": is the board running, and this its port?",
-        (0, _) => ", bytes that are no frames: is the baud rate right?",
-        _ => ": the board has stopped, or the line got worse",
+        (0, 0) => ": is the board running, and is it on this port?",
+        (0, _) => ", and the bytes received are not frames: is the baud rate right?",
+        _ => ": the board has stopped, or the line has become worse",
     }
 }
 
-/// The host's end of a line.
+/// The host's end of a line to a board.
 pub struct Client<L> {
     line: L,
-    patience: Patience,
+    retry: RetryPolicy,
     session: u32,
     sequence: u16,
     frame: Box<Frame<BUFFER>>,
     receiver: Box<Receiver<BUFFER>>,
-    /// Bytes that arrived, and how many of them are looked at.
+    /// Bytes received and not yet parsed, the next one last.
     arrived: Vec<u8>,
-    /// The last answer's message.
+    /// Message of the last reply.
     message: Vec<u8>,
     counts: HostCounts,
 }
 
 impl<L: Line> Client<L> {
-    /// A client on a line. `session` tells it from the client before, which the board may remember.
-    pub fn new(line: L, session: u32, patience: Patience) -> Self {
+    /// A client on a line. `session` distinguishes it from an earlier client, whose requests the board may remember.
+    pub fn new(line: L, session: u32, retry: RetryPolicy) -> Self {
         Self {
             line,
-            patience,
+            retry,
             session,
-            // Answers to a client before are not to fit this one's questions.
+            // Starts elsewhere than an earlier client, so that a late reply to that one does not match.
             sequence: (session >> 8) as u16,
             frame: Box::default(),
             receiver: Box::default(),
@@ -133,7 +153,7 @@ impl<L: Line> Client<L> {
         }
     }
 
-    /// A number for a session: this process at this moment.
+    /// A new session number, from the time and the process id.
     pub fn new_session() -> u32 {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         let mixed = (since.as_nanos() as u64 ^ u64::from(std::process::id()) << 32)
@@ -141,7 +161,7 @@ impl<L: Line> Client<L> {
         (mixed >> 32) as u32
     }
 
-    /// What was counted.
+    /// What was counted so far.
     pub fn counts(&self) -> HostCounts {
         self.counts
     }
@@ -156,24 +176,24 @@ impl<L: Line> Client<L> {
     /// # Errors
     /// [`LinkError`].
     pub fn hello(&mut self) -> Result<Identity<'_>, LinkError> {
-        match self.ask(&Request::Hello { session: self.session })? {
+        match self.call(&Request::Hello { session: self.session })? {
             Reply::Hello(identity) => Ok(identity),
             _ => Err(LinkError::Unreadable),
         }
     }
 
-    /// Puts a setting in force.
+    /// Applies a setting.
     ///
     /// # Errors
     /// [`LinkError`].
     pub fn set(&mut self, request: &Request<'_>) -> Result<(), LinkError> {
-        match self.ask(request)? {
+        match self.call(request)? {
             Reply::Done => Ok(()),
             _ => Err(LinkError::Unreadable),
         }
     }
 
-    /// All of the board's statistics: numbers ([`gestus_core::link::counter`]) and values.
+    /// All of the board's statistics, each as its number ([`gestus_core::link::counter`]) and its value.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -181,7 +201,7 @@ impl<L: Line> Client<L> {
         let mut all = Vec::new();
         loop {
             let skip = u16::try_from(all.len()).map_err(|_| LinkError::Unreadable)?;
-            match self.ask(&Request::Statistics { skip })? {
+            match self.call(&Request::Statistics { skip })? {
                 Reply::Statistics { more, page } => {
                     all.extend_from_slice(&page);
                     if !more || page.is_empty() {
@@ -193,16 +213,16 @@ impl<L: Line> Client<L> {
         }
     }
 
-    /// Asks, and repeats the question until its answer has come.
+    /// Sends a request, again and again until its reply has come.
     ///
     /// # Errors
-    /// [`LinkError`]; a refusal is [`LinkError::Fault`].
-    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply<'_>, LinkError> {
+    /// [`LinkError`]; a refusal by the board is [`LinkError::Fault`].
+    pub fn call(&mut self, request: &Request<'_>) -> Result<Reply<'_>, LinkError> {
         self.sequence = self.sequence.wrapping_add(1);
         self.counts.requests += 1;
         let began = self.line.now();
-        let mut wait = self.patience.first;
-        for attempt in 0..=self.patience.repeats {
+        let mut wait = self.retry.first_timeout;
+        for attempt in 0..=self.retry.retries {
             self.counts.repeats += u64::from(attempt > 0);
             let bytes = self
                 .frame
@@ -216,13 +236,13 @@ impl<L: Line> Client<L> {
                     None => Err(LinkError::Unreadable),
                 };
             }
-            wait = (wait * 2).min(self.patience.most);
+            wait = (wait * 2).min(self.retry.max_timeout);
         }
         let seconds = (self.line.now() - began).as_secs_f64();
-        Err(LinkError::Silent { repeats: self.patience.repeats, seconds, counts: self.counts })
+        Err(LinkError::Timeout { retries: self.retry.retries, seconds, counts: self.counts })
     }
 
-    /// Waits for the answer to the running question. False where none came in time.
+    /// Waits for the reply to the current request. Returns false if none came in time.
     fn listen(&mut self, wait: Duration) -> Result<bool, LinkError> {
         let until = self.line.now() + wait;
         loop {
@@ -237,12 +257,12 @@ impl<L: Line> Client<L> {
             }
             let mut buffer = [0; 512];
             let count = self.line.receive(&mut buffer, until - now)?;
-            // Backwards, so that the next byte is at the end.
+            // In reverse, so that the next byte is the last.
             self.arrived.extend(buffer[..count].iter().rev());
         }
     }
 
-    /// Takes a byte. True where it completes the answer.
+    /// Parses a byte. Returns true if it completes the reply.
     fn take(&mut self, byte: u8) -> bool {
         let counts = &mut self.counts;
         match self.receiver.receive(byte) {

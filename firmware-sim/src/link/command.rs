@@ -18,7 +18,7 @@ use gestus_motion::unit::Unit;
 use serde_json::{Value, json};
 
 use super::{
-    client::{Client, Patience},
+    client::{Client, RetryPolicy},
     line::{self, Line},
     loopback::Loopback,
     noise::Noise,
@@ -32,33 +32,33 @@ use super::{
 pub struct LinkArgs {
     /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
     port: String,
-    /// Only ask who is there, and for its statistics; needs neither database, clip nor style
+    /// Only print the board's identity and statistics; needs neither database, clip nor style
     #[arg(long)]
     probe: bool,
-    /// The database; it has to be the board's
+    /// The database, the same as the board's
     #[arg(long)]
     db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations); on another skeleton than the database's it
-    /// is retargeted
+    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
+    /// the database's
     #[arg(long)]
     input: PathBuf,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit; where left out, the one in which the body is
-    /// the database's, or else guessed by its height
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
+    /// body is the database's, otherwise a guess from its height
     #[arg(long)]
     unit: Option<Unit>,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
-    /// Where the board's output goes, a BVH file at the database's rate
+    /// BVH file to write the board's output to, at the database's rate
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Send frames at the database's rate, rather than each as soon as the one before is answered
+    /// Send frames at the database's rate, instead of each as soon as the previous one is answered
     #[arg(long)]
     pace: bool,
-    /// Milliseconds to wait for an answer before the question is repeated; each repetition waits twice as long, up to
-    /// 8 times
+    /// Milliseconds to wait for a reply before the request is sent again; doubled after each attempt, up to 8 times
+    /// this value
     #[arg(long, default_value_t = 250)]
     timeout: u64,
-    /// Repetitions before the board is given up
+    /// Retries before the command gives up
     #[arg(long, default_value_t = 20)]
     repeats: u8,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub struct LinkArgs {
     /// Faults of the loopback line, such as lose=0.001,corrupt=0.001,drop=0.01,cut=0.01,delay=0.05:300,seed=7
     #[arg(long)]
     noise: Option<Noise>,
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -74,20 +74,20 @@ pub struct LinkArgs {
 /// A robot on the board.
 #[derive(clap::Args, Debug)]
 pub struct RobotArgs {
-    /// The tables of a robot that hangs on the board, as `gestus translate --robot-section` writes them: it is driven at
-    /// its own rate, and every angle and pulse compared
+    /// The tables of a robot that the board drives, as `gestus translate --robot-section` writes them. It is driven at
+    /// its own rate, and every angle and pulse is compared
     #[arg(long, value_name = "ROBOT.gestus")]
     pub robot: Option<PathBuf>,
-    /// Where the robot's hinges are before the first tick, radians, in the order of the tables; zero where left out
+    /// The hinges' angles before the first tick, radians, in the order of the tables; 0 by default
     #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true)]
     pub robot_at: Vec<f32>,
-    /// Where its angles and pulses go, a table in CSV
+    /// CSV file to write the robot's angles and pulses to
     #[arg(long, requires = "robot", value_name = "OUT.csv")]
     pub robot_csv: Option<PathBuf>,
 }
 
 impl RobotArgs {
-    /// The file's bytes; empty where there is no robot.
+    /// The file's bytes; empty without a robot.
     ///
     /// # Errors
     /// A file that can't be read.
@@ -97,10 +97,10 @@ impl RobotArgs {
         self.robot.as_ref().map_or(Ok(Vec::new()), read)
     }
 
-    /// The robot of those bytes, which has to be one of the database.
+    /// Opens the robot's tables, which have to fit the database.
     ///
     /// # Errors
-    /// Bytes that are no robot, and one that was made for another database.
+    /// Bytes that are not a robot's tables, and tables made for another database.
     pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let robot = Robot::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
@@ -108,7 +108,7 @@ impl RobotArgs {
         Ok(Some(robot))
     }
 
-    /// Writes what the robot did, where that was asked for.
+    /// Writes the robot's ticks, if `--robot-csv` is given.
     ///
     /// # Errors
     /// A file that can't be written.
@@ -119,29 +119,29 @@ impl RobotArgs {
     }
 }
 
-/// What `gestus-sim link PORT --probe` takes: the parser would ask for a database otherwise.
+/// Arguments of `gestus-sim link PORT --probe`, which are parsed apart because `LinkArgs` requires a database.
 #[derive(clap::Parser, Debug)]
 #[command(name = "gestus-sim link")]
 pub struct ProbeArgs {
     /// The line
     port: String,
-    /// Only ask who is there, and for its statistics
+    /// Only print the board's identity and statistics
     #[arg(long, required = true)]
     probe: bool,
-    /// Milliseconds to wait for an answer before the question is repeated
+    /// Milliseconds to wait for a reply before the request is sent again
     #[arg(long, default_value_t = 250)]
     timeout: u64,
-    /// Repetitions before the board is given up
+    /// Retries before the command gives up
     #[arg(long, default_value_t = 20)]
     repeats: u8,
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
 impl ProbeArgs {
-    /// The arguments, where those of the command line ask for it.
-    pub fn asked(words: &[String]) -> Option<Self> {
+    /// The arguments, if the command line has `link` and `--probe`.
+    pub fn from_command_line(words: &[String]) -> Option<Self> {
         let (first, rest) = words.split_first()?;
         (first == "link" && rest.iter().any(|w| w == "--probe"))
             .then(|| Self::parse_from(std::iter::once(first).chain(rest)))
@@ -149,29 +149,30 @@ impl ProbeArgs {
 }
 
 fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {
-    let first = Duration::from_millis(timeout_ms.max(1));
-    Client::new(line, Client::<L>::new_session(), Patience { first, most: first * 8, repeats })
+    let first_timeout = Duration::from_millis(timeout_ms.max(1));
+    let retry = RetryPolicy { first_timeout, max_timeout: first_timeout * 8, retries: repeats };
+    Client::new(line, Client::<L>::new_session(), retry)
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// Files that can't be read or written, a board that does not answer or refuses, and bits that differ.
+/// Files that can't be read or written, a board that does not reply or refuses a request, and bits that differ.
 pub fn run(args: &LinkArgs) -> Result<()> {
     let loopback = args.port == "loopback";
     if args.noise.is_some() && !loopback {
-        bail!("--noise is for the line `loopback`: a real one has its own");
+        bail!("--noise works with the line `loopback` only");
     }
     check_outputs(
         [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
         [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
     )?;
-    let (db, input, wish) = (&args.db, &args.input, &args.stylizer_args);
+    let (db, input) = (&args.db, &args.input);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
     let input = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
     tell(&args.input, input.notes());
-    let request = wish.request(&database).with_context(|| db.display().to_string())?;
+    let request = args.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
     let outcome = with_robot(database, request.config, robot, |twin| {
@@ -179,30 +180,30 @@ pub fn run(args: &LinkArgs) -> Result<()> {
             let noise = args.noise.unwrap_or_default();
             with_robot(database, request.config, robot, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome = converse(args, &mut line, twin, (&database, robot), &input, &request);
-                let [there, back] = line.happened();
-                eprintln!("on the line to the board: {there}; on the way back: {back}");
+                let outcome = stream_clip(args, &mut line, twin, (&database, robot), &input, &request);
+                let [there, back] = line.fault_counts();
+                eprintln!("faults on the way to the board: {there}; on the way back: {back}");
                 outcome
             })?
         } else {
-            converse(args, line::open(&args.port)?, twin, (&database, robot), &input, &request)
+            stream_clip(args, line::open(&args.port)?, twin, (&database, robot), &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
 }
 
-/// Asks a board who it is, and for its statistics.
+/// Prints a board's identity and statistics.
 ///
 /// # Errors
-/// A line that can't be opened, and a board that does not answer.
+/// A line that can't be opened, and a board that does not reply.
 pub fn probe(args: &ProbeArgs) -> Result<()> {
     if args.port == "loopback" {
-        bail!("a loopback has no board to ask: give a port, or leave out --probe");
+        bail!("--probe needs a real board: give a port instead of `loopback`");
     }
-    ask(args).with_context(|| args.port.clone())
+    print_probe(args).with_context(|| args.port.clone())
 }
 
-fn ask(args: &ProbeArgs) -> Result<()> {
+fn print_probe(args: &ProbeArgs) -> Result<()> {
     let mut client = client(line::open(&args.port)?, args.timeout, args.repeats);
     let identity = BoardIdentity::from(client.hello()?);
     let statistics = named(&client.statistics()?);
@@ -214,7 +215,7 @@ fn ask(args: &ProbeArgs) -> Result<()> {
     }
 }
 
-fn converse<'t, L: Line>(
+fn stream_clip<'t, L: Line>(
     args: &LinkArgs,
     line: L,
     twin: &'t mut super::serve::BoardFn<'t>,
@@ -224,7 +225,7 @@ fn converse<'t, L: Line>(
 ) -> Result<()> {
     let mut session = Session::begin(client(line, args.timeout, args.repeats), twin, database)?;
     eprintln!("{}", session.identity());
-    session.wish(request)?;
+    session.apply(request)?;
     if let Some(robot) = robot {
         session.find_robot(&robot, &args.robot.robot_at)?;
     }
@@ -304,7 +305,7 @@ fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(St
 fn print(figures: &Value) -> Result<()> {
     let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
     say(format_args!(
-        "{} frames, {} bit-exact, digest {}; {:.1} ms a round trip (median), {:.1} at most; {} questions repeated",
+        "{} frames, {} bit-exact, digest {}; round trip {:.1} ms (median), {:.1} ms at most; {} requests sent again",
         figures["frames"],
         if figures["bit_exact"] == json!(true) { "all" } else { "not" },
         figures["digest"].as_str().unwrap_or(""),

@@ -1,4 +1,4 @@
-//! Lines: where bytes go and come.
+//! Lines: the transports that carry the link's bytes.
 
 use std::{
     io::{self, Read, Write},
@@ -9,9 +9,9 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
-/// Baud of a serial port where none is given.
+/// Default baud rate of a serial port.
 pub const BAUD: u32 = 921_600;
-/// How long a serial port waits for bytes before the reading thread looks again.
+/// Read timeout of a serial port; the reading thread then tries again.
 const POLL: Duration = Duration::from_millis(100);
 
 /// A line of bytes in both directions, with a clock.
@@ -19,30 +19,30 @@ pub trait Line {
     /// Sends all of the bytes.
     ///
     /// # Errors
-    /// Where the line is gone.
+    /// The line failed or was closed.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Receives some bytes, at least one; or 0, after that time without any.
+    /// Receives at least one byte and returns how many, or 0 if none came within that time.
     ///
     /// # Errors
-    /// Where the line is gone.
+    /// The line failed or was closed.
     fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize>;
 
-    /// Time since some moment: the line's own, for a line in a simulation has another clock than the wall.
+    /// The line's clock, from an arbitrary start. A simulated line has a virtual one.
     fn now(&self) -> Duration;
 }
 
-/// A line of a reader and a writer: a thread reads, so that every reader has a time limit, whatever it is.
+/// A line made of a reader and a writer. A thread does the reading, so that any reader gets a time limit.
 pub struct Piped<W> {
     writer: W,
     reader: Receiver<io::Result<Vec<u8>>>,
-    /// Bytes read and not yet asked for.
+    /// Bytes read and not yet returned.
     left: Vec<u8>,
     start: Instant,
 }
 
 impl<W: Write> Piped<W> {
-    /// A line out of its two halves.
+    /// Joins the two halves of a line.
     pub fn new(mut reader: impl Read + Send + 'static, writer: W) -> Self {
         let (sender, receiver) = mpsc::channel();
         std::thread::spawn(move || {
@@ -53,7 +53,7 @@ impl<W: Write> Piped<W> {
                         Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the other end has closed the line"))
                     }
                     Ok(count) => Ok(buffer[..count].to_vec()),
-                    Err(e) if waits(&e) => continue,
+                    Err(e) if is_pending(&e) => continue,
                     Err(e) => Err(e),
                 };
                 let last = read.is_err();
@@ -66,8 +66,8 @@ impl<W: Write> Piped<W> {
     }
 }
 
-/// Nothing has come yet, which is no fault.
-fn waits(error: &io::Error) -> bool {
+/// True if the error only means that nothing has come yet.
+fn is_pending(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }
 
@@ -134,7 +134,7 @@ impl<L: Line + ?Sized> Line for Box<L> {
 /// - `DEVICE` or `DEVICE@BAUD`, a serial port: `/dev/ttyACM0`, `COM3@115200`.
 ///
 /// # Errors
-/// Where there is no such line, or it can't be opened; the message lists the serial ports that there are.
+/// There is no such line, or it can't be opened; the message lists the serial ports of this machine.
 pub fn open(name: &str) -> Result<Box<dyn Line>> {
     if let Some(address) = name.strip_prefix("tcp:") {
         let stream = TcpStream::connect(address).with_context(|| format!("{name}: can't connect"))?;
@@ -146,9 +146,9 @@ pub fn open(name: &str) -> Result<Box<dyn Line>> {
     }
     let (device, baud) = match name.rsplit_once('@') {
         Some((device, baud)) => {
-            let baud = baud
-                .parse()
-                .with_context(|| format!("{name}: `{baud}` is no baud rate; write {device}@115200"))?;
+            let baud = baud.parse().with_context(|| {
+                format!("{name}: `{baud}` is not a baud rate: write, for example, {device}@115200")
+            })?;
             (device, baud)
         }
         None => (name, BAUD),
@@ -168,7 +168,7 @@ fn unix(path: &str) -> Result<Box<dyn Line>> {
 
 #[cfg(not(unix))]
 fn unix(_: &str) -> Result<Box<dyn Line>> {
-    bail!("this system has no such sockets; use tcp:HOST:PORT")
+    bail!("this system has no Unix sockets: use tcp:HOST:PORT")
 }
 
 fn ports() -> String {
@@ -200,15 +200,15 @@ mod tests {
         let mut buffer = [0; 3];
         assert_eq!(line.receive(&mut buffer, Duration::from_millis(5)).expect("no fault"), 0);
         line.send(b"abcde").expect("the line is there");
-        let mut heard: Vec<u8> = vec![];
-        while heard.len() < 5 {
+        let mut received: Vec<u8> = vec![];
+        while received.len() < 5 {
             let count = line.receive(&mut buffer, Duration::from_secs(10)).expect("the line is there");
-            assert!(count > 0, "{heard:?}");
-            heard.extend(&buffer[..count]);
+            assert!(count > 0, "{received:?}");
+            received.extend(&buffer[..count]);
         }
-        assert_eq!(heard, b"edcba");
+        assert_eq!(received, b"edcba");
         board.join().expect("no assertion failed");
-        // The other end is gone: that is said, again and again.
+        // The other end is closed: every further read reports it.
         for _ in 0..2 {
             let gone = line.receive(&mut buffer, Duration::from_secs(10)).expect_err("it is closed");
             assert_eq!(gone.kind(), io::ErrorKind::UnexpectedEof);
@@ -219,7 +219,7 @@ mod tests {
     fn a_name_that_is_no_line_is_explained() {
         let message = |name: &str| format!("{:#}", open(name).err().expect("there is no such line"));
         assert!(message("/dev/no-such-port").contains("DEVICE[@BAUD]"));
-        assert!(message("/dev/no-such-port@fast").contains("`fast` is no baud rate"));
+        assert!(message("/dev/no-such-port@fast").contains("`fast` is not a baud rate"));
         assert!(message("tcp:127.0.0.1:1").contains("can't connect"));
         assert!(message("unix:/no/such/socket").contains("/no/such/socket"));
     }

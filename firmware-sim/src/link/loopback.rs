@@ -1,26 +1,25 @@
-//! A board in this process, at the other end of a line that does what it is told: virtual time, so that hours of
-//! timeouts pass in no time.
+//! A line to a board in this process, with faults on request. Its time is virtual, so that timeouts cost no time.
 
 use std::{collections::VecDeque, io, time::Duration};
 
 use super::{
     line::Line,
-    noise::{Disturber, Happened, Noise},
+    noise::{FaultCounts, FaultInjector, Noise},
 };
 
-/// Time that a byte takes on the line: 10 bits at 921,600 baud.
+/// Transmission time of a byte: 10 bits at 921,600 baud.
 const BYTE: Duration = Duration::from_nanos(10_850);
-/// Time that the board takes for a request.
+/// Time in which the board handles a request.
 const WORK: Duration = Duration::from_millis(1);
 
-/// A line to a board that is a function: byte in, answer out.
+/// A line to a board that is a function: it takes a byte and may return a reply.
 pub struct Loopback<B> {
     board: B,
     now: Duration,
-    /// Bytes on their way, with the time of their arrival; in order, since a line has no short cuts.
+    /// Bytes in transit with their arrival times, in order: a line never reorders bytes.
     to_board: VecDeque<(Duration, u8)>,
     to_host: VecDeque<(Duration, u8)>,
-    disturbers: [Disturber; 2],
+    injectors: [FaultInjector; 2],
 }
 
 impl<B: FnMut(u8) -> Option<Vec<u8>>> Loopback<B> {
@@ -31,26 +30,26 @@ impl<B: FnMut(u8) -> Option<Vec<u8>>> Loopback<B> {
             now: Duration::ZERO,
             to_board: VecDeque::new(),
             to_host: VecDeque::new(),
-            disturbers: [0, 1].map(|way| Disturber::new(noise, way)),
+            injectors: [0, 1].map(|direction| FaultInjector::new(noise, direction)),
         }
     }
 
-    /// What happened on the way to the board, and on the way back.
-    pub fn happened(&self) -> [Happened; 2] {
-        [self.disturbers[0].happened, self.disturbers[1].happened]
+    /// The faults injected on the way to the board, and on the way back.
+    pub fn fault_counts(&self) -> [FaultCounts; 2] {
+        self.injectors.each_ref().map(|injector| injector.counts)
     }
 
     /// The board takes its next byte.
     fn step_board(&mut self) {
         let Some((time, byte)) = self.to_board.pop_front() else { return };
-        if let Some(answer) = (self.board)(byte) {
-            let (bytes, late) = self.disturbers[1].disturb(&answer);
-            put(&mut self.to_host, &bytes, time + WORK + late);
+        if let Some(reply) = (self.board)(byte) {
+            let (bytes, late) = self.injectors[1].inject(&reply);
+            enqueue(&mut self.to_host, &bytes, time + WORK + late);
         }
     }
 }
 
-fn put(queue: &mut VecDeque<(Duration, u8)>, bytes: &[u8], from: Duration) {
+fn enqueue(queue: &mut VecDeque<(Duration, u8)>, bytes: &[u8], from: Duration) {
     let mut at = queue.back().map_or(from, |(last, _)| from.max(*last));
     for &byte in bytes {
         at += BYTE;
@@ -60,14 +59,14 @@ fn put(queue: &mut VecDeque<(Duration, u8)>, bytes: &[u8], from: Duration) {
 
 impl<B: FnMut(u8) -> Option<Vec<u8>>> Line for Loopback<B> {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let (bytes, late) = self.disturbers[0].disturb(bytes);
-        put(&mut self.to_board, &bytes, self.now + late);
+        let (bytes, late) = self.injectors[0].inject(bytes);
+        enqueue(&mut self.to_board, &bytes, self.now + late);
         Ok(())
     }
 
     fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize> {
         let until = self.now + within;
-        // The board goes first where both are due: what it answers can't arrive before.
+        // The board runs first if both are due: its reply can't arrive before it.
         loop {
             let host = self.to_host.front().map(|(time, _)| *time);
             match self.to_board.front() {
@@ -114,12 +113,12 @@ mod tests {
         let mut buffer = [0; 8];
         assert_eq!(line.receive(&mut buffer, Duration::from_micros(900)).expect("no fault"), 0);
         assert_eq!(line.now(), Duration::from_micros(900));
-        let mut heard: Vec<u8> = vec![];
-        while heard.len() < 3 {
+        let mut received: Vec<u8> = vec![];
+        while received.len() < 3 {
             let count = line.receive(&mut buffer, Duration::from_secs(1)).expect("no fault");
-            heard.extend(&buffer[..count]);
+            received.extend(&buffer[..count]);
         }
-        assert_eq!(heard, [7, 8, 9]);
+        assert_eq!(received, [7, 8, 9]);
         assert_eq!(line.now(), WORK + 6 * BYTE);
         assert_eq!(line.receive(&mut buffer, Duration::from_secs(1)).expect("no fault"), 0);
         assert_eq!(line.now(), WORK + 6 * BYTE + Duration::from_secs(1));
@@ -132,11 +131,11 @@ mod tests {
         for byte in 1..=20 {
             line.send(&[byte]).expect("no fault");
         }
-        let (mut heard, mut buffer) = (vec![], [0; 1]);
+        let (mut received, mut buffer) = (vec![], [0; 1]);
         while line.receive(&mut buffer, Duration::from_secs(1)).expect("no fault") > 0 {
-            heard.push(buffer[0]);
+            received.push(buffer[0]);
         }
-        assert_eq!(heard, (1..=20).collect::<Vec<u8>>());
-        assert_eq!(line.happened().map(|h| h.delayed_frames), [20, 20]);
+        assert_eq!(received, (1..=20).collect::<Vec<u8>>());
+        assert_eq!(line.fault_counts().map(|c| c.delayed_frames), [20, 20]);
     }
 }

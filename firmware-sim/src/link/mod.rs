@@ -1,9 +1,9 @@
 //! The host's end of the link to a board ([`gestus_core::link`]).
 //!
-//! [`mod@line`] is where bytes go and come (a serial port, a socket, a pipe), [`client`] asks and repeats until it is
-//! answered, [`session`] applies a request's settings and compares every answer with the core on this machine, bit by
-//! bit, and [`mod@stream`] sends a clip through it. [`noise`] is a line's faults by specification, and [`loopback`] a board in this process, in
-//! virtual time: what the protocol is tested with.
+//! [`mod@line`] is the transport (a serial port, a socket, a pipe). [`client`] sends requests until they are answered.
+//! [`session`] applies a request's settings and compares every reply, bit by bit, with that of the core on this
+//! machine. [`mod@stream`] sends a clip through a session. Two modules test the protocol: [`noise`] injects faults into
+//! a line, and [`loopback`] is a line in virtual time to a board in this process.
 
 pub mod client;
 pub mod command;
@@ -14,5 +14,5 @@ pub mod serve;
 pub mod session;
 pub mod stream;
 
-pub use client::{Client, HostCounts, LinkError, Patience};
+pub use client::{Client, HostCounts, LinkError, RetryPolicy};
 pub use line::Line;

@@ -1,4 +1,4 @@
-//! What a line does to bytes, by a seeded specification.
+//! Faults of a line, injected at random from a seed.
 
 use std::{fmt::Write as _, str::FromStr, time::Duration};
 
@@ -6,41 +6,41 @@ use gestus_database::list::{self, ListError};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What the value of most parts is.
+/// What an error says about the value of most parts.
 pub const PROBABILITY: &str = "a probability from 0 to 1, as in drop=0.001";
 
-/// Faults of a line and how likely each is. Written as `lose=0.001,corrupt=0.001,seed=7`; parts in any order, those
-/// left out are 0:
+/// The probability of each fault of a line. Parsed from `lose=0.001,corrupt=0.001,seed=7`; the parts may come in any
+/// order and default to 0:
 ///
-/// | part | what | probability of |
+/// | part | effect | drawn for |
 /// |---|---|---|
-/// | `lose=P` | the byte is missing | a byte |
-/// | `double=P` | the byte comes twice | a byte |
-/// | `corrupt=P` | the byte has other bits | a byte |
-/// | `drop=P` | nothing of the frame arrives | a frame |
-/// | `repeat=P` | the frame comes twice | a frame |
-/// | `cut=P` | the frame ends at some byte | a frame |
-/// | `delay=P:MS` | the frame, and all behind it, comes up to MS milliseconds later | a frame |
-/// | `seed=N` | what the dice start from | |
+/// | `lose=P` | the byte is lost | a byte |
+/// | `double=P` | the byte arrives twice | a byte |
+/// | `corrupt=P` | some of the byte's bits are flipped | a byte |
+/// | `drop=P` | the whole frame is lost | a frame |
+/// | `repeat=P` | the frame arrives twice | a frame |
+/// | `cut=P` | the frame is truncated at a random byte | a frame |
+/// | `delay=P:MS` | the frame, and all after it, arrive up to MS milliseconds late | a frame |
+/// | `seed=N` | seed of the random numbers | |
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Noise {
-    /// A byte is missing.
+    /// Probability that a byte is lost.
     pub lose: f64,
-    /// A byte comes twice.
+    /// Probability that a byte arrives twice.
     pub double: f64,
-    /// A byte has other bits.
+    /// Probability that some of a byte's bits are flipped.
     pub corrupt: f64,
-    /// A frame is missing.
+    /// Probability that a frame is lost.
     pub drop: f64,
-    /// A frame comes twice.
+    /// Probability that a frame arrives twice.
     pub repeat: f64,
-    /// A frame ends at some byte.
+    /// Probability that a frame is truncated.
     pub cut: f64,
-    /// A frame comes late.
+    /// Probability that a frame is late.
     pub delay: f64,
-    /// By how much at most, milliseconds.
+    /// Longest delay of a late frame, milliseconds.
     pub delay_ms: u32,
-    /// What the dice start from.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -75,27 +75,27 @@ impl FromStr for Noise {
     }
 }
 
-/// What happened to a line's bytes.
+/// How many faults were injected into a line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Happened {
-    /// Bytes missing.
+pub struct FaultCounts {
+    /// Bytes lost.
     pub lost_bytes: u64,
-    /// Bytes that came twice.
+    /// Bytes that arrived twice.
     pub doubled_bytes: u64,
-    /// Bytes with other bits.
+    /// Bytes with flipped bits.
     pub corrupted_bytes: u64,
-    /// Frames missing.
+    /// Frames lost.
     pub dropped_frames: u64,
-    /// Frames that came twice.
+    /// Frames that arrived twice.
     pub repeated_frames: u64,
-    /// Frames that ended early.
+    /// Truncated frames.
     pub cut_frames: u64,
-    /// Frames that came late.
+    /// Late frames.
     pub delayed_frames: u64,
 }
 
-impl Happened {
-    /// Everything that happened, by name.
+impl FaultCounts {
+    /// All counts, by name.
     pub fn all(&self) -> [(&'static str, u64); 7] {
         [
             ("lost_bytes", self.lost_bytes),
@@ -109,7 +109,7 @@ impl Happened {
     }
 }
 
-impl std::fmt::Display for Happened {
+impl std::fmt::Display for FaultCounts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut text = String::new();
         for (name, count) in self.all().into_iter().filter(|(_, count)| *count > 0) {
@@ -120,65 +120,65 @@ impl std::fmt::Display for Happened {
     }
 }
 
-/// A line's faults, as they happen.
+/// Injects faults into one direction of a line.
 #[derive(Debug, Clone)]
-pub struct Disturber {
+pub struct FaultInjector {
     noise: Noise,
-    dice: ChaCha8Rng,
-    /// What happened so far.
-    pub happened: Happened,
+    rng: ChaCha8Rng,
+    /// The faults injected so far.
+    pub counts: FaultCounts,
 }
 
-impl Disturber {
-    /// The faults of a specification, from their seed on. `way` tells apart the directions of one line.
-    pub fn new(noise: Noise, way: u64) -> Self {
-        let mut dice = ChaCha8Rng::seed_from_u64(noise.seed);
-        dice.set_stream(way);
-        Self { noise, dice, happened: Happened::default() }
+impl FaultInjector {
+    /// An injector of those faults. `direction` makes the two directions of one line differ.
+    pub fn new(noise: Noise, direction: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(noise.seed);
+        rng.set_stream(direction);
+        Self { noise, rng, counts: FaultCounts::default() }
     }
 
-    /// What arrives of a frame, and how late.
-    pub fn disturb(&mut self, frame: &[u8]) -> (Vec<u8>, Duration) {
+    /// The bytes of a frame that arrive, and their delay.
+    pub fn inject(&mut self, frame: &[u8]) -> (Vec<u8>, Duration) {
         let noise = self.noise;
         let mut late = Duration::ZERO;
-        if self.hits(noise.delay) {
-            self.happened.delayed_frames += 1;
-            late = Duration::from_micros(self.dice.random_range(0..=u64::from(noise.delay_ms) * 1000));
+        if self.occurs(noise.delay) {
+            self.counts.delayed_frames += 1;
+            late = Duration::from_micros(self.rng.random_range(0..=u64::from(noise.delay_ms) * 1000));
         }
-        if self.hits(noise.drop) {
-            self.happened.dropped_frames += 1;
+        if self.occurs(noise.drop) {
+            self.counts.dropped_frames += 1;
             return (Vec::new(), late);
         }
         let mut bytes = frame.to_vec();
-        if self.hits(noise.repeat) {
-            self.happened.repeated_frames += 1;
+        if self.occurs(noise.repeat) {
+            self.counts.repeated_frames += 1;
             bytes.extend_from_slice(frame);
         }
-        if self.hits(noise.cut) && !bytes.is_empty() {
-            self.happened.cut_frames += 1;
-            bytes.truncate(self.dice.random_range(0..bytes.len()));
+        if self.occurs(noise.cut) && !bytes.is_empty() {
+            self.counts.cut_frames += 1;
+            bytes.truncate(self.rng.random_range(0..bytes.len()));
         }
         let mut arrived = Vec::with_capacity(bytes.len());
         for mut byte in bytes {
-            if self.hits(noise.lose) {
-                self.happened.lost_bytes += 1;
+            if self.occurs(noise.lose) {
+                self.counts.lost_bytes += 1;
                 continue;
             }
-            if self.hits(noise.corrupt) {
-                self.happened.corrupted_bytes += 1;
-                byte ^= self.dice.random_range(1..=u8::MAX);
+            if self.occurs(noise.corrupt) {
+                self.counts.corrupted_bytes += 1;
+                byte ^= self.rng.random_range(1..=u8::MAX);
             }
             arrived.push(byte);
-            if self.hits(noise.double) {
-                self.happened.doubled_bytes += 1;
+            if self.occurs(noise.double) {
+                self.counts.doubled_bytes += 1;
                 arrived.push(byte);
             }
         }
         (arrived, late)
     }
 
-    fn hits(&mut self, probability: f64) -> bool {
-        probability > 0.0 && self.dice.random_bool(probability)
+    fn occurs(&mut self, probability: f64) -> bool {
+        probability > 0.0 && self.rng.random_bool(probability)
     }
 }
 
@@ -212,49 +212,49 @@ mod tests {
     fn each_fault_does_what_it_says_as_often_as_it_says() {
         let frame: Vec<u8> = (0..100).collect();
         let run = |text: &str| {
-            let mut disturber = Disturber::new(text.parse().expect("it is right"), 0);
-            let arrived: Vec<_> = (0..200).map(|_| disturber.disturb(&frame)).collect();
-            (arrived, disturber.happened)
+            let mut injector = FaultInjector::new(text.parse().expect("it is right"), 0);
+            let arrived: Vec<_> = (0..200).map(|_| injector.inject(&frame)).collect();
+            (arrived, injector.counts)
         };
-        let (arrived, happened) = run("seed=3");
+        let (arrived, counts) = run("seed=3");
         assert!(arrived.iter().all(|(bytes, late)| *bytes == frame && late.is_zero()));
-        assert_eq!(happened, Happened::default());
+        assert_eq!(counts, FaultCounts::default());
         // Of 20,000 bytes and 200 frames: expected counts give or take six standard deviations.
         let near = |count: u64, trials: f64, p: f64| {
             let spread = 6.0 * (trials * p * (1.0 - p)).sqrt();
             assert!((count as f64 - trials * p).abs() < spread, "{count} of {trials} at {p}");
         };
-        let (arrived, happened) = run("lose=0.02,seed=3");
+        let (arrived, counts) = run("lose=0.02,seed=3");
         let missing: usize = arrived.iter().map(|(bytes, _)| 100 - bytes.len()).sum();
-        assert_eq!(missing as u64, happened.lost_bytes);
-        near(happened.lost_bytes, 2e4, 0.02);
-        let (arrived, happened) = run("double=0.02,seed=3");
-        assert_eq!(arrived.iter().map(|(b, _)| b.len() - 100).sum::<usize>() as u64, happened.doubled_bytes);
-        near(happened.doubled_bytes, 2e4, 0.02);
-        let (arrived, happened) = run("corrupt=0.02,seed=3");
+        assert_eq!(missing as u64, counts.lost_bytes);
+        near(counts.lost_bytes, 2e4, 0.02);
+        let (arrived, counts) = run("double=0.02,seed=3");
+        assert_eq!(arrived.iter().map(|(b, _)| b.len() - 100).sum::<usize>() as u64, counts.doubled_bytes);
+        near(counts.doubled_bytes, 2e4, 0.02);
+        let (arrived, counts) = run("corrupt=0.02,seed=3");
         let wrong = |bytes: &Vec<u8>| bytes.iter().zip(&frame).filter(|(a, b)| a != b).count() as u64;
-        assert_eq!(arrived.iter().map(|(b, _)| wrong(b)).sum::<u64>(), happened.corrupted_bytes);
-        near(happened.corrupted_bytes, 2e4, 0.02);
-        let (arrived, happened) = run("drop=0.2,seed=3");
-        assert_eq!(arrived.iter().filter(|(b, _)| b.is_empty()).count() as u64, happened.dropped_frames);
-        near(happened.dropped_frames, 200.0, 0.2);
-        let (arrived, happened) = run("repeat=0.2,seed=3");
-        assert_eq!(arrived.iter().filter(|(b, _)| b.len() == 200).count() as u64, happened.repeated_frames);
-        near(happened.repeated_frames, 200.0, 0.2);
-        let (arrived, happened) = run("cut=0.2,seed=3");
-        assert_eq!(arrived.iter().filter(|(b, _)| b.len() < 100).count() as u64, happened.cut_frames);
-        near(happened.cut_frames, 200.0, 0.2);
-        let (arrived, happened) = run("delay=0.2:50,seed=3");
+        assert_eq!(arrived.iter().map(|(b, _)| wrong(b)).sum::<u64>(), counts.corrupted_bytes);
+        near(counts.corrupted_bytes, 2e4, 0.02);
+        let (arrived, counts) = run("drop=0.2,seed=3");
+        assert_eq!(arrived.iter().filter(|(b, _)| b.is_empty()).count() as u64, counts.dropped_frames);
+        near(counts.dropped_frames, 200.0, 0.2);
+        let (arrived, counts) = run("repeat=0.2,seed=3");
+        assert_eq!(arrived.iter().filter(|(b, _)| b.len() == 200).count() as u64, counts.repeated_frames);
+        near(counts.repeated_frames, 200.0, 0.2);
+        let (arrived, counts) = run("cut=0.2,seed=3");
+        assert_eq!(arrived.iter().filter(|(b, _)| b.len() < 100).count() as u64, counts.cut_frames);
+        near(counts.cut_frames, 200.0, 0.2);
+        let (arrived, counts) = run("delay=0.2:50,seed=3");
         let late = arrived.iter().filter(|(_, late)| !late.is_zero()).count() as u64;
-        assert!(late <= happened.delayed_frames && late + 2 >= happened.delayed_frames);
+        assert!(late <= counts.delayed_frames && late + 2 >= counts.delayed_frames);
         assert!(arrived.iter().all(|(_, late)| *late <= Duration::from_millis(50)));
-        near(happened.delayed_frames, 200.0, 0.2);
+        near(counts.delayed_frames, 200.0, 0.2);
     }
 
     #[test]
     fn the_seed_decides_and_the_ways_differ() {
         let noise: Noise = "corrupt=0.1,seed=3".parse().expect("it is right");
-        let run = |noise, way| Disturber::new(noise, way).disturb(&[0; 200]);
+        let run = |noise, direction| FaultInjector::new(noise, direction).inject(&[0; 200]);
         assert_eq!(run(noise, 0), run(noise, 0));
         assert_ne!(run(noise, 0), run(noise, 1));
         assert_ne!(run(noise, 0), run(Noise { seed: 4, ..noise }, 0));

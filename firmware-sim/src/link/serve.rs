@@ -1,4 +1,4 @@
-//! A board on this machine: the core's server around a stylizer, as a function of bytes.
+//! A board on this machine: the core's link server with a stylizer, as a function from bytes to replies.
 
 use gestus_core::{
     Config, ConfigError, Database, Stylizer,
@@ -7,17 +7,17 @@ use gestus_core::{
     robot::Robot,
 };
 
-/// Hinges that a board has room for: those of the images.
+/// Capacity of a board for a robot's hinges, the same as in the images.
 pub const HINGES: usize = 32;
 
-/// Takes a byte of the line, gives what is to be sent back.
+/// Takes a byte from the line and returns the bytes to send back, if it completes a request.
 pub type BoardFn<'a> = dyn FnMut(u8) -> Option<Vec<u8>> + 'a;
 
-/// Calls `run` with a board that serves the database and starts with that configuration. It has the reference
-/// board's capacities, 22 joints, 40 neighbors and 28 classes, or the format's where those are too small.
+/// Calls `run` with a board that serves the database and starts with that configuration. Its capacities are those of
+/// the reference board, 22 joints, 40 neighbors and 28 classes, or the format's limits if those are too small.
 ///
 /// # Errors
-/// [`ConfigError`] where the database is larger than any board, or lacks what the configuration's method needs.
+/// [`ConfigError`] if the database exceeds every capacity, or lacks what the configuration's method needs.
 pub fn with_board<R>(
     database: Database<'_>,
     config: Config,
@@ -26,7 +26,7 @@ pub fn with_board<R>(
     with_robot(database, config, None, run)
 }
 
-/// The same with a robot on the board.
+/// [`with_board`], with a robot on the board.
 ///
 /// # Errors
 /// As [`with_board`], and a robot that was made for another database.

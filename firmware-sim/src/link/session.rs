@@ -1,5 +1,5 @@
-//! A session with a board: settings and poses go to it and to the core on this machine, and every answer is compared, bit
-//! by bit.
+//! A session with a board. Settings and poses go to the board and to the core on this machine, and every reply is
+//! compared bit by bit.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -17,19 +17,19 @@ use gestus_core::{
 use gestus_database::stream;
 
 use super::{
-    client::{Client, HostCounts, LinkError, Patience},
+    client::{Client, HostCounts, LinkError, RetryPolicy},
     line::Line,
     loopback::Loopback,
     noise::Noise,
     serve::BoardFn,
 };
 
-/// Who answered.
+/// How a board identifies itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardIdentity {
-    /// The board.
+    /// Name of the board.
     pub board: String,
-    /// The build of its firmware.
+    /// Build of its firmware.
     pub build: String,
     /// Identity of its database.
     pub database: u32,
@@ -74,7 +74,7 @@ impl std::fmt::Display for BoardIdentity {
     }
 }
 
-/// What a step gave, on the board and on this machine.
+/// A step on the board and on this machine.
 #[derive(Debug, Clone)]
 pub struct Stepped {
     /// The board's pose.
@@ -85,9 +85,9 @@ pub struct Stepped {
     pub host_pose: Pose<MAX_JOINTS>,
     /// This machine's report.
     pub host_report: StepReport,
-    /// Every bit of pose and report is the same, but for the instruction counts, which this machine has not.
+    /// Every bit of pose and report is the same. Instruction counts are not compared: this machine has none.
     pub same: bool,
-    /// From the first byte of the request to the last of the answer, on the line's clock.
+    /// Time from the first byte of the request to the last of the reply, on the line's clock.
     pub round_trip: Duration,
 }
 
@@ -96,13 +96,13 @@ pub struct Stepped {
 pub struct Driven {
     /// Angles in radians and pulses in microseconds, hinge by hinge.
     pub hinges: Vec<(f32, u16)>,
-    /// The pose was none, or there is none yet: the robot goes on to where it was going.
+    /// The pose was invalid or has not come yet: the robot keeps its previous target.
     pub held: bool,
     /// Hinges whose target is at an end of their range.
     pub at_limit: u16,
     /// Largest distance between a hinge and its target, radians.
     pub lag: f32,
-    /// Largest way that a hand or foot is away from where it should be, as a target, metres.
+    /// Largest distance by which a target misses a hand's or foot's position in the pose, metres.
     pub missing_m: f32,
     /// Every bit is the same on this machine.
     pub same: bool,
@@ -120,63 +120,62 @@ impl Driven {
     }
 }
 
-/// A board, and a twin of it on this machine that is told the same.
+/// A board, and its twin on this machine, which gets the same requests.
 pub struct Session<'t, L> {
     board: Client<L>,
     twin: Client<Loopback<&'t mut BoardFn<'t>>>,
     identity: BoardIdentity,
     joints: usize,
     buffer: Box<PoseBuffer<MAX_JOINTS>>,
-    /// The robot on both, where there is one.
+    /// The robot of both, if there is one.
     robot: Option<RobotIdentity>,
 }
 
 impl<'t, L: Line> Session<'t, L> {
-    /// Says hello to a board and to its twin ([`with_board`](super::serve::with_board)).
+    /// Begins a session with a board and its twin ([`with_board`](super::serve::with_board)).
     ///
     /// # Errors
-    /// [`LinkError`], and a board whose database is another one, or whose buffers are too short for its poses.
+    /// [`LinkError`], a board that has another database, and one whose buffers are too short for its poses.
     pub fn begin(mut board: Client<L>, twin: &'t mut BoardFn<'t>, database: &Database<'_>) -> Result<Self> {
         let identity = BoardIdentity::from(board.hello()?);
         if identity.database != database.identity() {
-            bail!(
-                "the board's database is {:08x}, the file's {:08x}: flash the board with this file, or name the one that it has",
-                identity.database,
-                database.identity()
-            );
+            bail!(LinkError::Database { board: identity.database, file: database.identity() });
         }
         let joints = database.counts().joints;
-        has_room(&identity, joints)?;
-        let mut twin = Client::new(Loopback::new(twin, Noise::default()), 1, Patience::default());
+        let (need, have) = (buffer_length(joints), usize::from(identity.buffer_bytes));
+        if have < need {
+            bail!(LinkError::Buffers { have, need });
+        }
+        let mut twin = Client::new(Loopback::new(twin, Noise::default()), 1, RetryPolicy::default());
         twin.hello()?;
         Ok(Self { board, twin, identity, joints, buffer: Box::default(), robot: None })
     }
 
-    /// Finds the robot of those tables on the board, and puts its hinges at these angles, radians, at both ends. From
-    /// then on [`stream`] drives it.
+    /// Checks that the board has this robot, and sets the angles of its hinges, radians, on the board and on the twin.
+    /// From then on [`stream`](super::stream::stream) drives it.
     ///
     /// # Errors
-    /// [`LinkError`], and a board whose robot is another one, or that has none.
+    /// [`LinkError`], and a board that has another robot or none.
     pub fn find_robot(&mut self, robot: &Robot<'_>, angles: &[f32]) -> Result<RobotIdentity> {
         let bytes: Vec<u8> = angles.iter().flat_map(|a| a.to_le_bytes()).collect();
         let request = Request::Robot { angles: &bytes };
-        let found = match self.board.ask(&request).context("the board's robot")? {
+        let found = match self.board.call(&request).context("the board's robot")? {
             Reply::Robot(found) => found,
             _ => bail!(LinkError::Unreadable),
         };
         if found.robot != robot.identity() {
             bail!(
-                "the board's robot is {:08x}, the file's {:08x}: flash the board with these tables, or name those that it has",
+                "the board's robot is {:08x}, the file's {:08x}: flash the board with this file, or give the file that it was flashed with",
                 found.robot,
                 robot.identity()
             );
         }
-        self.twin.ask(&request)?;
+        self.twin.call(&request)?;
         self.robot = Some(found);
         Ok(found)
     }
 
-    /// A tick of the robot at both ends, towards the pose that was put out last.
+    /// Ticks the robot on the board and on the twin, towards the last output pose.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -191,27 +190,27 @@ impl<'t, L: Line> Session<'t, L> {
         self.joints
     }
 
-    /// The robot on both, where [`find_robot`](Self::find_robot) found one.
+    /// The robot, after [`find_robot`](Self::find_robot).
     pub(super) fn robot(&self) -> Option<RobotIdentity> {
         self.robot
     }
 
-    /// Who answered.
+    /// The board's identity.
     pub fn identity(&self) -> &BoardIdentity {
         &self.identity
     }
 
-    /// The client that speaks with the board.
+    /// The client that is connected to the board.
     pub fn board(&mut self) -> &mut Client<L> {
         &mut self.board
     }
 
-    /// What was counted of the line.
+    /// What the client has counted on the line.
     pub fn counts(&self) -> HostCounts {
         self.board.counts()
     }
 
-    /// Puts a setting in force at both ends.
+    /// Applies a setting on the board and on the twin.
     ///
     /// # Errors
     /// [`LinkError`]; a refusal is the board's.
@@ -220,32 +219,33 @@ impl<'t, L: Line> Session<'t, L> {
         self.twin.set(setting)
     }
 
-    /// Puts a wish in force at both ends: parameters, style, labels, masks, strengths, styles of joint groups.
+    /// Applies a request's settings on the board and on the twin: parameters, style, labels, masks, strengths, styles
+    /// of joint groups.
     ///
     /// # Errors
-    /// What the board refuses, with what to do about it.
-    pub fn wish(&mut self, wish: &stream::Request) -> Result<()> {
-        let [_, most, _] = self.identity.capacity;
-        let k = wish.config.k;
-        if k > most {
-            bail!("{} neighbors a class are more than the board has room for: give --k {most}", k);
+    /// A setting that the board refuses; the message says what to do about it.
+    pub fn apply(&mut self, request: &stream::Request) -> Result<()> {
+        let [_, capacity, _] = self.identity.capacity;
+        let k = request.config.k;
+        if k > capacity {
+            bail!("the board's capacity is {capacity} neighbors a class, not {k}: give --k {capacity}");
         }
-        for request in requests(wish)? {
-            self.set(&request).with_context(|| format!("the board refuses {}", name(&request)))?;
+        for setting in settings(request)? {
+            self.set(&setting).with_context(|| format!("the board refuses {}", name(&setting)))?;
         }
         Ok(())
     }
 
-    /// One pose through both.
+    /// Steps one pose on the board and on the twin.
     ///
     /// # Errors
     /// [`LinkError`].
     pub fn step(&mut self, input: &Pose<MAX_JOINTS>) -> Result<Stepped, LinkError> {
         let request = Request::Pose(self.buffer.pose(input, self.joints));
         let began = self.board.line().now();
-        let (pose, report) = ask(&mut self.board, &request)?;
+        let (pose, report) = step(&mut self.board, &request)?;
         let round_trip = self.board.line().now() - began;
-        let (host_pose, host_report) = ask(&mut self.twin, &request)?;
+        let (host_pose, host_report) = step(&mut self.twin, &request)?;
         let same = bits(&pose, self.joints).eq(bits(&host_pose, self.joints))
             && StepReport { stages: host_report.stages.clone(), ..report.clone() } == host_report
             && report.step_s.to_bits() == host_report.step_s.to_bits();
@@ -254,17 +254,17 @@ impl<'t, L: Line> Session<'t, L> {
 }
 
 fn driven<L: Line>(client: &mut Client<L>) -> Result<Driven, LinkError> {
-    match client.ask(&Request::Drive)? {
+    match client.call(&Request::Drive)? {
         Reply::Drive(report) => Ok(Driven::of(&report)),
         _ => Err(LinkError::Unreadable),
     }
 }
 
-fn ask<L: Line>(
+fn step<L: Line>(
     client: &mut Client<L>,
     request: &Request<'_>,
 ) -> Result<(Pose<MAX_JOINTS>, StepReport), LinkError> {
-    match client.ask(request)? {
+    match client.call(request)? {
         Reply::Pose(bytes, report) => {
             let mut pose = Pose::IDENTITY;
             bytes.read(&mut pose);
@@ -278,36 +278,36 @@ fn bits(pose: &Pose<MAX_JOINTS>, joints: usize) -> impl Iterator<Item = u32> + '
     pose.position.iter().chain(pose.rotations[..joints].as_flattened()).map(|v| v.to_bits())
 }
 
-/// The settings of a wish, as requests.
+/// The settings of a request, as messages of the link.
 ///
 /// # Errors
-/// More styles than a message holds, and what only a host does.
-pub fn requests(wish: &stream::Request) -> Result<VecDeque<Request<'static>>> {
-    if wish.bounds.is_some() {
+/// More styles than a message holds, and settings that only a host supports.
+pub fn settings(request: &stream::Request) -> Result<VecDeque<Request<'static>>> {
+    if request.bounds.is_some() {
         bail!(
-            "--timing bounded is for translate and run: a board answers each pose with one, on free or sync time"
+            "--timing bounded works with `translate` and `run` only: on a board use --timing free or --timing sync"
         );
     }
-    let mut requests = VecDeque::new();
+    let mut settings = VecDeque::new();
     let pairs = |pairs: &[(u16, f32)], what: &str| -> Result<Pairs> {
         Pairs::from_slice(pairs)
-            .map_err(|_| anyhow::anyhow!("{} {what} are more than the {MAX_PAIRS} of a message", pairs.len()))
+            .map_err(|_| anyhow::anyhow!("{} {what} are too many: a message holds {MAX_PAIRS}", pairs.len()))
     };
-    for some in parameters(&wish.config).chunks(MAX_PAIRS) {
-        requests.push_back(Request::Configure(pairs(some, "parameters")?));
+    for some in parameters(&request.config).chunks(MAX_PAIRS) {
+        settings.push_back(Request::Configure(pairs(some, "parameters")?));
     }
-    requests.push_back(Request::Style(pairs(&wish.style, "styles")?));
-    requests.push_back(Request::Labels { action: wish.action, input_style: wish.input_style });
-    for &group in &wish.masked {
-        requests.push_back(Request::Mask { group, searched: false });
+    settings.push_back(Request::Style(pairs(&request.style, "styles")?));
+    settings.push_back(Request::Labels { action: request.action, input_style: request.input_style });
+    for &group in &request.masked {
+        settings.push_back(Request::Mask { group, searched: false });
     }
-    if !wish.strength.is_empty() {
-        requests.push_back(Request::Strength(pairs(&wish.strength, "strengths")?));
+    if !request.strength.is_empty() {
+        settings.push_back(Request::Strength(pairs(&request.strength, "strengths")?));
     }
-    for (group, weights) in &wish.group_styles {
-        requests.push_back(Request::GroupStyle { group: *group, weights: pairs(weights, "styles")? });
+    for (group, weights) in &request.group_styles {
+        settings.push_back(Request::GroupStyle { group: *group, weights: pairs(weights, "styles")? });
     }
-    Ok(requests)
+    Ok(settings)
 }
 
 fn parameters(config: &Config) -> Vec<(u16, f32)> {
@@ -326,19 +326,7 @@ fn name(request: &Request<'_>) -> &'static str {
     }
 }
 
-/// A board whose buffers are too short drops poses without a word, or steps them and can't answer: it is told before a
-/// stream begins.
-fn has_room(board: &BoardIdentity, joints: usize) -> Result<()> {
-    let (need, have) = (buffer_length(joints), board.buffer_bytes);
-    if usize::from(have) < need {
-        bail!(
-            "the link's buffers on the board have {have} bytes, and poses of {joints} joints take {need}: build its firmware with longer ones (docs/LINK.md, \"Memory\")"
-        );
-    }
-    Ok(())
-}
-
-/// Statistics by name; a board's own by number.
+/// Statistics by name; those that only this board has are named by their number.
 pub fn named(statistics: &[(u16, u64)]) -> Vec<(String, u64)> {
     let name = |number| counter::name(number).map_or_else(|| format!("own_{number}"), str::to_owned);
     statistics.iter().map(|&(number, value)| (name(number), value)).collect()

@@ -13,29 +13,29 @@ use super::{
     session::{Driven, Session},
 };
 
-/// A clip that went through a board.
+/// The result of streaming a clip through a board.
 #[derive(Debug, Clone)]
 pub struct Linked {
-    /// The board's output. `micros` of a step are those of its round trip.
+    /// The board's output. `micros` of a step is the time of its round trip, microseconds.
     pub streamed: Streamed,
     /// Digest of this machine's output.
     pub host_digest: u32,
     /// Frames that differ in any bit.
     pub differing: usize,
-    /// The first of them.
+    /// Number of the first of them.
     pub first_difference: Option<usize>,
     /// Largest angle between a joint's rotation on the board and on this machine, radians.
-    pub apart_rad: f64,
-    /// Instructions of each step by stage, where the board counts them.
+    pub difference_rad: f64,
+    /// Instructions of each step by stage; empty for a board that does not count.
     pub stages: Vec<Vec<u32>>,
-    /// Frames whose answer came after the next one was due, where the stream kept the rate.
+    /// Frames whose reply came after the next frame was due, in a paced stream.
     pub late: usize,
-    /// Ticks of the robot, where one was found.
+    /// Ticks of the robot; empty without one.
     pub driven: Vec<Driven>,
 }
 
 impl Linked {
-    /// Instructions of each step in total, ascending; none where the board does not count.
+    /// Total instructions of each step, ascending; empty for a board that does not count.
     pub fn instructions(&self) -> Vec<u64> {
         let mut totals: Vec<u64> = self
             .stages
@@ -47,14 +47,14 @@ impl Linked {
         totals
     }
 
-    /// Every bit of every pose, report and tick was that of this machine.
+    /// True if every bit of every pose, report and tick is the same as on this machine.
     pub fn bit_exact(&self) -> bool {
         self.differing == 0
             && self.streamed.digest == self.host_digest
             && self.driven.iter().all(|tick| tick.same)
     }
 
-    /// What the robot did, as figures; nothing where there is none.
+    /// Figures of the robot's ticks; `None` without a robot.
     pub fn robot_json(&self) -> Option<Value> {
         let first = self.driven.first()?;
         let most = |of: fn(&Driven) -> f32| self.driven.iter().map(of).fold(0.0, f32::max);
@@ -80,11 +80,11 @@ impl Linked {
     }
 }
 
-/// Streams a clip, which has to be at the database's rate and on its joints. With `pace` a frame is sent when it is
-/// due; else as soon as the one before is answered. `progress` hears of each frame.
+/// Streams a clip, which has to be at the database's rate and on its joints. With `pace` each frame is sent when it is
+/// due, otherwise as soon as the previous one is answered. `progress` is called after each frame.
 ///
 /// # Errors
-/// [`LinkError`](super::LinkError), with the frame at which it happened.
+/// [`LinkError`](super::LinkError), with the number of the frame.
 pub fn stream<L: Line>(
     session: &mut Session<'_, L>,
     clip: &Clip,
@@ -94,7 +94,7 @@ pub fn stream<L: Line>(
     let joints = session.joints();
     let (mut digest, mut host_digest) = (Digest::new(), Digest::new());
     let (mut steps, mut stages) = (Vec::with_capacity(clip.frames.len()), Vec::new());
-    let (mut differing, mut first_difference, mut late, mut apart_rad) = (0, None, 0, 0.0);
+    let (mut differing, mut first_difference, mut late, mut difference_rad) = (0, None, 0, 0.0);
     let (mut driven, mut played_s) = (Vec::new(), 0.0);
     let start = Instant::now();
     for (t, frame) in clip.frames.iter().enumerate() {
@@ -111,7 +111,7 @@ pub fn stream<L: Line>(
             first_difference.get_or_insert(t);
             let frames = [&stepped.pose, &stepped.host_pose].map(|pose| from_pose(pose, joints));
             let pairs = frames[0].rotations.iter().zip(&frames[1].rotations);
-            apart_rad = pairs.map(|(a, b)| a.angle_to(b)).fold(apart_rad, f64::max);
+            difference_rad = pairs.map(|(a, b)| a.angle_to(b)).fold(difference_rad, f64::max);
         }
         digest.add(&stepped.pose, joints, stepped.report.step_s);
         host_digest.add(&stepped.host_pose, joints, stepped.host_report.step_s);
@@ -123,7 +123,7 @@ pub fn stream<L: Line>(
         });
         played_s += f64::from(stepped.report.step_s);
         if let Some(robot) = session.robot() {
-            // The robot keeps its own time: as many ticks as fall before the next pose.
+            // The robot ticks at its own rate: as many ticks as are due before the next pose.
             while driven.len() as f64 * f64::from(robot.tick_s) < played_s {
                 let tick = session.drive().with_context(|| format!("frame {t}: the robot"))?;
                 driven.push(tick);
@@ -137,7 +137,7 @@ pub fn stream<L: Line>(
         host_digest: host_digest.value(),
         differing,
         first_difference,
-        apart_rad,
+        difference_rad,
         stages,
         late,
         driven,

@@ -1,26 +1,26 @@
-//! What a frame costs: instructions by stage from what a step counts.
+//! Models the instructions of a step, stage by stage, from the counts in its report.
 //!
-//! A stage's instructions are a sum of units of work times a price a unit, which was fitted to the counts of an
-//! emulated board (`cargo run --release -p gestus-firmware-sim --example calibrate`, figures in
+//! A stage's instructions are a sum of terms: units of work times instructions a unit. The latter were fitted to counts
+//! of emulated boards (`cargo run --release -p gestus-firmware-sim --example calibrate`; figures in
 //! `docs/experiments/boards.md`):
 //!
 //! ```text
 //! query       q · J W F                        J joints, W frames of the window, F features
 //! search      s₁ · visits F + s₂ · classes searched
-//! decode      d · n D · Σ (2 + 3 S) / 5        n examples over all classes used, D dofs, S outputs of a mix: of each
-//!                                               style one, or two where the database has two
+//! decode      d · n D · Σ (2 + 3 S) / 5        n examples of all classes used, D dofs; the sum is over the mixes, S is
+//!                                               the outputs of a mix: one or two a style, as the database has
 //! regression  (r₁ · n D + r₂ · c D) · M        c classes used, M mixes of output styles
 //! timing      (t₁ · n + t₂ · c) · M
 //! rest        e₁ · J + e₂ · n M + e₃ · classes searched
-//! contacts    v · voters       the nearest of them, 160 at most
+//! contacts    v · voters       the nearest examples, 160 at most
 //! lock        f
 //! ```
 //!
-//! Examples are unpacked and fitted once for each mix: the body's styles, and those that joint groups have of their own
-//! ([`Request::mixes`](gestus_database::stream::Request::mixes)). Of an example's rows two are the input's and three,
-//! sometimes four, those of an output style.
+//! Examples are unpacked and fitted once for each mix of output styles: that of the body, and those that joint groups
+//! have of their own ([`Request::mixes`](gestus_database::stream::Request::mixes)). An example unpacks two rows of the
+//! input and three, sometimes four, of each output.
 //!
-//! The most that any frame can cost is the same sum with the most units that a step can have: [`super::worst`].
+//! [`super::worst`] bounds the cost of any frame by the same sum with the most units that a step can have.
 
 use gestus_core::{Database, Report, Stage, methods::mixture::contact_votes};
 use gestus_database::stream::Request;
@@ -45,14 +45,14 @@ pub const STAGE_OF: [Stage; TERMS] = [
     Stage::Lock,
 ];
 
-/// Rows that an example unpacks: of the input, and of each output style.
+/// Rows that an example unpacks of the input, and of each output.
 const ROWS_INPUT: f64 = 2.0;
 const ROWS_OUTPUT: f64 = 3.0;
 
 /// Units of work of a step, term by term.
 pub type Units = [f64; TERMS];
 
-/// What a step works through: the counts behind [`Units`].
+/// The counts from which [`Units`] follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Work {
     /// Joints J.
@@ -69,23 +69,23 @@ pub struct Work {
     pub visits: f64,
     /// Classes unpacked.
     pub used: f64,
-    /// Examples unpacked, over all of them.
+    /// Examples unpacked, of all classes.
     pub examples: f64,
     /// Examples that vote for contacts.
     pub voters: f64,
     /// Mixes of output styles.
     pub mixes: f64,
-    /// Rows of an example in all of them, in those of an example with one output style.
+    /// Rows of an example in all mixes, relative to an example with one output.
     pub rows: f64,
 }
 
-/// Outputs that an example has in each mix of styles under a request: one a style, or two where the database has two.
+/// Number of outputs of an example in each mix of styles of a request: one or two a style, as the database has.
 pub fn outputs(database: &Database<'_>, request: &Request) -> Vec<usize> {
     let styles = request.mixes(database.counts().groups).into_iter();
     styles.map(|styles| styles * database.outputs()).collect()
 }
 
-/// Rows of an example in mixes of so many output styles, in those of an example with one.
+/// Rows of an example in mixes with these numbers of outputs, relative to an example with one output.
 pub fn rows(mixes: &[usize]) -> f64 {
     let of_mix = |&styles: &usize| ROWS_INPUT + ROWS_OUTPUT * styles as f64;
     mixes.iter().map(of_mix).sum::<f64>() / (ROWS_INPUT + ROWS_OUTPUT)
@@ -142,16 +142,16 @@ pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Uni
     work.units()
 }
 
-/// Instructions a unit, term by term.
+/// Instructions a unit of work, term by term.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prices(pub [f64; TERMS]);
+pub struct UnitCosts(pub [f64; TERMS]);
 
-impl Prices {
+impl UnitCosts {
     /// Instructions of a step by stage.
     pub fn stages(&self, units: &Units) -> [f64; Stage::NAMES.len()] {
         let mut stages = [0.0; Stage::NAMES.len()];
-        for ((price, unit), stage) in self.0.iter().zip(units).zip(STAGE_OF) {
-            stages[stage as usize] += price * unit;
+        for ((cost, unit), stage) in self.0.iter().zip(units).zip(STAGE_OF) {
+            stages[stage as usize] += cost * unit;
         }
         stages
     }

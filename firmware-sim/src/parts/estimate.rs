@@ -1,13 +1,13 @@
-//! Does a database fit a part, and how many frames a second would it give there?
+//! Estimates whether a database fits a part, and how many frames a second the part would reach.
 //!
 //! ```text
 //! seconds a frame = instructions · cycles an instruction / clock + bytes read of the blob / bandwidth
 //! ```
 //!
-//! with the instructions of [`cost`](super::cost), the bytes that the step has counted, and the part's figures
-//! ([`table`](super::table)). It is arithmetic, not emulation: what is left out are the waits of code that does not
-//! run from RAM or a cache, and whatever else the board does. The range says what the cycles an instruction leave open,
-//! with half and twice the bytes read, since a cache may save some and lines may fetch too many.
+//! with the instructions of [`cost`](super::cost), the bytes read as the step's report counts them, and the part's
+//! figures ([`table`](super::table)). It leaves out the wait states of code that does not run from RAM or a cache, and
+//! all other work of the board. The range follows from the range of cycles an instruction, and from half and twice the
+//! bytes read: a cache may save reads, and cache lines may fetch more than is needed.
 
 use gestus_core::{Database, Method, Report};
 use gestus_database::stream::Request;
@@ -20,24 +20,24 @@ use super::{
     worst::Shape,
 };
 
-/// Bytes of stack that are set aside: the worst painted on emulated boards is 5,336.
+/// Bytes reserved for the stack: the most measured on emulated boards is 5,336.
 pub const STACK_BYTES: u64 = 6 * 1024;
 /// Bytes of code and constants: the image for a Cortex-M4F with link and counters.
 pub const CODE_BYTES: u64 = 128 * 1024;
 
-/// Where the blob would lie.
+/// Where the blob would be stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// In the flash on the chip, behind the code.
+    /// In the chip's own flash, after the code.
     Internal,
-    /// In memory outside.
+    /// In external memory.
     External,
-    /// Nowhere.
+    /// It fits in neither.
     None,
 }
 
 impl Place {
-    /// In words.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Internal => "internal flash",
@@ -47,34 +47,34 @@ impl Place {
     }
 }
 
-/// What a part needs to have, and whether it does.
+/// What a database needs of a part, and what the part has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fit {
     /// Bytes of the stylizer.
     pub state_bytes: u64,
-    /// Bytes of RAM needed: stylizer, link, stack, and code where there is no flash on the chip.
+    /// Bytes of RAM needed: stylizer, link, stack, and the code if the chip has no flash.
     pub ram_needed: u64,
-    /// Bytes of RAM there.
+    /// Bytes of RAM of the part.
     pub ram_bytes: u64,
     /// Bytes of the blob.
     pub blob_bytes: u64,
-    /// Where it would lie.
+    /// Where it would be stored.
     pub place: Place,
 }
 
 impl Fit {
-    /// Whether a database of that size, with room for `k` neighbors a class, fits the part.
+    /// Compares the needs of a database of that size, with `k` neighbors a class, with what the part has.
     pub fn new(part: &Part, database: &Database<'_>, blob_bytes: u64, k: u16) -> Self {
         let counts = database.counts();
         let state_bytes = state_bytes(counts.joints, usize::from(k), counts.classes) as u64;
         let flash = u64::from(part.flash_kib) * 1024;
         let code_in_ram = if flash == 0 { CODE_BYTES } else { 0 };
         let external = part.external.map_or(0, |e| e.bytes);
-        // A program that starts from outside lies there too, even if it runs from RAM.
-        let beside = if flash == 0 { CODE_BYTES } else { 0 };
+        // Without internal flash the program is stored in external memory too, even if it runs from RAM.
+        let stored_code = if flash == 0 { CODE_BYTES } else { 0 };
         let place = if CODE_BYTES + blob_bytes <= flash {
             Place::Internal
-        } else if beside + blob_bytes <= external {
+        } else if stored_code + blob_bytes <= external {
             Place::External
         } else {
             Place::None
@@ -88,23 +88,23 @@ impl Fit {
         }
     }
 
-    /// RAM and blob both.
+    /// True if both RAM and blob fit.
     pub fn fits(&self) -> bool {
         self.ram_needed <= self.ram_bytes && self.place != Place::None
     }
 
-    /// Why not; empty where it fits.
+    /// Why it does not fit; empty if it does.
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = Vec::new();
         if self.ram_needed > self.ram_bytes {
             reasons.push(format!(
-                "it needs {} bytes of RAM and has {}: fewer joints, a smaller K or fewer classes",
+                "it needs {} bytes of RAM and the part has {}: use fewer joints, a smaller K or fewer classes",
                 self.ram_needed, self.ram_bytes
             ));
         }
         if self.place == Place::None {
             reasons.push(format!(
-                "there is no room for the blob's {} bytes: build with fewer actions, styles or frames (--limit)",
+                "the blob's {} bytes fit neither the internal flash nor the external memory: build with fewer actions, styles or frames (--limit)",
                 self.blob_bytes
             ));
         }
@@ -112,19 +112,19 @@ impl Fit {
     }
 }
 
-/// A frame's cost on a part, or several frames'.
+/// The cost of a frame on a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     /// Instructions.
     pub instructions: f64,
-    /// Bytes read of the blob.
+    /// Bytes read from the blob.
     pub bytes_read: f64,
     /// Seconds: least, expected, most.
     pub seconds: [f64; 3],
 }
 
 impl Cost {
-    /// Of that work on that part, the blob being in that place.
+    /// The cost of that work on that part, with the blob stored in that place.
     pub fn new(part: &Part, place: Place, instructions: f64, bytes_read: f64) -> Self {
         let bandwidth = 1e6
             * match (place, part.external) {
@@ -148,24 +148,24 @@ impl Cost {
     }
 }
 
-/// What a stream would cost on a part.
+/// The estimated cost of a stream on a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The part.
     pub part: &'static Part,
     /// Whether it fits.
     pub fit: Fit,
-    /// The frame in the middle.
+    /// The median frame.
     pub median: Cost,
-    /// The frame that costs most.
+    /// The most expensive frame.
     pub worst: Cost,
-    /// The most instructions that any frame of any stream can take, where that is known ([`Shape::most`]).
+    /// Upper bound of the instructions of any frame of any stream, if it is known ([`Shape::bound`]).
     pub bound: Option<f64>,
     /// Frames a second of the stream.
     pub rate_hz: f64,
 }
 
-/// What is streamed: what the units of work depend on besides the reports.
+/// The properties of a stream, besides its reports, on which the units of work depend.
 #[derive(Debug, Clone, Copy)]
 pub struct Stream<'a> {
     /// The database.
@@ -177,7 +177,7 @@ pub struct Stream<'a> {
 }
 
 impl Estimate {
-    /// Of a stream with those reports, one a step.
+    /// The estimate for a stream with those reports, one a step.
     pub fn new<'r>(
         part: &'static Part,
         stream: &Stream<'_>,
@@ -185,10 +185,10 @@ impl Estimate {
     ) -> Self {
         let k = stream.request.config.k;
         let fit = Fit::new(part, stream.database, stream.blob_bytes, k);
-        let prices = part.core.isa().calibration().prices;
+        let unit_costs = part.core.isa().calibration().unit_costs;
         let cost = |report: &Report| {
             let units = units(stream.database, stream.request, report);
-            Cost::new(part, fit.place, prices.total(&units), f64::from(report.bytes_read))
+            Cost::new(part, fit.place, unit_costs.total(&units), f64::from(report.bytes_read))
         };
         let mut costs: Vec<Cost> = reports.map(cost).collect();
         costs.sort_by(|a, b| a.seconds[1].total_cmp(&b.seconds[1]));
@@ -200,18 +200,18 @@ impl Estimate {
             worst: costs.last().copied().unwrap_or(nothing),
             bound: (stream.request.config.method == Method::Mar)
                 .then(|| Shape::of(stream.database, stream.request))
-                .and_then(|shape| shape.most(part.core.isa())),
+                .and_then(|shape| shape.bound(part.core.isa())),
             rate_hz: f64::from(stream.database.rate_hz()),
         }
     }
 
-    /// Frames a second if every frame took the bound, at the most cycles an instruction.
-    fn slowest(&self) -> Option<f64> {
+    /// Frames a second if every frame took the upper bound, at the highest cycles an instruction.
+    fn rate_at_bound(&self) -> Option<f64> {
         let [_, _, most] = self.part.core.cycles_per_instruction();
         Some(self.part.clock_mhz * 1e6 / (self.bound? * most))
     }
 
-    /// The figures.
+    /// The figures as JSON.
     pub fn json(&self) -> Value {
         let calibration = self.part.core.isa().calibration();
         let [low, cycles, high] = self.part.core.cycles_per_instruction();
@@ -233,7 +233,7 @@ impl Estimate {
             "instructions_median": self.median.instructions.round(),
             "instructions_max": self.worst.instructions.round(),
             "instructions_bound": self.bound.map(f64::round),
-            "frames_per_second_bound": self.slowest(),
+            "frames_per_second_bound": self.rate_at_bound(),
             "frames_per_second_median": median,
             "frames_per_second_median_range": [median_low, median_high],
             "frames_per_second_worst": worst,
@@ -249,8 +249,8 @@ impl Estimate {
         })
     }
 
-    /// The figures in words.
-    pub fn words(&self) -> String {
+    /// The figures as text.
+    pub fn summary(&self) -> String {
         let name = format!(
             "{} ({}, {} MHz, {})",
             self.part.name,
@@ -274,17 +274,17 @@ impl Estimate {
             let [low, expected, high] = cost.frames_per_second();
             format!("{expected:.0} ({low:.0} to {high:.0})")
         };
-        let bound = match (self.bound, self.slowest()) {
+        let bound = match (self.bound, self.rate_at_bound()) {
             (Some(bound), Some(rate)) => format!(
-                "\nno frame of any stream takes more than {:.2} million instructions: {rate:.0} frames a second at least, reading apart",
+                "\nno frame of any stream takes more than {:.2} million instructions: at least {rate:.0} frames a second, without the time to read the blob",
                 bound / 1e6
             ),
             _ => String::new(),
         };
         format!(
-            "{name}: {fit}\nestimated, not measured: {} frames a second in the middle, {} in the worst frame; the \
-             stream has {:.0}\n{:.2} million instructions a frame in the middle, {:.2} at most, by prices counted on {} \
-             (nine frames of ten within {:.0}% there), {:?} cycles an instruction{bound}",
+            "{name}: {fit}\nestimated, not measured: {} frames a second for the median frame, {} for the worst; the \
+             stream has {:.0}\n{:.2} million instructions in the median frame, {:.2} in the worst, modelled from counts on \
+             {} (error of nine frames in ten below {:.0}% there), {:?} cycles an instruction{bound}",
             rate(&self.median),
             rate(&self.worst),
             self.rate_hz,

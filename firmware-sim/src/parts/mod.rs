@@ -1,12 +1,12 @@
-//! Real parts, without emulating them: what fits, and how many frames a second it would give, by arithmetic.
+//! Estimates for real parts, by arithmetic instead of emulation: does a database fit, and at how many frames a second?
 //!
-//! [`table`] has the parts, [`cost`] says how many instructions a step takes by what it has counted, [`prices`] at
-//! what price a unit, [`worst`] how many units there can be, [`state`] what the stylizer takes of RAM, and [`estimate`]
-//! puts it all together.
+//! [`table`] lists the parts. [`cost`] models the instructions of a step from its counts, with the costs a unit of work
+//! in [`calibration`]. [`worst`] bounds the instructions of any step, [`state`] is the stylizer's RAM, and [`estimate`]
+//! combines them.
 
+pub mod calibration;
 pub mod cost;
 pub mod estimate;
-pub mod prices;
 pub mod state;
 pub mod table;
 pub mod worst;

@@ -1,8 +1,8 @@
-//! What a stylizer takes of a board's RAM.
+//! RAM that a stylizer and the link take.
 
 use gestus_core::link::buffer_length;
 
-/// Bytes of any stylizer.
+/// Bytes that do not depend on the capacities.
 pub const FIXED_BYTES: usize = 2680;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 688;
@@ -10,15 +10,15 @@ pub const JOINT_BYTES: usize = 688;
 pub const NEIGHBOR_BYTES: usize = 92;
 /// Bytes that a class adds, besides its neighbors.
 pub const CLASS_BYTES: usize = 8;
-/// Bytes of a neighbor of a class.
+/// Bytes that a neighbor adds in each class.
 pub const ROW_BYTES: usize = 2;
 
-/// Bytes of `Stylizer<J, K, C>` on a 32-bit target, exact where K is even.
+/// Bytes of `Stylizer<J, K, C>` on a 32-bit target; exact if K is even.
 pub const fn state_bytes(j: usize, k: usize, c: usize) -> usize {
     FIXED_BYTES + JOINT_BYTES * j + NEIGHBOR_BYTES * k + CLASS_BYTES * c + ROW_BYTES * k * c
 }
 
-/// Bytes of the link's server for poses of that many joints: two buffers, and what a server remembers.
+/// Bytes of the link's server for poses of that many joints: two buffers and the server's state.
 pub const fn link_bytes(j: usize) -> usize {
     2 * buffer_length(j) + 200
 }
@@ -31,8 +31,8 @@ mod tests {
 
     const PORTING: &str = include_str!("../../../docs/PORTING.md");
 
-    /// Bytes that pointers and lengths of twice the width take on this machine: the database's slices, and a list's
-    /// length a class.
+    /// Bytes that pointers and lengths take more on this machine if they are twice as wide: those of the database's
+    /// slices, and of a list in each class.
     const WIDER: core::ops::RangeInclusive<usize> = if size_of::<usize>() == 4 { 0..=0 } else { 200..=264 };
     const WIDER_CLASS: usize = size_of::<usize>() - 4;
 
@@ -63,7 +63,7 @@ mod tests {
             .collect();
         assert!(
             surplus.iter().all(|s| WIDER.contains(s)),
-            "sizes have changed: measure them for a 32-bit target and put FIXED_BYTES and the others right, and the \
+            "sizes have changed: measure them for a 32-bit target and correct FIXED_BYTES and the others, and the \
              table in docs/PORTING.md: {SIZES:?} are {surplus:?} more than the formula's"
         );
         // What depends on J, K and C is the same on all machines, up to alignment.

@@ -1,11 +1,11 @@
-//! The parts, with what their datasheets say that counts here.
+//! The parts, with figures from their datasheets.
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::prices::Isa;
+use super::calibration::Isa;
 
-/// Processor cores, for the cycles that an instruction takes.
+/// Processor cores, which differ in cycles an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Core {
     /// Cortex-M0: two-cycle loads, three-cycle branches.
@@ -25,7 +25,7 @@ pub enum Core {
 }
 
 impl Core {
-    /// The instructions that the core's code is made of.
+    /// The core's instruction set.
     pub fn isa(self) -> Isa {
         match self {
             Self::M0 | Self::M0Plus => Isa::Armv6M,
@@ -40,9 +40,9 @@ impl Core {
         !matches!(self, Self::M0 | Self::M0Plus | Self::RiscV)
     }
 
-    /// Cycles an instruction with code and stack in memory without wait states: lowest, expected, highest. Not
-    /// measured on these parts; for the M4 the range is that of libm's functions, for others it follows from the
-    /// cores' pipelines.
+    /// Cycles an instruction with code and stack in memory without wait states: lowest, expected, highest. These are
+    /// not measured on the parts: the M4's range is that of libm's functions, the others follow from the cores'
+    /// pipelines.
     pub fn cycles_per_instruction(self) -> [f64; 3] {
         match self {
             Self::M0 => [1.4, 1.7, 2.0],
@@ -68,47 +68,47 @@ impl Core {
     }
 }
 
-/// Memory outside of the part that the processor reads as if it were inside.
+/// Memory-mapped external memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct External {
-    /// Most bytes that it may have.
+    /// Largest size, bytes.
     pub bytes: u64,
     /// Clock of its bus, MHz.
     pub bus_mhz: f64,
-    /// Bits a clock.
+    /// Width of the bus, bits a clock.
     pub lanes: u32,
-    /// Bytes that a miss fetches: a line of the cache, or a bus access.
+    /// Bytes fetched at a cache miss: a cache line, or a bus access without a cache.
     pub line_bytes: u32,
     /// Clocks of a fetch before its first data: address, mode, dummy cycles.
-    pub lead_clocks: u32,
-    /// It is RAM, and the blob is copied there once.
+    pub latency_clocks: u32,
+    /// True for RAM, to which the blob is copied once.
     pub ram: bool,
 }
 
 impl External {
-    /// Megabytes a second of fetches at random places: line by line, each with its address.
+    /// Megabytes a second of random reads: line by line, each with its own address.
     pub fn bandwidth_mb_s(&self) -> f64 {
         let data_clocks = f64::from(self.line_bytes) * 8.0 / f64::from(self.lanes);
-        f64::from(self.line_bytes) * self.bus_mhz / (f64::from(self.lead_clocks) + data_clocks)
+        f64::from(self.line_bytes) * self.bus_mhz / (f64::from(self.latency_clocks) + data_clocks)
     }
 }
 
-/// A part.
+/// A microcontroller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
-    /// Name, as `--board` takes it.
+    /// Name for `--board`.
     pub name: &'static str,
     /// Core.
     pub core: Core,
-    /// Clock, MHz: the datasheet's highest, or a product's.
+    /// Clock, MHz: the datasheet's highest, or that of a product.
     pub clock_mhz: f64,
-    /// RAM on the chip, KiB, all banks.
+    /// Internal RAM, KiB, all banks.
     pub ram_kib: u32,
-    /// Flash on the chip, KiB.
+    /// Internal flash, KiB.
     pub flash_kib: u32,
-    /// Megabytes a second that data is read from that flash at random places.
+    /// Megabytes a second of random data reads from the internal flash.
     pub flash_mb_s: f64,
-    /// Memory outside.
+    /// External memory.
     pub external: Option<External>,
     /// Where the figures are from.
     pub source: &'static str,
@@ -116,9 +116,9 @@ pub struct Part {
 
 const MIB: u64 = 1024 * 1024;
 
-/// QSPI flash in its fast quad read: six clocks of address, two of mode, some dummy ones.
+/// QSPI flash in fast quad read: six address clocks, two mode clocks, and dummy clocks.
 const fn quad(bytes: u64, bus_mhz: f64, line_bytes: u32, dummy_clocks: u32) -> Option<External> {
-    Some(External { bytes, bus_mhz, lanes: 4, line_bytes, lead_clocks: 8 + dummy_clocks, ram: false })
+    Some(External { bytes, bus_mhz, lanes: 4, line_bytes, latency_clocks: 8 + dummy_clocks, ram: false })
 }
 
 /// The table.
@@ -179,7 +179,7 @@ pub const PARTS: [Part; 15] = [
             bus_mhz: 80.0,
             lanes: 8,
             line_bytes: 16,
-            lead_clocks: 16,
+            latency_clocks: 16,
             ram: false,
         }),
         source: "STM32U585xx datasheet DS13086; RM0456, 28 (OCTOSPI), 14 (DCACHE)",
@@ -212,13 +212,13 @@ pub const PARTS: [Part; 15] = [
         ram_kib: 320,
         flash_kib: 1024,
         flash_mb_s: 448.0,
-        // A program and its data are loaded into the RAM outside, 16 bits wide; 32-byte lines of the data cache.
+        // Program and data are loaded into the external RAM, 16 bits wide; cache lines are 32 bytes.
         external: Some(External {
             bytes: 16 * MIB,
             bus_mhz: 84.0,
             lanes: 16,
             line_bytes: 32,
-            lead_clocks: 10,
+            latency_clocks: 10,
             ram: true,
         }),
         source: "Playdate tech specs (168 MHz, 16 MB, 32 KB L1); STM32F746 datasheet DS10916; bus of the RAM assumed",
@@ -295,7 +295,7 @@ pub const PARTS: [Part; 15] = [
     },
 ];
 
-/// The part of that name, however it is written: `STM32F405` or `stm32-f405`.
+/// Finds a part by name, ignoring case and separators: `STM32F405` or `stm32-f405`.
 ///
 /// # Errors
 /// An unknown name; the message lists the parts.
@@ -304,13 +304,13 @@ pub fn find(name: &str) -> Result<&'static Part> {
     match PARTS.iter().find(|p| plain(p.name) == plain(name)) {
         Some(part) => Ok(part),
         None => bail!(
-            "--board {name}: there are {} (`--board list` has the table; emulated boards are those of `gestus-sim board`)",
+            "--board {name}: unknown part; there are {} (`--board list` prints the table; `gestus-sim board` has the emulated boards)",
             PARTS.map(|p| p.name).join(", ")
         ),
     }
 }
 
-/// A part's row, for a program.
+/// A part's row as JSON.
 pub fn json(part: &Part) -> Value {
     json!({
         "name": part.name,
@@ -328,11 +328,11 @@ pub fn json(part: &Part) -> Value {
     })
 }
 
-/// The table, for people. Bandwidths are of reads at random places.
-pub fn words() -> String {
+/// The table as text. Bandwidths are those of random reads.
+pub fn summary() -> String {
     let mut text = format!(
         "{:<10} {:<12} {:>5} {:>4} {:>8} {:>9} {:>9} {:>10} {:>9}  {}\n",
-        "part", "core", "MHz", "FPU", "RAM KB", "flash KB", "MB/s", "outside MB", "MB/s", "source"
+        "part", "core", "MHz", "FPU", "RAM KB", "flash KB", "MB/s", "extern. MB", "MB/s", "source"
     );
     for part in &PARTS {
         let external = |value: fn(&External) -> f64, digits: usize| {
@@ -375,7 +375,7 @@ mod tests {
             assert!(PARTS[..i].iter().all(|p| p.name != part.name), "{}", part.name);
             assert!((10.0..1000.0).contains(&part.clock_mhz) && part.ram_kib >= 16, "{}", part.name);
             assert_eq!(part.flash_kib == 0, part.flash_mb_s == 0.0, "{}", part.name);
-            assert!(part.flash_kib > 0 || part.external.is_some(), "{}: nowhere for a program", part.name);
+            assert!(part.flash_kib > 0 || part.external.is_some(), "{}: no memory for a program", part.name);
             assert!(!part.source.is_empty());
             if let Some(external) = part.external {
                 let peak = external.bus_mhz * f64::from(external.lanes) / 8.0;
@@ -385,8 +385,8 @@ mod tests {
             let [low, middle, high] = part.core.cycles_per_instruction();
             assert!(low < middle && middle < high);
         }
-        // 8 bytes of an RP2040: 12 clocks of lead and 16 of data at 66.5 MHz.
-        let external = find("rp2040").expect("it is in the table").external.expect("it has flash outside");
+        // 8 bytes of an RP2040: 12 clocks of latency and 16 of data at 66.5 MHz.
+        let external = find("rp2040").expect("it is in the table").external.expect("it has external flash");
         assert!((external.bandwidth_mb_s() - 19.0).abs() < 0.01);
     }
 }

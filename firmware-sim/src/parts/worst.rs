@@ -1,9 +1,10 @@
-//! The most that a frame can cost: a bound that is known before anything is streamed, from what is chosen for a board.
+//! Upper bound of the instructions of a frame, known before anything is streamed, from the capacities and limits of a
+//! board.
 //!
-//! The work of a frame is bounded by the code: C classes that are searched compute at most C V + 448 distances, V being
-//! `Config::visits` (a class that is searched anew, because the stream has jumped, takes what the others have left, and
-//! 448 at most beyond); each class that is kept unpacks and fits at most K examples; at most `Config::classes` are kept,
-//! and 4 where the stream begins or most of the database's C₀ classes have jumped. With G = min(classes, C) and
+//! The code bounds the work of a frame. Searching C classes computes at most C V + 448 distances, V being
+//! `Config::visits`: after a jump a class is searched again, with the visits that the others have not used and at most
+//! 448 more. Each kept class unpacks and fits at most K examples. At most `Config::classes` classes are kept, and at
+//! most 4 at the start of the stream or if most of the database's C₀ classes have jumped. With G = min(classes, C) and
 //! G₄ = min(G, 4), a frame is one of
 //!
 //! ```text
@@ -11,11 +12,11 @@
 //! follow      C V + 448 visits        G
 //! ```
 //!
-//! with every example unpacked and fitted once for each mix of output styles (the body's, and those of joint groups), and
-//! costs at most the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted
-//! to modelled instructions that was seen on streams made to be hard (`Calibration::worst`; `docs/PORTING.md`, "The
-//! worst frame"). So the counts are proven and the prices are measured, with a margin; `cargo xtask budget` holds the
-//! bound against emulated boards in several configurations. Classes of no more than V rows are searched whole, once.
+//! Every example is unpacked and fitted once for each mix of output styles (the body's, and those of joint groups). The
+//! bound is the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted to
+//! modelled instructions on worst-case streams (`Calibration::worst`; `docs/PORTING.md`, "The worst frame"). So the
+//! units are proven, and the costs a unit are measured, with a margin; `cargo xtask budget` checks the bound on
+//! emulated boards in several configurations. Classes of at most V rows are searched exhaustively, once.
 
 use gestus_core::{
     Config, Database, methods::mixture::contact_votes::MOST_VOTERS, search::graph::MAX_VISITS,
@@ -23,19 +24,19 @@ use gestus_core::{
 use gestus_database::stream::Request;
 
 use super::{
+    calibration::Isa,
     cost::{Work, outputs, rows},
-    prices::Isa,
 };
 
-/// Classes that are kept where the stream begins or has jumped: the core's.
-const KEPT_ANEW: usize = 4;
-/// Visits that a frame has to spare: the core's.
-const SPARE: usize = MAX_VISITS as usize;
+/// Classes kept at the start of the stream or after a jump, as in the core.
+const KEPT_AFTER_JUMP: usize = 4;
+/// Additional visits of a frame in which classes are searched again, as in the core.
+const EXTRA_VISITS: usize = MAX_VISITS as usize;
 
-/// What is chosen for a board: the capacities in use, and what limits a frame.
+/// The capacities that are in use on a board, and the limits of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
-    /// Joints of the database; its dofs are 3 J + 4.
+    /// Joints J of the database; its dofs are 3 J + 4.
     pub joints: usize,
     /// Components of a feature.
     pub features: usize,
@@ -47,17 +48,17 @@ pub struct Shape {
     pub searched: Vec<usize>,
     /// Neighbors a class.
     pub k: usize,
-    /// Most distances of a class a frame ([`Config::visits`]).
+    /// Most distances computed in a class in a frame ([`Config::visits`]).
     pub visits: usize,
-    /// Most classes of a frame ([`Config::classes`]).
+    /// Most classes kept in a frame ([`Config::classes`]).
     pub kept: usize,
-    /// Outputs of an example in each mix of styles: the body's, and those that joint groups have of their own.
+    /// Outputs of an example in each mix of styles: that of the body, and those of joint groups.
     pub mixes: Vec<usize>,
 }
 
 impl Shape {
-    /// For a board that is still to be chosen: J joints, K neighbors, C classes that are all searched, one output style,
-    /// a database as `gestus build` makes it, with two outputs a cycle, and otherwise the shipped configuration.
+    /// The shape of J joints, K neighbors and C classes that are all searched, with one output style, a database with
+    /// two outputs a cycle, as `gestus build` makes it, and the default configuration. For planning a board.
     pub fn new(joints: usize, k: usize, classes: usize) -> Self {
         let visits = Config::new().visits;
         Self {
@@ -73,7 +74,7 @@ impl Shape {
         }
     }
 
-    /// Of a database under a request.
+    /// The shape of a database under a request.
     pub fn of(database: &Database<'_>, request: &Request) -> Self {
         let Request { config, action, input_style, .. } = request;
         let counts = database.counts();
@@ -94,14 +95,14 @@ impl Shape {
         }
     }
 
-    /// The frames that may be the worst: a first one, and one that follows.
+    /// The work of the two candidates for the worst frame: the first of a stream, and a later one.
     pub fn work(&self) -> [Work; 2] {
         let searched = self.searched.len();
         let kept = self.kept.min(searched);
-        // Small classes are searched whole, once: they have nothing to search anew, and leave something for others.
+        // Small classes are searched exhaustively, once. They are never searched again, and leave visits to others.
         let visits: usize = self.searched.iter().map(|&rows| rows.min(self.visits)).sum();
         let large = self.searched.iter().filter(|&&rows| rows > self.visits).count();
-        let spare = SPARE + searched * self.visits - visits;
+        let spare = EXTRA_VISITS + searched * self.visits - visits;
         let again = spare.min(large * self.visits);
         let work = |visits: usize, used: usize| Work {
             joints: self.joints as f64,
@@ -116,17 +117,18 @@ impl Shape {
             mixes: self.mixes.len() as f64,
             rows: rows(&self.mixes),
         };
-        let first = kept.min(KEPT_ANEW) + usize::from(searched > 0);
+        let first = kept.min(KEPT_AFTER_JUMP) + usize::from(searched > 0);
         [work(visits, first), work(visits + again, kept)]
     }
 
-    /// The most instructions of a frame; `None` where no prices of that instruction set were tried on hard streams.
-    pub fn most(&self, isa: Isa) -> Option<f64> {
+    /// Upper bound of the instructions of a frame; `None` for an instruction set without measurements on worst-case
+    /// streams.
+    pub fn bound(&self, isa: Isa) -> Option<f64> {
         let calibration = isa.calibration();
         let worst = calibration.worst?;
         let cost = |work: &Work| -> f64 {
             calibration
-                .prices
+                .unit_costs
                 .stages(&work.units())
                 .iter()
                 .zip(worst)
@@ -150,22 +152,23 @@ mod tests {
         assert_eq!((follow.dofs, follow.rows), (67.0, 8.0 / 5.0));
         let labelled = Shape { searched: vec![1000; 7], ..shape.clone() };
         assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(1792.0, 5.0), (2240.0, 7.0)]);
-        // A class of 100 rows is searched whole, and what it leaves is the other's, which takes no more than its own again.
+        // A class of 100 rows is searched exhaustively. Its unused visits go to the other class, which uses at most as
+        // many again as its own.
         let small = Shape { searched: vec![100, 1000], classes: 2, ..shape };
         assert_eq!(small.work().map(|w| (w.visits, w.used)), [(356.0, 3.0), (612.0, 2.0)]);
     }
 
-    /// docs/PORTING.md states the factors; here is what to put there.
+    /// The factors of the formula in docs/PORTING.md are those of the code; the message has the lines to put there.
     #[test]
     fn the_document_has_the_factors_of_the_code() {
         let calibration = Isa::Armv7MFpu.calibration();
         let worst = calibration.worst.expect("it was calibrated");
         let factor = |term: usize| {
             let ratio = worst[crate::parts::cost::STAGE_OF[term] as usize];
-            format!("{:.0}", calibration.prices.0[term] * ratio)
+            format!("{:.0}", calibration.unit_costs.0[term] * ratio)
         };
         let [q, s, class, d, r, r_class, t, t_class, joint, e, none, c, l] = std::array::from_fn(factor);
-        assert_eq!(none, "0", "what is left has a price a class: put it into the document");
+        assert_eq!(none, "0", "stage rest has a cost a class: add it to the document");
         let lines = [
             format!("query {q} · J W F"),
             format!("search {s} · distances · F + {class} · C"),
@@ -191,7 +194,8 @@ mod tests {
         let mut request =
             Request { group_styles: vec![(1, own(&[2, 3])), (2, own(&[2, 3]))], ..Request::style(1) };
         assert_eq!(request.mixes(3), [1, 2]);
-        // What is set last counts, none gives the group back, and of what no group takes there is nothing to pay.
+        // The last setting of a group counts; an empty one returns the group to the body's style; a body's style that
+        // no group uses costs nothing.
         request.group_styles.push((2, Vec::new()));
         assert_eq!(request.mixes(3), [1, 2]);
         request.group_styles.extend([(0, own(&[4])), (2, own(&[4, 5, 6]))]);
@@ -202,7 +206,7 @@ mod tests {
 
     #[test]
     fn the_bound_grows_with_what_is_asked_and_falls_with_labels() {
-        let most = |shape: &Shape| shape.most(Isa::Armv7MFpu).expect("it was calibrated");
+        let most = |shape: &Shape| shape.bound(Isa::Armv7MFpu).expect("it was calibrated");
         let all = Shape::new(21, 40, 28);
         for more in [
             Shape { k: 48, ..all.clone() },
@@ -215,6 +219,6 @@ mod tests {
             assert!(most(&more) > most(&all), "{more:?}");
         }
         assert!(most(&Shape { searched: vec![1000; 7], ..all.clone() }) < 0.6 * most(&all));
-        assert!(all.most(Isa::Armv6M).is_none());
+        assert!(all.bound(Isa::Armv6M).is_none());
     }
 }

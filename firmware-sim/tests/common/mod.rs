@@ -1,4 +1,4 @@
-//! What the tests of the command share: a database and a clip as files, and the program.
+//! Shared by the tests of the command: a database and a clip as files, and running the program.
 
 use std::{
     path::{Path, PathBuf},
@@ -10,7 +10,7 @@ use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 use gestus_tests::motion;
 use serde_json::Value;
 
-/// A database and a clip of so many frames, as files in a folder of the test's own.
+/// Writes a database and a clip of that many frames to a folder of that test, and returns their paths.
 pub fn files(test: &str, frames: usize) -> [&'static str; 2] {
     static FILES: OnceLock<[PathBuf; 2]> = OnceLock::new();
     let files = FILES.get_or_init(|| {
@@ -25,14 +25,14 @@ pub fn files(test: &str, frames: usize) -> [&'static str; 2] {
     [0, 1].map(|i| files[i].to_str().expect("a plain path"))
 }
 
-/// Runs `gestus-sim`: did it succeed, and what did it say on standard output and standard error.
+/// Runs `gestus-sim`; returns whether it succeeded, its standard output and its standard error.
 pub fn sim(arguments: &[&str]) -> (bool, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_gestus-sim")).args(arguments).output().expect("it starts");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.success(), text(&output.stdout), text(&output.stderr))
 }
 
-/// What `gestus-sim` says, which is one JSON object.
+/// Runs `gestus-sim`, whose standard output is one JSON object.
 pub fn json(arguments: &[&str]) -> Value {
     let (ok, stdout, stderr) = sim(arguments);
     assert!(ok, "{arguments:?}: {stderr}");
