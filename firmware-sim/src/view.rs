@@ -203,7 +203,7 @@ mod tests {
             assert!(!html.contains(word), "{word}");
         }
         assert_eq!(html.matches("</script>").count(), 2, "the data and the program");
-        assert!(html.contains("&lt;/title&gt;&lt;script&gt;"));
+        assert!(html.contains("&lt;&#x2f;title&gt;&lt;script&gt;"));
         assert!(!html.contains("{{"));
     }
 }

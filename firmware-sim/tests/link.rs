@@ -155,7 +155,7 @@ fn what_is_wrong_is_said_with_the_name_of_the_line_or_file() {
         (vec!["link", "tcp:127.0.0.1:1", "--probe", "--noise", "lose=0.1"], "--noise"),
         (with(db, &["x"]), "no style `x`"),
         (with(clip, &["heavy"]), "walk.bvh"),
-        (with(db, &["heavy", "--noise", "drop=2"]), "`drop=2`: a probability is 0 to 1"),
+        (with(db, &["heavy", "--noise", "drop=2"]), "`drop=2`: `2` is not a probability"),
         (with(db, &["heavy", "--noise", "drop=1", "--repeats", "2"]), "after 2 retries"),
     ] {
         let (ok, stdout, stderr) = sim(&arguments);

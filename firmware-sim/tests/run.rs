@@ -111,8 +111,8 @@ fn the_table_needs_no_database() {
 fn what_is_wrong_is_explained() {
     for (more, expected) in [
         (&["--board", "z80"][..], "rp2040"),
-        (&["--faults", "drop=2"], "`drop=2`: a probability is 0 to 1"),
-        (&["--faults", "dorp=0.1"], "a stream has drop, repeat, delay, corrupt and seed"),
+        (&["--faults", "drop=2"], "`drop=2`: `2` is not a probability"),
+        (&["--faults", "dorp=0.1"], "the names are drop, repeat, delay, corrupt and seed"),
         (&["--faults", "drop=1"], "no frame arrives"),
     ] {
         let (ok, stdout, stderr) = run(more);

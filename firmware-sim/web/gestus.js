@@ -1,8 +1,8 @@
 "use strict";
-// Gestus for JavaScript: the functions of the C interface (firmware-sim/capi/include/gestus.h), called with memory that
-// lies behind the module's own. One database, one stylizer.
+// Gestus for JavaScript: calls the functions of the C interface (firmware-sim/capi/include/gestus.h) with memory that is
+// added to the module's own. One database, one stylizer.
 //
-// It is a plain script that defines `Gestus`, so that a page can hold it; node takes it by `require`.
+// A plain script that defines `Gestus`, so that a page can embed it; node loads it with `require`.
 
 const Gestus = (() => {
   const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
@@ -10,7 +10,7 @@ const Gestus = (() => {
   const PROFILES = [0, 2], METHODS = [0, 1, 2], JOINTS = 32, CLASSES = 33, METHOD = 39;
   const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8;
 
-  // The bytes of a Uint8Array, or of the ArrayBuffer that `fetch` gives.
+  // The bytes of a Uint8Array, or of an ArrayBuffer as `fetch` returns it.
   const bytesOf = (data) => (ArrayBuffer.isView(data) ? data : new Uint8Array(data));
 
   class Gestus {
@@ -25,7 +25,7 @@ const Gestus = (() => {
       this.c = exports;
       blob = bytesOf(blob);
       const size = [exports.gestus_database_size(), Math.max(...PROFILES.map((p) => exports.gestus_stylizer_size(p)))];
-      // The module never allocates: what is grown here is ours alone.
+      // The module never allocates, so the pages added here are not used by anything else.
       this.free = exports.memory.grow(Math.ceil((blob.length + size[0] + size[1] + 32768) / PAGE)) * PAGE;
       const blobAt = this.take(blob.length);
       new Uint8Array(exports.memory.buffer).set(blob, blobAt);
@@ -35,8 +35,8 @@ const Gestus = (() => {
       const database = this.take(size[0]), stylizer = this.take(size[1]);
       this.check(exports.gestus_database_open(database, size[0], blobAt, blob.length, this.detail, this.out));
       this.database = database;
-      // The smallest profile that takes the database, and the first method that it holds: one that was cut to its models has
-      // no frames for the mixture.
+      // The smallest profile that fits the database, and the first method that the database supports: one that was cut to
+      // its models has no frames for the mixture.
       const config = this.take(CONFIG_BYTES);
       let status;
       for (const profile of PROFILES) {
@@ -73,7 +73,7 @@ const Gestus = (() => {
       this.digestAt = this.take(4);
       this.stylesAt = this.take(2 * 32);
       this.weightsAt = this.take(4 * 32);
-      // Memory does not grow any more, so these views stay.
+      // Memory does not grow from here on, so these views stay valid.
       const buffer = exports.memory.buffer;
       this.input = new Float32Array(buffer, input, numbers);
       this.output = new Float32Array(buffer, output, numbers);
@@ -122,7 +122,7 @@ const Gestus = (() => {
       this.check(this.c.gestus_stylizer_set_style(this.stylizer, this.stylesAt, this.weightsAt, pairs.length));
     }
 
-    // A joint group's own style, -1 for the body's.
+    // Style of a joint group, -1 for the body's.
     setGroupStyle(group, style) {
       const buffer = this.c.memory.buffer;
       new Uint16Array(buffer, this.stylesAt, 1)[0] = Math.max(style, 0);
@@ -131,7 +131,7 @@ const Gestus = (() => {
         style < 0 ? 0 : 1));
     }
 
-    // Labels, -1 for none. They are taken back first: a database need not hold every action in every style.
+    // Labels, -1 for none. Both are cleared first, since a database need not have every action in every style.
     setLabels(action, style) {
       this.check(this.c.gestus_stylizer_set_action(this.stylizer, -1));
       this.check(this.c.gestus_stylizer_set_input_style(this.stylizer, -1));
@@ -147,13 +147,13 @@ const Gestus = (() => {
       this.check(this.c.gestus_stylizer_set_strength(this.stylizer, group, strength));
     }
 
-    // Forgets the stream; the digest begins anew.
+    // Resets the stream and the digest.
     reset() {
       this.check(this.c.gestus_stylizer_reset(this.stylizer));
       this.digestWord[0] = 0;
     }
 
-    // Steps from `input` to `output`, and takes the output into the digest.
+    // Steps from `input` to `output`, and adds the output to the digest.
     step() {
       this.check(this.c.gestus_stylizer_step(this.stylizer, this.inputAt, this.inputAt + 12, this.joints,
         this.outputAt, this.outputAt + 12, this.reportAt));
@@ -167,7 +167,7 @@ const Gestus = (() => {
       return this.digestWord[0].toString(16).padStart(8, "0");
     }
 
-    // What the last step said.
+    // Report of the last step.
     report() {
       const f = this.reportFloats, w = this.reportWords;
       const classes = Array.from({ length: w[8] }, (_, i) => ({ index: w[9 + 2 * i], proportion: f[10 + 2 * i] }));
@@ -180,7 +180,7 @@ const Gestus = (() => {
   Gestus.recording = (data) => {
     const bytes = bytesOf(data);
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-    if (String.fromCharCode(...bytes.slice(0, 8)) !== "GSTREAM1") throw new Error("this is no recording");
+    if (String.fromCharCode(...bytes.slice(0, 8)) !== "GSTREAM1") throw new Error("this is not a recording");
     const count = view.getUint32(8, true), joints = view.getUint32(12, true);
     const size = 16 + 4 * (3 + 4 * joints);
     const frames = Array.from({ length: count }, (_, i) => {
@@ -192,7 +192,7 @@ const Gestus = (() => {
     return { joints, digest: view.getUint32(16, true).toString(16).padStart(8, "0"), frames };
   };
 
-  // Runs a whole recording; answers the digest of what came out, and the report of each frame to `seen`.
+  // Replays a whole recording and returns the digest of the output; `seen` is called after each frame.
   Gestus.replay = (gestus, recording, seen = () => {}) => {
     gestus.reset();
     let before = "";

@@ -1,5 +1,5 @@
 "use strict";
-// The live page: the core runs in this browser, on the database in this file, while sliders change what it is asked.
+// The live page: runs the core in the browser on the database in this file, with sliders for its settings.
 (() => {
   const $ = (id) => document.getElementById(id);
   const page = document.documentElement;
@@ -20,7 +20,7 @@
     const module = await WebAssembly.compile(wasm);
     const recording = Gestus.recording(bytes(data.recording));
     const live = await Gestus.load(module, blob);
-    // A second stylizer recomputes the host's digest beside the one that plays.
+    // A second stylizer recomputes the host's digest while the first one plays.
     const checker = await Gestus.load(module, blob);
     run(live, checker, recording, { wasm: wasm.length, blob: blob.length });
   }
@@ -32,10 +32,10 @@
     const home = { yaw: 0.75, pitch: 0.2, zoom: 1 }, camera = { ...home };
     const LENGTH = Math.round(8 * core.rate);
     let at = 0, playing = false, owed = 0, last = 0, dirty = true, total = 0, degraded = 0;
-    // The last seconds, newest last: what each step said, and how long it took.
+    // Reports and durations of the steps of the last seconds, newest last.
     let history = [], input = null, output = null;
 
-    // ---- the host's digest, again, a few milliseconds a time ----
+    // ---- recomputes the host's digest, a few milliseconds at a time ----
     let checked = 0, before = "";
     checker.reset();
     function check() {
@@ -84,7 +84,7 @@
     function setWeights(change) {
       const kept = weights.slice();
       change();
-      // What the core refuses (all zero) is taken back, and said in its words.
+      // A setting that the core refuses (all zero) is undone, and its message shown.
       if (!told(() => core.setStyle(weights.map((w, k) => [k, w])))) kept.forEach((w, k) => { weights[k] = w; });
       showSettings();
     }
@@ -188,7 +188,7 @@
       dirty = true;
     }
 
-    // Goes on from a frame as if the stream had come there: the half second before it is streamed first.
+    // Continues from another frame: the half second before it is streamed first.
     function seek(frame) {
       core.reset();
       history = [];
@@ -306,7 +306,7 @@
         title(name, unit, y + 8);
         const values = history.map(value);
         let lo = values.length ? Math.min(...values) : 0, hi = values.length ? Math.max(...values) : 1;
-        // From 0, but for the time step, which is read against its own range.
+        // The axis starts at 0, except for the time step, whose axis is its own range.
         if (digits) { const half = Math.max(0.05 * (lo + hi) / 2, (hi - lo) / 2) * 1.1, mid = (lo + hi) / 2; lo = mid - half; hi = mid + half; } else { lo = 0; hi = 1.3 * quantile(values, 0.95) || 1; }
         g.textAlign = "right"; g.fillStyle = colors.dim; g.font = font(10);
         g.fillText(hi.toFixed(digits), LEFT - 8, y + 5);
@@ -423,7 +423,7 @@
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redo);
     }
 
-    // A headless browser draws when it likes; its clock runs all the same.
+    // A headless browser may not draw at a steady rate, so checks run on a timer.
     const place = new URLSearchParams(location.hash.slice(1));
     const next = place.has("check") ? (f) => setTimeout(() => f(performance.now()), 16) : requestAnimationFrame;
 
@@ -431,7 +431,7 @@
     makeSettings();
     defaults();
     listen();
-    // What `cargo xtask wasm` looks for: controls that were used while the page played, and what came of it.
+    // For `cargo xtask wasm`: uses controls while the page plays, and lists those that worked.
     function tryControls() {
       const tried = [], use = (element, event) => element.dispatchEvent(new Event(event));
       const style = rows.style[0].range, group = rows.group[0].range;
@@ -447,7 +447,7 @@
       page.dataset.tried = tried.join(", ");
     }
 
-    // A link can name a place and a look: page.html#t=2.5&overlay=1&play=0&style=old
+    // A link can set the time and the display: page.html#t=2.5&overlay=1&play=0&style=old
     if (place.has("style")) { const k = core.styles.indexOf(place.get("style")); if (k >= 0) setWeights(() => weights.fill(0).splice(k, 1, 1)); }
     $("overlay").checked = place.get("overlay") === "1";
     seek(Math.min(count - 1, Math.round((Number(place.get("t")) || 0) * core.rate)));

@@ -1,44 +1,43 @@
-//! What a stylizer can be told when it is made.
+//! The configuration of a new stylizer.
 
 use gestus_core::{Config, Method, config::parameters};
 
 use crate::{
     memory,
     profile::GestusProfile,
-    status::{Answer, GestusStatus, status},
+    status::{GestusStatus, StatusResult, status},
 };
 
-/// What a stylizer can be told when it is made. Fill it by `gestus_config_default`, then change what is to be
-/// different.
+/// The configuration of a new stylizer. Fill it with `gestus_config_default`, then change what you need.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GestusConfig {
-    /// Neighbors a class, 1 to what the profile takes. Default 16.
+    /// Neighbors a class, from 1 to the profile's capacity. Default 16.
     pub neighbors: u32,
-    /// Most distances computed in a class a frame, 64 to 448: what bounds the time of a step. Default 256.
+    /// Most distances computed in a class in a frame, 64 to 448. Bounds the time of a step. Default 256.
     pub visits: u32,
-    /// Most classes of a frame, 1 to 8. Default 8.
+    /// Most classes mixed in a frame, 1 to 8. Default 8.
     pub classes: u32,
     /// Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
     pub timing: u32,
-    /// The method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`, which a database that was cut
-    /// to its models does not hold.
+    /// Method of translation, a number of `GestusMethod`. Default `GESTUS_METHOD_MIXTURE`, which a database that was
+    /// cut to its models does not support.
     pub method: u32,
 }
 
-/// Methods of translation. The database has to hold what the method needs.
+/// Methods of translation. The database has to contain the data that the method needs.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GestusMethod {
     /// The mixture of local autoregressive models over the database's frames.
     Mixture = 0,
-    /// Linear time-invariant models.
+    /// Linear time-invariant models (Hsu 2005).
     Linear = 1,
-    /// Transfer of means and spreads.
+    /// Transfer of means and standard deviations.
     Statistic = 2,
 }
 
-// A method of the core that has no name here does not compile, nor does one by another number.
+// Does not compile if a method of the core is missing here, or has another number.
 const _: () = {
     let mut number = 0;
     while number < Method::ALL.len() {
@@ -52,16 +51,16 @@ const _: () = {
     }
 };
 
-// SAFETY: five u32 have no padding and no invalid patterns.
+// SAFETY: five u32 have no padding and no invalid bit patterns.
 unsafe impl memory::Plain for GestusConfig {}
 
 /// Policies for the output's time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GestusTiming {
-    /// Poses carry their predicted time steps: the output runs on its own timeline.
+    /// Every output pose has its predicted time step: the output has a timeline of its own.
     Free = 0,
-    /// One pose in, one pose out, at the input's rate.
+    /// The output has the input's time step: play one pose for each input pose.
     Sync = 1,
 }
 
@@ -78,8 +77,8 @@ impl GestusConfig {
         }
     }
 
-    /// The core's configuration; what does not fit its types is out of its range.
-    pub(crate) fn read(self) -> Answer<Config> {
+    /// The core's configuration. Numbers that do not fit its types are out of range.
+    pub(crate) fn read(self) -> StatusResult<Config> {
         let fields = [
             (parameters::K, self.neighbors),
             (parameters::VISITS, self.visits),
@@ -87,7 +86,7 @@ impl GestusConfig {
             (parameters::TIMING, self.timing),
             (parameters::METHOD, self.method),
         ];
-        // A number that an f32 does not hold is out of every range.
+        // A number that `f32` can't represent exactly is out of every range.
         let set = |config, (number, value): (u16, u32)| parameters::set(config, number, value as f32);
         Ok(fields.into_iter().try_fold(Config::new(), set)?)
     }
@@ -95,14 +94,14 @@ impl GestusConfig {
 
 /// Fills a configuration with the defaults of a profile.
 ///
-/// Answers `GESTUS_STATUS_PROFILE`, `_NULL`, `_MISALIGNED`.
+/// Returns `GESTUS_STATUS_PROFILE`, `_NULL`, `_MISALIGNED`.
 ///
 /// # Safety
 /// `config` points at memory for a `GestusConfig`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_config_default(profile: u32, config: *mut GestusConfig) -> GestusStatus {
     status(GestusProfile::of(profile).and_then(|profile| {
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         unsafe { memory::put(config, &[GestusConfig::of(profile)]) }
     }))
 }

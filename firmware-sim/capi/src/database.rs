@@ -1,4 +1,4 @@
-//! Databases: opening a blob, and what it says about itself.
+//! Databases: opening a blob, and reading its counts, names, joints and classes.
 
 use core::{
     ffi::{c_char, c_void},
@@ -13,22 +13,22 @@ use gestus_core::{
 use crate::{
     handle::{Cell, DATABASE},
     memory::{self, Region, disjoint},
-    status::{Answer, GestusBlobDetail, GestusStatus, of_blob, status},
+    status::{GestusBlobDetail, GestusStatus, StatusResult, of_blob, status},
 };
 
-/// A checked blob. It lies in memory that the caller gave, and refers to the blob, which has to stay as long.
+/// A checked blob. It is in memory that the caller provided, and refers to the blob, which has to stay valid as long.
 pub struct GestusDatabase {
     _opaque: [u8; 0],
 }
 
-/// Bytes that are enough for a database on every target; `gestus_database_size` tells the exact number.
+/// Bytes that are enough for a database on every target; `gestus_database_size` returns the exact number.
 pub const GESTUS_DATABASE_BYTES: usize = 1024;
 
 type Opened = Cell<Database<'static>>;
 
 const _: () = assert!(size_of::<Opened>() <= GESTUS_DATABASE_BYTES);
 
-/// The version of this library, as text that ends with a zero and stays for ever: "0.1.0".
+/// The version of this library, as a zero-terminated string that stays valid forever: "0.1.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn gestus_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
@@ -52,16 +52,17 @@ pub extern "C" fn gestus_database_alignment() -> usize {
     align_of::<Opened>()
 }
 
-/// Checks a blob and makes a database of it in `memory`. The handle is put into `*database`; it is `memory` itself.
+/// Checks a blob and makes a database from it in `memory`. The handle, which is `memory` itself, is written to
+/// `*database`.
 ///
-/// Every byte is checked, once: lengths, checksums, every index. It takes time in proportion to the blob's length.
-/// The blob is read in place from then on. It may be of any alignment, and has to stay as it is for as long as the
-/// database, or a stylizer that was made of it, is used.
+/// Every byte is checked once: lengths, checksums, every index. This takes time in proportion to the blob's length.
+/// From then on the blob is read in place. It may have any alignment, and must not change while the database, or a
+/// stylizer made from it, is in use.
 ///
-/// `detail` may be null; otherwise it says, where the blob is refused, which section and record is wrong.
+/// `detail` may be null; otherwise, if the blob is refused, the wrong section and record are written to it.
 ///
-/// Answers a status `GESTUS_STATUS_BLOB_...`, or `_NULL`, `_MISALIGNED`, `_SHORT` (`bytes` is less than
-/// `gestus_database_size()`, or a length is beyond the address space), `_OVERLAP`.
+/// Returns a status `GESTUS_STATUS_BLOB_...`, or `_NULL`, `_MISALIGNED`, `_SHORT` (`bytes` is less than
+/// `gestus_database_size()`, or a length exceeds the address space), `_OVERLAP`.
 ///
 /// # Safety
 /// `memory` points at `bytes` bytes, `blob` at `blob_bytes` bytes.
@@ -74,7 +75,7 @@ pub unsafe extern "C" fn gestus_database_open(
     detail: *mut GestusBlobDetail,
     database: *mut *mut GestusDatabase,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { open(memory, bytes, blob, blob_bytes, detail, database) })
 }
 
@@ -85,7 +86,7 @@ unsafe fn open(
     blob_bytes: usize,
     detail: *mut GestusBlobDetail,
     database: *mut *mut GestusDatabase,
-) -> Answer {
+) -> StatusResult {
     let place: *mut Opened = memory.cast();
     let own = Region::memory(memory.cast(), bytes, size_of::<Opened>(), align_of::<Opened>())?;
     let (read, out) = (Region::of(blob, blob_bytes)?, Region::of(database, 1)?);
@@ -93,14 +94,14 @@ unsafe fn open(
     if !detail.is_null() {
         disjoint([own, read, out, Region::of(detail, 1)?])?;
     }
-    // SAFETY: there for `blob_bytes` bytes, for as long as the database is used and unchanged meanwhile, by the
-    // caller's word. That is no longer than `'static`, and no reference leaves this library.
+    // SAFETY: by the caller's contract there are `blob_bytes` bytes, which do not change while the database is in use.
+    // `'static` is longer than that, but no reference leaves this library.
     let content: &'static [u8] = unsafe { memory::slice(blob, blob_bytes) }?;
     match Database::open(content) {
         Ok(opened) => {
             // SAFETY: `own` is aligned and long enough, and overlaps nothing that is read here.
             unsafe { Cell::make(place, DATABASE, read, || opened) };
-            // SAFETY: `out` was checked, and is the caller's to write.
+            // SAFETY: `out` was checked, and may be written by the caller's contract.
             unsafe { memory::put(database, &[memory.cast::<GestusDatabase>()]) }
         }
         Err(error) => {
@@ -114,39 +115,39 @@ unsafe fn open(
     }
 }
 
-/// Makes a database's handle stale, so that using it later is noticed. Need not be called; the memory is the
-/// caller's again in any case. Stylizers that were made of it go on: they refer to the blob alone.
+/// Makes a database's handle invalid, so that later use of it is detected. Calling this is optional: the memory may be
+/// reused in any case. Stylizers made from the database stay valid: they refer to the blob only.
 ///
-/// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `database` came from `gestus_database_open`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_database_close(database: *mut GestusDatabase) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     status(unsafe { Opened::of_mut(database.cast(), DATABASE) }.map(Cell::close))
 }
 
-/// A database, the blob that it reads, and where it lies.
+/// A database, and the regions of the database and of its blob.
 ///
 /// # Safety
 /// As for [`Cell::of`].
 pub(crate) unsafe fn opened<'a>(
     database: *const GestusDatabase,
-) -> Answer<(&'a Database<'static>, [Region; 2])> {
-    // SAFETY: the caller's word.
+) -> StatusResult<(&'a Database<'static>, [Region; 2])> {
+    // SAFETY: by the caller's contract.
     let cell = unsafe { Opened::of(database.cast(), DATABASE) }?;
     let regions = [cell.region()?, cell.blob];
     Ok((&cell.object, regions))
 }
 
-/// Puts a value where the caller wants it, if that is no part of the database or its blob.
+/// Writes a value to the caller's memory, if that does not overlap the database or its blob.
 ///
 /// # Safety
 /// `place` is null or points at memory for a `T`.
-unsafe fn answer<T: Copy>(place: *mut T, [own, blob]: [Region; 2], value: T) -> Answer {
+unsafe fn write_value<T: Copy>(place: *mut T, [own, blob]: [Region; 2], value: T) -> StatusResult {
     disjoint([own, blob, Region::of(place, 1)?])?;
-    // SAFETY: the caller's word; not null and aligned by the line above.
+    // SAFETY: by the caller's contract; not null and aligned by the line above.
     unsafe { memory::put(place, &[value]) }
 }
 
@@ -166,13 +167,13 @@ pub struct GestusCounts {
     pub groups: u32,
     /// Captured frames.
     pub frames: u32,
-    /// Poses a second that a stylizer expects.
+    /// Input rate that a stylizer expects, poses a second.
     pub rate_hz: f32,
 }
 
-/// Puts the counts of a database into `*counts`.
+/// Writes the counts of a database to `*counts`.
 ///
-/// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+/// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 ///
 /// # Safety
 /// `database` came from `gestus_database_open`; `counts` points at memory for a `GestusCounts`.
@@ -181,7 +182,7 @@ pub unsafe extern "C" fn gestus_database_counts(
     database: *const GestusDatabase,
     counts: *mut GestusCounts,
 ) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     status(unsafe { opened(database) }.and_then(|(db, regions)| {
         let c = db.counts();
         let value = GestusCounts {
@@ -193,12 +194,12 @@ pub unsafe extern "C" fn gestus_database_counts(
             frames: c.frames as u32,
             rate_hz: db.rate_hz(),
         };
-        // SAFETY: the caller's word.
-        unsafe { answer(counts, regions, value) }
+        // SAFETY: by the caller's contract.
+        unsafe { write_value(counts, regions, value) }
     }))
 }
 
-/// What has names. Arguments named `kind` take one of these numbers.
+/// Kinds of names. Arguments named `kind` take one of these numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GestusKind {
@@ -212,7 +213,7 @@ pub enum GestusKind {
     Group = 3,
 }
 
-fn names(database: &Database<'static>, kind: u32) -> Answer<Names<'static>> {
+fn names(database: &Database<'static>, kind: u32) -> StatusResult<Names<'static>> {
     let manifest = database.manifest().map_err(|_| GestusStatus::BlobManifest)?;
     match kind {
         0 => Ok(manifest.joints),
@@ -223,12 +224,12 @@ fn names(database: &Database<'static>, kind: u32) -> Answer<Names<'static>> {
     }
 }
 
-/// Copies the name of a joint, style, action or group into `text`, with a zero behind it.
+/// Copies the name of a joint, style, action or group to `text`, zero-terminated.
 ///
-/// `length` may be null; otherwise the name's length without the zero is put there, also where `text` is too short,
-/// so that the call can be made again with more room. `text` may be null where `bytes` is 0.
+/// `length` may be null; otherwise the name's length without the zero is written to it, even if `text` is too short, so
+/// that the call can be repeated with more memory. `text` may be null if `bytes` is 0.
 ///
-/// Answers `GESTUS_STATUS_NOT_FOUND` (no such kind or index), `_SHORT` (`bytes` is not enough: nothing is copied),
+/// Returns `GESTUS_STATUS_NOT_FOUND` (no such kind or index), `_SHORT` (`bytes` is not enough: nothing is copied),
 /// `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 ///
 /// # Safety
@@ -243,7 +244,7 @@ pub unsafe extern "C" fn gestus_database_name(
     bytes: usize,
     length: *mut usize,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { name(database, kind, index, text, bytes, length) })
 }
 
@@ -254,8 +255,8 @@ unsafe fn name(
     text: *mut c_char,
     bytes: usize,
     length: *mut usize,
-) -> Answer {
-    // SAFETY: the caller's word.
+) -> StatusResult {
+    // SAFETY: by the caller's contract.
     let (db, regions) = unsafe { opened(database) }?;
     let [own, blob] = regions;
     let text: *mut u8 = text.cast();
@@ -276,19 +277,19 @@ unsafe fn name(
     if bytes <= name.len() {
         return Err(GestusStatus::Short);
     }
-    // SAFETY: `text` has room for the name and the zero, and lies apart from the blob, where the name is.
+    // SAFETY: `text` is long enough for the name and the zero, and does not overlap the blob, which contains the name.
     unsafe { memory::put(text, name.as_bytes()) }?;
     // SAFETY: as above; `name.len()` is less than `bytes`.
     unsafe { memory::put(text.add(name.len()), &[0]) }
 }
 
-/// Puts the number of the joint, style, action or group of that name into `*index`.
+/// Writes the number of the joint, style, action or group of that name to `*index`.
 ///
-/// Answers `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
+/// Returns `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
 /// `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 ///
 /// # Safety
-/// `database` came from `gestus_database_open`; `name` points at a text that ends with a zero; `index` points at
+/// `database` came from `gestus_database_open`; `name` points at a zero-terminated string; `index` points at
 /// memory for a `uint32_t`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_database_find(
@@ -297,13 +298,13 @@ pub unsafe extern "C" fn gestus_database_find(
     name: *const c_char,
     index: *mut u32,
 ) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     status(unsafe { opened(database) }.and_then(|(db, regions)| {
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         let name = unsafe { memory::text(name) }?;
         let found = names(db, kind)?.find(name).ok_or(GestusStatus::NotFound)?;
-        // SAFETY: the caller's word. `name` is not used any more.
-        unsafe { answer(index, regions, u32::from(found)) }
+        // SAFETY: by the caller's contract. `name` is not used after this.
+        unsafe { write_value(index, regions, u32::from(found)) }
     }))
 }
 
@@ -319,9 +320,9 @@ pub struct GestusJoint {
     pub offset: [f32; 3],
 }
 
-/// Puts joint `index` into `*joint`.
+/// Writes joint `index` to `*joint`.
 ///
-/// Answers `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+/// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 ///
 /// # Safety
 /// `database` came from `gestus_database_open`; `joint` points at memory for a `GestusJoint`.
@@ -331,7 +332,7 @@ pub unsafe extern "C" fn gestus_database_joint(
     index: u32,
     joint: *mut GestusJoint,
 ) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     status(unsafe { opened(database) }.and_then(|(db, regions)| {
         let index = index as usize;
         if index >= db.counts().joints {
@@ -339,9 +340,13 @@ pub unsafe extern "C" fn gestus_database_joint(
         }
         let found = db.joint(index);
         let parent = found.parent.map_or(-1, |p| p as i32);
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         unsafe {
-            answer(joint, regions, GestusJoint { parent, group: found.group as u32, offset: found.offset })
+            write_value(
+                joint,
+                regions,
+                GestusJoint { parent, group: found.group as u32, offset: found.offset },
+            )
         }
     }))
 }
@@ -358,9 +363,9 @@ pub struct GestusClass {
     pub frames: u32,
 }
 
-/// Puts class `index` into `*value`.
+/// Writes class `index` to `*value`.
 ///
-/// Answers `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+/// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 ///
 /// # Safety
 /// `database` came from `gestus_database_open`; `value` points at memory for a `GestusClass`.
@@ -370,7 +375,7 @@ pub unsafe extern "C" fn gestus_database_class(
     index: u32,
     value: *mut GestusClass,
 ) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     status(unsafe { opened(database) }.and_then(|(db, regions)| {
         let index = index as usize;
         if index >= db.counts().classes {
@@ -379,7 +384,7 @@ pub unsafe extern "C" fn gestus_database_class(
         let class = db.class(index);
         let found =
             GestusClass { action: class.action.into(), style: class.style.into(), frames: class.rows as u32 };
-        // SAFETY: the caller's word.
-        unsafe { answer(value, regions, found) }
+        // SAFETY: by the caller's contract.
+        unsafe { write_value(value, regions, found) }
     }))
 }

@@ -1,7 +1,7 @@
-//! Gestus for C: gestus-core behind functions that take pointers.
+//! The C interface: gestus-core behind functions that take pointers.
 //!
-//! Everything happens in memory that the caller gives: ask for a size, give that many bytes, get a handle that lies in
-//! them. Nothing is allocated, nothing is kept behind the caller's back, and nothing has to be released.
+//! All objects are in memory that the caller provides: ask for a size, provide that many bytes, and get a handle that
+//! points to them. Nothing is allocated, there is no hidden state, and nothing has to be released.
 //!
 //! ```text
 //! gestus_database_open    blob in flash  --> GestusDatabase   in the caller's memory
@@ -9,16 +9,16 @@
 //! gestus_stylizer_step    a pose         --> a pose and a report
 //! ```
 //!
-//! Every function checks its pointers before it follows one: null, alignment, length against what is needed, and
-//! overlap. What no library can check is said at each function: that a pointer which is neither null nor misaligned
-//! points at memory of the length that it comes with.
+//! Every function checks its pointers before it dereferences one: null, alignment, length, and overlap. No library can
+//! check that a pointer which is neither null nor misaligned points at memory of the stated length; the docs of each
+//! function state this under "Safety".
 //!
-//! This crate is the one place in Gestus with `unsafe` code. It is small on purpose: [`memory`] turns pointers into
-//! references, [`handle`] keeps what lies in the caller's memory recognisable, and the rest is safe but for the calls
-//! of these two.
+//! This crate is the only one in Gestus with `unsafe` code, apart from the firmware image. It is kept small: [`memory`]
+//! turns pointers into references, [`handle`] recognises objects in the caller's memory, and the rest is safe except
+//! for calls to these two.
 #![no_std]
 
-// On a host the panic handler is that of `std`. It is never reached; a static library has to have one.
+// On a host the panic handler is that of `std`. It is never reached, but a static library has to have one.
 #[cfg(not(any(target_os = "none", target_os = "unknown")))]
 extern crate std;
 
@@ -33,7 +33,7 @@ pub mod settings;
 pub mod status;
 pub mod stylizer;
 
-/// There is no panic to handle: `cargo xtask no-panic` links this library with a handler that exists nowhere.
+/// Never called: `cargo xtask no-panic` proves it by linking this library with an undefined handler.
 #[cfg(all(feature = "panic-handler", target_os = "none"))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -1,36 +1,36 @@
-//! Poses as C has them: flat arrays of numbers. And the digest of a stream of them.
+//! Poses in C, as flat arrays of numbers, and the digest of a stream of poses.
 
 use gestus_core::{Digest, blob::layout::MAX_JOINTS, math::quaternion::Quaternion};
 
 use crate::{
     memory::{self, Region, disjoint},
-    status::{Answer, GestusStatus, status},
+    status::{GestusStatus, StatusResult, status},
 };
 
-/// The regions of a pose's numbers, as far as they are used: `used` joints of the `joints` that are there.
+/// The regions of a pose's numbers that are used: `used` joints of the `joints` in the array.
 pub(crate) fn regions(
     position: *const f32,
     rotations: *const f32,
     joints: usize,
     used: usize,
-) -> Answer<[Region; 2]> {
+) -> StatusResult<[Region; 2]> {
     let regions = [Region::of(position, 3)?, Region::of(rotations.cast::<f32>(), used.saturating_mul(4))?];
-    // The whole array has to be possible, not only the part that is used.
+    // The whole array has to be valid, not only the part that is used.
     Region::of(rotations, joints.checked_mul(4).ok_or(GestusStatus::Short)?)?;
     if joints < used { Err(GestusStatus::Short) } else { Ok(regions) }
 }
 
-/// Copies a pose of `joints` joints; no more than a database may have.
+/// Copies a pose of `joints` joints, at most as many as a database may have.
 ///
 /// # Safety
-/// [`regions`] has passed the pointers, and they point at as many numbers.
+/// [`regions`] has checked the pointers, and they point at that many numbers.
 pub(crate) unsafe fn read(
     position: *const f32,
     rotations: *const f32,
     joints: usize,
-) -> Answer<([f32; 3], [Quaternion; MAX_JOINTS])> {
+) -> StatusResult<([f32; 3], [Quaternion; MAX_JOINTS])> {
     let mut pose = ([0.0; 3], [[0.0; 4]; MAX_JOINTS]);
-    // SAFETY: the caller's word. Nothing is written while the slices are alive.
+    // SAFETY: by the caller's contract. Nothing is written while the slices are alive.
     let (from, turns) =
         unsafe { (memory::slice(position, 3)?, memory::slice(rotations, joints.saturating_mul(4))?) };
     for (slot, &value) in pose.0.iter_mut().zip(from) {
@@ -42,10 +42,11 @@ pub(crate) unsafe fn read(
     Ok(pose)
 }
 
-/// Takes a pose and its time step into the digest of a stream: `*digest` is 0 before the first pose, and equal on every
-/// machine where every bit of every pose is.
+/// Adds a pose and its time step to the digest of a stream. `*digest` is 0 before the first pose. Digests are equal on
+/// all machines on which every bit of every pose is equal.
 ///
-/// Answers `GESTUS_STATUS_SHORT` (`joints` is 0, or more than a database may have, 64), `_NULL`, `_MISALIGNED`, `_OVERLAP`.
+/// Returns `GESTUS_STATUS_SHORT` (`joints` is 0, or more than a database may have, 64), `_NULL`, `_MISALIGNED`,
+/// `_OVERLAP`.
 ///
 /// # Safety
 /// `digest` points at a `uint32_t`, `position` at 3 numbers, `rotations` at 4 times `joints`.
@@ -57,7 +58,7 @@ pub unsafe extern "C" fn gestus_digest(
     joints: usize,
     step_s: f32,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { add(digest, position, rotations, joints, step_s) })
 }
 
@@ -67,7 +68,7 @@ unsafe fn add(
     rotations: *const f32,
     joints: usize,
     step_s: f32,
-) -> Answer {
+) -> StatusResult {
     if !(1..=MAX_JOINTS).contains(&joints) {
         return Err(GestusStatus::Short);
     }
@@ -75,12 +76,12 @@ unsafe fn add(
     let place = Region::of(digest, 1)?;
     disjoint([place, from])?;
     disjoint([place, turns])?;
-    // SAFETY: both arrays were checked, and are there by the caller's word.
+    // SAFETY: both arrays were checked, and exist by the caller's contract.
     let (root, turns) = unsafe { read(position, rotations, joints) }?;
-    // SAFETY: not null and aligned, and there by the caller's word.
+    // SAFETY: not null and aligned, and exists by the caller's contract.
     let before = unsafe { memory::slice(digest, 1) }?.first().copied().unwrap_or(0);
     let mut sum = Digest::resume(before);
     sum.add_joints(root, turns.get(..joints).unwrap_or(&[]), step_s);
-    // SAFETY: as above; the slice is not used any more.
+    // SAFETY: as above; the slice is not used after this.
     unsafe { memory::put(digest, &[sum.value()]) }
 }

@@ -1,5 +1,4 @@
-//! Capacities: a stylizer's memory is an array of constants, so which there are is decided when this library is
-//! compiled.
+//! Profiles: sets of capacities. A stylizer's size is fixed at compile time, and so are the profiles.
 
 use gestus_core::{
     ConfigError, Database, Effort, Pose, Report, Stylizer, config::parameters, math::quaternion::Quaternion,
@@ -7,7 +6,7 @@ use gestus_core::{
 
 use crate::{
     handle::Cell,
-    status::{Answer, GestusStatus},
+    status::{GestusStatus, StatusResult},
 };
 
 /// Capacities of a stylizer. Arguments named `profile` take one of these numbers.
@@ -16,15 +15,15 @@ use crate::{
 pub enum GestusProfile {
     /// Up to 22 joints, 40 neighbors a class and 28 classes.
     Standard = 0,
-    /// Up to 12 joints, 16 neighbors a class and 8 classes: toys, and boards with little memory.
+    /// Up to 12 joints, 16 neighbors a class and 8 classes: for toys, and boards with little memory.
     Small = 1,
-    /// Up to 64 joints, 64 neighbors a class and 256 classes, which is any database: for hosts, games and browsers. A
-    /// library has it where it is built with `--features large`.
+    /// Up to 64 joints, 64 neighbors a class and 256 classes, which fits any database: for hosts, games and browsers.
+    /// Requires a library that was built with `--features large`.
     Large = 2,
 }
 
-/// Bytes that are enough for a stylizer of the profile `GESTUS_PROFILE_STANDARD`, on every target: for memory that
-/// has to be declared before the program runs. `gestus_stylizer_size` tells the exact number.
+/// Bytes that are enough for a stylizer of the profile `GESTUS_PROFILE_STANDARD` on every target, to declare static
+/// memory. `gestus_stylizer_size` returns the exact number.
 pub const GESTUS_STANDARD_BYTES: usize = 32768;
 /// The same for `GESTUS_PROFILE_SMALL`.
 pub const GESTUS_SMALL_BYTES: usize = 16384;
@@ -45,8 +44,8 @@ const _: () = {
 };
 
 impl GestusProfile {
-    /// The profile of that number, where this library has it.
-    pub(crate) fn of(number: u32) -> Answer<Self> {
+    /// The profile of that number, if this library has it.
+    pub(crate) fn of(number: u32) -> StatusResult<Self> {
         match number {
             0 if cfg!(feature = "standard") => Ok(Self::Standard),
             1 if cfg!(feature = "small") => Ok(Self::Small),
@@ -56,7 +55,7 @@ impl GestusProfile {
     }
 
     /// The profile of an object's kind.
-    pub(crate) fn of_kind(kind: u32) -> Answer<Self> {
+    pub(crate) fn of_kind(kind: u32) -> StatusResult<Self> {
         Self::of(kind).map_err(|_| GestusStatus::Handle)
     }
 
@@ -69,7 +68,7 @@ impl GestusProfile {
         }
     }
 
-    /// Neighbors that it has room for.
+    /// Capacity for neighbors a class.
     pub(crate) fn neighbors(self) -> u16 {
         match self {
             Self::Standard => 40,
@@ -80,7 +79,7 @@ impl GestusProfile {
 }
 
 /// A stylizer of any capacity.
-pub(crate) trait Running {
+pub(crate) trait AnyStylizer {
     fn database(&self) -> &Database<'static>;
     fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
     fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
@@ -90,15 +89,15 @@ pub(crate) trait Running {
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
     fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError>;
     fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError>;
-    /// A parameter by the number that it has on a link; `None` where no parameter has it.
+    /// The value of a parameter by its number; `None` for an unknown number.
     fn parameter(&self, number: u16) -> Option<f32>;
     fn set_parameter(&mut self, number: u16, value: f32) -> Result<(), ConfigError>;
     fn reset(&mut self);
-    /// Steps from a pose to a pose: `rotations` holds the input's and then the output's.
+    /// Steps in place: `position` and `rotations` are the input's before and the output's after.
     fn step(&mut self, position: &mut [f32; 3], rotations: &mut [Quaternion]) -> Report;
 }
 
-impl<const J: usize, const K: usize, const C: usize> Running for Stylizer<'static, J, K, C> {
+impl<const J: usize, const K: usize, const C: usize> AnyStylizer for Stylizer<'static, J, K, C> {
     fn database(&self) -> &Database<'static> {
         self.database()
     }

@@ -1,5 +1,5 @@
-//! Settings of a stylizer: style, labels, masks and strengths. All may change while a stream runs; one that is refused
-//! leaves what was in force.
+//! Settings of a stylizer: style, labels, masks and strengths. All may change during a stream. A refused setting
+//! changes nothing.
 
 use core::ffi::c_char;
 
@@ -7,28 +7,28 @@ use gestus_core::{ConfigError, Effort, blob::layout::MAX_STYLES};
 
 use crate::{
     memory::{self, Region, disjoint},
-    profile::Running,
-    status::{Answer, GestusStatus, status},
-    stylizer::{GestusStylizer, running},
+    profile::AnyStylizer,
+    status::{GestusStatus, StatusResult, status},
+    stylizer::{GestusStylizer, stylizer_of},
 };
 
-/// Does something with a stylizer.
+/// Calls a function with a stylizer.
 ///
 /// # Safety
-/// As for [`running`].
+/// As for [`stylizer_of`].
 unsafe fn with(
     stylizer: *mut GestusStylizer,
-    change: impl FnOnce(&mut dyn Running) -> Result<(), ConfigError>,
+    change: impl FnOnce(&mut dyn AnyStylizer) -> Result<(), ConfigError>,
 ) -> GestusStatus {
-    // SAFETY: the caller's word.
-    status(unsafe { running(stylizer) }.and_then(|(stylizer, _)| Ok(change(stylizer)?)))
+    // SAFETY: by the caller's contract.
+    status(unsafe { stylizer_of(stylizer) }.and_then(|(stylizer, _)| Ok(change(stylizer)?)))
 }
 
-/// Sets the output style: `count` numbers of styles and their weights, which are brought to sum 1. A style may come
-/// more than once; its weights add up.
+/// Sets the output style: `count` numbers of styles and their weights, which are scaled to sum to 1. If a style occurs
+/// more than once, its weights add up.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such style), `_WEIGHTS` (`count` is 0 or above 32, a weight is negative or not
-/// finite, or all are 0), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array with the stylizer).
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such style), `_WEIGHTS` (`count` is 0 or above 32, a weight is negative or not
+/// finite, or all are 0), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array overlaps the stylizer).
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
@@ -39,7 +39,7 @@ pub unsafe extern "C" fn gestus_stylizer_set_style(
     weights: *const f32,
     count: usize,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { set_styles(stylizer, None, styles, weights, count) })
 }
 
@@ -49,15 +49,15 @@ unsafe fn set_styles(
     styles: *const u16,
     weights: *const f32,
     count: usize,
-) -> Answer {
-    // SAFETY: the caller's word. The arrays are checked to lie elsewhere before they are read.
-    let (stylizer, [own, _]) = unsafe { running(stylizer) }?;
+) -> StatusResult {
+    // SAFETY: by the caller's contract. That the arrays do not overlap the stylizer is checked before they are read.
+    let (stylizer, [own, _]) = unsafe { stylizer_of(stylizer) }?;
     if !(1..=MAX_STYLES).contains(&count) {
         return Err(GestusStatus::Weights);
     }
     disjoint([own, Region::of(styles, count)?])?;
     disjoint([own, Region::of(weights, count)?])?;
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     let (styles, weights) = unsafe { (memory::slice(styles, count)?, memory::slice(weights, count)?) };
     let mut pairs = [(0, 0.0); MAX_STYLES];
     for (pair, (&style, &weight)) in pairs.iter_mut().zip(styles.iter().zip(weights)) {
@@ -71,13 +71,13 @@ unsafe fn set_styles(
     Ok(())
 }
 
-/// Sets the output style of a joint group alone, in place of the body's: `count` numbers of styles and their weights,
-/// which are brought to sum 1; a `count` of 0 gives the group back to the body's style (the arrays are not read then). The
-/// group of the root says which feet stand and how long a step takes. Each mix that differs costs the regression once more.
+/// Sets the output style of one joint group, in place of the body's: `count` numbers of styles and their weights, which
+/// are scaled to sum to 1. A `count` of 0 returns the group to the body's style; the arrays are not read then. Foot
+/// contacts and time steps come from the style of the root's group. Each additional mix costs one more regression.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, a weight is negative or not
-/// finite, or all are 0), `_METHOD` (linear models know the whole body's style alone), `_NULL`, `_MISALIGNED`, `_HANDLE`,
-/// `_OVERLAP` (an array with the stylizer).
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, a weight is negative or
+/// not finite, or all are 0), `_METHOD` (linear models support one style for the whole body only), `_NULL`,
+/// `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array overlaps the stylizer).
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
@@ -91,45 +91,46 @@ pub unsafe extern "C" fn gestus_stylizer_set_group_style(
 ) -> GestusStatus {
     let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
     if count == 0 {
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         return unsafe { with(stylizer, |s| s.set_group_style(group, &[])) };
     }
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { set_styles(stylizer, Some(group), styles, weights, count) })
 }
 
-/// Sets the output style to the one of that name, alone.
+/// Sets the output style to the style of that name.
 ///
-/// Answers `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
+/// Returns `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
 /// `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
-/// `stylizer` came from `gestus_stylizer_init`; `name` points at a text that ends with a zero, apart from the stylizer.
+/// `stylizer` came from `gestus_stylizer_init`; `name` points at a zero-terminated string that does not overlap the
+/// stylizer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_stylizer_set_style_name(
     stylizer: *mut GestusStylizer,
     name: *const c_char,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { set_style_name(stylizer, name) })
 }
 
-unsafe fn set_style_name(stylizer: *mut GestusStylizer, name: *const c_char) -> Answer {
-    // SAFETY: the caller's word.
+unsafe fn set_style_name(stylizer: *mut GestusStylizer, name: *const c_char) -> StatusResult {
+    // SAFETY: by the caller's contract.
     let name = unsafe { memory::text(name) }?;
     let text = Region::of(name.as_ptr(), name.len())?;
-    // SAFETY: the caller's word.
-    let (stylizer, [own, _]) = unsafe { running(stylizer) }?;
+    // SAFETY: by the caller's contract.
+    let (stylizer, [own, _]) = unsafe { stylizer_of(stylizer) }?;
     disjoint([own, text])?;
     let manifest = stylizer.database().manifest().map_err(|_| GestusStatus::BlobManifest)?;
     let style = manifest.styles.find(name).ok_or(GestusStatus::NotFound)?;
     Ok(stylizer.set_style(&[(style, 1.0)])?)
 }
 
-/// Sets the output style to the mix that comes nearest to an Effort: how bound (`flow`), strong (`weight`) and sudden
-/// (`time`) the motion is to be, each from -3 to 3, 0 being what is usual for the data. Beyond that it is held at the end.
+/// Sets the output style to the mix of styles that is nearest to an Effort: how bound (`flow`), strong (`weight`) and
+/// sudden (`time`) the motion is, each from -3 to 3; 0 is typical of the data. Values beyond that range are clamped.
 ///
-/// Answers `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
+/// Returns `GESTUS_STATUS_NO_DIAL` (the database has no effort dial), `_PARAMETER` (not a number), `_NULL`,
 /// `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
@@ -141,18 +142,18 @@ pub unsafe extern "C" fn gestus_stylizer_set_effort(
     weight: f32,
     time: f32,
 ) -> GestusStatus {
-    let change = |s: &mut dyn Running| {
+    let change = |s: &mut dyn AnyStylizer| {
         if flow.is_nan() || weight.is_nan() || time.is_nan() {
             return Err(ConfigError::OutOfRange);
         }
         s.set_effort(Effort { flow, weight, time })
     };
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { with(stylizer, change) }
 }
 
-/// A label: negative for none.
-fn label(number: i32) -> Answer<Option<u16>> {
+/// A label from C; negative numbers mean none.
+fn label(number: i32) -> StatusResult<Option<u16>> {
     match u16::try_from(number) {
         Ok(number) => Ok(Some(number)),
         Err(_) if number < 0 => Ok(None),
@@ -160,11 +161,11 @@ fn label(number: i32) -> Answer<Option<u16>> {
     }
 }
 
-/// Says which action the input is, where the caller knows it; a negative number where not. Only classes of that action
-/// are searched then, which takes less time.
+/// Sets the input's action, or a negative number if it is not known. With an action only its classes are searched,
+/// which takes less time.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such action), `_NO_CLASS` (not in the labelled input style), `_NULL`,
-/// `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such action), `_NO_CLASS` (the database does not have it in the input style that
+/// is set), `_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
@@ -174,16 +175,16 @@ pub unsafe extern "C" fn gestus_stylizer_set_action(
     action: i32,
 ) -> GestusStatus {
     match label(action) {
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         Ok(action) => unsafe { with(stylizer, |s| s.set_action(action)) },
         Err(status) => status,
     }
 }
 
-/// Says which style the input is in, where the caller knows it; a negative number where not.
+/// Sets the input's style, or a negative number if it is not known.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such style), `_NO_CLASS` (not of the labelled action), `_NULL`, `_MISALIGNED`,
-/// `_HANDLE`.
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such style), `_NO_CLASS` (the database does not have it for the action that is
+/// set), `_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
@@ -193,16 +194,16 @@ pub unsafe extern "C" fn gestus_stylizer_set_input_style(
     style: i32,
 ) -> GestusStatus {
     match label(style) {
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         Ok(style) => unsafe { with(stylizer, |s| s.set_input_style(style)) },
         Err(status) => status,
     }
 }
 
-/// Says whether the search looks at a joint group: 0 leaves it out, any other number looks. At least one group is always
-/// looked at.
+/// Sets whether the search uses the features of a joint group: 0 for no, any other number for yes. At least one group
+/// has to be used.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (no group would be left), `_NULL`, `_MISALIGNED`,
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (it is the last group in use), `_NULL`, `_MISALIGNED`,
 /// `_HANDLE`.
 ///
 /// # Safety
@@ -214,13 +215,13 @@ pub unsafe extern "C" fn gestus_stylizer_set_mask(
     searched: u32,
 ) -> GestusStatus {
     let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { with(stylizer, |s| s.set_mask(group, searched != 0)) }
 }
 
-/// Says how much of the style a joint group takes on: 0 leaves the input as it is, 1 is the style, up to 2 goes beyond.
+/// Sets the strength of the style in a joint group: 0 keeps the input, 1 is the style, up to 2 exaggerates it.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (not from 0 to 2), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such group), `_PARAMETER` (not from 0 to 2), `_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
@@ -231,14 +232,14 @@ pub unsafe extern "C" fn gestus_stylizer_set_strength(
     strength: f32,
 ) -> GestusStatus {
     let Ok(group) = u16::try_from(group) else { return GestusStatus::Unknown };
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { with(stylizer, |s| s.set_strength(group, strength)) }
 }
 
-/// Sets how many distances are computed at most in a class a frame, 64 to 448: what a step costs in the worst case. The
-/// first thing to lower where a deadline was missed; frames that reach it report `GESTUS_DEGRADED_VISITS`.
+/// Sets the most distances computed in a class in a frame, 64 to 448, which bounds the time of a step. Lower it first
+/// if steps miss their deadline. Frames that reach it report `GESTUS_DEGRADED_VISITS`.
 ///
-/// Answers `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_PARAMETER` (not from 64 to 448), `_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
@@ -248,17 +249,17 @@ pub unsafe extern "C" fn gestus_stylizer_set_visits(
     visits: u32,
 ) -> GestusStatus {
     let Ok(visits) = u16::try_from(visits) else { return GestusStatus::Parameter };
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { with(stylizer, |s| s.set_visits(visits)) }
 }
 
-/// Sets a parameter of the method, a number of `GestusParameter`, from the next step on. The stream goes on; with another
-/// method it begins anew, and both labels are taken back: say the action and the input style again.
+/// Sets a parameter, a number of `GestusParameter`, from the next step on. The stream continues. Setting another method
+/// resets the stream and clears both labels: set the action and the input style again.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or no whole number where one is
-/// wanted), `_NEIGHBORS` (more than the profile takes), `_METHOD` (the database does not hold what the method needs, or the
-/// method is that of linear models, which style the whole body, while a joint group has a style of its own), `_NULL`,
-/// `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such parameter), `_PARAMETER` (out of its range, or not a whole number where one
+/// is required), `_NEIGHBORS` (more than the profile's capacity), `_METHOD` (the database lacks the data that the
+/// method needs, or linear models are set while a joint group has a style of its own, which they do not support),
+/// `_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
@@ -269,14 +270,14 @@ pub unsafe extern "C" fn gestus_stylizer_set_parameter(
     value: f32,
 ) -> GestusStatus {
     let Ok(parameter) = u16::try_from(parameter) else { return GestusStatus::Unknown };
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { with(stylizer, |s| s.set_parameter(parameter, value)) }
 }
 
-/// Puts the value that a parameter has, a number of `GestusParameter`, into `*value`.
+/// Writes the value of a parameter, a number of `GestusParameter`, to `*value`.
 ///
-/// Answers `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` with the
-/// stylizer).
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` overlaps
+/// the stylizer).
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `value` points at memory for a number.
@@ -286,24 +287,24 @@ pub unsafe extern "C" fn gestus_stylizer_parameter(
     parameter: u32,
     value: *mut f32,
 ) -> GestusStatus {
-    // SAFETY: the caller's word. The place is checked to lie elsewhere before it is written.
-    status(unsafe { running(stylizer) }.and_then(|(stylizer, [own, _])| {
+    // SAFETY: by the caller's contract. That `value` does not overlap the stylizer is checked before it is written.
+    status(unsafe { stylizer_of(stylizer) }.and_then(|(stylizer, [own, _])| {
         disjoint([own, Region::of(value, 1)?])?;
         let known = u16::try_from(parameter).ok().and_then(|number| stylizer.parameter(number));
-        // SAFETY: the caller's word.
+        // SAFETY: by the caller's contract.
         unsafe { memory::put(value, &[known.ok_or(GestusStatus::Unknown)?]) }
     }))
 }
 
-/// Forgets the stream; the next pose is a first pose. Settings stay.
+/// Resets the stream: the next pose is the first of a new one. Settings are kept.
 ///
-/// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_stylizer_reset(stylizer: *mut GestusStylizer) -> GestusStatus {
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe {
         with(stylizer, |s| {
             s.reset();

@@ -1,42 +1,43 @@
-//! What can go wrong, as numbers, and what each means, as text.
+//! Status codes and their messages.
 
 use core::ffi::{CStr, c_char};
 
 use gestus_core::{BlobError, ConfigError, MAX_OWN, blob::layout::MAX_STYLES};
 
-/// What a function answers. With any answer but `GESTUS_STATUS_OK` nothing was changed, except as the function says.
+/// The result of a function. With any status but `GESTUS_STATUS_OK` nothing was changed, unless the function's docs say
+/// so.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GestusStatus {
-    /// It is done.
+    /// Success.
     Ok = 0,
-    /// A pointer is null that must not be.
+    /// A pointer is null that must not be null.
     Null = 1,
-    /// A pointer is not aligned to what it points at.
+    /// A pointer is not aligned for its type.
     Misaligned = 2,
-    /// Memory or an array is shorter than what is needed, or longer than the address space.
+    /// Memory or an array is shorter than needed, or longer than the address space.
     Short = 3,
-    /// Two arguments overlap that must not.
+    /// Two arguments overlap that must not overlap.
     Overlap = 4,
-    /// The handle is none: stale, overwritten, moved, or never made.
+    /// The handle is invalid: it was closed, overwritten, moved, or never made.
     Handle = 5,
-    /// The profile is not one of `GestusProfile`, or was left out of this library.
+    /// The profile is not one of `GestusProfile`, or this library was built without it.
     Profile = 6,
-    /// An index or kind is out of range, or there is no such name.
+    /// An index or kind is out of range, or a name is unknown.
     NotFound = 7,
-    /// A text is not UTF-8, or longer than `GESTUS_NAME_BYTES` with its final zero.
+    /// A string is not UTF-8, or longer than `GESTUS_NAME_BYTES` with its final zero.
     Text = 8,
-    /// The blob has fewer or more bytes than it says: copy it again, whole.
+    /// The blob has fewer or more bytes than its header says: copy all of it again.
     BlobTruncated = 16,
-    /// The first bytes are not a Gestus blob's.
+    /// The first bytes are not those of a Gestus blob.
     BlobMagic = 17,
-    /// The blob is of another version of the format: build it again.
+    /// The blob has another format version: build it again.
     BlobVersion = 18,
-    /// A checksum does not agree: the blob was damaged.
+    /// A checksum is wrong: the blob was damaged.
     BlobChecksum = 19,
-    /// A section is missing, doubled or misplaced.
+    /// A section is missing, duplicate or misplaced.
     BlobSection = 20,
-    /// A section's length does not follow from the header's counts.
+    /// A section's length does not agree with the header's counts.
     BlobLength = 21,
     /// A number in a section is out of its range.
     BlobValue = 22,
@@ -44,28 +45,29 @@ pub enum GestusStatus {
     BlobReserved = 23,
     /// The manifest can't be decoded.
     BlobManifest = 24,
-    /// The blob is refused for a reason that this library has no number for.
+    /// The blob is refused for a reason without a status of its own.
     BlobOther = 31,
-    /// The database has more joints than the profile takes.
+    /// The database has more joints than the profile's capacity.
     Joints = 32,
-    /// The database has more classes than the profile takes.
+    /// The database has more classes than the profile's capacity.
     Classes = 33,
-    /// The number of neighbors is 0, or more than the profile takes.
+    /// The number of neighbors is 0, or more than the profile's capacity.
     Neighbors = 34,
-    /// There is no style, action, joint group or parameter of that number.
+    /// No style, action, joint group or parameter has that number.
     Unknown = 35,
-    /// The database does not hold the labelled action in the labelled style.
+    /// The database does not have the input's action in the input's style.
     NoClass = 36,
-    /// A weight is negative or not finite, or all are zero; or there are more styles than 32, or than 3 for a joint group.
+    /// A weight is negative or not finite, or all are zero; or there are more styles than 32, or than 3 for a joint
+    /// group.
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
-    /// The database does not hold what the method needs (frames, linear models or statistics), or the method can't do that:
-    /// linear models give a style to the whole body alone.
+    /// The database lacks the data that the method needs (frames, linear models or statistics), or the method does not
+    /// support the setting: linear models support one style for the whole body only.
     Method = 39,
     /// The database has no effort dial.
     NoDial = 40,
-    /// The stylizer refuses for a reason that this library has no number for.
+    /// The setting is refused for a reason without a status of its own.
     SettingOther = 47,
 }
 
@@ -114,19 +116,19 @@ impl GestusStatus {
             }
             Self::Short => c"memory or an array is too short: ask for the size",
             Self::Overlap => c"two arguments overlap: give each its own memory",
-            Self::Handle => c"the handle is none: it is stale, was overwritten or moved, or was never made",
-            Self::Profile => c"there is no such profile in this library: build it with the profile's feature, `standard`, `small` or `large`",
-            Self::NotFound => c"there is nothing of that name or number",
-            Self::Text => c"a text is not UTF-8 or too long",
-            Self::BlobTruncated => c"the blob has not as many bytes as it says: copy it again, whole",
+            Self::Handle => c"the handle is invalid: it was closed, overwritten, moved, or never made",
+            Self::Profile => c"this library has no such profile: build it with the profile's feature, `standard`, `small` or `large`",
+            Self::NotFound => c"no joint, style, action or group has that name or number",
+            Self::Text => c"a string is not UTF-8, or too long",
+            Self::BlobTruncated => c"the blob's length is not the one in its header: copy all of it again",
             Self::BlobMagic => c"this is not a Gestus blob: build one with `gestus build`",
             Self::BlobVersion => {
-                c"the blob is of another format version: build it again with the builder of this version"
+                c"the blob has another format version: build it again with the builder of this version"
             }
-            Self::BlobChecksum => c"a checksum of the blob does not agree: it was damaged, copy it again",
-            Self::BlobSection => c"a section of the blob is missing, doubled or misplaced: build it again",
+            Self::BlobChecksum => c"a checksum of the blob is wrong: it was damaged, copy it again",
+            Self::BlobSection => c"a section of the blob is missing, duplicate or misplaced: build it again",
             Self::BlobLength => {
-                c"a section of the blob has not the length that its header asks for: build it again"
+                c"a section's length does not agree with the blob's header: build it again"
             }
             Self::BlobValue => c"a number in the blob is out of its range: build it again",
             Self::BlobReserved => {
@@ -134,37 +136,37 @@ impl GestusStatus {
             }
             Self::BlobManifest => c"the blob's manifest can't be decoded: build it again",
             Self::BlobOther => c"the blob is refused: build it again with the builder of this version",
-            Self::Joints => c"the database has more joints than the profile takes: use a larger profile, up to GESTUS_PROFILE_LARGE of a library that was built with the feature `large`",
-            Self::Classes => c"the database has more classes than the profile takes: use a larger profile, up to GESTUS_PROFILE_LARGE of a library that was built with the feature `large`",
-            Self::Neighbors => c"the number of neighbors is 0 or more than the profile takes",
-            Self::Unknown => c"there is no style, action, joint group or parameter of that number",
+            Self::Joints => c"the database has more joints than the profile's capacity: use a larger profile, such as GESTUS_PROFILE_LARGE of a library built with the feature `large`",
+            Self::Classes => c"the database has more classes than the profile's capacity: use a larger profile, such as GESTUS_PROFILE_LARGE of a library built with the feature `large`",
+            Self::Neighbors => c"the number of neighbors is 0 or more than the profile's capacity",
+            Self::Unknown => c"no style, action, joint group or parameter has that number",
             Self::NoClass => {
-                c"the database does not hold that action in that style: label one of them, or neither"
+                c"the database does not have that action in that style: set one of the labels, or neither"
             }
-            Self::Weights => c"weights must be finite, not negative, and not all zero, of 1 to 32 styles, and of 3 at most for a joint group",
+            Self::Weights => c"weights must be finite, not negative and not all zero, for 1 to 32 styles, or 1 to 3 for a joint group",
             Self::Parameter => c"a parameter is not finite or out of its range",
-            Self::Method => c"the database does not hold what the method needs, or the method can't do that (linear models style the whole body): choose another, or build it with the models in it",
+            Self::Method => c"the database lacks the data that the method needs (choose another method, or build the database with the models), or the method does not support the setting (linear models style the whole body only)",
             Self::NoDial => c"the database has no effort dial: build it again with two styles or more",
             Self::SettingOther => c"the setting is refused",
         }
     }
 }
 
-/// What a status means, in English, as text that ends with a zero and stays for ever. Numbers that are no status
-/// have a text too; it never answers null.
+/// The message of a status, in English, as a zero-terminated string that stays valid forever. Never null: unknown
+/// numbers have a message too.
 #[unsafe(no_mangle)]
 pub extern "C" fn gestus_error_message(status: u32) -> *const c_char {
     let known = GestusStatus::ALL.iter().find(|s| **s as u32 == status);
-    known.map_or(c"there is no such status", |s| s.message()).as_ptr()
+    known.map_or(c"unknown status", |s| s.message()).as_ptr()
 }
 
-/// Where a blob was found to be wrong. Fields that an error does not have are 0.
+/// Where in a blob the error is. Fields that do not apply are 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GestusBlobDetail {
-    /// Bytes, or the format version, that is needed.
+    /// Number of bytes, or the format version, that is expected.
     pub need: u32,
-    /// Bytes, or the format version, that is there.
+    /// Number of bytes, or the format version, of the blob.
     pub have: u32,
     /// Number of the section, as in docs/FORMAT.md; 0 is the header.
     pub section: u32,
@@ -172,7 +174,7 @@ pub struct GestusBlobDetail {
     pub record: u32,
 }
 
-/// A blob's error as status and detail.
+/// The status and detail of a blob's error.
 pub(crate) fn of_blob(error: BlobError) -> (GestusStatus, GestusBlobDetail) {
     use GestusStatus as S;
     let none = GestusBlobDetail::default();
@@ -202,7 +204,7 @@ pub(crate) fn of_blob(error: BlobError) -> (GestusStatus, GestusBlobDetail) {
     }
 }
 
-// What the texts of `Weights` say.
+// The limits in the docs and message of `Weights`.
 const _: () = assert!(MAX_STYLES == 32 && MAX_OWN == 3);
 
 impl From<ConfigError> for GestusStatus {
@@ -222,11 +224,11 @@ impl From<ConfigError> for GestusStatus {
     }
 }
 
-/// What a function's body gives: `?` leaves with the first status that is no success.
-pub(crate) type Answer<T = ()> = Result<T, GestusStatus>;
+/// Result of a function's body, so that `?` returns the first failure's status.
+pub(crate) type StatusResult<T = ()> = Result<T, GestusStatus>;
 
-/// The body's answer as a number for C.
-pub(crate) fn status(answer: Answer) -> GestusStatus {
+/// The status of a body's result, for C.
+pub(crate) fn status(answer: StatusResult) -> GestusStatus {
     match answer {
         Ok(()) => GestusStatus::Ok,
         Err(status) => status,

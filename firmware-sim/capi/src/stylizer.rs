@@ -1,4 +1,4 @@
-//! Stylizers: making one in the caller's memory, and stepping it.
+//! Stylizers: makes one in the caller's memory, and steps it.
 
 use core::ffi::c_void;
 
@@ -10,40 +10,40 @@ use crate::{
     handle::{Cell, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{GestusProfile, Large, Running, Small, Standard},
-    status::{Answer, GestusStatus, status},
+    profile::{AnyStylizer, GestusProfile, Large, Small, Standard},
+    status::{GestusStatus, StatusResult, status},
 };
 
-/// Turns a stream of poses into another style. It lies in memory that the caller gave, and refers to the blob, which
-/// has to stay as long. One stream needs one stylizer; several may share a database. A stylizer may be used by one
-/// thread, or by one thread and the interrupts that it holds off, at a time.
+/// Translates a stream of poses to another style. It is in memory that the caller provided, and refers to the blob,
+/// which has to stay valid as long. Each stream needs its own stylizer; several may share a database. Only one thread
+/// at a time may use a stylizer; an interrupt may, if the thread masks it during its own calls.
 pub struct GestusStylizer {
     _opaque: [u8; 0],
 }
 
-/// Bytes that `gestus_stylizer_init` needs for a profile; 0 where this library has no such profile.
+/// Bytes that `gestus_stylizer_init` needs for a profile; 0 if this library has no such profile.
 #[unsafe(no_mangle)]
 pub extern "C" fn gestus_stylizer_size(profile: u32) -> usize {
     GestusProfile::of(profile).map_or(0, |p| p.layout().0)
 }
 
-/// Alignment, in bytes, of the memory that `gestus_stylizer_init` needs for a profile; 0 where this library has no
+/// Alignment, in bytes, of the memory that `gestus_stylizer_init` needs for a profile; 0 if this library has no
 /// such profile.
 #[unsafe(no_mangle)]
 pub extern "C" fn gestus_stylizer_alignment(profile: u32) -> usize {
     GestusProfile::of(profile).map_or(0, |p| p.layout().1)
 }
 
-/// Makes a stylizer in `memory` that puts out the database's first style until told otherwise. The handle is put into
-/// `*stylizer`; it is `memory` itself, and the object can't be moved.
+/// Makes a stylizer in `memory`. Its output style is the database's first until another is set. The handle, which is
+/// `memory` itself, is written to `*stylizer`. The object can't be moved.
 ///
-/// While it is made it takes as much stack as memory, once: call it early, from a shallow place. A step takes far less.
+/// This function needs as much stack as memory: call it early, while little stack is in use. A step needs far less.
 ///
-/// `config` may be null: then it is what `gestus_config_default` gives.
+/// If `config` is null the configuration is that of `gestus_config_default`.
 ///
-/// Answers `GESTUS_STATUS_PROFILE`, `_JOINTS` or `_CLASSES` (the database has more than the profile takes),
-/// `_NEIGHBORS`, `_PARAMETER`, `_METHOD` (the database does not hold what the method needs), `_NULL`, `_MISALIGNED`, `_SHORT`
-/// (`bytes` is less than `gestus_stylizer_size`), `_OVERLAP`, `_HANDLE` (of the database).
+/// Returns `GESTUS_STATUS_PROFILE`, `_JOINTS` or `_CLASSES` (the database exceeds the profile's capacity),
+/// `_NEIGHBORS`, `_PARAMETER`, `_METHOD` (the database lacks the data that the method needs), `_NULL`, `_MISALIGNED`,
+/// `_SHORT` (`bytes` is less than `gestus_stylizer_size`), `_OVERLAP`, `_HANDLE` (of the database).
 ///
 /// # Safety
 /// `memory` points at `bytes` bytes; `database` came from `gestus_database_open`; `config` is null or points at a
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn gestus_stylizer_init(
     config: *const GestusConfig,
     stylizer: *mut *mut GestusStylizer,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { init(memory, bytes, profile, database, config, stylizer) })
 }
 
@@ -68,19 +68,19 @@ unsafe fn init(
     database: *const GestusDatabase,
     config: *const GestusConfig,
     stylizer: *mut *mut GestusStylizer,
-) -> Answer {
+) -> StatusResult {
     let profile = GestusProfile::of(profile)?;
     let (need, alignment) = profile.layout();
     let own = Region::memory(memory.cast(), bytes, need, alignment)?;
     let out = Region::of(stylizer, 1)?;
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     let (db, [cell, blob]) = unsafe { opened(database) }?;
     disjoint([own, out, cell, blob])?;
     let config = if config.is_null() {
         GestusConfig::of(profile)
     } else {
         disjoint([own, out, Region::of(config, 1)?])?;
-        // SAFETY: the caller's word; not null and aligned by the line above.
+        // SAFETY: by the caller's contract; not null and aligned by the line above.
         unsafe { memory::slice(config, 1) }?.first().copied().ok_or(GestusStatus::Short)?
     };
     let (db, config) = (*db, config.read()?);
@@ -97,7 +97,7 @@ unsafe fn init(
         #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
         _ => Err(GestusStatus::Profile),
     }?;
-    // SAFETY: `out` was checked, and is the caller's to write.
+    // SAFETY: `out` was checked, and may be written by the caller's contract.
     unsafe { memory::put(stylizer, &[memory.cast::<GestusStylizer>()]) }
 }
 
@@ -112,26 +112,26 @@ unsafe fn make<const J: usize, const K: usize, const C: usize>(
     blob: Region,
     database: Database<'static>,
     config: Config,
-) -> Answer {
+) -> StatusResult {
     let fit = Fit::<J, K, C>::new(database, config)?;
-    // SAFETY: the caller's word.
+    // SAFETY: by the caller's contract.
     unsafe { Cell::make(memory.cast(), profile as u32, blob, || fit.stylizer()) };
     Ok(())
 }
 
-/// A stylizer, and the regions that are its own and its blob's.
+/// A stylizer, and the regions of the stylizer and of its blob.
 ///
 /// # Safety
-/// The handle is null or points at memory that can be read, and nobody else refers to it as long as the answer is
-/// used.
-pub(crate) unsafe fn running<'a>(
+/// The handle is null or points at memory that can be read, and no other reference to it is used while the
+/// result is.
+pub(crate) unsafe fn stylizer_of<'a>(
     stylizer: *mut GestusStylizer,
-) -> Answer<(&'a mut dyn Running, [Region; 2])> {
-    // SAFETY: the caller's word.
+) -> StatusResult<(&'a mut dyn AnyStylizer, [Region; 2])> {
+    // SAFETY: by the caller's contract.
     let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
     match GestusProfile::of_kind(kind)? {
         GestusProfile::Standard => {
-            // SAFETY: `init` has made what carries this kind's seal, of this type.
+            // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
             let cell = unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?;
             let regions = [cell.region()?, cell.blob];
             Ok((&mut cell.object, regions))
@@ -151,25 +151,25 @@ pub(crate) unsafe fn running<'a>(
     }
 }
 
-/// Makes a stylizer's handle stale, so that using it later is noticed. Need not be called; the memory is the caller's
-/// again in any case.
+/// Makes a stylizer's handle invalid, so that later use of it is detected. Calling this is optional: the memory may be
+/// reused in any case.
 ///
-/// Answers `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
+/// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_stylizer_close(stylizer: *mut GestusStylizer) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { close(stylizer) })
 }
 
-unsafe fn close(stylizer: *mut GestusStylizer) -> Answer {
-    // SAFETY: the caller's word.
+unsafe fn close(stylizer: *mut GestusStylizer) -> StatusResult {
+    // SAFETY: by the caller's contract.
     let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
     match GestusProfile::of_kind(kind)? {
         GestusProfile::Standard => {
-            // SAFETY: `init` has made what carries this kind's seal, of this type.
+            // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
             unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?.close();
         }
         GestusProfile::Small => {
@@ -199,44 +199,45 @@ pub struct GestusShare {
     pub proportion: f32,
 }
 
-/// What happened in a step.
+/// The report of a step.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GestusReport {
     /// Time from the last output pose to this one, seconds, under the timing policy.
     pub step_s: f32,
-    /// The same as predicted, whatever the policy and the strength of the style.
+    /// The predicted time step, regardless of the policy and the strength of the style, seconds.
     pub predicted_step_s: f32,
-    /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far from the data.
+    /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
+    /// data.
     pub distance2: f32,
     /// Distances computed.
     pub visits: u32,
-    /// Bytes of the blob that were read.
+    /// Bytes read from the blob.
     pub bytes_read: u32,
-    /// Each way in which the frame was degraded: bits `GESTUS_DEGRADED_...`; 0 where it was not.
+    /// How the frame was degraded: bits `GESTUS_DEGRADED_...`; 0 if it was not.
     pub degraded: u32,
-    /// 1 where the left foot stands, 0 where it does not.
+    /// 1 if the left foot is in contact with the floor, otherwise 0.
     pub left_contact: u32,
-    /// The same of the right foot.
+    /// 1 if the right foot is in contact with the floor, otherwise 0.
     pub right_contact: u32,
-    /// How many of `classes` are in use.
+    /// Number of entries of `classes` in use.
     pub class_count: u32,
     /// The classes used, largest proportion first.
     pub classes: [GestusShare; GESTUS_MOST_CLASSES],
 }
 
-/// The input was no pose (NaN, a quaternion whose length is not within 1% of 1, a place over 100 km off): the last output
-/// was held, or what `GESTUS_PARAMETER_SAFETY` says.
+/// The input was not a valid pose (NaN, a quaternion whose length is not within 1% of 1, a position over 100 km from
+/// the origin): the output was the last one, or as `GESTUS_PARAMETER_SAFETY` says.
 pub const GESTUS_DEGRADED_INPUT: u32 = 1;
-/// A search used up its visits before it was done.
+/// A search reached the cap on visits before it was complete.
 pub const GESTUS_DEGRADED_VISITS: u32 = 2;
-/// More classes had weight than a frame may use.
+/// More classes had weight than a frame may mix.
 pub const GESTUS_DEGRADED_CLASSES: u32 = 4;
-/// A prediction was not finite or far out of range: the input was passed through in its place.
+/// A prediction was not finite or far out of range: the input was used instead.
 pub const GESTUS_DEGRADED_PREDICTION: u32 = 8;
-/// A class that has weight was searched anew: the input has jumped, or is far from the data.
+/// A class with weight was searched again from the start: the input has jumped, or is far from the data.
 pub const GESTUS_DEGRADED_JUMP: u32 = 16;
-/// The input moved faster than any body; told where `GESTUS_PARAMETER_SAFETY` is not 0.
+/// The input moved faster than any body can; reported if `GESTUS_PARAMETER_SAFETY` is not 0.
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
 
 const _: () = {
@@ -270,21 +271,20 @@ impl From<&gestus_core::Report> for GestusReport {
     }
 }
 
-/// Takes one pose at the database's rate, gives it the style, and says what happened.
+/// Translates one pose of a stream at the database's rate to the output style, and reports on it.
 ///
-/// A pose is the root's position, 3 numbers in metres, Y up, and `joints` unit quaternions x, y, z, w one behind the
+/// A pose is the root's position, 3 numbers in metres, Y up, and `joints` unit quaternions x, y, z, w, one after the
 /// other: joint 0 is the root's orientation in the world, the others are local to their parents. `joints` is at least
-/// the database's number of joints; the numbers of joints beyond are neither read nor written.
+/// the database's number of joints; further joints are neither read nor written.
 ///
-/// The output may be put where the input was: `position` may be `out_position` and `rotations` may be
-/// `out_rotations`, whole or overlapping in any way. Otherwise nothing that is written may overlap anything.
-/// `report` may be null.
+/// The output may overlap the input in any way: `position` may be `out_position`, and `rotations` may be
+/// `out_rotations`. Otherwise no memory that is written may overlap any other argument. `report` may be null.
 ///
-/// With good arguments a step can't fail: input that is no pose is answered with the last output, and reported in
-/// `degraded`. Before there was an output the answer is a pose without any rotation, which is nothing to play.
+/// With valid arguments a step can't fail: if the input is not a valid pose, the output is the last one, and `degraded`
+/// reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
 ///
-/// Answers `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-/// Then the stylizer has not stepped.
+/// Returns `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+/// The stylizer has not stepped then.
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `position` and `out_position` point at 3 numbers, `rotations` and
@@ -299,7 +299,7 @@ pub unsafe extern "C" fn gestus_stylizer_step(
     out_rotations: *mut f32,
     report: *mut GestusReport,
 ) -> GestusStatus {
-    // SAFETY: the caller's word is passed on.
+    // SAFETY: the caller's contract is passed on.
     status(unsafe { step(stylizer, position, rotations, joints, out_position, out_rotations, report) })
 }
 
@@ -311,9 +311,9 @@ unsafe fn step(
     out_position: *mut f32,
     out_rotations: *mut f32,
     report: *mut GestusReport,
-) -> Answer {
-    // SAFETY: the caller's word. What the caller's pointers point at is checked to lie elsewhere before it is read.
-    let (stylizer, [own, blob]) = unsafe { running(stylizer) }?;
+) -> StatusResult {
+    // SAFETY: by the caller's contract. That the arguments do not overlap the stylizer is checked before they are read.
+    let (stylizer, [own, blob]) = unsafe { stylizer_of(stylizer) }?;
     let used = stylizer.database().counts().joints;
     let input = pose::regions(position, rotations, joints, used)?;
     let output = pose::regions(out_position, out_rotations, joints, used)?;
@@ -326,13 +326,13 @@ unsafe fn step(
         disjoint([place, input[0]])?;
         disjoint([place, input[1]])?;
     }
-    // SAFETY: both arrays were checked, and are there by the caller's word. They are copied before anything is written.
-    let (mut root, mut turns) = unsafe { pose::read(position, rotations, used) }?;
-    let happened = stylizer.step(&mut root, turns.get_mut(..used).unwrap_or(&mut []));
-    // SAFETY: the places were checked, are there by the caller's word, and no reference to them is alive.
+    // SAFETY: both arrays were checked, and exist by the caller's contract. They are copied before anything is written.
+    let (mut root, mut joint_rotations) = unsafe { pose::read(position, rotations, used) }?;
+    let happened = stylizer.step(&mut root, joint_rotations.get_mut(..used).unwrap_or(&mut []));
+    // SAFETY: the places were checked, exist by the caller's contract, and no reference to them is alive.
     unsafe {
         memory::put(out_position, &root)?;
-        memory::put(out_rotations, turns.get(..used).unwrap_or(&[]).as_flattened())?;
+        memory::put(out_rotations, joint_rotations.get(..used).unwrap_or(&[]).as_flattened())?;
         if !report.is_null() {
             memory::put(report, &[GestusReport::from(&happened)])?;
         }

@@ -1,4 +1,4 @@
-//! A board as the link's server sees it: its name, and what it counts.
+//! The link server's board: its name and statistics.
 
 use gestus_core::{
     Observer, Report, Stage,
@@ -11,7 +11,7 @@ use crate::{
     stages::{Instructions, STAGES, Stages},
 };
 
-/// Counts what the steps of a session take.
+/// Counts the instructions of the steps of a session.
 #[derive(Debug)]
 pub struct Firmware<C> {
     stages: Stages<C>,
@@ -20,13 +20,13 @@ pub struct Firmware<C> {
     most: u32,
     /// Instructions of `Database::open`.
     open: u64,
-    /// Bytes of stylizer and server, which are no calls' but lie on the stack.
+    /// Bytes of stylizer and server, which are on the stack but not part of the calls' use.
     state: usize,
 }
 
 impl<C: Counter> Firmware<C> {
-    /// A board that has opened its database in `open` ticks of its counter, and keeps `state` bytes in
-    /// the frame of its main loop.
+    /// A board that has opened its database in `open` ticks of its counter, and has `state` bytes of stylizer and
+    /// server in the stack frame of its main loop.
     pub fn new(counter: C, open: u32, state: usize) -> Self {
         let open = C::instructions(u64::from(open));
         Self { stages: Stages::new(counter), last: [0; STAGES], sums: [0; STAGES], most: 0, open, state }

@@ -1,25 +1,25 @@
-//! Instructions executed, read cheaply.
+//! Counters of executed instructions that are cheap to read.
 //!
-//! The emulator can be told to take a fixed virtual time for every instruction (`-icount`), so that a timer counts
-//! them. On a real board the same timers count cycles, and the numbers are those.
+//! With `-icount` the emulator gives every instruction a fixed virtual time, so that a timer counts them. On a real
+//! board the same timers count cycles.
 
 #[cfg(target_arch = "arm")]
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// A counter of instructions, or of a multiple of them.
 pub trait Counter {
-    /// Ticks so far; wraps at [`RANGE`](Self::RANGE).
+    /// Ticks so far; wraps after [`RANGE`](Self::RANGE).
     fn now(&self) -> u32;
-    /// The ticks wrap at this mask plus 1.
+    /// Bit mask of the ticks, which is their largest value.
     const RANGE: u32;
-    /// Instructions are ticks times the first over the second.
+    /// Instructions are ticks times the first number, divided by the second.
     const RATIO: (u32, u32);
-    /// The same in lowest terms: every board's second is a power of 2 then, and a division is a shift.
+    /// The ratio in lowest terms. The second number is then a power of 2 on every board, and a division is a shift.
     const LOWEST: (u32, u32) = lowest(Self::RATIO);
 
     /// Instructions of so many ticks.
     fn instructions(ticks: u64) -> u64 {
-        const { assert!(Self::LOWEST.1.is_power_of_two(), "its division would take a library's") };
+        const { assert!(Self::LOWEST.1.is_power_of_two(), "the division would need a library function") };
         let (more, less) = Self::LOWEST;
         ticks * u64::from(more) / u64::from(less)
     }
@@ -29,7 +29,7 @@ pub trait Counter {
         end.wrapping_sub(start) & Self::RANGE
     }
 
-    /// Does what may take longer than a wrap. Returns its ticks beside what it returns.
+    /// Calls a function that may take longer than one wrap. Returns its result and its ticks.
     #[inline(always)]
     fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
         let start = self.now();
@@ -74,12 +74,13 @@ impl<const TICK_PS: u32> Counter for SysTick<TICK_PS> {
         !cortex_m::peripheral::SYST::get_current() & Self::RANGE
     }
 
-    /// 24 bits are 10 million instructions on some boards: the wraps are counted by the timer's interrupt, which is on for
-    /// this alone, up to 256 of them.
+    /// 24 bits are only 10 million instructions on some boards, so the timer's interrupt counts up to 256 wraps. It is
+    /// enabled for this function only.
     #[inline(always)]
     fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
         WRAPS.store(0, Ordering::Relaxed);
-        // SAFETY: this image has no critical section that an interrupt may not come into; the only one is the timer's.
+        // SAFETY: this image has no critical sections that an interrupt could violate; the timer's is the only
+        // interrupt.
         let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST;
         timer.enable_interrupt();
         let start = self.now();
@@ -98,7 +99,7 @@ static WRAPS: AtomicU32 = AtomicU32::new(0);
 #[cfg(target_arch = "arm")]
 #[cortex_m_rt::exception]
 fn SysTick() {
-    // A load and a store: a Cortex-M0 has no more, and nothing else writes here meanwhile.
+    // A load and a store, since a Cortex-M0 has no atomic addition. Nothing else writes here.
     WRAPS.store(WRAPS.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
@@ -121,7 +122,7 @@ impl Nrf51Timer {
     /// # Safety
     /// `base` is the address of the nRF51's `TIMER0`, and nothing else uses it.
     pub unsafe fn start(base: usize) -> Self {
-        // SAFETY: the caller's promise; the offsets above are the device's.
+        // SAFETY: by the caller's contract; the offsets above are the device's.
         let registers = unsafe { crate::registers::Registers::new(base) };
         registers.write(Self::WIDTH, Self::BITS_32);
         registers.write(Self::PRESCALER, 0);

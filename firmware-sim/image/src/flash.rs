@@ -1,5 +1,5 @@
-//! The blob where external flash would be: an address that the linker script names. A robot's tables, or a recording, may
-//! lie behind it.
+//! The flash window: the memory from the linker script's address on, in place of external flash. It holds the blob, and
+//! after it a robot's tables or a recording.
 
 use gestus_core::{blob, robot};
 
@@ -10,7 +10,7 @@ unsafe extern "C" {
     static WINDOW: u8;
 }
 
-/// What lies behind a blob begins on this boundary.
+/// Alignment of the data after the blob.
 const BOUNDARY: usize = 16;
 
 /// The whole window.
@@ -22,24 +22,24 @@ fn window() -> &'static [u8] {
     unsafe { core::slice::from_raw_parts(start, window) }
 }
 
-/// The bytes that are as long as the number at `total` says; all of them where it says more.
-fn cut(bytes: &'static [u8], total: core::ops::Range<usize>) -> &'static [u8] {
+/// The first bytes, as many as the header's number at `total` says; all of them if it says more.
+fn declared(bytes: &'static [u8], total: core::ops::Range<usize>) -> &'static [u8] {
     let length = bytes.get(total).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes);
     bytes.get(..length as usize).unwrap_or(bytes)
 }
 
-/// The blob in the window, as long as its header says; what is no blob is cut to the window, for `Database::open` to
-/// refuse.
+/// The blob in the window, as long as its header says. Bytes that are not a blob are limited to the window;
+/// `Database::open` refuses them.
 pub fn blob() -> &'static [u8] {
-    cut(window(), blob::layout::header::TOTAL)
+    declared(window(), blob::layout::header::TOTAL)
 }
 
-/// What lies behind the blob, to the end of the window.
-pub fn behind() -> &'static [u8] {
+/// The data after the blob, up to the end of the window.
+pub fn after_blob() -> &'static [u8] {
     window().get(blob().len().next_multiple_of(BOUNDARY)..).unwrap_or(&[])
 }
 
-/// The robot's tables behind the blob; for `Robot::open` to refuse where there are none.
+/// The robot's tables after the blob. `Robot::open` refuses other bytes.
 pub fn robot() -> &'static [u8] {
-    cut(behind(), robot::layout::header::TOTAL)
+    declared(after_blob(), robot::layout::header::TOTAL)
 }

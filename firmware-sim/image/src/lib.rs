@@ -1,8 +1,8 @@
-//! What the boards share: a database is opened, a stylizer made, and a host served over a serial port.
+//! Shared by the boards: opens a database, makes a stylizer, and serves a host over a serial port.
 //!
-//! A board's binary brings its port and counter and calls [`serve`], which never returns: stylizer and server are
-//! locals of it, written to their place once. (In a `static` they would be copied there, and a second stylizer would
-//! have to fit the stack.)
+//! A board's binary calls [`serve`] with its port and counter. [`serve`] never returns, and keeps stylizer and server
+//! as locals, which are constructed in place. (To put them in a `static` would copy them, and the copy would have to
+//! fit the stack.)
 #![no_std]
 
 pub mod board;
@@ -33,14 +33,14 @@ pub mod exit {
     pub const DATABASE: i32 = 2;
     /// The database does not fit the stylizer's capacities.
     pub const CAPACITY: i32 = 3;
-    /// No robot behind the database, or one that was made for another.
+    /// No robot's tables after the database, or tables made for another database.
     pub const ROBOT: i32 = 4;
     /// A panic.
     pub const PANIC: i32 = 101;
 }
 
-/// Opens the database and serves it over the port, for ever. Ends the emulation where the database is none, or does
-/// not fit.
+/// Opens the database and serves it over the port, forever. Ends the emulation if the database is invalid or does not
+/// fit.
 pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N: usize>(
     mut port: impl Uart,
     counter: T,
@@ -62,9 +62,9 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     }
 }
 
-// Functions of their own, so that the frames of the one are off the stack while the other runs.
+// Separate functions that are not inlined, so that each one's stack frame is free while another runs.
 
-/// Opens the database and fits it to the capacities; ends the emulation where that can't be.
+/// Opens the database and checks it against the capacities; ends the emulation if it fails.
 #[inline(never)]
 fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     counter: &T,
@@ -80,7 +80,7 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
         }
     };
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
-    // A blob that was cut to its models is served by the first that it holds; the host may choose another.
+    // A blob that was cut to its models starts with the first method that it supports; the host may choose another.
     match Fit::<J, K, C>::new(database, config.method(Method::of(&database))) {
         Ok(fit) => (fit, open),
         Err(error) => {
@@ -90,10 +90,10 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     }
 }
 
-/// Hinges that the image has room for.
+/// Capacity of the image for a robot's hinges.
 pub const HINGES: usize = 32;
 
-/// Hangs the robot whose tables lie behind the database on the board; ends the emulation where there is none.
+/// Adds to the board the robot whose tables follow the database; ends the emulation if there are none.
 #[cfg(all(feature = "robot", not(target_abi = "eabi")))]
 fn with_robot<B>(board: B, database: &Database<'_>) -> gestus_core::link::Driver<'static, B, HINGES> {
     use gestus_core::{link::Driver, robot::Robot};
@@ -114,7 +114,7 @@ fn receive<'s, B: Board<J>, const J: usize, const K: usize, const C: usize, cons
     server.receive(byte)
 }
 
-/// What every image does in a panic, which the core has none of: it ends.
+/// Ends the image in a panic. The core has none.
 #[panic_handler]
 fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
     #[cfg(feature = "defmt")]

@@ -1,5 +1,4 @@
-//! Log lines, where a firmware author looks for them: the database, the settings, frames that were degraded. Without
-//! the feature `defmt` they cost nothing.
+//! Log lines for firmware authors: the database and degraded frames. Without the feature `defmt` they cost nothing.
 
 use gestus_core::{BlobError, Report};
 
@@ -12,7 +11,7 @@ pub fn opened(_frames: usize, _classes: usize, _instructions: u64) {
 /// The database can't be opened.
 pub fn refused(_error: BlobError) {
     #[cfg(feature = "defmt")]
-    defmt::error!("no database: {}", _error);
+    defmt::error!("the database can't be opened: {}", _error);
 }
 
 /// The database does not fit the stylizer.

@@ -1,4 +1,4 @@
-//! Where the runtime's linker script has put things.
+//! Addresses from the runtime's linker script.
 
 use core::ptr::addr_of_mut;
 
@@ -6,7 +6,7 @@ unsafe extern "C" {
     #[cfg_attr(target_arch = "arm", link_name = "__sdata")]
     #[cfg_attr(target_arch = "riscv32", link_name = "__sdata")]
     static mut STATIC_START: u32;
-    // End of the static data; from here on the RAM is the stack's.
+    // End of the static data; the rest of the RAM is the stack.
     #[cfg_attr(target_arch = "arm", link_name = "__sheap")]
     #[cfg_attr(target_arch = "riscv32", link_name = "__sheap")]
     static mut STATIC_END: u32;
@@ -14,7 +14,7 @@ unsafe extern "C" {
     static mut STACK_TOP: u32;
 }
 
-/// First address behind the static data, on a word boundary.
+/// First address after the static data, on a word boundary.
 pub fn stack_floor() -> usize {
     (addr_of_mut!(STATIC_END) as usize).next_multiple_of(4)
 }
@@ -24,7 +24,7 @@ pub fn stack_top() -> usize {
     addr_of_mut!(STACK_TOP) as usize
 }
 
-/// Bytes of RAM that static data takes, whether it starts at zero or not.
+/// Bytes of RAM of static data, zero-initialised or not.
 pub fn static_bytes() -> usize {
     stack_floor() - addr_of_mut!(STATIC_START) as usize
 }

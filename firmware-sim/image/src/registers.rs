@@ -15,12 +15,12 @@ impl Registers {
     }
 
     pub fn read(&self, offset: usize) -> u32 {
-        // SAFETY: by the promise of `new` this is a register of the device; reads have no effect on memory.
+        // SAFETY: by the contract of `new` this is a register of the device; reads have no effect on memory.
         unsafe { ((self.base + offset) as *const u32).read_volatile() }
     }
 
     pub fn write(&self, offset: usize, value: u32) {
-        // SAFETY: by the promise of `new` this is a register of the device, which masters no memory of ours.
+        // SAFETY: by the contract of `new` this is a register of the device, which does no DMA.
         unsafe { ((self.base + offset) as *mut u32).write_volatile(value) }
     }
 }

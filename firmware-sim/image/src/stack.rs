@@ -1,12 +1,12 @@
-//! How much stack was used, by painting: fill what is free, run, see how far down the paint is gone.
+//! Measures the stack by painting: fills the free stack with a pattern, and later looks how much of it is overwritten.
 
 use crate::memory::{stack_floor, stack_top};
 
 const PAINT: u32 = 0x5aa5_c33c;
-/// Left free below the painting's own frame.
+/// Bytes left unpainted below the frame of `paint`.
 const MARGIN: usize = 64;
 
-/// An address within the frame of the function that this is inlined into.
+/// An address in the stack frame of the calling function, into which this is inlined.
 #[inline(always)]
 fn here() -> usize {
     let local = 0u32;
@@ -19,14 +19,14 @@ pub fn paint() {
     let end = here().saturating_sub(MARGIN);
     let mut at = stack_floor();
     while at < end {
-        // SAFETY: from the end of the static data to the stack pointer, less a margin for this function's own
-        // frame, lies RAM that no Rust object lives in: there is no heap, and no interrupt that pushes.
+        // SAFETY: the RAM from the end of the static data to the stack pointer, less a margin for this function's own
+        // frame, holds no Rust object: there is no heap, and no interrupt that uses the stack.
         unsafe { (at as *mut u32).write_volatile(PAINT) };
         at += 4;
     }
 }
 
-/// Bytes of stack that were ever used since [`paint`], from the top.
+/// Most bytes of stack in use at any time since [`paint`].
 #[inline(never)]
 pub fn used() -> usize {
     let (mut at, top) = (stack_floor(), stack_top());

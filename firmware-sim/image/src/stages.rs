@@ -1,8 +1,8 @@
-//! Instructions of a step by stage: an observer that reads the counter where the work changes.
+//! Counts the instructions of a step by stage: an observer that reads the counter when a stage begins.
 //!
-//! A reading costs some instructions itself. How many is measured at the start, over many readings, and taken off
-//! each stage as often as it was entered. The compiler may move arithmetic across a reading; the total is exact, the
-//! parts are true to a few instructions an entry.
+//! A reading costs some instructions itself. Their number is measured at the start, over many readings, and subtracted
+//! from each stage for each time that it was entered. The compiler may move arithmetic across a reading, so the total
+//! is exact and a stage's count is off by a few instructions an entry.
 
 use core::hint::black_box;
 
@@ -30,7 +30,7 @@ pub struct Stages<C> {
 }
 
 impl<C: Counter> Stages<C> {
-    /// Measures what a reading costs.
+    /// Measures the cost of a reading.
     pub fn new(counter: C) -> Self {
         let mut stages =
             Self { counter, stage: 0, last: 0, ticks: [0; STAGES], entered: [0; STAGES], overhead: 0 };
@@ -55,7 +55,7 @@ impl<C: Counter> Stages<C> {
         self.last = self.counter.now();
     }
 
-    /// The step is done: what it took.
+    /// A step ends. Returns its instructions.
     pub fn end(&mut self) -> Instructions {
         self.enter(Stage::Rest);
         let mut stages = [0; STAGES];

@@ -1,14 +1,13 @@
-//! The core in a browser: the functions of the C interface as the exports of a wasm module.
+//! The core in a browser: a wasm module that exports the functions of the C interface.
 //!
-//! There is nothing here but the module: memory is the module's own, exported, and JavaScript grows it and hands pieces
-//! of it to the functions, as a caller in C would with memory of its own (`gestus.js`). So the page runs what firmware
-//! that is written in C runs.
+//! This crate adds nothing to them. The module exports its memory; JavaScript grows it and passes parts of it to the
+//! functions, as a caller in C passes its own memory (`gestus.js`). So a page runs the same code as firmware in C.
 #![no_std]
 
-// What it exports, it exports by being linked.
+// Linking the crate exports its functions.
 extern crate gestus;
 
-/// There is no panic to handle: see `cargo xtask no-panic`.
+/// Never called: see `cargo xtask no-panic`.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     core::arch::wasm32::unreachable()

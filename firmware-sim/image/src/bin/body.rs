@@ -1,10 +1,10 @@
-//! What stands around a step costs: instructions of a frame in from another skeleton and back, of a frame's retiming,
-//! of a tick of a robot's hinges with its pulses, and of a turn of the effort dial; and of unpacking one row of the
-//! database, of which a step does many.
+//! Counts the instructions of the work around a step: retargeting a frame from another skeleton and back, retiming a
+//! frame, a tick of a robot's hinges with its pulses, and a setting of the effort dial. It also counts the unpacking of
+//! one row of the database; a step unpacks many.
 //!
-//! Holds a map and a robot that are named when it is built (`GESTUS_MAP`, `GESTUS_ROBOT`), and takes the dial from the
-//! database in the flash window. Poses sway, and jump now and then, so that every hinge is under way. Prints a line a
-//! figure, `name median most`, for `gestus-sim board m4f --around`.
+//! The map and the robot are built in (`GESTUS_MAP`, `GESTUS_ROBOT`); the dial is that of the database in the flash
+//! window. The poses sway and jump now and then, so that every hinge moves. Prints a line `name median max` for each
+//! figure, for `gestus-sim board m4f --around`.
 #![no_std]
 #![no_main]
 
@@ -29,7 +29,7 @@ use gestus_firmware::{
 const MAP: &[u8] = include_bytes!(env!("GESTUS_MAP"));
 const ROBOT: &[u8] = include_bytes!(env!("GESTUS_ROBOT"));
 const FRAMES: usize = 300;
-/// Rates of stream and robot, thousandths of a hertz.
+/// Rates of the stream and the robot, millihertz.
 const RATES: (u32, u32) = (30_000, 50_000);
 /// A lead and a lag of 0.2 s.
 const BOUNDS: Bounds = Bounds { lead_s: 0.2, lag_s: 0.2 };
@@ -48,7 +48,8 @@ fn pose<const J: usize>(frame: usize) -> Pose<J> {
     pose
 }
 
-/// Counts frames of some work on what is prepared for each; readings of the counter are taken off.
+/// Counts the instructions of some work in each frame, on an input prepared for it, without those of reading the
+/// counter.
 fn count<T>(counter: &Time, name: &str, prepare: impl Fn(usize) -> T, mut work: impl FnMut(&T)) {
     let mut counts = [0u32; FRAMES];
     let empty = counter.since(counter.now(), counter.now());
@@ -78,7 +79,7 @@ fn main() -> ! {
     count(&counter, "retarget_in", pose::<31>, |input| map.to_target(input, &mut body));
     let like = pose::<31>(7);
     count(&counter, "retarget_back", pose::<22>, |output| map.to_source(output, &like, &mut back));
-    // A style that is faster and slower than its input by turns: every tick lies between two poses.
+    // A style that is alternately faster and slower than its input, so that every tick is between two poses.
     let step_s = |frame: usize| if frame % 40 < 20 { 0.026 } else { 0.042 };
     count(
         &counter,

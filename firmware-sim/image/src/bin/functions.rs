@@ -1,8 +1,9 @@
-//! What elementary functions cost, and how far they are off: libm's, micromath's, and the core's own sine and cosine.
+//! Counts the instructions of elementary functions and measures their errors: libm's, micromath's, and the core's own
+//! sine and cosine.
 //!
-//! Prints a line a function, `name instructions error error`: the mean instructions of a call in hundredths (some take
-//! ten, and a whole one more or less is no rounding there), the largest error against libm in f64 in billionths, absolute
-//! and relative to the value; for `gestus-sim board m4f --functions`, and m0.
+//! Prints a line `name instructions error error` for each function: the mean instructions of a call in hundredths (some
+//! functions take only ten instructions), and the largest error against libm in f64 in billionths, absolute and
+//! relative to the value; for `gestus-sim board m4f --functions`, and m0.
 #![no_std]
 #![no_main]
 
@@ -32,14 +33,14 @@ fn time() -> Time {
     Time::start(peripherals.SYST)
 }
 
-/// A function of two numbers, the second of which most do not look at.
+/// A function of two numbers; most ignore the second.
 type Function = fn(f32, f32) -> f32;
 
 fn nothing(x: f32, _: f32) -> f32 {
     x
 }
 
-/// Ticks of all calls, through a pointer that the compiler does not see through.
+/// Ticks of all calls, through a function pointer that the compiler can't inline.
 fn ticks(counter: &Time, function: Function, arguments: &[(f32, f32); CALLS]) -> u32 {
     let function = black_box(function);
     let start = counter.now();
@@ -53,7 +54,7 @@ fn report(counter: &Time, name: &str, function: Function, exact: fn(f64, f64) ->
     let mut arguments = [(0.0, 0.0); CALLS];
     for (i, slot) in arguments.iter_mut().enumerate() {
         let part = (i as f32 + 0.5) / CALLS as f32;
-        // The second argument goes its own way, and is never 0.
+        // The second argument is independent of the first, and never 0.
         *slot = (low + (high - low) * part, 0.3 + 2.0 * ((i * 37) % CALLS) as f32 / CALLS as f32);
     }
     let calls = ticks(counter, function, &arguments).saturating_sub(ticks(counter, nothing, &arguments));
@@ -85,7 +86,7 @@ fn main() -> ! {
     run("sin.micromath", |x, _| F32(x).sin().0, |x, _| libm::sin(x), half_turn);
     run("cos.libm", |x, _| libm::cosf(x), |x, _| libm::cos(x), half_turn);
     run("cos.micromath", |x, _| F32(x).cos().0, |x, _| libm::cos(x), half_turn);
-    // Sine and cosine together, as the core asks for them.
+    // Sine and cosine together, as the core calls them.
     run("sin_cos.core", |x, _| gestus_core::math::sin_cos(x).0, |x, _| libm::sin(x), half_turn);
     run("sqrt.libm", |x, _| libm::sqrtf(x), |x, _| libm::sqrt(x), [0.01, 9.0]);
     run("sqrt.micromath", |x, _| F32(x).sqrt().0, |x, _| libm::sqrt(x), [0.01, 9.0]);

@@ -1,5 +1,6 @@
-//! The least that a firmware of the reference has to hold, for the count of its code: a database is opened, a stylizer
-//! made, and a pose stepped a round, in and out of memory that somebody else sees. No link, no counters.
+//! The smallest firmware with the reference's capacities, to measure its code size. It opens a database, makes a
+//! stylizer and steps one pose after another; the poses are in volatile memory, so that no code is optimised away. No
+//! link, no counters.
 #![no_std]
 #![no_main]
 
@@ -14,7 +15,7 @@ use gestus_firmware::flash;
 
 const JOINTS: usize = 22;
 
-/// No pose yet; all zeros, so that the memory is all that it takes.
+/// The initial value: all zeros, so that it takes no flash.
 const NOTHING: Pose<JOINTS> = Pose { position: [0.0; 3], rotations: [[0.0; 4]; JOINTS] };
 
 static mut INPUT: Pose<JOINTS> = NOTHING;
@@ -28,7 +29,7 @@ fn main() -> ! {
     let Ok(fit) = Fit::new(database, Config::new()) else { semihosting::process::exit(2) };
     // SAFETY: the program has one thread, which takes this reference once.
     let stylizer = unsafe { (*addr_of_mut!(STYLIZER)).write(fit.stylizer()) };
-    // SAFETY: a place of this program's own; volatile, so that the compiler does not know what it holds.
+    // SAFETY: a static of this program; volatile, so that the compiler does not know its value.
     let _ = stylizer.set_style(&[(unsafe { addr_of!(STYLE).read_volatile() }, 1.0)]);
     let mut output = Pose::IDENTITY;
     loop {

@@ -8,7 +8,7 @@ use defmt_semihosting as _;
 use gestus_core::{Config, link::buffer_length};
 use gestus_firmware::{counter::SysTick, flash, serve, stack, uart::cmsdk::Cmsdk};
 
-/// The M33's board has its ports elsewhere, and runs at 20 MHz in place of 25.
+/// The M33's board has its ports at other addresses, and runs at 20 MHz instead of 25.
 const AN505: bool = cfg!(an505);
 const UART0: usize = if AN505 { 0x5020_0000 } else { 0x4000_4000 };
 const TICK_PS: u32 = if AN505 { 50_000 } else { 40_000 };

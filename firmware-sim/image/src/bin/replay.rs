@@ -1,6 +1,6 @@
-//! A recording through the core, with nobody at the other end of a line: the digest of every output pose and time step.
+//! Replays a recording through the core without a host: the digest of every output pose and time step.
 //!
-//! The recording (`firmware-sim/src/recording.rs`) lies behind the database in the flash window. Prints
+//! The recording (`firmware-sim/src/recording.rs`) follows the database in the flash window. Prints
 //! `digest VALUE FRAMES`, for `gestus-sim board --long-stream`.
 #![no_std]
 #![no_main]
@@ -13,7 +13,7 @@ const JOINTS: usize = 22;
 const HEADER: usize = 24;
 const SETTINGS: usize = 16;
 
-/// A recording's numbers, one after the other.
+/// Reads a recording's numbers in order.
 struct Reader(&'static [u8]);
 
 impl Reader {
@@ -28,7 +28,8 @@ impl Reader {
     }
 }
 
-/// Labels are taken back before new ones are set: a database need not hold every action in every style.
+/// Applies a frame's settings. Both labels are cleared before new ones are set, since a database need not have every
+/// action in every style.
 fn set(stylizer: &mut Stylizer<'_, JOINTS, 40, 28>, settings: [u8; SETTINGS]) -> Result<(), ConfigError> {
     let [a, b, c, d, e, f, g, h, weights @ ..] = settings;
     let label = |bytes| u16::try_from(i16::from_le_bytes(bytes)).ok();
@@ -44,12 +45,12 @@ fn set(stylizer: &mut Stylizer<'_, JOINTS, 40, 28>, settings: [u8; SETTINGS]) ->
     stylizer.set_input_style(label([c, d]))
 }
 
-/// Digest and frames; `None` where there is no recording of the database's skeleton, or it is cut.
+/// Digest and number of frames; `None` if there is no recording for the database's skeleton, or it is truncated.
 fn replay() -> Option<(u32, u32)> {
     let database = Database::open(flash::blob()).ok()?;
     let mut stylizer = Fit::new(database, Config::new()).ok()?.stylizer();
     let joints = database.counts().joints;
-    let mut reader = Reader(flash::behind());
+    let mut reader = Reader(flash::after_blob());
     let [header, recorded] = [reader.bytes::<8>()?, reader.bytes::<8>()?];
     let _ = reader.bytes::<{ HEADER - 16 }>()?;
     let (frames, of_joints) = recorded.split_first_chunk::<4>()?;

@@ -1,4 +1,4 @@
-//! The UART of Arm's Cortex-M System Design Kit, as on the MPS2 boards. One byte deep.
+//! The UART of Arm's Cortex-M System Design Kit, as on the MPS2 boards. Its buffers hold one byte.
 
 use super::Uart;
 use crate::registers::Registers;
@@ -21,7 +21,7 @@ impl Cmsdk {
     /// # Safety
     /// `base` is the address of a CMSDK UART that nothing else uses.
     pub unsafe fn new(base: usize) -> Self {
-        // SAFETY: the caller's promise; the offsets above are the device's.
+        // SAFETY: by the caller's contract; the offsets above are the device's.
         let registers = unsafe { Registers::new(base) };
         // 25 MHz over 217: 115,200 baud.
         registers.write(DIVIDER, 217);

@@ -1,4 +1,4 @@
-//! Serial ports: bytes in, bytes out, polled. What a new board has to write.
+//! Serial ports, polled byte by byte. A new board implements [`Uart`].
 
 #[cfg(target_arch = "arm")]
 pub mod cmsdk;
@@ -9,8 +9,8 @@ pub mod ns16550;
 
 /// A serial port.
 pub trait Uart {
-    /// The next byte that has come, if one has.
+    /// The next received byte, if there is one.
     fn read(&mut self) -> Option<u8>;
-    /// Sends a byte; waits where the port is busy.
+    /// Sends a byte; waits while the port is busy.
     fn write(&mut self, byte: u8);
 }

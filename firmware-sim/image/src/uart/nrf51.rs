@@ -1,4 +1,4 @@
-//! The UART of the nRF51. Six bytes deep on the way in.
+//! The UART of the nRF51. Its receive FIFO holds six bytes.
 
 use super::Uart;
 use crate::registers::Registers;
@@ -32,7 +32,7 @@ impl Nrf51 {
     /// # Safety
     /// `base` is the address of the nRF51's UART, and nothing else uses it.
     pub unsafe fn new(base: usize) -> Self {
-        // SAFETY: the caller's promise; the offsets above are the device's.
+        // SAFETY: by the caller's contract; the offsets above are the device's.
         let registers = unsafe { Registers::new(base) };
         registers.write(PIN_TX, TX_PIN);
         registers.write(PIN_RX, RX_PIN);
@@ -50,7 +50,7 @@ impl Uart for Nrf51 {
         if self.registers.read(RX_READY) == 0 {
             return None;
         }
-        // The event comes again where more bytes wait.
+        // The event occurs again if more bytes are waiting.
         self.registers.write(RX_READY, 0);
         Some(self.registers.read(RXD) as u8)
     }

@@ -1,4 +1,4 @@
-//! The NS16550, as on RISC-V `virt`. Sixteen bytes deep.
+//! The NS16550, as on RISC-V `virt`. Its FIFO holds 16 bytes.
 
 use super::Uart;
 
@@ -11,7 +11,7 @@ const EIGHT_BITS: u8 = 3;
 const RECEIVED: u8 = 1;
 const ROOM_TO_SEND: u8 = 1 << 5;
 
-/// An NS16550, registers a byte apart.
+/// An NS16550 with registers of one byte each.
 #[derive(Debug)]
 pub struct Ns16550 {
     base: usize,
@@ -30,12 +30,12 @@ impl Ns16550 {
     }
 
     fn get(&self, register: usize) -> u8 {
-        // SAFETY: `new` was promised a device whose registers these are; reads have no effect on memory.
+        // SAFETY: by the contract of `new` this is a register of the device; reads have no effect on memory.
         unsafe { ((self.base + register) as *const u8).read_volatile() }
     }
 
     fn set(&self, register: usize, value: u8) {
-        // SAFETY: as in `get`; the device masters no memory.
+        // SAFETY: as in `get`; the device does no DMA.
         unsafe { ((self.base + register) as *mut u8).write_volatile(value) }
     }
 }
