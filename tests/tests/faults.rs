@@ -1,5 +1,5 @@
-//! Streams with faults, feet held: what is dropped, repeated, late or corrupted neither tears a foot off the floor nor
-//! leaves the lock astray when the faults are over.
+//! Streams with faults and foot locking: frames that are dropped, repeated, late or corrupted neither pull a foot off the
+//! floor nor disturb the lock after the faults.
 
 use std::sync::OnceLock;
 
@@ -16,7 +16,7 @@ use gestus_evaluate::{
 use gestus_firmware_sim::faults::{Arrival, Arrivals, Disturbance, Faults, RECOVERED_M};
 use gestus_motion::{body::database_skeleton, clip::Clip};
 
-/// Frames behind the faults in which a stream comes back: 3 s.
+/// Frames after the faults in which a stream recovers: 3 s.
 const CALM: usize = 90;
 
 /// Each kind of fault, and all of them at once.
@@ -28,7 +28,7 @@ const KINDS: [&str; 5] = [
     "drop=0.05,repeat=0.05,delay=0.05:3,corrupt=0.05,seed=8",
 ];
 
-/// A walker of the generator, whose feet stand where they stand: a database, and a clip that it does not hold.
+/// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
     WALKER.get_or_init(|| {
@@ -47,7 +47,7 @@ fn walker() -> &'static (Vec<u8>, Clip) {
     })
 }
 
-/// Faults up to the last frames, which arrive as they are.
+/// Faults in all but the last frames, which arrive undisturbed.
 fn arrivals(faults: &str, clip: &Clip, joints: usize) -> Arrivals {
     let faults: Faults = faults.parse().unwrap();
     let calm = clip.frames.len() - CALM;

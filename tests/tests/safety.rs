@@ -1,4 +1,4 @@
-//! A loop whose input fails: what is put out, what is said, and that nothing jumps on the way back.
+//! A loop whose input fails: its output and its reports, and that no joint jumps when the input returns.
 
 use gestus_core::{Config, Database, Degraded, Pose, Report, Safety, Stylizer};
 use gestus_database::stream::{from_pose, to_pose};
@@ -26,7 +26,7 @@ fn apart(a: &Pose<22>, b: &Pose<22>) -> f64 {
     a.rotations.iter().zip(&b.rotations).map(|(p, q)| p.angle_to(q)).fold(0.0, f64::max)
 }
 
-/// What a loop puts out when input `t` is `arrives(t, pose)`.
+/// The output of a loop whose input `t` is `arrives(t, pose)`.
 fn run(
     safety: Safety,
     arrives: impl Fn(usize, Pose<22>) -> Option<(Pose<22>, u32)>,
@@ -75,10 +75,10 @@ fn stale_input_is_held_and_the_way_back_is_eased() {
     }
     assert!(outputs[75].1.degraded.is_empty() || !outputs[75].1.degraded.contains(Degraded::STALE));
     calm(&outputs);
-    // Half a second later the stream is itself again.
+    // Half a second later the stream has recovered.
     let whole = run(Safety::Hold, |t, p| Some((p, t as u32)));
     assert!(apart(&outputs[140].0, &whole[140].0) < 0.05, "{}", apart(&outputs[140].0, &whole[140].0));
-    // Fifteen frames of way have gone by: they are no speed of one frame.
+    // The root has moved on by fifteen frames, which must not become the speed of one frame.
     let speed = |a: &Pose<22>, b: &Pose<22>| {
         f64::from((a.position[0] - b.position[0]).hypot(a.position[2] - b.position[2]))
     };
@@ -99,7 +99,7 @@ fn stale_input_eases_to_rest_and_comes_back() {
         let is = Pose::<22> { rotations: [rest.rotations[j]; 22], ..Pose::IDENTITY };
         assert!(apart(&mean, &is) < 0.02, "joint {j} is not at rest");
     }
-    // It stands where it stood, on the floor.
+    // The body stays in its place, on the floor.
     assert_eq!((rest.position[0], rest.position[2]), (outputs[39].0.position[0], outputs[39].0.position[2]));
     let legs = database.legs().unwrap();
     let over = legs
@@ -204,7 +204,7 @@ fn what_is_put_out_again_stands_where_it_stood() {
 
 #[test]
 fn at_a_new_place_a_body_has_not_come_from_the_old_one() {
-    // The same walk with a leap in it, and one that begins behind the leap.
+    // The same walk with a leap in it, and one that begins after the leap.
     let place = |t: usize, mut p: Pose<22>| {
         p.position[0] += if t < 70 { 0.0 } else { 30.0 };
         p

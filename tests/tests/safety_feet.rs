@@ -14,10 +14,10 @@ use gestus_motion::clip::Clip;
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 type Outputs = Vec<(Pose<22>, Report)>;
 
-/// Frames in which the fault lies.
+/// Frames with the fault.
 const FAULT: std::ops::Range<usize> = 90..102;
 
-/// A walker of the generator, whose feet stand where they stand: a database, and a clip that it does not hold.
+/// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
     WALKER.get_or_init(|| {
@@ -105,7 +105,7 @@ fn every_fault_under_every_policy_is_said_and_passes_without_a_jump_while_feet_a
             let outputs = run(safety, arrives);
             let said: Vec<usize> =
                 (0..outputs.len()).filter(|&t| outputs[t].1.degraded.contains(flag)).collect();
-            // To follow is to follow a leap as well.
+            // The policy `follow` follows a leap as well.
             let follows = flag == Degraded::LEAP && safety == Safety::Follow;
             let wanted = match flag {
                 Degraded::LEAP => FAULT.start..FAULT.start + 4,
@@ -131,7 +131,7 @@ fn every_fault_under_every_policy_is_said_and_passes_without_a_jump_while_feet_a
                     assert!(found < times * calm + 0.005, "{name}, {safety:?}: {most:?} against {calm:?}");
                 }
             }
-            // A second after the fault feet are held again, and stand.
+            // A second after the fault, feet are locked again and do not slide.
             let after = &outputs[FAULT.end + 30..];
             assert!(held(after) > after.len() / 2, "{name}, {safety:?}: {} of {}", held(after), after.len());
             let slid = skate(&legs, after);

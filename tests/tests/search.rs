@@ -1,4 +1,4 @@
-//! The search by graph against looking at everything: how much it finds, how much it looks at, and how it takes a jump.
+//! The graph search against brute force: its recall, its visits, and its behaviour at jumps.
 
 use gestus_core::{Config, Database, Degraded};
 use gestus_database::stream::{Request, stream};
@@ -10,20 +10,20 @@ use gestus_tests::{
 
 /// Two classes of 3,000 frames.
 const CROWD: Size = Size { actions: 1, styles: 2, takes: 10, frames: 300 };
-/// Visits that the tests allow a search.
+/// Cap on visits in the tests.
 const VISITS: u16 = 256;
 
 fn config() -> Config {
     Config::new().visits(VISITS)
 }
 
-/// Part of the nearest frames, of the classes that `which` says, that a frame's search has found.
+/// Recall of a frame's search in the classes selected by `which`.
 fn recall(db: &Database<'_>, frame: &Frame, which: impl Fn(usize) -> bool) -> f64 {
     let searched = vec![true; db.counts().groups];
     let (mut found, mut wanted) = (0, 0);
     for class in frame.searched.iter().filter(|s| which(s.class)) {
         let exact = reference::brute_force(db, class.class, &frame.query, &searched);
-        // Frames as far as the last one count as well as it does.
+        // Frames at the same distance as the last one count too.
         let farthest = exact[class.neighbors.len() - 1].1 * 1.0001;
         let first = db.class(class.class).first_row;
         let own = |row: u16| reference::distance2(db, &frame.query, first + usize::from(row), &searched);
@@ -39,7 +39,7 @@ fn traced(db: &Database<'_>, clip: &gestus_motion::clip::Clip, config: Config) -
     trace.frames
 }
 
-/// Of the 40 nearest, and of as many as are taken as shipped.
+/// Recall of the 40 nearest frames, and of as many as the default `k`.
 #[test]
 fn the_graph_finds_98_5_percent_of_the_nearest() {
     let blob = motion::blob(CROWD);
@@ -71,7 +71,7 @@ fn finds_98_5_percent(db: &Database<'_>, config: Config) {
         assert!(recall >= 0.95, "frame {t}, {} after a jump: recall {recall}", t % 30);
     }
     for (t, frame) in frames.iter().enumerate() {
-        // A class is searched anew at most once.
+        // A class is searched again at most once.
         let most = 2 * u32::from(VISITS) * db.counts().classes as u32;
         assert!(frame.report.visits <= most, "frame {t}: {} visits", frame.report.visits);
         assert!(frame.report.bytes_read > frame.report.visits * 32);
@@ -93,7 +93,7 @@ fn few_visits_are_kept_to_and_reported() {
     assert!(frames.iter().any(|f| f.report.degraded.contains(Degraded::VISITS)));
 }
 
-/// Far from the data every class is as near as any other: the cap on classes bounds the work, and says so.
+/// Far from the data all classes are about equally near: the cap on classes bounds the work, and the report says so.
 #[test]
 fn input_far_from_the_data_is_bounded_and_reported() {
     let db = Database::open(motion::small()).unwrap();
