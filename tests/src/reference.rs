@@ -1,5 +1,5 @@
 //! The method once more, slow and obvious, in `f64`: sums over all frames, matrices written out, no graph, no cache, no
-//! shifted sums. Paper 000's equations stand here as they are printed; the core has to agree.
+//! shifted sums. The equations of Xia 2015 stand here as they are printed; the core has to agree.
 //!
 //! Only what is stored comes from [`Database`]; counterparts are worked out here from the stored cycles and knots.
 

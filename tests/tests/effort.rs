@@ -119,7 +119,7 @@ fn streams_are_cut_into_their_fragments() {
     assert!(share >= 0.98, "{share}");
 }
 
-/// Paper 003's Table 1 with an annotator whose taste is a fixed nonlinear function with noise: over corpora that share
+/// Table 1 of Torresani 2006 with an annotator whose taste is a fixed nonlinear function with noise: over corpora that share
 /// no motion and no noise, kernel ridge and support vectors predict Weight and Time better than interpolation, by more
 /// than three standard errors of the difference and by a fifth at least. With `--release` it is the paper's 500 splits.
 #[test]

@@ -63,7 +63,7 @@ pub(super) fn generated(seed: u64) -> Result<Model, BuildError> {
     Ok(Model::observed(library, Source::Generated, &draws, &move |rows, action| annotator.note(rows, action)))
 }
 
-/// Paper 003's Table 1 of a model; nothing of one that has too few labelled blends to learn from and to test.
+/// Table 1 of Torresani 2006 of a model; nothing of one that has too few labelled blends to learn from and to test.
 pub(super) fn regression(
     corpus: &str,
     model: &Model,
