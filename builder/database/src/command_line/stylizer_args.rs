@@ -155,14 +155,7 @@ impl StylizerArgs {
         if self.timing != "bounded" {
             return Ok(None);
         }
-        let within = |option, value: Option<f32>| {
-            let value = value.unwrap_or(BOUND_S);
-            (0.0..=MOST_BOUND_S)
-                .contains(&value)
-                .then_some(value)
-                .with_context(|| format!("{option} {value}: seconds from 0 to {MOST_BOUND_S}"))
-        };
-        let bounds = Bounds { lead_s: within("--lead", self.lead)?, lag_s: within("--lag", self.lag)? };
+        let bounds = bounds(self.lead.unwrap_or(BOUND_S), self.lag.unwrap_or(BOUND_S))?;
         let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
         if let Err(ConfigError::Poses { need, have }) =
             Retimer::<1, REMEMBERED>::new(millihz, millihz, bounds)
@@ -247,6 +240,19 @@ impl StylizerArgs {
                 .collect::<Result<_>>()?,
         })
     }
+}
+
+/// Bounds of the output's time from `--lead` and `--lag`, seconds.
+///
+/// # Errors
+/// The option that is not from 0 to 10 s.
+pub fn bounds(lead_s: f32, lag_s: f32) -> Result<Bounds> {
+    for (option, seconds) in [("--lead", lead_s), ("--lag", lag_s)] {
+        if !(0.0..=MOST_BOUND_S).contains(&seconds) {
+            bail!("{option} {seconds}: seconds from 0 to {MOST_BOUND_S}");
+        }
+    }
+    Ok(Bounds { lead_s, lag_s })
 }
 
 /// Names of the methods whose data a database holds.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use gestus_core::{Database, output::retime::Bounds};
 use rayon::prelude::*;
 use serde_json::json;
@@ -16,13 +16,10 @@ use crate::{
     report::{html::Figure, table},
 };
 use gestus_database::{
-    command_line::progress,
+    command_line::{progress, stylizer_args::bounds},
     stream::{Request, Streamed, stream},
 };
 use gestus_motion::corpus::Corpus;
-
-/// Longest lead and lag, seconds.
-const LONGEST_S: f32 = 10.0;
 
 /// Options of `gestus evaluate timing`.
 #[derive(clap::Args, Debug)]
@@ -39,16 +36,11 @@ impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
     fn check(&self, _output: &Path) -> Result<()> {
-        for (option, seconds) in [("--lead", self.lead), ("--lag", self.lag)] {
-            if !(0.0..=LONGEST_S).contains(&seconds) {
-                bail!("{option} {seconds}: seconds from 0 to {LONGEST_S}");
-            }
-        }
-        Ok(())
+        bounds(self.lead, self.lag).map(drop)
     }
 
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
-        evaluate(experiment, Bounds { lead_s: self.lead, lag_s: self.lag })
+        evaluate(experiment, bounds(self.lead, self.lag)?)
     }
 }
 
