@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
+        options::UnitArgs,
         outputs::{check_outputs, say, tell},
         stylizer_args::StylizerArgs,
     },
@@ -16,7 +17,7 @@ use gestus_database::{
         translate::{Input, degraded_words, figures, translate},
     },
 };
-use gestus_motion::{body::database_skeleton, unit::Unit};
+use gestus_motion::body::database_skeleton;
 use serde_json::{Value, json};
 
 use crate::{
@@ -34,10 +35,8 @@ pub struct RunArgs {
     /// the database's
     #[arg(long)]
     input: PathBuf,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
-    /// body is the database's, otherwise a guess from its height
-    #[arg(long)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    unit: UnitArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, or `all`.
@@ -72,7 +71,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
-    let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit)?;
+    let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit.unit)?;
     tell(&args.input, input.notes());
     let request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
     let (streamed, disturbed) = match &args.faults {

@@ -7,6 +7,7 @@ use clap::Parser;
 use gestus_core::{Database, robot::Robot};
 use gestus_database::{
     command_line::{
+        options::UnitArgs,
         outputs::{check_outputs, say, tell},
         progress,
         stylizer_args::StylizerArgs,
@@ -14,7 +15,6 @@ use gestus_database::{
     retarget::MapFile,
     stream::{Request, translate::Input},
 };
-use gestus_motion::unit::Unit;
 use serde_json::{Value, json};
 
 use super::{
@@ -42,10 +42,8 @@ pub struct LinkArgs {
     /// the database's
     #[arg(long)]
     input: PathBuf,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
-    /// body is the database's, otherwise a guess from its height
-    #[arg(long)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    unit: UnitArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// BVH file to write the board's output to, at the database's rate
@@ -170,7 +168,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let (db, input) = (&args.db, &args.input);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
-    let input = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
+    let input = Input::read_with(input, &database, &MapFile::default(), args.unit.unit)?;
     tell(&args.input, input.notes());
     let request = args.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;
