@@ -10,16 +10,10 @@ use crate::{
         OnClips, Uses,
         loo::{Methods, run_folds},
     },
-};
-use crate::{
     plots::{self, Labels},
     report::{html::Figure, table},
 };
-use gestus_database::{
-    build::{BuildError, BuildOptions},
-    command_line::progress,
-    pairing::Scheme,
-};
+use gestus_database::{build::BuildOptions, command_line::progress, pairing::Scheme};
 use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Between a method and the number of its variant.
@@ -42,68 +36,64 @@ pub struct Args;
 impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
+    // Runs the ablations: bias, ρ, K, ridge, δ, pairing, window, frame rate.
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
-        Ok(evaluate(experiment)?)
-    }
-}
-
-/// Runs the ablations: bias, ρ, K, ridge, δ, pairing, window, frame rate.
-fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
-    // Variants of one build follow each other, and share its databases.
-    let variants = variants(&experiment.build);
-    let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
-    let bar = progress::bar(variants.chunk_by(same).count() * experiment.most_folds(), "ablation");
-    let mut rows: Vec<table::Row> = Vec::new();
-    let mut said: Vec<String> = Vec::new();
-    for group in variants.chunk_by(same) {
-        let Some(first) = group.first() else { continue };
-        let mut experiment = Experiment { build: first.build.clone(), ..experiment.clone() };
-        if first.every > 1 {
-            reduce_rate(&mut experiment.corpus, first.every as f64);
-        }
-        let corpus = &experiment.corpus;
-        let configs =
-            group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect();
-        let methods = Methods { configs, baselines: false, gaussian_process: false };
-        let body = Body::of(corpus)?;
-        let (folds, left_out) = experiment.held_out(&body);
-        // The same folds every time, but for frame rates that leave a class without a cycle.
-        for line in left_out {
-            if !said.contains(&line) {
-                eprintln!("{line}");
-                said.push(line);
+        // Variants of one build follow each other, and share its databases.
+        let variants = variants(&experiment.build);
+        let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
+        let bar = progress::bar(variants.chunk_by(same).count() * experiment.most_folds(), "ablation");
+        let mut rows: Vec<table::Row> = Vec::new();
+        let mut said: Vec<String> = Vec::new();
+        for group in variants.chunk_by(same) {
+            let Some(first) = group.first() else { continue };
+            let mut experiment = Experiment { build: first.build.clone(), ..experiment.clone() };
+            if first.every > 1 {
+                reduce_rate(&mut experiment.corpus, first.every as f64);
+            }
+            let corpus = &experiment.corpus;
+            let configs =
+                group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect();
+            let methods = Methods { configs, baselines: false, gaussian_process: false };
+            let body = Body::of(corpus)?;
+            let (folds, left_out) = experiment.held_out(&body);
+            // The same folds every time, but for frame rates that leave a class without a cycle.
+            for line in left_out {
+                if !said.contains(&line) {
+                    eprintln!("{line}");
+                    said.push(line);
+                }
+            }
+            for result in run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1))? {
+                // A known action alone or a known style alone is not a number.
+                let Some((method, variant)) = result.method.split_once(MARK) else { continue };
+                let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
+                rows.push(row(json!({
+                    "parameter": variant.parameter,
+                    "value": variant.value,
+                    "method": method,
+                    "action": corpus.actions[result.action],
+                    "style": corpus.styles[result.style],
+                    "clip": result.clip,
+                    "joint_error_cm": result.joint_error_cm,
+                    "step_error_ms": result.step_error_ms,
+                    "duration_error": result.duration_error,
+                    "third_difference": result.third_difference,
+                    "variability": result.variability,
+                })));
             }
         }
-        for result in run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1))? {
-            // A known action alone or a known style alone is not a number.
-            let Some((method, variant)) = result.method.split_once(MARK) else { continue };
-            let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
-            rows.push(row(json!({
-                "parameter": variant.parameter,
-                "value": variant.value,
-                "method": method,
-                "action": corpus.actions[result.action],
-                "style": corpus.styles[result.style],
-                "clip": result.clip,
-                "joint_error_cm": result.joint_error_cm,
-                "step_error_ms": result.step_error_ms,
-                "duration_error": result.duration_error,
-                "third_difference": result.third_difference,
-                "variability": result.variability,
-            })));
-        }
+        bar.finish_and_clear();
+        let figures = vec![trade_off(&rows)];
+        Ok(Evaluation {
+            what: "ablation",
+            about:
+                "One parameter at a time is changed from the shipped default; leave one clip out, as in `loo`."
+                    .into(),
+            keys: vec!["parameter", "value", "method"],
+            rows,
+            figures,
+        })
     }
-    bar.finish_and_clear();
-    let figures = vec![trade_off(&rows)];
-    Ok(Evaluation {
-        what: "ablation",
-        about:
-            "One parameter at a time is changed from the shipped default; leave one clip out, as in `loo`."
-                .into(),
-        keys: vec!["parameter", "value", "method"],
-        rows,
-        figures,
-    })
 }
 
 fn variants(build: &BuildOptions) -> Vec<Variant> {

@@ -72,47 +72,42 @@ impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
-        Ok(evaluate(experiment)?)
-    }
-}
-
-/// Runs the evaluation and draws its plot.
-fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
-    let corpus = &experiment.corpus;
-    let (body, folds) = experiment.folds()?;
-    let bar = progress::bar(folds.len(), "contacts");
-    let rows: Vec<Vec<table::Row>> = folds
-        .par_iter()
-        .enumerate()
-        .map(|(i, fold)| {
-            let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
-            let database = Database::open(&built.bytes)?;
-            let mut rows = Vec::new();
-            // One row a clip: the same one is in several folds, and would count as often.
-            for clip in [fold.test, fold.truth] {
-                if folds[..i].iter().all(|f| f.test != clip && f.truth != clip) {
-                    own_style(corpus, &body, &database, clip, &mut rows);
+        let corpus = &experiment.corpus;
+        let (body, folds) = experiment.folds()?;
+        let bar = progress::bar(folds.len(), "contacts");
+        let rows: Vec<Vec<table::Row>> = folds
+            .par_iter()
+            .enumerate()
+            .map(|(i, fold)| {
+                let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
+                let database = Database::open(&built.bytes)?;
+                let mut rows = Vec::new();
+                // One row a clip: the same one is in several folds, and would count as often.
+                for clip in [fold.test, fold.truth] {
+                    if folds[..i].iter().all(|f| f.test != clip && f.truth != clip) {
+                        own_style(corpus, &body, &database, clip, &mut rows);
+                    }
                 }
-            }
-            rows.extend(other_style(corpus, &body, &database, fold));
-            bar.inc(1);
-            Ok(rows)
+                rows.extend(other_style(corpus, &body, &database, fold));
+                bar.inc(1);
+                Ok(rows)
+            })
+            .collect::<Result<_, BuildError>>()?;
+        bar.finish_and_clear();
+        let rows: Vec<table::Row> = rows.into_iter().flatten().collect();
+        let figures = vec![by_action(corpus, &rows)];
+        Ok(Evaluation {
+            what: "contacts",
+            about: "Which foot stands, on held-out clips, against where their feet are and how fast they move. Each clip \
+                    is streamed to its own style, unlabelled. `causal` is what a stream gets, `gaussian` what a file can \
+                    have (Xia 2015, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
+                    style with the truth clip at equal canonical time."
+                .into(),
+            keys: vec!["method", "action", "style"],
+            rows,
+            figures,
         })
-        .collect::<Result<_, BuildError>>()?;
-    bar.finish_and_clear();
-    let rows: Vec<table::Row> = rows.into_iter().flatten().collect();
-    let figures = vec![by_action(corpus, &rows)];
-    Ok(Evaluation {
-        what: "contacts",
-        about: "Which foot stands, on held-out clips, against where their feet are and how fast they move. Each clip \
-                is streamed to its own style, unlabelled. `causal` is what a stream gets, `gaussian` what a file can \
-                have (Xia 2015, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
-                style with the truth clip at equal canonical time."
-            .into(),
-        keys: vec!["method", "action", "style"],
-        rows,
-        figures,
-    })
+    }
 }
 
 fn run(database: &Database<'_>, corpus: &Corpus, clip: usize, style: usize) -> Option<Streamed> {

@@ -99,37 +99,32 @@ impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
-        Ok(evaluate(experiment)?)
-    }
-}
-
-/// Runs the evaluation and draws its plots.
-fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
-    let (body, folds) = experiment.folds()?;
-    let bar = progress::bar(folds.len(), "skate");
-    let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
-        .par_iter()
-        .enumerate()
-        .map(|(i, fold)| {
-            let result = one(experiment, &body, fold, i)?;
-            bar.inc(1);
-            Ok(result)
+        let (body, folds) = experiment.folds()?;
+        let bar = progress::bar(folds.len(), "skate");
+        let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
+            .par_iter()
+            .enumerate()
+            .map(|(i, fold)| {
+                let result = one(experiment, &body, fold, i)?;
+                bar.inc(1);
+                Ok(result)
+            })
+            .collect::<Result<_, BuildError>>()?;
+        bar.finish_and_clear();
+        let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+        Ok(Evaluation {
+            what: "skate",
+            about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
+                    is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
+                    than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
+                    holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
+                    knees and ankles each against itself."
+                .into(),
+            keys: vec!["method", "action", "style"],
+            rows: rows.into_iter().flatten().collect(),
+            figures: figures.into_iter().flatten().take(6).collect(),
         })
-        .collect::<Result<_, BuildError>>()?;
-    bar.finish_and_clear();
-    let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-    Ok(Evaluation {
-        what: "skate",
-        about: "How fast the joint that carries a foot slides while the foot stands, and what holding it costs. `input` \
-                is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
-                than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
-                holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
-                knees and ankles each against itself."
-            .into(),
-        keys: vec!["method", "action", "style"],
-        rows: rows.into_iter().flatten().collect(),
-        figures: figures.into_iter().flatten().take(6).collect(),
-    })
+    }
 }
 
 fn one(

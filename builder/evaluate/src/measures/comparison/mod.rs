@@ -48,35 +48,30 @@ impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
-        Ok(evaluate(experiment)?)
-    }
-}
-
-/// Runs the comparison.
-fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
-    let methods = Methods { gaussian_process: true, ..Methods::default() };
-    let sets = sets(experiment)?;
-    let bar = progress::bar(sets.iter().map(|(_, e)| e.most_folds()).sum(), "methods");
-    let mut rows: Vec<table::Row> = Vec::new();
-    for (set, experiment) in &sets {
-        let corpus = &experiment.corpus;
-        let (body, folds) = experiment.folds()?;
-        let results = loo::run_folds(experiment, &body, &folds, &methods, &|| bar.inc(1))?;
-        rows.extend(results.iter().map(|r| labelled(set, r.to_json(corpus))));
-        if let Some(kind) = set.strip_prefix("heterogeneous") {
-            let set = format!("stream{kind}");
-            let results = streams::rows(experiment, &body, &folds)?;
-            rows.extend(results.iter().map(|r| labelled(&set, r.to_json(corpus))));
+        let methods = Methods { gaussian_process: true, ..Methods::default() };
+        let sets = sets(experiment)?;
+        let bar = progress::bar(sets.iter().map(|(_, e)| e.most_folds()).sum(), "methods");
+        let mut rows: Vec<table::Row> = Vec::new();
+        for (set, experiment) in &sets {
+            let corpus = &experiment.corpus;
+            let (body, folds) = experiment.folds()?;
+            let results = loo::run_folds(experiment, &body, &folds, &methods, &|| bar.inc(1))?;
+            rows.extend(results.iter().map(|r| labelled(set, r.to_json(corpus))));
+            if let Some(kind) = set.strip_prefix("heterogeneous") {
+                let set = format!("stream{kind}");
+                let results = streams::rows(experiment, &body, &folds)?;
+                rows.extend(results.iter().map(|r| labelled(&set, r.to_json(corpus))));
+            }
         }
+        bar.finish_and_clear();
+        let mut figures = vec![
+            verdict::bars(&rows, "joint_error_cm", "Joint error", "cm"),
+            verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
+        ];
+        figures.extend(loo::figures::one_dof(experiment)?);
+        let about = verdict::verdict(&rows);
+        Ok(Evaluation { what: "methods", about, keys: vec!["set", "method"], rows, figures })
     }
-    bar.finish_and_clear();
-    let mut figures = vec![
-        verdict::bars(&rows, "joint_error_cm", "Joint error", "cm"),
-        verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
-    ];
-    figures.extend(loo::figures::one_dof(experiment)?);
-    let about = verdict::verdict(&rows);
-    Ok(Evaluation { what: "methods", about, keys: vec!["set", "method"], rows, figures })
 }
 
 /// The sets of clips that methods are compared on, by name.
