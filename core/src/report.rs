@@ -70,7 +70,8 @@ pub struct Report {
     /// The classes used and their proportions, largest first.
     pub classes: Shares,
     /// How far from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted square
-    /// metres. Linear models and statistics: the largest distance of a dof from its mean, squared, in variances.
+    /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
+    /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
     /// Distances computed.
     pub visits: u32,

@@ -3,7 +3,10 @@
 
 use std::{env, fmt::Write, fs, path::Path};
 
-use gestus_core::config::parameters::{Parameter, TABLE};
+use gestus_core::{
+    Method,
+    config::parameters::{Parameter, TABLE},
+};
 
 /// Compares a file below the repository's root with what the table makes of it, or writes it.
 fn check(path: &str, generated: &str) {
@@ -34,13 +37,15 @@ fn values(parameter: &Parameter) -> String {
 fn the_document_is_the_table() {
     let mut page = "# Parameters\n\nGenerated from `core/src/config/parameters.rs`. The number is that of the link's \
         `Configure` and of `GestusParameter` in C; the name is the field of `Config` in Rust. On the command line a \
-        parameter is the option of its name, without the unit: `halflife_s` is `--halflife`. A parameter of one method \
-        has no effect on the others.\n\n| number | name | values | default | method | what it does |\n|---|---|---|---|---|---|\n"
+        parameter is the option of its name, without the unit: `halflife_s` is `--halflife`. A parameter \
+        has no effect on other methods.\n\n| number | name | values | default | methods | what it does |\n|---|---|---|---|---|---|\n"
         .to_owned();
     for parameter in TABLE {
-        let Parameter { number, name, method, .. } = parameter;
+        let Parameter { number, name, methods, .. } = parameter;
         let (values, default, text) = (values(parameter), parameter.default(), text(parameter));
-        let method = method.map_or("all", |m| m.name());
+        let every = methods.len() == Method::ALL.len();
+        let names = methods.iter().map(|m| m.name()).collect::<Vec<_>>().join(", ");
+        let method = if every { "all".to_owned() } else { names };
         writeln!(page, "| {number} | `{name}` | {values} | {default} | {method} | {text} |").unwrap();
     }
     check("docs/PARAMETERS.md", &page);

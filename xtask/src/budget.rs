@@ -59,7 +59,7 @@ const LEAPING: &str = "120";
 /// A bound that is further than this from the worst of the hard streams is of no use.
 const LOOSE: f64 = 1.6;
 /// The other methods.
-const MODELS: [&str; 2] = ["lti", "statistic"];
+const MODELS: [&str; 3] = ["lti", "statistic", "phase"];
 /// Stages of a step that belong to feet, and programs around a step, that have one limit together.
 const TOGETHER: ([&str; 2], [&str; 3]) = (["contacts", "lock"], ["retarget_in", "retiming", "servo"]);
 
@@ -105,6 +105,10 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         let labels = ["--action", "walk", "--input-style", "normal"];
         measure("reference", &stream, &labels, &mut figures, &mut bounds)?;
         together("reference", &mut figures)?;
+        let by_phase = [&stream[..], &["--style", "youthful", "--method", "phase"]].concat();
+        board("reference.phase", "m4f", &by_phase, &LABELLED, &mut figures, &mut bounds)?;
+        let labelled = [&by_phase[..], &labels].concat();
+        board("reference.phase.labelled", "m4f", &labelled, &LABELLED, &mut figures, &mut bounds)?;
     }
     if record {
         let limits = budgets.get("limits").cloned();

@@ -18,5 +18,6 @@ mod validate;
 pub use database::{Counts, Database};
 pub use numbers::Numbers;
 pub use sections::{
-    Class, Counterpart, Joint, Leg, LinearModel, Manifest, Moment, Names, Table, TimingDof, Unit,
+    Class, Counterpart, DofScale, Joint, Leg, LinearModel, Manifest, Moment, Names, PhaseTables, Table,
+    TimingDof, Unit,
 };

@@ -89,6 +89,8 @@ choices! {
         Lti = "lti",
         /// Transfer of means and spreads, with quaternions.
         Statistic = "statistic",
+        /// Tables by phase: means of each class over its cycle.
+        Phase = "phase",
     }
 }
 

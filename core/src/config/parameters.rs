@@ -18,8 +18,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// The numbers that it takes.
     pub range: Range,
-    /// The method that uses it; `None`: every method.
-    pub method: Option<Method>,
+    /// The methods that use it.
+    pub methods: &'static [Method],
     /// Names of its alternatives, by number; empty where it is a quantity.
     pub choices: &'static [&'static str],
     /// What it does, when to change it, and what goes wrong.
@@ -67,7 +67,7 @@ macro_rules! range {
 macro_rules! parameters {
     ($(
         $(#[doc = $doc:literal])*
-        $number:literal $constant:ident $name:ident: $type:ident = $default:expr, [$($range:tt)*], $method:expr;
+        $number:literal $constant:ident $name:ident: $type:ident = $default:expr, [$($range:tt)*], $methods:expr;
     )*) => {
         $(
             #[doc = concat!("Number of [`Config::", stringify!($name), "`].")]
@@ -85,7 +85,7 @@ macro_rules! parameters {
             number: $number,
             name: stringify!($name),
             range: range!($($range)*),
-            method: $method,
+            methods: $methods,
             choices: <$type as Value>::NAMES,
             doc: concat!($($doc, "\n"),*),
         }),*];
@@ -144,73 +144,73 @@ parameters! {
     /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
     /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
     /// the stylizer's `K`.
-    0 K k: u16 = 16, [1.0 to 64.0], None;
+    0 K k: u16 = 16, [1.0 to 64.0], &Method::ALL;
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
-    1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], Some(Method::Mar);
+    1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
     /// Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
     /// penalty on the feedback too, as [`Config::normalised`] does.
-    2 RIDGE ridge: Ridge = Ridge::Raw, [Ridge], Some(Method::Mar);
+    2 RIDGE ridge: Ridge = Ridge::Raw, [Ridge], &[Method::Mar];
     /// Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
     /// 2015 has 0.7.
-    3 DELTA delta: f32 = 0.2, [1e-3 to 1e3], Some(Method::Mar);
+    3 DELTA delta: f32 = 0.2, [1e-3 to 1e3], &[Method::Mar];
     /// Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a class
     /// comes or goes.
-    4 PRUNE prune: f32 = 0.01, [0.0 to 1.0 - f32::EPSILON / 2.0], Some(Method::Mar);
+    4 PRUNE prune: f32 = 0.01, [0.0 to 1.0 - f32::EPSILON / 2.0], &[Method::Mar, Method::Phase];
     /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`.
-    5 CLASSES classes: u8 = 8, [1.0 to 8.0], Some(Method::Mar);
+    5 CLASSES classes: u8 = 8, [1.0 to 8.0], &[Method::Mar, Method::Phase];
     /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations of
     /// the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output.
-    6 KAPPA kappa: f32 = 0.25, [0.0 to 1e6], Some(Method::Mar);
+    6 KAPPA kappa: f32 = 0.25, [0.0 to 1e6], &[Method::Mar];
     /// Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
     /// input's own character, and is further from the style.
-    7 RHO rho: f32 = 0.5, [0.0 to 1.0], Some(Method::Mar);
+    7 RHO rho: f32 = 0.5, [0.0 to 1.0], &[Method::Mar];
     /// Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the stream
     /// jumps; a frame that reaches the cap reports `VISITS`.
-    8 VISITS visits: u16 = 256, [64.0 to 448.0], Some(Method::Mar);
+    8 VISITS visits: u16 = 256, [64.0 to 448.0], &[Method::Mar];
     /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
     /// more.
-    9 POOL pool: u8 = 40, [1.0 to 64.0], Some(Method::Mar);
+    9 POOL pool: u8 = 40, [1.0 to 64.0], &[Method::Mar];
     /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a jump
     /// sooner, and searches anew without need.
-    10 JUMP jump: f32 = 4.0, [1.0 to 1e9], Some(Method::Mar);
+    10 JUMP jump: f32 = 4.0, [1.0 to 1e9], &[Method::Mar];
     /// Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`.
-    11 TIMING timing: Timing = Timing::Free, [Timing], None;
+    11 TIMING timing: Timing = Timing::Free, [Timing], &Method::ALL;
     /// Width of the kernel that predicts the time step, in mean squared distances of the neighbors (Xia 2015, section
     /// 5.1). Wider averages more: time steps vary less.
-    12 TIMING_WIDTH timing_width: f32 = 0.5, [1e-3 to 1e3], Some(Method::Mar);
+    12 TIMING_WIDTH timing_width: f32 = 0.5, [1e-3 to 1e3], &[Method::Mar];
     /// Where the output's heading comes from. A predicted heading drifts from the input's in turns.
-    13 YAW yaw: Yaw = Yaw::Input, [Yaw], None;
+    13 YAW yaw: Yaw = Yaw::Input, [Yaw], &Method::ALL;
     /// How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
     /// one is always two or three deviations out: less makes the model come and go, which is seen.
-    14 CONFIDENCE confidence: f32 = 5.0, [1e-3 to 1e6], Some(Method::Lti);
+    14 CONFIDENCE confidence: f32 = 5.0, [1e-3 to 1e6], &[Method::Lti];
     /// How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer mixes
     /// the input in everywhere.
-    15 PREFERENCE preference: f32 = 8.0, [1e-3 to 1e3], Some(Method::Lti);
+    15 PREFERENCE preference: f32 = 8.0, [1e-3 to 1e3], &[Method::Lti];
     /// Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database. Short
     /// ones follow a performer that differs from the database, and forget slow motion.
-    16 HALFLIFE halflife_s: f32 = 0.0, [0.0 to 1e6], Some(Method::Statistic);
+    16 HALFLIFE halflife_s: f32 = 0.0, [0.0 to 1e6], &[Method::Statistic];
     /// The method of translation. The database has to hold what it needs; a running stream begins anew with it.
-    17 METHOD method: Method = Method::Mar, [Method], None;
+    17 METHOD method: Method = Method::Mar, [Method], &Method::ALL;
     /// Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s.
-    18 CONTACTS contacts: bool = true, [bool], None;
+    18 CONTACTS contacts: bool = true, [bool], &Method::ALL;
     /// The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`.
-    19 SAFETY safety: Safety = Safety::Follow, [Safety], None;
+    19 SAFETY safety: Safety = Safety::Follow, [Safety], &Method::ALL;
     /// A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps more
     /// often, more stretches legs.
-    20 RELEASE release_m: f32 = 0.2, [0.01 to 1.0], None;
+    20 RELEASE release_m: f32 = 0.2, [0.01 to 1.0], &Method::ALL;
     /// Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is seen as
     /// a jerk, more drags feet.
-    21 EASE ease_s: f32 = 0.2, [0.01 to 2.0], None;
+    21 EASE ease_s: f32 = 0.2, [0.01 to 2.0], &Method::ALL;
     /// How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error sooner
     /// at a small λ, and makes the output rougher.
-    22 FEEDBACK feedback: f32 = 1.0, [1e-3 to 1e6], Some(Method::Mar);
+    22 FEEDBACK feedback: f32 = 1.0, [1e-3 to 1e6], &[Method::Mar];
     /// How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets no
     /// limit. Lower holds quick gestures of the style back.
-    23 SPEED_LIMIT speed_limit: f32 = 1.2, [0 or 1.0 to 100.0], None;
+    23 SPEED_LIMIT speed_limit: f32 = 1.2, [0 or 1.0 to 100.0], &Method::ALL;
     /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the dof
     /// over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example.
-    24 OUTPUT_KAPPA output_kappa: f32 = 2.0, [0.0 to 1e6], Some(Method::Mar);
+    24 OUTPUT_KAPPA output_kappa: f32 = 2.0, [0.0 to 1e6], &[Method::Mar];
 }
 
 impl Parameter {
@@ -280,7 +280,7 @@ mod tests {
             (POOL, 300.0),
             (TIMING, 2.0),
             (YAW, 0.5),
-            (METHOD, 3.0),
+            (METHOD, Method::ALL.len() as f32),
         ] {
             let refused = Err(ConfigError::Parameter { number });
             assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");

@@ -64,7 +64,7 @@ impl<const J: usize> Signals<J> {
 /// What a method asks of labels and styles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
-    /// Labels have to name a class that holds frames.
+    /// Labels have to name a class.
     pub labelled_class: bool,
     /// One style for the whole body: no joint group may have its own.
     pub whole_body: bool,

@@ -4,6 +4,7 @@ use super::{
     context::{Context, Needs, Translate},
     linear::Linear,
     mixture::step::Mixture,
+    phase::step::Phase,
     statistics::Statistics,
 };
 use crate::{Database, Method, Observer, Report};
@@ -15,6 +16,7 @@ pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
     Mar(Mixture<J, K, C>),
     Lti(Linear<J>),
     Statistic(Statistics<J>),
+    Phase(Phase<J, C>),
 }
 
 /// Calls the same function of whichever method runs.
@@ -24,6 +26,7 @@ macro_rules! each {
             Engine::Mar($method) => $call,
             Engine::Lti($method) => $call,
             Engine::Statistic($method) => $call,
+            Engine::Phase($method) => $call,
         }
     };
 }
@@ -37,6 +40,7 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
             Self::Mar(_) => Method::Mar,
             Self::Lti(_) => Method::Lti,
             Self::Statistic(_) => Method::Statistic,
+            Self::Phase(_) => Method::Phase,
         }
     }
 
@@ -51,6 +55,7 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
             Method::Mar => *self = Self::NEW,
             Method::Lti => *self = Self::Lti(Linear::NEW),
             Method::Statistic => *self = Self::Statistic(Statistics::NEW),
+            Method::Phase => *self = Self::Phase(Phase::NEW),
         }
     }
 
@@ -84,6 +89,7 @@ impl Method {
             Self::Mar => Mixture::<1, 1, 1>::SECTION,
             Self::Lti => Linear::<1>::SECTION,
             Self::Statistic => Statistics::<1>::SECTION,
+            Self::Phase => Phase::<1, 1>::SECTION,
         }
     }
 
@@ -107,6 +113,7 @@ impl Method {
             Self::Mar => Mixture::<1, 1, 1>::NEEDS,
             Self::Lti => Linear::<1>::NEEDS,
             Self::Statistic => Statistics::<1>::NEEDS,
+            Self::Phase => Phase::<1, 1>::NEEDS,
         }
     }
 }

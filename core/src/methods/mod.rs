@@ -4,4 +4,5 @@ pub(crate) mod context;
 pub(crate) mod engine;
 pub mod linear;
 pub mod mixture;
+pub mod phase;
 pub(crate) mod statistics;

@@ -17,7 +17,7 @@
 
 use crate::{
     blob::{
-        Class,
+        Class, Database,
         layout::{MAX_GROUPS, MAX_STYLES},
     },
     math::{clamp, exp},
@@ -147,6 +147,11 @@ impl Settings {
     /// True where a joint group has styles of its own.
     pub fn has_own(&self) -> bool {
         self.mixes != [0; MAX_GROUPS]
+    }
+
+    /// Whether a joint group has that mix of styles.
+    pub fn uses_mix(&self, database: &Database<'_>, mix: usize) -> bool {
+        (0..database.counts().groups).any(|group| self.mix_of(group) == mix)
     }
 
     /// A mix by its number.

@@ -171,6 +171,8 @@ typedef enum GestusMethod {
   GESTUS_METHOD_LINEAR = 1,
   // Transfer of means and standard deviations.
   GESTUS_METHOD_STATISTIC = 2,
+  // Tables by phase: means of each class over its cycle.
+  GESTUS_METHOD_PHASE = 3,
 } GestusMethod;
 
 // Parameters of a stylizer by number, the same as on the link. Every value is a `float`.

@@ -35,6 +35,8 @@ pub enum GestusMethod {
     Linear = 1,
     /// Transfer of means and standard deviations.
     Statistic = 2,
+    /// Tables by phase: means of each class over its cycle.
+    Phase = 3,
 }
 
 // Does not compile if a method of the core is missing here, or has another number.
@@ -45,6 +47,7 @@ const _: () = {
             Method::Mar => GestusMethod::Mixture,
             Method::Lti => GestusMethod::Linear,
             Method::Statistic => GestusMethod::Statistic,
+            Method::Phase => GestusMethod::Phase,
         };
         assert!(name as usize == number);
         number += 1;

@@ -161,8 +161,8 @@ mod tests {
     #[test]
     fn the_small_profile_fits_the_micro_bit() {
         let blob = SMALL.blob().unwrap();
-        // 256 KB of flash less some 150 of code.
-        assert!(blob.len() < 104 * 1024, "{} bytes", blob.len());
+        // Half of its 256 KB of flash; the code takes some 80 KB.
+        assert!(blob.len() < 128 * 1024, "{} bytes", blob.len());
         let database = Database::open(&blob).unwrap();
         let counts = database.counts();
         assert_eq!((counts.joints, counts.classes), (9, 6));

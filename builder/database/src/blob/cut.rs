@@ -6,7 +6,10 @@
 use anyhow::{Result, bail};
 use gestus_core::{
     Database,
-    blob::{Counts, Manifest, Names, layout::section},
+    blob::{
+        Class, Counts, Manifest, Names,
+        layout::{class, section},
+    },
 };
 
 use crate::blob::assemble::{Section, assemble};
@@ -16,13 +19,17 @@ use crate::blob::assemble::{Section, assemble};
 /// # Errors
 /// A database with neither linear models nor statistics.
 pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
-    if database.linear_from().is_none() && database.statistic_from().is_none() {
-        bail!("it holds neither linear models nor statistics: build it without --no-models");
+    let by_phase = database.has_phase();
+    if database.linear_from().is_none() && database.statistic_from().is_none() && !by_phase {
+        bail!("it holds no model that translates by itself: build it without --no-models");
     }
     let manifest = Manifest { clips: Names(""), ..database.manifest()? };
     let required = database.sections().into_iter().map(|(id, bytes)| -> Result<Section> {
         Ok(match id {
             section::MANIFEST => (id, postcard::to_stdvec(&manifest)?),
+            // Only tables by phase have classes and look at features.
+            section::CLASSES | section::QUERY if !by_phase => (id, Vec::new()),
+            section::CLASSES => (id, database.classes().flat_map(|c| labels(&c)).collect()),
             _ if section::is_kept_by_cut(id) => (id, bytes.to_vec()),
             _ => (id, Vec::new()),
         })
@@ -30,18 +37,28 @@ pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
     let mut sections = required.collect::<Result<Vec<Section>>>()?;
     let optional = database.optional_sections().filter(|(id, _)| section::is_kept_by_cut(*id));
     sections.extend(optional.map(|(id, bytes)| (id, bytes.to_vec())));
+    let have = *database.counts();
+    let only = |count: usize| if by_phase { count } else { 0 };
     let counts = Counts {
         frames: 0,
         rows: 0,
-        features: 0,
-        window: 0,
-        classes: 0,
+        features: only(have.features),
+        window: only(have.window),
+        classes: only(have.classes),
         timing: 0,
         cycles: 0,
         clips: 0,
-        ..*database.counts()
+        ..have
     };
     let bytes = assemble(&counts, f64::from(database.rate_hz()), &sections);
     Database::open(&bytes)?;
     Ok(bytes)
+}
+
+/// The record of a class without frames.
+fn labels(of: &Class) -> [u8; class::LENGTH] {
+    let mut record = [0; class::LENGTH];
+    record[class::ACTION].copy_from_slice(&of.action.to_le_bytes());
+    record[class::STYLE].copy_from_slice(&of.style.to_le_bytes());
+    record
 }

@@ -6,6 +6,7 @@ mod index;
 mod options;
 mod pairs;
 mod sections;
+mod tables;
 
 pub use options::{BuildError, BuildOptions};
 
@@ -32,8 +33,9 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let frames = Frames::new(&clips)?;
     let paired = Paired::new(&clips, &frames)?;
     let index = Index::new(&clips, &frames, &paired)?;
+    let tables = tables::encode(&clips, &frames, &paired, &index);
     let notes = clips.notes.iter().chain(&paired.notes).cloned().collect();
-    let bytes = sections::encode(&clips, &frames, paired, index);
+    let bytes = sections::encode(&clips, &frames, paired, index, tables);
     Database::open(&bytes)?;
     Ok(Built { bytes, notes })
 }

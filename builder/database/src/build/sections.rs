@@ -12,7 +12,13 @@ use crate::blob::{
 };
 
 /// Encodes the results of all stages as a blob.
-pub(super) fn encode(clips: &Clips<'_>, frames: &Frames<'_>, paired: Paired, index: Index) -> Vec<u8> {
+pub(super) fn encode(
+    clips: &Clips<'_>,
+    frames: &Frames<'_>,
+    paired: Paired,
+    index: Index,
+    phase: Option<Vec<u8>>,
+) -> Vec<u8> {
     let Clips { corpus, options, body, groups, examples, .. } = clips;
     let counts = Counts {
         joints: body.skeleton.joints(),
@@ -52,6 +58,7 @@ pub(super) fn encode(clips: &Clips<'_>, frames: &Frames<'_>, paired: Paired, ind
         feet: Some(feet::encode(body, examples)),
         lti: paired.models.lti,
         statistic: paired.models.statistic,
+        phase,
         // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
         effort: None,
         retarget: None,

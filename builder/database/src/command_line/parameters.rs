@@ -29,9 +29,15 @@ pub fn option(parameter: &Parameter) -> String {
     name.strip_suffix("_s").or(name.strip_suffix("_m")).unwrap_or(name).replace('_', "-")
 }
 
-/// Help of an option: the method that uses the parameter, the table's text, and the default.
+/// Names of the methods that use a parameter.
+fn methods(parameter: &Parameter) -> String {
+    parameter.methods.iter().map(|m| m.name()).collect::<Vec<_>>().join(", ")
+}
+
+/// Help of an option: the methods that use the parameter, the table's text, and the default.
 fn help(parameter: &Parameter) -> String {
-    let method = parameter.method.map_or(String::new(), |m| format!("{}: ", m.name()));
+    let every = parameter.methods.len() == Method::ALL.len();
+    let method = if every { String::new() } else { format!("{}: ", methods(parameter)) };
     let text = parameter.doc.split_whitespace().collect::<Vec<_>>().join(" ");
     let text = text.replace("[`", "`").replace("`]", "`");
     let default = parameter.default();
@@ -96,9 +102,9 @@ impl ParameterArgs {
     }
 }
 
-/// The method that uses a parameter, if it is another one.
-fn unused(parameter: &Parameter, method: Method) -> Option<&'static str> {
-    parameter.method.filter(|needed| *needed != method).map(Method::name)
+/// The methods that use a parameter, if this one does not.
+fn unused(parameter: &Parameter, method: Method) -> Option<String> {
+    (!parameter.methods.contains(&method)).then(|| methods(parameter))
 }
 
 #[cfg(test)]
@@ -120,7 +126,7 @@ mod tests {
     #[test]
     fn every_option_sets_its_parameter_within_its_range() {
         for parameter in options().filter(|p| p.choices.is_empty()) {
-            let config = parameter.method.map_or(Config::new(), |m| Config::new().method(m));
+            let config = Config::new().method(parameter.methods[0]);
             let set = |value: f32| applied(config, &format!("--{}={value}", option(parameter)));
             for end in [parameter.range.least, parameter.range.most] {
                 let value = parameters::value(&set(end).unwrap(), parameter.number);
@@ -144,7 +150,7 @@ mod tests {
                     parameter.choices.first().map_or(parameter.default().to_string(), |c| (*c).to_owned());
                 let line = format!("--{}={value}", option(parameter));
                 let done = applied(Config::new().method(method), &line);
-                assert_eq!(done.is_ok(), parameter.method.is_none_or(|m| m == method), "{line} {method:?}");
+                assert_eq!(done.is_ok(), parameter.methods.contains(&method), "{line} {method:?}");
             }
         }
     }

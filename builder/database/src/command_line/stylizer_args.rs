@@ -56,8 +56,8 @@ pub struct StylizerArgs {
     /// The input's style, if known
     #[arg(long)]
     input_style: Option<String>,
-    /// Method: mar (mixture of autoregressive models), lti (linear models) or statistic (means and standard deviations),
-    /// pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from blended fragments, other
+    /// Method: mar (mixture of autoregressive models), phase (tables by phase), lti (linear models) or statistic (means and
+    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from blended fragments, other
     /// commands use the effort dial's mix of styles with mar
     #[arg(long, default_value = "mar")]
     pub method: String,
@@ -143,11 +143,14 @@ impl StylizerArgs {
                 return refused(option, "--timing bounded");
             }
         }
-        let others = [("--mask", !self.mask.is_empty()), ("--ridge", self.ridge.is_some())];
-        match others.into_iter().find(|(_, given)| *given && method != Method::Mar) {
-            Some((option, _)) => refused(option, "--method mar"),
-            None => Ok(()),
+        let searches = matches!(method, Method::Mar | Method::Phase);
+        if !self.mask.is_empty() && !searches {
+            return refused("--mask", "--method mar or phase");
         }
+        if self.ridge.is_some() && method != Method::Mar {
+            return refused("--ridge", "--method mar");
+        }
+        Ok(())
     }
 
     /// Bounds of the output's time, with `--timing bounded`.
@@ -263,7 +266,7 @@ pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
 /// The method of that name, if the database holds its data.
 fn method(name: &str, database: &Database<'_>) -> Result<Method> {
     let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
-        bail!("--method {name}: mar, lti, statistic or effort");
+        bail!("--method {name}: mar, phase, lti, statistic or effort");
     };
     if !method.is_held_by(database) {
         bail!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "));
@@ -386,6 +389,8 @@ mod tests {
             // The number of neighbors sets a board's memory, whatever the method.
             assert!(asked(&database, &format!("--method {method} --k 8 --speed-limit 2")).is_ok());
         }
+        assert!(asked(&database, "--method phase --mask left-arm").is_ok());
+        assert!(asked(&database, "--method phase --ridge norm").is_err());
     }
 
     #[test]

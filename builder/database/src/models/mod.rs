@@ -10,6 +10,7 @@ pub mod correspond;
 pub mod footplant;
 pub mod lti;
 pub(crate) mod numbers;
+pub mod phase;
 pub mod statistic;
 
 use rayon::prelude::*;

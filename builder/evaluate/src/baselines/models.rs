@@ -7,6 +7,8 @@
 //! | `lti-labelled` | the linear model of the input's action |
 //! | `lti-raw` | `lti` without the blend of unexpected input |
 //! | `lti-clip` | `lti-raw` over the whole clip, its start extrapolated backwards |
+//! | `phase` | tables by phase, input unlabelled |
+//! | `phase-labelled` | the same, action and style of the input known |
 //! | `statistic` | tables of all actions, streamed |
 //! | `statistic-labelled` | the tables of the input's action |
 //! | `statistic-running` | `statistic` with the input's statistics estimated as it runs, half-life 2 s |
@@ -36,16 +38,20 @@ pub(crate) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>
     let action = Some(example.action as u16);
     let lti = Config::new().method(Method::Lti);
     let statistic = Config::new().method(Method::Statistic);
+    let phase = Config::new().method(Method::Phase);
+    let own = Some(example.style as u16);
     let streams = [
-        ("lti", lti, None),
-        ("lti-labelled", lti, action),
-        ("lti-raw", lti.confidence(NO_BLEND), None),
-        ("statistic", statistic, None),
-        ("statistic-labelled", statistic, action),
-        ("statistic-running", statistic.halflife_s(2.0), None),
+        ("phase", phase, None, None),
+        ("phase-labelled", phase, action, own),
+        ("lti", lti, None, None),
+        ("lti-labelled", lti, action, None),
+        ("lti-raw", lti.confidence(NO_BLEND), None, None),
+        ("statistic", statistic, None, None),
+        ("statistic-labelled", statistic, action, None),
+        ("statistic-running", statistic.halflife_s(2.0), None, None),
     ];
-    for (name, config, action) in streams {
-        let request = Request { config, action, ..Request::style(fold.style as u16) };
+    for (name, config, action, input_style) in streams {
+        let request = Request { config, action, input_style, ..Request::style(fold.style as u16) };
         let mut record = Record::of(database);
         // A database without that section has no such row.
         let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };

@@ -11,6 +11,7 @@ pub mod effort;
 pub mod entry;
 pub mod header;
 pub mod lti;
+pub mod phase;
 pub mod query;
 pub mod section;
 pub mod statistic;

@@ -90,9 +90,10 @@ sections! {
         /// Per dof: quantisation step and scale: see [`dof_record`](super::dof_record).
         dofs: DOFS = 3, kept true;
         /// Mean cloud, alignment weights, feature groups and scales, principal components: see [`query`](super::query).
-        query: QUERY = 4, kept false;
-        /// Classes: see [`class`](super::class).
-        classes: CLASSES = 5, kept false;
+        /// A cut keeps it where there are tables by phase, which read it.
+        query: QUERY = 4, kept true;
+        /// Classes: see [`class`](super::class). A cut keeps their labels where there are tables by phase.
+        classes: CLASSES = 5, kept true;
         /// Clips, runs of rows that follow each other in time: see [`clip`](super::clip).
         clips: CLIPS = 6, kept false;
         /// Cycles: see [`cycle`](super::cycle).
@@ -125,6 +126,8 @@ sections! {
         retarget: RETARGET = 35, kept true;
         /// Legs, and the heights of ankle and toes on the floor: see [`foot`](super::foot).
         feet: FEET = 36, kept true;
+        /// Tables by phase: see [`phase`](super::phase).
+        phase: PHASE = 38, kept true;
     }
     separate {
         /// A robot, always a file of its own: see [`robot::layout`](crate::robot::layout). The number is what its

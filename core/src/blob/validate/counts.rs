@@ -37,10 +37,12 @@ pub(super) fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
         clips: large(header::CLIPS),
     };
     let c = &counts;
-    // A blob that was cut to its models holds no frames, and nothing that is about frames.
+    // A blob that was cut to its models holds no frames, and nothing that is about frames. Tables by phase have classes,
+    // and features that tell where in their cycle a body is.
     let models_only = c.frames == 0;
-    let frameless = [c.features, c.window, c.classes, c.rows, c.timing, c.cycles, c.clips];
-    if models_only && frameless.iter().any(|&n| n != 0) {
+    let frameless = [c.rows, c.timing, c.cycles, c.clips].iter().all(|&n| n == 0);
+    let by_phase = [c.features, c.window, c.classes].map(|n| n > 0);
+    if models_only && !(frameless && (by_phase == [true; 3] || by_phase == [false; 3])) {
         return Err(BlobError::Value { section: 0, record: 8 });
     }
     let least = usize::from(!models_only);

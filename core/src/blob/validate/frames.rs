@@ -66,10 +66,16 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
     for i in 0..c.classes {
         let class = db.class(i);
         let bad = |fits| check(section::CLASSES, i, fits);
-        bad((1..=usize::from(u16::MAX)).contains(&class.rows) && class.first_row == next_row)?;
-        bad(class.first_cycle == next_cycle && (1..=c.cycles).contains(&class.cycles))?;
         bad(usize::from(class.action) < c.actions && usize::from(class.style) < c.styles)?;
         bad((0..i).all(|j| (db.class(j).action, db.class(j).style) != (class.action, class.style)))?;
+        if c.frames == 0 {
+            // A blob that was cut to its models: labels, and nothing else.
+            let record = Record::of(db.required.classes, i, class::LENGTH);
+            bad(record.zero(0..class::ACTION.start) && record.zero(class::STYLE.end..class::LENGTH))?;
+            continue;
+        }
+        bad((1..=usize::from(u16::MAX)).contains(&class.rows) && class.first_row == next_row)?;
+        bad(class.first_cycle == next_cycle && (1..=c.cycles).contains(&class.cycles))?;
         next_row += class.rows;
         next_cycle += class.cycles;
         bad(next_row <= c.frames && next_cycle <= c.cycles)?;

@@ -7,6 +7,7 @@ mod effort;
 mod frames;
 mod lengths;
 mod lti;
+mod phase;
 mod query;
 mod statistic;
 
@@ -121,7 +122,7 @@ fn contents(db: &Database<'_>) -> Checked {
     frames::blocks(db)?;
     frames::timing_metric(db)?;
     // A retargeting map is checked where it is opened.
-    let Optional { lti, statistic, effort, retarget: _, feet } = db.optional;
+    let Optional { lti, statistic, effort, retarget: _, feet, phase } = db.optional;
     if let Some(bytes) = lti {
         lti::linear_models(db, bytes)?;
     }
@@ -134,6 +135,13 @@ fn contents(db: &Database<'_>) -> Checked {
     if let Some(bytes) = feet {
         body::feet(db, bytes)?;
     }
-    let translates = db.counts.frames > 0 || lti.is_some() || statistic.is_some();
+    if let Some(bytes) = phase {
+        phase::tables_by_phase(db, bytes)?;
+    }
+    // Without frames only tables by phase have classes.
+    if db.counts.frames == 0 && db.counts.classes > 0 && phase.is_none() {
+        return Err(BlobError::Value { section: 0, record: 8 });
+    }
+    let translates = db.counts.frames > 0 || lti.is_some() || statistic.is_some() || phase.is_some();
     if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
 }

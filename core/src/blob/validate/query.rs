@@ -10,7 +10,7 @@ use crate::blob::{
 #[inline]
 pub(super) fn query_section(db: &Database<'_>) -> Checked {
     let c = &db.counts;
-    if c.frames == 0 {
+    if c.features == 0 {
         return Ok(());
     }
     let groups = query::groups(c.window, c.joints, c.features);

@@ -164,9 +164,9 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         // In their places: zeros of their own would be on the stack first.
         context.signals.x_prev.fill([0.0; 4]);
         context.signals.y_prev.fill([0.0; 4]);
-        let frame @ Frame { database, settings, .. } = context.frame;
+        let Frame { database, settings, .. } = context.frame;
         let Some(&nearest) = context.report.classes.first() else { return };
-        for mix in (0..=database.counts().groups).filter(|&mix| is_mix_used(frame, mix)) {
+        for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
             let mut no_votes = Votes::default();
             self.load_examples(context, metric, nearest, mix, &mut no_votes);
             let signals = &mut *context.signals;
@@ -279,7 +279,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     /// The mixture's prediction of every dof, of the time step and of the contacts.
     #[inline(never)]
     fn regress(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
-        let frame @ Frame { database, config, settings, .. } = context.frame;
+        let Frame { database, config, settings, .. } = context.frame;
         let root_mix = settings.mix_of(database.joint_group(0));
         let parameters = Parameters {
             lambda: config.lambda,
@@ -306,7 +306,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
             context.observer.timed(class, rows, self.steps.weights());
             for mix in 0..=database.counts().groups {
-                if mix == root_mix || !is_mix_used(frame, mix) {
+                if mix == root_mix || !settings.uses_mix(database, mix) {
                     continue;
                 }
                 let mut no_votes = Votes::default();
@@ -319,9 +319,4 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             context.report.predicted_step_s = step_s;
         }
     }
-}
-
-/// Whether a joint group has that mix of styles.
-fn is_mix_used(frame: Frame<'_, '_>, mix: usize) -> bool {
-    (0..frame.database.counts().groups).any(|group| frame.settings.mix_of(group) == mix)
 }

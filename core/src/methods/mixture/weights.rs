@@ -33,11 +33,22 @@ pub type Shares = Vec<Share, MAX_KEPT>;
 /// are kept; the second value is true where `most` cut off more than `prune`. Empty only where no class was
 /// searched.
 pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, shares: &mut Shares) -> bool {
+    // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
+    kernel(mean_distance2, |least| delta * if least > 1e-12 { least } else { 1e-12 }, prune, most, shares)
+}
+
+/// The same by a kernel `exp(-D / width)` of any width, which is given the least distance.
+pub(crate) fn kernel(
+    mean_distance2: &[f32],
+    width: impl Fn(f32) -> f32,
+    prune: f32,
+    most: usize,
+    shares: &mut Shares,
+) -> bool {
     shares.clear();
     let searched = || mean_distance2.iter().enumerate().filter(|(_, d)| **d >= 0.0);
     let least = searched().fold(f32::INFINITY, |least, (_, &d)| if d < least { d } else { least });
-    // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
-    let width = delta * if least > 1e-12 { least } else { 1e-12 };
+    let width = width(least);
     // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
     let weight = |d: f32| exp(-(d - least) / width);
     let total: f32 = searched().map(|(_, &d)| weight(d)).sum();

@@ -236,7 +236,7 @@ fn making_a_stylizer() {
         "nine classes": (m, size, STANDARD, db, &with(|c| c.classes = 9), out) => S::Parameter;
         "classes beyond any number": (m, size, STANDARD, db, &with(|c| c.classes = 257), out) => S::Parameter;
         "no such timing": (m, size, STANDARD, db, &with(|c| c.timing = 2), out) => S::Parameter;
-        "no such method": (m, size, STANDARD, db, &with(|c| c.method = 3), out) => S::Parameter;
+        "no such method": (m, size, STANDARD, db, &with(|c| c.method = 4), out) => S::Parameter;
     }
     assert!(handle.is_null());
     try_all! { table, gestus_stylizer_init,

@@ -2,6 +2,9 @@
 //!
 //! Shapes: N stored frames, D dofs, F features, S styles. Metres, radians and seconds; `docs/CHECKING.md` lists the names.
 
+mod phase;
+mod saver;
+
 use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
@@ -12,7 +15,8 @@ use gestus_core::{
 };
 use serde_json::{Value, json};
 
-use gestus_motion::{body::dof_names, formats::npy::write_npy};
+use gestus_motion::body::dof_names;
+use saver::Saver;
 
 /// Writes the arrays and `manifest.json` to a folder, which is created if it is missing.
 ///
@@ -54,6 +58,9 @@ pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
     let contacts: Vec<u8> =
         flags(flag::LEFT_CONTACT).zip(flags(flag::RIGHT_CONTACT)).flat_map(|(l, r)| [l, r]).collect();
     save.array("contacts", &[n, 2], &contacts)?;
+    if database.has_phase() {
+        phase::export(database, &save)?;
+    }
     let manifest = manifest(database)?;
     for s in 0..counts.styles {
         outputs(database, &save, &rows, &class_of, s)?;
@@ -131,17 +138,6 @@ fn distinct<'a>(styles: impl Iterator<Item = &'a str>) -> Result<()> {
     Ok(())
 }
 
-struct Saver<'a> {
-    folder: &'a Path,
-}
-
-impl Saver<'_> {
-    fn array<T: npyz::AutoSerialize + Clone>(&self, name: &str, shape: &[usize], values: &[T]) -> Result<()> {
-        let path = self.folder.join(format!("{name}.npy"));
-        write_npy(&path, shape, values).with_context(|| format!("{} can't be written", path.display()))
-    }
-}
-
 /// The dofs of a row.
 pub fn row(database: &Database<'_>, row: usize) -> Vec<f32> {
     let mut dofs = vec![0.0; database.counts().dofs];
@@ -194,6 +190,7 @@ pub fn manifest(database: &Database<'_>) -> Result<Value> {
         "feature_groups": (0..counts.features).map(|f| database.feature_group(f)).collect::<Vec<_>>(),
         "window": counts.window,
         "timing": timing,
+        "phase": phase::manifest(database),
         "actions": list(manifest.actions),
         "styles": list(manifest.styles),
         "classes": classes,

@@ -1,0 +1,171 @@
+//! The outputs of the classes at their phases, mixed.
+//!
+//! ```text
+//! y = x + Σ w [A - M + S' - S - (1 - g) clamp(X - M - S, ±3 σ)]
+//!
+//! X      the input                M, A   mean of the input's class and mean output, at the phase
+//! w      weight of the pair       S, S'  slopes of both on the drift about the input class's mean
+//! g      gain of the class        σ      spread of the class; no bound for dofs of the root's group
+//! ```
+//!
+//! What lies beyond 3 σ is a gesture, which is passed on whole. A pair without an output class adds nothing: it is the
+//! input.
+//!
+//! In integers: values in 1/4096 of a dof's code, sums of weighted values in 1/256 of a code and 1/2048 of a weight.
+//! Bounds, from i8 codes, a spline's weights (1.25 at most) and factors of at most 2:
+//!
+//! ```text
+//! |A|, |M| <= 128 · 1.25 · 4096 < 2^19.4      |S|, |S'| <= 2 · 2 · 128 · 1.25 · 4096 + rounding < 2^21.4
+//! |X| <= 2^24                                 |clamp| <= 2^22
+//! |a pair| < 2 · 2^19.4 + 2 · 2^21.4 + 2^22 < 2^23.4, in 1/256 of a code < 2^19.4
+//! |sum| < 2^19.4 · (2048 + half a unit a pair, of at most 256 pairs) < 2^31
+//! ```
+
+use super::curve::Place;
+use crate::{
+    blob::{Database, PhaseTables, layout::dof},
+    math::clamp,
+    stylizer::style_mix::Settings,
+};
+
+/// Most of an input, in 1/4096 of a code.
+const MOST_INPUT: f32 = (1 << 24) as f32;
+/// Most of a departure that is taken for the class's own variation, in 1/4096 of a code.
+const MOST_DEPARTURE: i32 = 1 << 22;
+/// Standard deviations beyond which a joint outside of the root's group departs from its class on purpose.
+const GESTURE: i32 = 3;
+/// A weight of 1.
+const WEIGHT: f32 = 2048.0;
+/// Most of a slope's factor: 2, in 1/256.
+const MOST_FACTOR: f32 = 512.0;
+
+/// Memory of a frame's mix: a number for each dof.
+#[derive(Debug, Clone)]
+pub(crate) struct Memory<const J: usize> {
+    input: [[i32; 4]; J],
+    base: [[i32; 4]; J],
+    pair: [[i32; 4]; J],
+    sum: [[i32; 4]; J],
+}
+
+impl<const J: usize> Memory<J> {
+    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    pub(crate) const NEW: Self = {
+        let zero = [[0; 4]; J];
+        Self { input: zero, base: zero, pair: zero, sum: zero }
+    };
+
+    /// The mix of a frame's dofs, to which nothing is added yet.
+    pub(crate) fn begin<'a, 'db>(&'a mut self, database: &'a Database<'db>, x: &[f32]) -> Mix<'a, 'db> {
+        let mut mix = Mix {
+            database,
+            input: self.input.as_flattened_mut(),
+            base: self.base.as_flattened_mut(),
+            pair: self.pair.as_flattened_mut(),
+            sum: self.sum.as_flattened_mut(),
+        };
+        mix.begin(x);
+        mix
+    }
+}
+
+/// A mix, whatever its capacity: it is compiled with the core, for speed, however its caller is.
+pub(crate) struct Mix<'a, 'db> {
+    database: &'a Database<'db>,
+    input: &'a mut [i32],
+    /// What all pairs of the class in turn have in common.
+    base: &'a mut [i32],
+    /// The pair in turn.
+    pair: &'a mut [i32],
+    sum: &'a mut [i32],
+}
+
+/// Where in its cycle a class is read, and the factors of its slopes.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment {
+    /// Phase, 0 to 1.
+    pub(crate) phase: f32,
+    /// Factors of the slopes, in 1/256 of a code.
+    pub(crate) factors: [i32; 2],
+}
+
+impl Moment {
+    /// A phase, and the drift about the class's mean: m/s and rad/s.
+    pub(crate) fn new(database: &Database<'_>, phase: f32, drift: [f32; 2]) -> Self {
+        let [speed, yaw] = database.slope_steps();
+        let factor = |drift: f32, step: f32| clamp(drift * step * 256.0, -MOST_FACTOR, MOST_FACTOR) as i32;
+        Self { phase, factors: [factor(drift[0], speed), factor(drift[1], yaw)] }
+    }
+}
+
+impl Mix<'_, '_> {
+    #[inline(never)]
+    fn begin(&mut self, x: &[f32]) {
+        self.sum.fill(0);
+        for ((input, &x), scale) in self.input.iter_mut().zip(x).zip(self.database.phase_dofs()) {
+            *input = clamp((x - scale.centre) * scale.inverse * 4096.0, -MOST_INPUT, MOST_INPUT) as i32;
+        }
+    }
+
+    /// Takes up an input class: `-M - S - (1 - g) clamp(X - M - S)`.
+    #[inline(never)]
+    pub(crate) fn set_input(&mut self, tables: &PhaseTables<'_>, moment: Moment) {
+        self.base.fill(0);
+        add(tables, tables.parts().input, moment, self.base);
+        let taken = clamp((1.0 - tables.gain) * 256.0, -256.0, 256.0) as i32;
+        let root = self.database.joint_group(0);
+        let mut dofs = self.base.iter_mut().zip(&*self.input).zip(tables.spread());
+        for (joint, group) in self.database.groups().enumerate() {
+            for ((base, &input), &spread) in dofs.by_ref().take(dofs_of(joint)) {
+                let most = if group == root { MOST_DEPARTURE } else { GESTURE * 4096 * i32::from(spread) };
+                let departure = (input - *base).clamp(-most, most);
+                *base = -*base - ((departure * taken) >> 8);
+            }
+        }
+    }
+
+    /// Adds a weighted output of the class to the dofs of the joint groups that have that mix of styles.
+    #[inline(never)]
+    pub(crate) fn add_output(
+        &mut self,
+        tables: &PhaseTables<'_>,
+        moment: Moment,
+        weight: f32,
+        (settings, mix): (&Settings, usize),
+    ) {
+        self.pair.iter_mut().zip(&*self.base).for_each(|(pair, &base)| *pair = base);
+        add(tables, tables.parts().output, moment, self.pair);
+        let weight = (clamp(weight, 0.0, 1.0) * WEIGHT + 0.5) as i32;
+        let mut dofs = self.sum.iter_mut().zip(&*self.pair);
+        for (joint, group) in self.database.groups().enumerate() {
+            let weight = if settings.mix_of(group) == mix { weight } else { 0 };
+            for (sum, &pair) in dofs.by_ref().take(dofs_of(joint)) {
+                *sum += (pair >> 4) * weight;
+            }
+        }
+    }
+
+    /// The mix: the input and what the outputs change of it.
+    #[inline(never)]
+    pub(crate) fn finish(&self, x: &[f32], predicted: &mut [f32]) {
+        let dofs = predicted.iter_mut().zip(x).zip(&*self.sum).zip(self.database.phase_dofs());
+        for (((predicted, &x), &sum), scale) in dofs {
+            *predicted = x + sum as f32 * (scale.step * (1.0 / (256.0 * WEIGHT)));
+        }
+    }
+}
+
+/// Adds the table of a class that begins at byte `at`, and the class's slopes.
+fn add(tables: &PhaseTables<'_>, at: usize, moment: Moment, values: &mut [i32]) {
+    let dofs = tables.spread().len();
+    let place = Place::of(moment.phase, tables.dof_knots, tables.is_cyclic);
+    place.add_codes(place.knots.map(|knot| tables.row(at, dofs, knot)), values);
+    let place = Place::of(moment.phase, tables.slope_knots, tables.is_cyclic);
+    let slopes = tables.parts().slopes;
+    place.add_pairs(place.knots.map(|knot| tables.row(slopes, 2 * dofs, knot)), moment.factors, values);
+}
+
+/// Dofs of a joint; those of the root's place and heading are with the root's.
+fn dofs_of(joint: usize) -> usize {
+    if joint == 0 { dof::JOINTS } else { 3 }
+}

@@ -1,0 +1,292 @@
+//! One frame of the tables by phase.
+//!
+//! The window of poses becomes a feature. Every class that the labels allow is compared with it, which gives a distance
+//! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / 12)`, where D is its smoothed distance. The
+//! weighted classes make the output ([`super::mix`]).
+//!
+//! Cost: P · F products a class, then 24 a dof for each weighted class, and as many for each of its output styles.
+
+use super::{
+    mix::{Memory, Moment},
+    track::{Track, WhitenedQuery},
+};
+use crate::{
+    Observer, Report,
+    blob::{
+        Database, PhaseTables,
+        layout::{dof, phase::CONTACTS, section},
+    },
+    math::{abs, clamp, exp},
+    methods::{
+        context::{Context, Frame, Needs, Signals, Translate},
+        mixture::weights::{self, Share},
+    },
+    observe::Stage,
+    search::query::{ALIGNED, Feature, Window},
+};
+
+/// Width of the kernel that gives classes their proportions, whitened square units.
+const WIDTH: f32 = 12.0;
+/// Part of a frame's distance in the smoothed distance of the class.
+const DISTANCE_TAKEN: f32 = 0.2;
+/// Half-life of the mean forward speed and yaw rate, seconds.
+const DRIFT_HALF_LIFE_S: f32 = 0.25;
+/// Part of the slopes that is used. They are fitted to means of cycles; the drift of a stream is noisier.
+const SLOPE_KEPT: f32 = 0.5;
+/// Distance of a class that the labels do not allow.
+const NOT_TRACKED: f32 = -1.0;
+/// The input comes through from the first multiple of the class's own distance on, and is passed on whole at the second.
+const FAR: [f32; 2] = [8.0, 24.0];
+/// Mean speed above which a class moves from place to place, m/s.
+const WALKS: f32 = 0.3;
+/// Part of the class's mean speed below which the body is taken to stop.
+const STANDS: f32 = 0.5;
+
+/// State of the method between frames, and its scratch memory.
+#[derive(Debug, Clone)]
+pub(crate) struct Phase<const J: usize, const C: usize> {
+    window: Window<J>,
+    aligned: [[f32; ALIGNED]; J],
+    memory: Memory<J>,
+    tracks: [Track; C],
+    /// Smoothed squared distance of each class.
+    distances: [f32; C],
+    /// Mean forward speed, m/s, and yaw rate, rad/s.
+    drift: [f32; 2],
+    /// Frames since the stream began or leapt; stops at 255.
+    age: u8,
+}
+
+impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
+    const NEW: Self = Self {
+        window: Window::new(),
+        aligned: [[0.0; ALIGNED]; J],
+        memory: Memory::NEW,
+        tracks: [Track::NEW; C],
+        // Written before they are read.
+        distances: [0.0; C],
+        drift: [0.0; 2],
+        age: 0,
+    };
+    const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
+    const SECTION: Option<u16> = Some(section::PHASE);
+
+    #[inline(never)]
+    fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
+        let frame = context.frame;
+        context.observer.stage(Stage::Query);
+        self.window.push(frame.database, context.input);
+        let mut feature: Feature = [0.0; _];
+        self.window.feature(frame.database, self.aligned.as_flattened_mut(), &mut feature);
+        context.observer.query(&feature);
+        context.observer.stage(Stage::Search);
+        let query = WhitenedQuery::new(frame.database, &feature, frame.settings.mask);
+        self.age = if frame.first { 0 } else { self.age.saturating_add(1) };
+        // The first pose fills the whole window. Until it has left, the window does not show how the body moves.
+        let full = usize::from(self.age) + 1;
+        let full = full.saturating_sub(frame.database.counts().window).saturating_add(1);
+        let taken = 1.0 / full.max(1) as f32;
+        let taken = if taken < DISTANCE_TAKEN { DISTANCE_TAKEN } else { taken };
+        track(frame, &query, taken, &mut self.tracks, &mut self.distances, context.report);
+        for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
+            if distance >= 0.0 {
+                context.observer.searched(class, &[], distance);
+            }
+        }
+        context.observer.stage(Stage::Regression);
+        if frame.first {
+            self.init_history(frame, context.signals, context.report);
+        }
+        self.follow_drift(frame, context.signals.x.as_flattened());
+        self.mix(frame, context.signals, context.report);
+        context.observer.stage(Stage::Rest);
+    }
+
+    fn contacts(&mut self, report: &mut Report) {
+        report.contacts = report.contact_likelihood.map(|l| l > 0.5);
+    }
+
+    fn forget_window(&mut self) {
+        self.age = 0;
+        self.window.clear();
+    }
+
+    fn reset(&mut self) {
+        self.window.clear();
+    }
+}
+
+/// Distance and phase of every class that the labels allow, and their proportions.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn track(
+    frame: Frame<'_, '_>,
+    query: &WhitenedQuery,
+    taken: f32,
+    tracks: &mut [Track],
+    distances: &mut [f32],
+    report: &mut Report,
+) {
+    let Frame { database, config, settings, first } = frame;
+    let rate_hz = database.rate_hz();
+    let classes = database.counts().classes;
+    for (class, (track, distance)) in tracks.iter_mut().zip(&mut *distances).enumerate().take(classes) {
+        if !settings.allow(database.class(class)) {
+            *distance = NOT_TRACKED;
+            continue;
+        }
+        let tables = database.phase_tables(class);
+        let found = query.project(&tables);
+        if first || *distance < 0.0 || taken >= 1.0 {
+            *track = Track::begin(&tables, found.phase, rate_hz);
+            *distance = found.distance2;
+        } else {
+            track.follow(&tables, found.phase, rate_hz);
+            *distance += taken * (found.distance2 - *distance);
+        }
+        report.visits += tables.feature_knots as u32;
+        report.bytes_read += tables.parts().input as u32;
+    }
+    let distances = distances.get(..classes).unwrap_or(&[]);
+    let most = usize::from(config.classes);
+    let cut = weights::kernel(distances, |_| WIDTH, config.prune, most, &mut report.classes);
+    report.degraded.set(crate::Degraded::CLASSES, cut);
+    let nearest = report.classes.first().and_then(|s| distances.get(usize::from(s.class)));
+    report.distance2 = nearest.copied().unwrap_or(0.0);
+}
+
+impl<const J: usize, const C: usize> Phase<J, C> {
+    /// No frame comes before the first pose: it moves as the nearest class does on average.
+    fn init_history(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &Report) {
+        if let Some(&nearest) = report.classes.first() {
+            let tables = frame.database.phase_tables(usize::from(nearest.class));
+            self.drift = tables.drift;
+            let slots = signals.x.as_flattened_mut().get_mut(dof::FORWARD..=dof::YAW);
+            let means = [tables.drift[0], 0.0, tables.drift[1]];
+            slots.into_iter().flatten().zip(means).for_each(|(slot, mean)| *slot = mean);
+        }
+        signals.x_prev = signals.x;
+        signals.y_prev = signals.x;
+    }
+
+    /// Takes the frame's velocities into their means.
+    fn follow_drift(&mut self, frame: Frame<'_, '_>, x: &[f32]) {
+        let taken = 1.0 - exp(-core::f32::consts::LN_2 / (DRIFT_HALF_LIFE_S * frame.database.rate_hz()));
+        // The first velocity is the class's. A plain mean of the velocities so far is used until the filter is slower.
+        let even = 1.0 / f32::from(self.age.max(1));
+        let taken = if taken < even { even } else { taken };
+        for (mean, d) in self.drift.iter_mut().zip([dof::FORWARD, dof::YAW]) {
+            *mean += taken * (x.get(d).copied().unwrap_or(0.0) - *mean);
+        }
+    }
+
+    /// The mix of the classes' outputs, the time step and the contacts.
+    #[inline(never)]
+    fn mix(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
+        let Frame { database, settings, .. } = frame;
+        let dofs = database.counts().dofs;
+        let x = signals.x.as_flattened().get(..dofs).unwrap_or(&[]);
+        let predicted = signals.predicted.as_flattened_mut();
+        let input_step = 1.0 / database.rate_hz();
+        let root_mix = settings.mix_of(database.joint_group(0));
+        let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
+        let (mut step_s, mut likelihood) = (0.0, [0.0; 2]);
+        let (mut far, mut stands) = (0.0, 0.0);
+        let mut mixed = self.memory.begin(database, x);
+        let mut i = 0;
+        while let Some(&Share { class, proportion }) = report.classes.get(i) {
+            i += 1;
+            let class = usize::from(class);
+            let labels = database.class(class);
+            let tables = database.phase_tables(class);
+            let Some(track) = self.tracks.get(class) else { continue };
+            let phase = track.phase;
+            let off = [self.drift[0] - tables.drift[0], self.drift[1] - tables.drift[1]];
+            let moment = Moment::new(database, phase, off.map(|v| v * SLOPE_KEPT));
+            mixed.set_input(&tables, moment);
+            report.bytes_read += (tables.parts().contacts - tables.parts().input) as u32;
+            far += proportion * tables.far;
+            if tables.drift[0] > WALKS {
+                let most = STANDS * tables.drift[0];
+                stands += proportion * (1.0 - clamp(abs(self.drift[0]) / most, 0.0, 1.0));
+            }
+            let own = contact(&tables, phase);
+            for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
+                for (style, weight) in settings.mix(mix).weighted(database.counts().styles) {
+                    let weight = proportion * weight;
+                    let output = output_class(database, labels.action, style)
+                        .filter(|_| style != usize::from(labels.style))
+                        .map(|class| database.phase_tables(class));
+                    if let Some(output) = &output {
+                        mixed.add_output(output, moment, weight, (settings, mix));
+                    }
+                    if mix != root_mix {
+                        continue;
+                    }
+                    let stands = output.as_ref().map_or(own, |output| contact(output, phase));
+                    for ((sum, stands), own) in likelihood.iter_mut().zip(stands).zip(own) {
+                        *sum += weight * (own + strength * (stands - own));
+                    }
+                    let ratio = output.map_or(1.0, |output| pace(&tables, &output, phase));
+                    step_s += weight * input_step * ratio;
+                }
+            }
+        }
+        mixed.finish(x, predicted);
+        report.contact_likelihood = likelihood;
+        if step_s > 0.0 {
+            report.predicted_step_s = step_s;
+        }
+        // A body that stands goes nowhere, and a body that is far from every class is passed on.
+        let beyond = (report.distance2 - FAR[0] * far) / ((FAR[1] - FAR[0]) * far);
+        let passed = clamp(beyond, 0.0, 1.0);
+        if passed > 0.0 || stands > 0.0 {
+            pass_input(x, passed, stands, predicted);
+        }
+    }
+}
+
+/// Gives way to the input: by `passed`, and where it is more, the root's speed by `stands`.
+#[inline(never)]
+fn pass_input(x: &[f32], passed: f32, stands: f32, predicted: &mut [f32]) {
+    for (d, (predicted, &x)) in predicted.iter_mut().zip(x).enumerate() {
+        let is_speed = d == dof::FORWARD || d == dof::LEFT;
+        let part = if is_speed && stands > passed { stands } else { passed };
+        *predicted += part * (x - *predicted);
+    }
+}
+
+/// The class of an action in a style.
+#[inline(never)]
+fn output_class(database: &Database<'_>, action: u16, style: usize) -> Option<usize> {
+    database.classes().position(|c| c.action == action && usize::from(c.style) == style)
+}
+
+/// Seconds of the output for a second of the input. It is interpolated between the middles of the halves of a cycle, so
+/// that it does not jump.
+fn pace(input: &PhaseTables<'_>, output: &PhaseTables<'_>, phase: f32) -> f32 {
+    let ratio = |half: usize| {
+        let own = input.seconds.get(half).copied().unwrap_or(1.0);
+        output.output_seconds.get(half).copied().unwrap_or(1.0) / own
+    };
+    let (first, second) = (ratio(0), ratio(1));
+    // 1 in the middle of the first half, 0 in that of the second.
+    let part = clamp(2.0 * abs(abs(phase - 0.25) - 0.5), 0.0, 1.0);
+    second + part * (first - second)
+}
+
+/// Likelihood that the left and the right foot stand.
+fn contact(tables: &PhaseTables<'_>, phase: f32) -> [f32; 2] {
+    let at = phase * if tables.is_cyclic { CONTACTS as f32 } else { (CONTACTS - 1) as f32 };
+    let start = (at as usize).min(CONTACTS - 1);
+    let end = if start + 1 < CONTACTS {
+        start + 1
+    } else if tables.is_cyclic {
+        0
+    } else {
+        start
+    };
+    let (from, to) = (tables.contact(start), tables.contact(end));
+    let part = at - start as f32;
+    [from[0] + part * (to[0] - from[0]), from[1] + part * (to[1] - from[1])]
+}

@@ -1,0 +1,222 @@
+//! Where in its cycle a body is, by each class: the query is projected on the closed polyline of the class's mean
+//! features, and a filter follows the phase found there from frame to frame.
+//!
+//! ```text
+//! p = φ + ω,  e = φ^ - p       φ^ the phase found, ω its change a frame, e the shorter way round
+//! |e| > 0.15: φ = φ^           the body is elsewhere in its cycle
+//! else:       φ = p + e / 2,  ω = ω + e / 20, held to 0 to 2.4 cycles a second
+//! ```
+//!
+//! Features are whitened by their covariance within classes, joint group by joint group, so that a mask can leave out
+//! whole groups. Cost: P · F integer products a class to find the nearest knot, then 4 F for the two segments that meet
+//! there.
+
+use crate::{
+    blob::{Database, PhaseTables, layout::MAX_FEATURES},
+    math::{abs, clamp},
+    search::query::Feature,
+};
+
+/// Steps of the query in one step of a knot.
+const FINE: i32 = 8;
+/// The query is held within this many steps of a knot, so that no sum overflows.
+const MOST_STEPS: f32 = 255.0;
+/// A phase that is further off than this is taken as found, without the filter.
+const ELSEWHERE: f32 = 0.15;
+/// Most cycles a second.
+const MOST_RATE_HZ: f32 = 2.4;
+/// The rate at which the gains of the filter were chosen, frames a second.
+const GAINS_HZ: f32 = 30.0;
+
+/// The query, whitened, in steps of the stored knots.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WhitenedQuery {
+    /// In fine steps, at most 2,040; 0 for features that a mask leaves out.
+    codes: [i16; MAX_FEATURES],
+    /// 1 for features in use, 0 for those that a mask leaves out.
+    used: [u8; MAX_FEATURES],
+    /// Every feature is in use.
+    is_whole: bool,
+    /// Sum of the squares of `codes`.
+    norm2: i32,
+    /// Whitened units of a fine step, squared, over the part of the features that is in use.
+    unit2: f32,
+}
+
+/// Where a query lies beside a class's polyline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Projection {
+    /// Phase of the nearest point, 0 to 1.
+    pub phase: f32,
+    /// Squared distance to it, whitened; of all features, where a mask leaves some out in proportion.
+    pub distance2: f32,
+}
+
+impl WhitenedQuery {
+    /// Whitens a query; `mask` says for each joint group whether the search looks at it.
+    #[inline(never)]
+    pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
+        let inverse = FINE as f32 / database.phase_step();
+        let mut whitening = database.whitening();
+        let mut query =
+            Self { codes: [0; MAX_FEATURES], used: [0; MAX_FEATURES], is_whole: false, norm2: 0, unit2: 0.0 };
+        let (mut first, mut in_use) = (0, 0);
+        for (group, count) in database.features_by_group().into_iter().enumerate() {
+            let range = first..first + count;
+            first += count;
+            let own = feature.get(range.clone()).unwrap_or(&[]);
+            if mask >> group & 1 == 0 {
+                whitening.by_ref().take(own.len() * own.len()).for_each(drop);
+                continue;
+            }
+            in_use += count;
+            query.used.get_mut(range.clone()).unwrap_or(&mut []).fill(1);
+            for code in query.codes.get_mut(range).unwrap_or(&mut []) {
+                let value = whitening.take_first(count).product(own) * inverse;
+                let most = MOST_STEPS * FINE as f32;
+                let value = clamp(value, -most, most);
+                // To the nearest: the cast truncates.
+                *code = (value + if value < 0.0 { -0.5 } else { 0.5 }) as i16;
+            }
+        }
+        let features = database.counts().features;
+        query.is_whole = in_use == features;
+        query.norm2 = query.codes.iter().map(|&code| i32::from(code) * i32::from(code)).sum();
+        let share = in_use.max(1) as f32 / features.max(1) as f32;
+        query.unit2 = 1.0 / (inverse * inverse * share);
+        query
+    }
+
+    /// Squared length of a knot over the features in use, square steps.
+    #[inline]
+    fn knot_norm2(&self, codes: &[u8], stored: i32) -> i32 {
+        if self.is_whole { stored } else { self.product(codes, codes) }
+    }
+
+    /// Product of two knots over the features in use, square steps: at most 32 · 128².
+    #[inline]
+    fn product(&self, a: &[u8], b: &[u8]) -> i32 {
+        let codes = a.iter().zip(b).map(|(&a, &b)| i32::from(a as i8) * i32::from(b as i8));
+        codes.zip(&self.used).map(|(product, &used)| product * i32::from(used)).sum()
+    }
+
+    /// Squared distance to a knot, in fine steps: at most 32 · (2,040 + 1,024)² < 2^29.
+    #[inline]
+    fn distance2(&self, codes: &[u8], norm2: i32) -> i32 {
+        self.norm2 + FINE * FINE * norm2 - 2 * FINE * dot(&self.codes, codes)
+    }
+
+    /// The nearest point of the two segments at the nearest knot of a class.
+    // Of no capacity: it is compiled with the core, for speed, however its caller is.
+    #[inline(never)]
+    pub fn project(&self, tables: &PhaseTables<'_>) -> Projection {
+        let (mut nearest, mut least) = (0, i32::MAX);
+        for (k, (codes, norm2)) in tables.knots().enumerate() {
+            let distance2 = self.distance2(codes, self.knot_norm2(codes, norm2));
+            if distance2 < least {
+                (nearest, least) = (k, distance2);
+            }
+        }
+        let last = tables.feature_knots.saturating_sub(1);
+        let next = if nearest < last { Some(nearest + 1) } else { tables.is_cyclic.then_some(0) };
+        let before = nearest.checked_sub(1).or(tables.is_cyclic.then_some(last));
+        let (codes, norm2) = tables.knot(nearest);
+        let norm2 = self.knot_norm2(codes, norm2);
+        let (mut best, mut at) = (least as f32, nearest as f32);
+        for (other, way) in [(next, 1.0), (before, -1.0)] {
+            let Some((other_codes, other_norm2)) = other.map(|other| tables.knot(other)) else { continue };
+            let other_norm2 = self.knot_norm2(other_codes, other_norm2);
+            let length2 = FINE * FINE * (norm2 + other_norm2 - 2 * self.product(codes, other_codes));
+            if length2 <= 0 {
+                continue;
+            }
+            let beyond = self.distance2(other_codes, other_norm2);
+            // The nearest knot is the nearer end: the foot of the perpendicular is in its half of the segment, or behind.
+            let part = clamp((least + length2 - beyond) as f32 / (2 * length2) as f32, 0.0, 1.0);
+            let distance2 = least as f32 - part * part * length2 as f32;
+            if part > 0.0 && distance2 < best {
+                (best, at) = (distance2, nearest as f32 + way * part);
+            }
+        }
+        let knots = if tables.is_cyclic { last + 1 } else { last };
+        let at = if at < 0.0 { at + knots as f32 } else { at };
+        let phase = at / knots.max(1) as f32;
+        let phase = if phase >= 1.0 && tables.is_cyclic { phase - 1.0 } else { phase };
+        let best = if best > 0.0 { best } else { 0.0 };
+        Projection { phase, distance2: best * self.unit2 }
+    }
+}
+
+/// Sum of products: at most 32 · 2,040 · 128.
+#[inline]
+fn dot(query: &[i16; MAX_FEATURES], knot: &[u8]) -> i32 {
+    let (chunks, rest) = knot.as_chunks::<8>();
+    let (queries, _) = query.as_chunks::<8>();
+    let product = |query: i16, code: u8| i32::from(query) * i32::from(code as i8);
+    let mut sum = 0;
+    for (codes, query) in chunks.iter().zip(queries) {
+        // Written out, so that it is straight code whatever the compiler is told of loops.
+        sum += product(query[0], codes[0]) + product(query[1], codes[1]);
+        sum += product(query[2], codes[2]) + product(query[3], codes[3]);
+        sum += product(query[4], codes[4]) + product(query[5], codes[5]);
+        sum += product(query[6], codes[6]) + product(query[7], codes[7]);
+    }
+    let last = query.get(8 * chunks.len()..).unwrap_or(&[]);
+    sum + last.iter().zip(rest).map(|(&query, &code)| product(query, code)).sum::<i32>()
+}
+
+/// Where in its cycle a body is, by one class.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Track {
+    /// Phase, 0 to 1.
+    pub phase: f32,
+    /// Its change a frame.
+    pub rate: f32,
+}
+
+impl Track {
+    /// Before the first frame.
+    pub const NEW: Self = Self { phase: 0.0, rate: 0.0 };
+
+    /// A track that begins at a phase, at the class's mean pace.
+    pub fn begin(tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) -> Self {
+        let seconds = tables.seconds[0] + tables.seconds[1];
+        Self { phase, rate: clamp(1.0 / (seconds * rate_hz), 0.0, MOST_RATE_HZ / rate_hz) }
+    }
+
+    /// Leads the track on to the phase found in a frame.
+    pub fn follow(&mut self, tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) {
+        let frames = clamp(GAINS_HZ / rate_hz, 0.0, 2.0);
+        let wrap = |p: f32| {
+            if !tables.is_cyclic {
+                clamp(p, 0.0, 1.0)
+            } else if p >= 1.0 {
+                p - 1.0
+            } else if p < 0.0 {
+                p + 1.0
+            } else {
+                p
+            }
+        };
+        let led = self.phase + self.rate;
+        let mut off = phase - led;
+        if tables.is_cyclic {
+            off += if off > 0.5 {
+                -1.0
+            } else if off < -0.5 {
+                1.0
+            } else {
+                0.0
+            };
+        }
+        if abs(off) > ELSEWHERE {
+            self.phase = phase;
+        } else {
+            self.phase = wrap(led + 0.5 * frames * off);
+            self.rate = clamp(self.rate + 0.05 * frames * off, 0.0, MOST_RATE_HZ / rate_hz);
+        }
+    }
+}
