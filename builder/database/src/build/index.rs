@@ -31,7 +31,9 @@ pub(super) struct Index {
     pub scales: Vec<f32>,
     pub packed: PackedRows,
     pub space: FeatureSpace,
-    /// Features of the captured frames.
+    /// Features of the captured frames, metres.
+    pub features: Vec<Vec<f64>>,
+    /// The same as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
     /// One graph per class.
@@ -65,8 +67,9 @@ impl Index {
 
         let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
         let space = FeatureSpace::of(body, &groups.of_joint, &clouds, options.window);
-        let codes: Vec<Vec<i8>> = clouds.par_iter().map(|c| space.code(c)).collect();
+        let features: Vec<Vec<f64>> = clouds.par_iter().map(|c| space.feature(c)).collect();
         drop(clouds);
+        let codes: Vec<Vec<i8>> = features.iter().map(|f| space.code(f)).collect();
 
         let flags = flags(clips, frames, paired)?;
         let weights: Vec<f32> = space.scales.iter().map(|s| (s * s) as f32).collect();
@@ -75,8 +78,8 @@ impl Index {
             let range = class.first_row..class.first_row + class.rows;
             let searchable: Vec<bool> =
                 flags[range.clone()].iter().map(|f| f & flag::SEARCHABLE != 0).collect();
-            let features = ClassFeatures { codes: &codes[range], weights: &weights, searchable: &searchable };
-            graphs.push(build_graph(&features));
+            let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable: &searchable };
+            graphs.push(build_graph(&of_class));
             counts.push(searchable.iter().filter(|s| **s).count());
         }
         Ok(Self {
@@ -87,6 +90,7 @@ impl Index {
             scales: deviations(&rows[..frames.count]),
             packed,
             space,
+            features,
             codes,
             flags,
             graphs,

@@ -1,12 +1,7 @@
 //! Tables by phase, which are made of everything before: cycles, their outputs, and features.
 
-use rayon::prelude::*;
-
 use super::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
-use crate::{
-    models::phase::{self, Source, Tables},
-    search::features::clouds,
-};
+use crate::models::phase::{self, Source, Tables};
 
 /// The section of the tables, where models are built.
 pub(super) fn encode(
@@ -15,14 +10,12 @@ pub(super) fn encode(
     paired: &Paired,
     index: &Index,
 ) -> Option<Vec<u8>> {
-    let Clips { options, examples, corpus, .. } = clips;
+    let Clips { options, examples, corpus, dofs, .. } = clips;
     if !options.models {
         return None;
     }
-    let features: Vec<Vec<Vec<f64>>> = examples
-        .par_iter()
-        .map(|e| clouds(&e.clip, options.window).iter().map(|cloud| index.space.feature(cloud)).collect())
-        .collect();
+    let clip = |(&first, dofs): (&usize, &Vec<_>)| &index.features[first..first + dofs.len()];
+    let features: Vec<&[Vec<f64>]> = frames.first_rows.iter().zip(dofs).map(clip).collect();
     let contacts: Vec<&[[bool; 2]]> = examples.iter().map(|e| e.contacts.as_slice()).collect();
     let source = Source {
         cycles: &frames.cycles,

@@ -57,8 +57,8 @@ pub struct StylizerArgs {
     #[arg(long)]
     input_style: Option<String>,
     /// Method: mar (mixture of autoregressive models), phase (tables by phase), lti (linear models) or statistic (means and
-    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from blended fragments, other
-    /// commands use the effort dial's mix of styles with mar
+    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from
+    /// blended fragments, other commands use the effort dial's mix of styles with mar
     #[arg(long, default_value = "mar")]
     pub method: String,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded

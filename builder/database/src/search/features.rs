@@ -110,13 +110,10 @@ impl FeatureSpace {
         self.components.iter().map(|c| c.iter().zip(&flat).map(|(a, b)| a * b).sum()).collect()
     }
 
-    /// The feature as stored.
-    pub fn code(&self, cloud: &Cloud) -> Vec<i8> {
-        self.feature(cloud)
-            .iter()
-            .zip(&self.scales)
-            .map(|(v, s)| (v / s).round().clamp(-127.0, 127.0) as i8)
-            .collect()
+    /// A [`feature`](Self::feature) as stored.
+    pub fn code(&self, feature: &[f64]) -> Vec<i8> {
+        let scaled = feature.iter().zip(&self.scales).map(|(v, s)| (v / s).round());
+        scaled.map(|v| v.clamp(-127.0, 127.0) as i8).collect()
     }
 
     fn centred(&self, cloud: &Cloud) -> Cloud {

@@ -86,11 +86,6 @@ impl<'db> PhaseTables<'db> {
         let row = Record(self.row(self.parts().contacts, 2, index % CONTACTS));
         [0, 1].map(|side| f32::from(row.u8(side)) * (1.0 / 255.0))
     }
-
-    /// Bytes of the tables.
-    pub fn bytes(&self) -> usize {
-        self.bytes.len()
-    }
 }
 
 impl<'db> Database<'db> {

@@ -21,7 +21,7 @@
 //! |sum| < 2^19.4 · (2048 + half a unit a pair, of at most 256 pairs) < 2^31
 //! ```
 
-use super::curve::Place;
+use super::curve::{ONE, Place};
 use crate::{
     blob::{Database, PhaseTables, layout::dof},
     math::clamp,
@@ -82,14 +82,14 @@ pub(crate) struct Mix<'a, 'db> {
 
 /// Where in its cycle a class is read, and the factors of its slopes.
 #[derive(Clone, Copy)]
-pub(crate) struct Moment {
+pub(crate) struct CyclePoint {
     /// Phase, 0 to 1.
     pub(crate) phase: f32,
     /// Factors of the slopes, in 1/256 of a code.
     pub(crate) factors: [i32; 2],
 }
 
-impl Moment {
+impl CyclePoint {
     /// A phase, and the drift about the class's mean: m/s and rad/s.
     pub(crate) fn new(database: &Database<'_>, phase: f32, drift: [f32; 2]) -> Self {
         let [speed, yaw] = database.slope_steps();
@@ -103,21 +103,21 @@ impl Mix<'_, '_> {
     fn begin(&mut self, x: &[f32]) {
         self.sum.fill(0);
         for ((input, &x), scale) in self.input.iter_mut().zip(x).zip(self.database.phase_dofs()) {
-            *input = clamp((x - scale.centre) * scale.inverse * 4096.0, -MOST_INPUT, MOST_INPUT) as i32;
+            *input = clamp((x - scale.centre) * scale.inverse * ONE as f32, -MOST_INPUT, MOST_INPUT) as i32;
         }
     }
 
     /// Takes up an input class: `-M - S - (1 - g) clamp(X - M - S)`.
     #[inline(never)]
-    pub(crate) fn set_input(&mut self, tables: &PhaseTables<'_>, moment: Moment) {
+    pub(crate) fn set_input(&mut self, tables: &PhaseTables<'_>, point: CyclePoint) {
         self.base.fill(0);
-        add(tables, tables.parts().input, moment, self.base);
+        add(tables, tables.parts().input, point, self.base);
         let taken = clamp((1.0 - tables.gain) * 256.0, -256.0, 256.0) as i32;
         let root = self.database.joint_group(0);
         let mut dofs = self.base.iter_mut().zip(&*self.input).zip(tables.spread());
         for (joint, group) in self.database.groups().enumerate() {
             for ((base, &input), &spread) in dofs.by_ref().take(dofs_of(joint)) {
-                let most = if group == root { MOST_DEPARTURE } else { GESTURE * 4096 * i32::from(spread) };
+                let most = if group == root { MOST_DEPARTURE } else { GESTURE * ONE * i32::from(spread) };
                 let departure = (input - *base).clamp(-most, most);
                 *base = -*base - ((departure * taken) >> 8);
             }
@@ -129,12 +129,12 @@ impl Mix<'_, '_> {
     pub(crate) fn add_output(
         &mut self,
         tables: &PhaseTables<'_>,
-        moment: Moment,
+        point: CyclePoint,
         weight: f32,
         (settings, mix): (&Settings, usize),
     ) {
         self.pair.iter_mut().zip(&*self.base).for_each(|(pair, &base)| *pair = base);
-        add(tables, tables.parts().output, moment, self.pair);
+        add(tables, tables.parts().output, point, self.pair);
         let weight = (clamp(weight, 0.0, 1.0) * WEIGHT + 0.5) as i32;
         let mut dofs = self.sum.iter_mut().zip(&*self.pair);
         for (joint, group) in self.database.groups().enumerate() {
@@ -156,13 +156,13 @@ impl Mix<'_, '_> {
 }
 
 /// Adds the table of a class that begins at byte `at`, and the class's slopes.
-fn add(tables: &PhaseTables<'_>, at: usize, moment: Moment, values: &mut [i32]) {
+fn add(tables: &PhaseTables<'_>, at: usize, point: CyclePoint, values: &mut [i32]) {
     let dofs = tables.spread().len();
-    let place = Place::of(moment.phase, tables.dof_knots, tables.is_cyclic);
+    let place = Place::of(point.phase, tables.dof_knots, tables.is_cyclic);
     place.add_codes(place.knots.map(|knot| tables.row(at, dofs, knot)), values);
-    let place = Place::of(moment.phase, tables.slope_knots, tables.is_cyclic);
+    let place = Place::of(point.phase, tables.slope_knots, tables.is_cyclic);
     let slopes = tables.parts().slopes;
-    place.add_pairs(place.knots.map(|knot| tables.row(slopes, 2 * dofs, knot)), moment.factors, values);
+    place.add_pairs(place.knots.map(|knot| tables.row(slopes, 2 * dofs, knot)), point.factors, values);
 }
 
 /// Dofs of a joint; those of the root's place and heading are with the root's.

@@ -1,7 +1,7 @@
 //! Translation by tables: the mean motion and the mean output of each class at every phase of its cycle, without frames.
 //! `step` calls the rest in the order of a frame.
 
-pub mod curve;
+mod curve;
 mod mix;
 pub(crate) mod step;
-pub mod track;
+mod track;

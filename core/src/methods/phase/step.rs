@@ -7,7 +7,7 @@
 //! Cost: P · F products a class, then 24 a dof for each weighted class, and as many for each of its output styles.
 
 use super::{
-    mix::{Memory, Moment},
+    mix::{CyclePoint, Memory},
     track::{Track, WhitenedQuery},
 };
 use crate::{
@@ -202,8 +202,8 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             let Some(track) = self.tracks.get(class) else { continue };
             let phase = track.phase;
             let off = [self.drift[0] - tables.drift[0], self.drift[1] - tables.drift[1]];
-            let moment = Moment::new(database, phase, off.map(|v| v * SLOPE_KEPT));
-            mixed.set_input(&tables, moment);
+            let point = CyclePoint::new(database, phase, off.map(|v| v * SLOPE_KEPT));
+            mixed.set_input(&tables, point);
             report.bytes_read += (tables.parts().contacts - tables.parts().input) as u32;
             far += proportion * tables.far;
             if tables.drift[0] > WALKS {
@@ -218,7 +218,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
                         .filter(|_| style != usize::from(labels.style))
                         .map(|class| database.phase_tables(class));
                     if let Some(output) = &output {
-                        mixed.add_output(output, moment, weight, (settings, mix));
+                        mixed.add_output(output, point, weight, (settings, mix));
                     }
                     if mix != root_mix {
                         continue;

@@ -68,7 +68,7 @@ impl WhitenedQuery {
             first += count;
             let own = feature.get(range.clone()).unwrap_or(&[]);
             if mask >> group & 1 == 0 {
-                whitening.by_ref().take(own.len() * own.len()).for_each(drop);
+                whitening.take_first(count * count);
                 continue;
             }
             in_use += count;

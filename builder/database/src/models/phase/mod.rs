@@ -46,7 +46,7 @@ pub struct Source<'a> {
     /// Action and style of each class.
     pub classes: &'a [(usize, usize)],
     /// Features of every frame of each clip, metres. Shape `[clips][frames][F]`.
-    pub features: &'a [Vec<Vec<f64>>],
+    pub features: &'a [&'a [Vec<f64>]],
     /// Joint group of each feature, ascending.
     pub feature_groups: &'a [usize],
     /// Which foot stands in every frame of each clip.
@@ -115,10 +115,9 @@ impl Tables {
             .iter()
             .zip(outputs)
             .map(|(class, output)| {
-                let mean = mean(class.cycles.iter());
                 let white = |feature: &[f64]| whitened(&whitening, feature);
                 let features: Vec<Vec<f64>> = class.mean_features.iter().map(|f| white(f)).collect();
-                let (slopes, spread) = class.slopes(source, &mean, deviation);
+                let (slopes, spread) = class.slopes(source, deviation);
                 let mut distances: Vec<f64> = class
                     .features
                     .iter()
@@ -130,15 +129,15 @@ impl Tables {
                 ClassTables {
                     is_cyclic: class.is_cyclic,
                     features,
-                    input: mean.dofs,
+                    input: class.mean.dofs.clone(),
                     output: output.dofs,
                     slopes,
                     spread,
                     contacts: std::array::from_fn(|k| output.contacts[k]),
                     gain: GAIN,
                     far: far.max(1.0),
-                    drift: mean.drift,
-                    seconds: mean.seconds,
+                    drift: class.mean.drift,
+                    seconds: class.mean.seconds,
                     output_seconds: output.seconds,
                 }
             })
@@ -155,6 +154,7 @@ struct Class<'a> {
     is_cyclic: bool,
     knots: [usize; 3],
     cycles: Vec<Sampled>,
+    mean: Sampled,
     /// Features of each cycle, shape `[cycles][P][F]`.
     features: Vec<Vec<Vec<f64>>>,
     mean_features: Vec<Vec<f64>>,
@@ -172,33 +172,29 @@ impl<'a> Class<'a> {
         let (numbers, own): (Vec<usize>, Vec<&CycleData<'_>>) = members.unzip();
         let is_cyclic = own.iter().all(|c| c.cycle.knots.len() == GAIT_KNOTS);
         let knots = if is_cyclic { GAIT } else { WHOLE };
-        let cycles = own
+        let cycles: Vec<Sampled> = own
             .iter()
             .map(|c| sampled(source, c.cycle, c.dofs, source.contacts[c.clip], (knots[1], is_cyclic)))
             .collect();
         let features: Vec<Vec<Vec<f64>>> = own
             .iter()
             .map(|c| {
-                let at = |phase| row_at(&source.features[c.clip], c.cycle.position(phase));
+                let at = |phase| row_at(source.features[c.clip], c.cycle.position(phase));
                 phases(knots[0], is_cyclic).map(at).collect()
             })
             .collect();
         let mean_features = mean_rows(features.iter());
-        Self { own, numbers, is_cyclic, knots, cycles, features, mean_features }
+        let mean = mean(cycles.iter());
+        Self { own, numbers, is_cyclic, knots, cycles, mean, features, mean_features }
     }
 
     /// Change of the dofs with the drift of a cycle, and what is left of their spread.
-    fn slopes(
-        &self,
-        source: &Source<'_>,
-        mean: &Sampled,
-        deviation: [f64; 2],
-    ) -> (Vec<Vec<[f64; 2]>>, Vec<f64>) {
+    fn slopes(&self, source: &Source<'_>, deviation: [f64; 2]) -> (Vec<Vec<[f64; 2]>>, Vec<f64>) {
         let (count, is_cyclic) = (self.knots[2], self.is_cyclic);
         let drifts: Vec<Vector2<f64>> = self
             .cycles
             .iter()
-            .map(|c| Vector2::from_fn(|k, _| (c.drift[k] - mean.drift[k]) / deviation[k]))
+            .map(|c| Vector2::from_fn(|k, _| (c.drift[k] - self.mean.drift[k]) / deviation[k]))
             .collect();
         let sum: Matrix2<f64> = drifts.iter().map(|z| z * z.transpose()).sum();
         let inverse = (sum + Matrix2::identity() * RIDGE).try_inverse().unwrap_or_default();
@@ -286,7 +282,7 @@ fn output(source: &Source<'_>, classes: &[Class<'_>], target: usize) -> Sampled 
     let labels = source.classes.iter().zip(classes);
     let others: Vec<Sampled> =
         labels.filter(|((a, s), _)| *a == action && *s != style).filter_map(|(_, c)| of_class(c)).collect();
-    if others.is_empty() { mean(classes[target].cycles.iter()) } else { mean(others.iter()) }
+    if others.is_empty() { classes[target].mean.clone() } else { mean(others.iter()) }
 }
 
 fn mean<'s>(of: impl ExactSizeIterator<Item = &'s Sampled> + Clone) -> Sampled {
@@ -324,7 +320,7 @@ fn drift_deviation(classes: &[Class<'_>]) -> [f64; 2] {
     [0, 1].map(|k| {
         let (mut squares, mut count) = (0.0, 0.0);
         for class in classes {
-            let mean = mean(class.cycles.iter()).drift[k];
+            let mean = class.mean.drift[k];
             squares += class.cycles.iter().map(|c| (c.drift[k] - mean).powi(2)).sum::<f64>();
             count += class.cycles.len() as f64;
         }
