@@ -233,7 +233,7 @@ typedef enum GestusParameter {
   // Short ones follow a performer that differs from the database, and forget slow motion. 0 to 1000000. Default 0.
   GESTUS_PARAMETER_HALFLIFE = 16,
   // The method of translation. The database has to hold what it needs; a running stream begins anew with it. 0 mar,
-  // 1 lti, 2 statistic. Default 0.
+  // 1 lti, 2 statistic, 3 phase. Default 0.
   GESTUS_PARAMETER_METHOD = 17,
   // Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s. 0 no, 1 yes. Default
   // 1.
