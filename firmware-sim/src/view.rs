@@ -19,13 +19,15 @@ use gestus_core::{
     blob::{Manifest, Names},
 };
 use gestus_database::{
-    command_line::outputs::{check_outputs, say, tell},
+    command_line::{
+        options::UnitArgs,
+        outputs::{check_outputs, say, tell},
+    },
     list,
     retarget::MapFile,
     stream::translate::Input,
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
-use gestus_motion::unit::Unit;
 
 use crate::recording::{Recording, Settings};
 
@@ -38,6 +40,7 @@ const MODULE: &str = "wasm32-unknown-unknown/release/gestus_web.wasm";
 
 /// Write an HTML page that runs the core in a browser, to try out a database.
 #[derive(clap::Args, Debug)]
+#[command(mut_arg("unit", |unit| unit.requires("input")))]
 pub struct ViewArgs {
     /// The database
     #[arg(long)]
@@ -46,10 +49,8 @@ pub struct ViewArgs {
     /// the database's. Default: generated motion
     #[arg(long)]
     input: Option<PathBuf>,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
-    /// body is the database's, otherwise a guess from its height
-    #[arg(long, requires = "input")]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    unit: UnitArgs,
     /// Initial output style: a name, or two with weights, a=1,b=2. Default: the database's second style
     #[arg(long)]
     style: Option<String>,
@@ -84,7 +85,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let settings = settings(args, &database.manifest()?).with_context(|| args.db.display().to_string())?;
     let (recording, what) = match &args.input {
         Some(path) => {
-            let input = Input::read_with(path, &database, &MapFile::default(), args.unit)?;
+            let input = Input::read_with(path, &database, &MapFile::default(), args.unit.unit)?;
             tell(path, input.notes());
             (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
         }

@@ -15,6 +15,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
+        options::UnitArgs,
         outputs::{check_outputs, say, tell},
         progress,
         stylizer_args::StylizerArgs,
@@ -22,7 +23,6 @@ use gestus_database::{
     retarget::MapFile,
     stream::{Request, translate::Input},
 };
-use gestus_motion::unit::Unit;
 use serde_json::{Value, json};
 
 use super::{
@@ -43,6 +43,7 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1-legs.
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
+#[command(mut_arg("unit", |unit| unit.requires("input")))]
 pub struct BoardArgs {
     /// The board: m4f, m7, m33, rv32imafc, rv32imac or m0, or the name of QEMU's machine
     #[arg(required_unless_present = "all", conflicts_with = "all")]
@@ -57,10 +58,8 @@ pub struct BoardArgs {
     /// the database's
     #[arg(long)]
     input: Option<PathBuf>,
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or a unit's length in metres. Default: the unit in which the
-    /// body is the database's, otherwise a guess from its height
-    #[arg(long, requires = "input")]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    unit: UnitArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// Use generated motion in place of a database and a clip: 28 classes, or 6 on m0
@@ -200,7 +199,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         (Some(path), Some(input)) if !own => {
             let bytes = read(path)?;
             let database = open(path, &bytes)?;
-            let read = Input::read_with(input, &database, &MapFile::default(), args.unit)?;
+            let read = Input::read_with(input, &database, &MapFile::default(), args.unit.unit)?;
             tell(input, read.notes());
             let clip = read.mapped;
             let request =
