@@ -11,12 +11,13 @@ use crate::{
 };
 
 /// Targets of the boards.
-const TARGETS: [&str; 5] = [
+const TARGETS: [&str; 6] = [
     "thumbv7em-none-eabihf",
     "thumbv8m.main-none-eabihf",
     "thumbv6m-none-eabi",
     "riscv32imafc-unknown-none-elf",
     "riscv32imac-unknown-none-elf",
+    "riscv32imc-unknown-none-elf",
 ];
 const EMULATORS: [&str; 2] = ["qemu-system-arm", "qemu-system-riscv32"];
 /// Frames that go over every board's link.

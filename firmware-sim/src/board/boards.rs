@@ -31,9 +31,10 @@ pub struct Board {
 
 const NO_FPU_CPU: &str = "rv32,f=false,d=false";
 const FPU_CPU: &str = "rv32,d=false";
+const NO_ATOMICS_CPU: &str = "rv32,a=false,f=false,d=false";
 
 /// All boards.
-pub const BOARDS: [Board; 6] = [
+pub const BOARDS: [Board; 7] = [
     Board {
         name: "m4f",
         title: "Cortex-M4F (MPS2 AN386)",
@@ -99,6 +100,19 @@ pub const BOARDS: [Board; 6] = [
         cpu: None,
         binary: "virt",
         reported: "virt-rv32imac",
+        blob_address: Some(0x8100_0000),
+        icount_shift: 0,
+    },
+    Board {
+        name: "rv32imc",
+        title: "RISC-V without FPU or atomics (virt)",
+        emulator: "qemu-system-riscv32",
+        machine: "virt",
+        arguments: &["-bios", "none", "-cpu", NO_ATOMICS_CPU],
+        target: "riscv32imc-unknown-none-elf",
+        cpu: None,
+        binary: "virt",
+        reported: "virt-rv32imc",
         blob_address: Some(0x8100_0000),
         icount_shift: 0,
     },
