@@ -27,6 +27,9 @@ pub struct Board {
     pub blob_address: Option<u32>,
     /// Binary logarithm of an instruction's virtual time, nanoseconds. A timer of the board counts instructions by it.
     pub icount_shift: u8,
+    /// Whether `--all --long-stream` includes the board. The micro:bit has no flash for the recording, and boards
+    /// without an FPU need minutes for it, so one of them is enough.
+    pub long_stream: bool,
 }
 
 const NO_FPU_CPU: &str = "rv32,f=false,d=false";
@@ -50,6 +53,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "mps2-an386",
         blob_address: Some(0x2100_0000),
         icount_shift: 6,
+        long_stream: true,
     },
     Board {
         name: "m7",
@@ -63,6 +67,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "mps2-an500",
         blob_address: Some(0x6000_0000),
         icount_shift: 6,
+        long_stream: true,
     },
     Board {
         name: "m33",
@@ -76,6 +81,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "mps2-an505",
         blob_address: Some(0x8000_0000),
         icount_shift: 6,
+        long_stream: true,
     },
     Board {
         name: "rv32imafc",
@@ -89,6 +95,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "virt-rv32imafc",
         blob_address: Some(0x8100_0000),
         icount_shift: 0,
+        long_stream: true,
     },
     Board {
         name: "rv32imac",
@@ -102,6 +109,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "virt-rv32imac",
         blob_address: Some(0x8100_0000),
         icount_shift: 0,
+        long_stream: true,
     },
     Board {
         name: "rv32imc",
@@ -115,6 +123,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "virt-rv32imc",
         blob_address: Some(0x8100_0000),
         icount_shift: 0,
+        long_stream: false,
     },
     Board {
         name: "m0",
@@ -128,6 +137,7 @@ pub const BOARDS: [Board; 7] = [
         reported: "microbit",
         blob_address: None,
         icount_shift: 6,
+        long_stream: false,
     },
 ];
 
