@@ -4,14 +4,12 @@
 //! board the same timers count cycles.
 
 #[cfg(target_arch = "arm")]
-use core::sync::atomic::{AtomicU32, Ordering};
+use crate::registers::Registers;
 
 /// A counter of instructions, or of a multiple of them.
 pub trait Counter {
-    /// Ticks so far; wraps after [`RANGE`](Self::RANGE).
+    /// Ticks so far; wraps after 2³².
     fn now(&self) -> u32;
-    /// Bit mask of the ticks, which is their largest value.
-    const RANGE: u32;
     /// Instructions are ticks times the first number, divided by the second.
     const RATIO: (u32, u32);
     /// The ratio in lowest terms. The second number is then a power of 2 on every board, and a division is a shift.
@@ -26,15 +24,7 @@ pub trait Counter {
 
     /// Ticks from one reading to another, less than one wrap later.
     fn since(&self, start: u32, end: u32) -> u32 {
-        end.wrapping_sub(start) & Self::RANGE
-    }
-
-    /// Calls a function that may take longer than one wrap. Returns its result and its ticks.
-    #[inline(always)]
-    fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
-        let start = self.now();
-        let done = what();
-        (done, self.since(start, self.now()))
+        end.wrapping_sub(start)
     }
 }
 
@@ -47,66 +37,47 @@ const fn lowest((a, b): (u32, u32)) -> (u32, u32) {
     (a / divisor, b / divisor)
 }
 
-/// Cortex-M: SysTick, which counts down. With `-icount shift=6` an instruction takes 64 ns; `TICK_PS` is the timer's
-/// tick in picoseconds.
+/// The first CMSDK timer of Arm's MPS2 boards, 32 bits, which counts down at the system's clock. SysTick has 24 bits,
+/// which a frame without an FPU exceeds. `BASE` is the timer's address; a constant saves a register in every stage. With
+/// `-icount shift=6` an instruction takes 64 ns; `TICK_PS` is the timer's tick in picoseconds.
 #[cfg(target_arch = "arm")]
 #[derive(Debug)]
-pub struct SysTick<const TICK_PS: u32>;
+pub struct Cmsdk<const BASE: usize, const TICK_PS: u32>(());
 
 #[cfg(target_arch = "arm")]
-impl<const TICK_PS: u32> SysTick<TICK_PS> {
+impl<const BASE: usize, const TICK_PS: u32> Cmsdk<BASE, TICK_PS> {
+    const CONTROL: usize = 0x0;
+    const VALUE: usize = 0x4;
+    const RELOAD: usize = 0x8;
+    const ENABLE: u32 = 1;
+    // SAFETY: by the contract of `start`; the offsets above are the device's.
+    const REGISTERS: Registers = unsafe { Registers::new(BASE) };
+
     /// Starts the timer.
-    pub fn start(mut timer: cortex_m::peripheral::SYST) -> Self {
-        timer.set_clock_source(cortex_m::peripheral::syst::SystClkSource::Core);
-        timer.set_reload(0x00ff_ffff);
-        timer.clear_current();
-        timer.enable_counter();
-        Self
+    ///
+    /// # Safety
+    /// `BASE` is the address of a CMSDK timer, and nothing else uses it.
+    pub unsafe fn start() -> Self {
+        Self::REGISTERS.write(Self::RELOAD, u32::MAX);
+        Self::REGISTERS.write(Self::VALUE, u32::MAX);
+        Self::REGISTERS.write(Self::CONTROL, Self::ENABLE);
+        Self(())
     }
 }
 
 #[cfg(target_arch = "arm")]
-impl<const TICK_PS: u32> Counter for SysTick<TICK_PS> {
-    const RANGE: u32 = 0x00ff_ffff;
+impl<const BASE: usize, const TICK_PS: u32> Counter for Cmsdk<BASE, TICK_PS> {
     const RATIO: (u32, u32) = (TICK_PS, 64_000);
 
     fn now(&self) -> u32 {
-        !cortex_m::peripheral::SYST::get_current() & Self::RANGE
-    }
-
-    /// 24 bits are only 10 million instructions on some boards, so the timer's interrupt counts up to 256 wraps. It is
-    /// enabled for this function only.
-    #[inline(always)]
-    fn during<R>(&self, what: impl FnOnce() -> R) -> (R, u32) {
-        WRAPS.store(0, Ordering::Relaxed);
-        // SAFETY: this image has no critical sections that an interrupt could violate; the timer's is the only
-        // interrupt.
-        let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST;
-        timer.enable_interrupt();
-        let start = self.now();
-        let done = what();
-        let end = self.now();
-        timer.disable_interrupt();
-        (done, (WRAPS.load(Ordering::Relaxed) << 24).wrapping_add(end).wrapping_sub(start))
+        !Self::REGISTERS.read(Self::VALUE)
     }
 }
 
-/// Wraps of the timer while its interrupt is on.
-#[cfg(target_arch = "arm")]
-static WRAPS: AtomicU32 = AtomicU32::new(0);
-
-/// The timer has wrapped.
-#[cfg(target_arch = "arm")]
-#[cortex_m_rt::exception]
-fn SysTick() {
-    // A load and a store, since a Cortex-M0 has no atomic addition. Nothing else writes here.
-    WRAPS.store(WRAPS.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
-}
-
-/// The nRF51 has no SysTick: its first timer, 32 bits at 16 MHz. With `-icount shift=6` a tick is 62.5 ns.
+/// The nRF51's first timer, 32 bits at 16 MHz. With `-icount shift=6` a tick is 62.5 ns.
 #[cfg(target_arch = "arm")]
 #[derive(Debug)]
-pub struct Nrf51Timer(crate::registers::Registers);
+pub struct Nrf51Timer(Registers);
 
 #[cfg(target_arch = "arm")]
 impl Nrf51Timer {
@@ -123,7 +94,7 @@ impl Nrf51Timer {
     /// `base` is the address of the nRF51's `TIMER0`, and nothing else uses it.
     pub unsafe fn start(base: usize) -> Self {
         // SAFETY: by the caller's contract; the offsets above are the device's.
-        let registers = unsafe { crate::registers::Registers::new(base) };
+        let registers = unsafe { Registers::new(base) };
         registers.write(Self::WIDTH, Self::BITS_32);
         registers.write(Self::PRESCALER, 0);
         registers.write(Self::START, 1);
@@ -133,7 +104,6 @@ impl Nrf51Timer {
 
 #[cfg(target_arch = "arm")]
 impl Counter for Nrf51Timer {
-    const RANGE: u32 = u32::MAX;
     const RATIO: (u32, u32) = (62_500, 64_000);
 
     fn now(&self) -> u32 {
@@ -149,7 +119,6 @@ pub struct Retired;
 
 #[cfg(target_arch = "riscv32")]
 impl Counter for Retired {
-    const RANGE: u32 = u32::MAX;
     const RATIO: (u32, u32) = (1, 1);
 
     fn now(&self) -> u32 {

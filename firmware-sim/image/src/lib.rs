@@ -7,7 +7,7 @@
 
 pub mod board;
 pub mod counter;
-#[cfg(not(target_abi = "eabi"))]
+#[cfg(not(microbit))]
 pub mod flash;
 pub mod log;
 pub mod memory;
@@ -51,7 +51,7 @@ pub fn serve<T: Counter, const J: usize, const K: usize, const C: usize, const N
     let mut stylizer = fit.stylizer();
     let state = size_of_val(&stylizer) + size_of::<Server<'_, '_, Firmware<T>, J, K, C, N>>();
     let board = Firmware::new(counter, open, state);
-    #[cfg(all(feature = "robot", not(target_abi = "eabi")))]
+    #[cfg(all(feature = "robot", not(microbit)))]
     let board = with_robot(board, stylizer.database());
     let mut server = Server::<_, J, K, C, N>::new(&mut stylizer, board);
     loop {
@@ -71,7 +71,9 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
     blob: &'static [u8],
     config: Config,
 ) -> (Fit<'static, J, K, C>, u32) {
-    let (opened, open) = counter.during(|| open(blob));
+    let start = counter.now();
+    let opened = open(blob);
+    let open = counter.since(start, counter.now());
     let database = match opened {
         Ok(database) => database,
         Err(error) => {
@@ -94,7 +96,7 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
 pub const HINGES: usize = 32;
 
 /// Adds to the board the robot whose tables follow the database; ends the emulation if there are none.
-#[cfg(all(feature = "robot", not(target_abi = "eabi")))]
+#[cfg(all(feature = "robot", not(microbit)))]
 fn with_robot<B>(board: B, database: &Database<'_>) -> gestus_core::link::Driver<'static, B, HINGES> {
     use gestus_core::{link::Driver, robot::Robot};
     let driver = Robot::open(flash::robot()).ok().and_then(|robot| Driver::new(board, robot, database).ok());

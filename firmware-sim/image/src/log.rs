@@ -1,5 +1,8 @@
 //! Log lines for firmware authors: the database and degraded frames. Without the feature `defmt` they cost nothing.
 
+// defmt needs the critical section of this crate.
+#[cfg(all(feature = "defmt", target_arch = "arm"))]
+use cortex_m as _;
 use gestus_core::{BlobError, Report};
 
 /// The database is open.

@@ -19,18 +19,15 @@ const CALLS: usize = 128;
 #[cfg(microbit)]
 type Time = gestus_firmware::counter::Nrf51Timer;
 #[cfg(not(microbit))]
-type Time = gestus_firmware::counter::SysTick<40_000>;
+type Time = gestus_firmware::counter::Cmsdk<0x4000_0000, 40_000>;
 
-#[cfg(microbit)]
 fn time() -> Time {
-    // SAFETY: this is the address of the chip's first timer, and nothing else in the image uses it.
-    unsafe { Time::start(0x4000_8000) }
-}
-
-#[cfg(not(microbit))]
-fn time() -> Time {
-    let Some(peripherals) = cortex_m::Peripherals::take() else { semihosting::process::exit(1) };
-    Time::start(peripherals.SYST)
+    // SAFETY: this is the board's first timer, at this address, and nothing else in the image uses it.
+    #[cfg(microbit)]
+    let timer = unsafe { Time::start(0x4000_8000) };
+    #[cfg(not(microbit))]
+    let timer = unsafe { Time::start() };
+    timer
 }
 
 /// A function of two numbers; most ignore the second.
