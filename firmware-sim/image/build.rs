@@ -10,6 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "thumbv7em-none-eabihf" if wanted == "mps2-an500" => ("an500.x", "mps2-an500"),
         "thumbv7em-none-eabihf" => ("an386.x", "mps2-an386"),
         "thumbv8m.main-none-eabihf" => ("an505.x", "mps2-an505"),
+        "thumbv6m-none-eabi" if wanted == "mps2-an386-armv6m" => ("an386.x", "mps2-an386-armv6m"),
         "thumbv6m-none-eabi" => ("microbit.x", "microbit"),
         t if t.starts_with("riscv32") => ("virt.x", "virt"),
         other => return Err(format!("no board has the target {other}: see the README").into()),

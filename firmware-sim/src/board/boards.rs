@@ -37,7 +37,7 @@ const FPU_CPU: &str = "rv32,d=false";
 const NO_ATOMICS_CPU: &str = "rv32,a=false,f=false,d=false";
 
 /// All boards.
-pub const BOARDS: [Board; 7] = [
+pub const BOARDS: [Board; 8] = [
     Board {
         name: "m4f",
         title: "Cortex-M4F (MPS2 AN386)",
@@ -123,6 +123,21 @@ pub const BOARDS: [Board; 7] = [
         reported: "virt-rv32imc",
         blob_address: Some(0x8100_0000),
         icount_shift: 0,
+        long_stream: false,
+    },
+    Board {
+        name: "armv6m",
+        // No emulated Cortex-M0+ has enough RAM for the reference, so its code runs on a Cortex-M4.
+        title: "Armv6-M code (MPS2 AN386)",
+        emulator: "qemu-system-arm",
+        machine: "mps2-an386",
+        arguments: &[],
+        target: "thumbv6m-none-eabi",
+        cpu: None,
+        binary: "mps2",
+        reported: "mps2-an386-armv6m",
+        blob_address: Some(0x2100_0000),
+        icount_shift: 6,
         long_stream: false,
     },
     Board {

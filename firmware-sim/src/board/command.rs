@@ -45,7 +45,7 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1-legs.
 #[derive(clap::Args, Debug)]
 #[command(mut_arg("unit", |unit| unit.requires("input")))]
 pub struct BoardArgs {
-    /// The board: m4f, m7, m33, rv32imafc, rv32imac, rv32imc or m0, or the name of QEMU's machine
+    /// The board: m4f, m7, m33, rv32imafc, rv32imac, rv32imc, armv6m or m0, or the name of QEMU's machine
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     name: Option<String>,
     /// Run every board in turn and print a table; m0 gets a small database of its own. With --long-stream, boards that
