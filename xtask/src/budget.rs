@@ -58,6 +58,10 @@ const HARD: [(&str, &[&str]); 5] = [
 const LEAPING: &str = "120";
 /// A bound that is further than this from the worst of the hard streams is of no use.
 const LOOSE: f64 = 1.6;
+/// Boards without an FPU that hold the whole reference. A frame takes up to 130 million instructions there, so they get
+/// few frames.
+const NO_FPU: [&str; 2] = ["armv6m", "rv32imc"];
+const FEW: &str = "12";
 /// The other methods.
 const MODELS: [&str; 3] = ["lti", "statistic", "phase"];
 /// Stages of a step that belong to feet, and programs around a step, that have one limit together.
@@ -94,6 +98,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
     let least = json(sim()?.args(["board", "m4f", "--build", "--least", "--json"]))?;
     figures.insert("least.flash_bytes".into(), least["flash_bytes"].as_f64().context("the bytes of flash")?);
     board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
+    without_fpu("generated", &["--generated", "--style", "angry"], &labels, &mut figures, &mut bounds)?;
     let approximate = ["--generated", "--micromath"];
     let keys = ["instructions_median", "instructions_max", "flash_bytes"];
     let found = board("m0.micromath", "m0", &approximate, &keys, &mut figures, &mut bounds)?;
@@ -109,6 +114,8 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
         board("reference.phase", "m4f", &by_phase, &LABELLED, &mut figures, &mut bounds)?;
         let labelled = [&by_phase[..], &labels].concat();
         board("reference.phase.labelled", "m4f", &labelled, &LABELLED, &mut figures, &mut bounds)?;
+        let stream = [&stream[..], &["--style", "youthful"]].concat();
+        without_fpu("reference", &stream, &labels, &mut figures, &mut bounds)?;
     }
     if record {
         let limits = budgets.get("limits").cloned();
@@ -151,6 +158,31 @@ fn measure(
         println!("  calls through a register, which are not followed: {}", short(function));
     }
     figures.insert(format!("{name}.stack_bound"), bound.bytes as f64 - state);
+    Ok(())
+}
+
+/// The boards without an FPU: the mixture and the tables by phase, each unlabelled and labelled.
+fn without_fpu(
+    stream: &str,
+    with: &[&str],
+    labels: &[&str],
+    figures: &mut Figures,
+    bounds: &mut Bounds,
+) -> Result<()> {
+    let phase = ["--method", "phase"];
+    let labelled_phase = [&phase[..], labels].concat();
+    let runs: [(&str, &[&str], &[&str]); 4] = [
+        ("", &[], &KEYS),
+        (".labelled", labels, &INSTRUCTIONS),
+        (".phase", &phase, &INSTRUCTIONS),
+        (".phase.labelled", &labelled_phase, &INSTRUCTIONS),
+    ];
+    for name in NO_FPU {
+        for (suffix, more, keys) in runs {
+            let arguments = [with, more, &["--frames", FEW]].concat();
+            board(&format!("{name}.{stream}{suffix}"), name, &arguments, keys, figures, bounds)?;
+        }
+    }
     Ok(())
 }
 
