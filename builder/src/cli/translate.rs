@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use clap::{ArgMatches, Command, parser::ValueSource};
+use clap::{ArgMatches, Args as _, Command, parser::ValueSource};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
         options::{ClipArgs, ReportArgs},
-        stylizer_args::StylizerArgs,
+        stylizer_args::{MethodArgs, StylizerArgs},
     },
     effort::{
         self,
@@ -38,13 +38,28 @@ pub struct Args {
     // First: arguments that are parsed after it are no longer in the matches.
     #[command(flatten)]
     given: Given,
+    #[command(flatten)]
+    common: CommonArgs,
+    #[command(flatten)]
+    stylizer_args: StylizerArgs,
+    /// Remove foot skate from the whole clip afterwards, with later frames known, instead of locking feet while streaming
+    #[arg(long, conflicts_with = "no_contact")]
+    clean_up: bool,
+    /// File for everything that the steps computed, .npz
+    #[arg(long)]
+    trace: Option<PathBuf>,
+    #[command(flatten)]
+    robot: RobotArgs,
+}
+
+/// The options that apply with every method. With [`MethodArgs`] they are all that `--method effort` takes.
+#[derive(clap::Args)]
+struct CommonArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
     #[command(flatten)]
     clip: ClipArgs,
-    #[command(flatten)]
-    stylizer_args: StylizerArgs,
     /// The output, a BVH file at the database's rate
     #[arg(short, long)]
     output: PathBuf,
@@ -52,22 +67,14 @@ pub struct Args {
     /// the database; estimates where left out
     #[arg(long)]
     labels: Option<PathBuf>,
-    /// Remove foot skate from the whole clip afterwards, with later frames known, instead of locking feet while streaming
-    #[arg(long, conflicts_with = "no_contact")]
-    clean_up: bool,
     /// A page that shows input and output side by side
     #[arg(long)]
     page: Option<PathBuf>,
-    /// File for everything that the steps computed, .npz
-    #[arg(long)]
-    trace: Option<PathBuf>,
-    #[command(flatten)]
-    robot: RobotArgs,
     #[command(flatten)]
     report: ReportArgs,
 }
 
-/// The options that were given with another value than their default, without their dashes.
+/// The options for streams alone that were given with another value than their default, with their dashes.
 #[derive(Clone)]
 struct Given(Vec<String>);
 
@@ -83,41 +90,19 @@ impl clap::Args for Given {
 impl clap::FromArgMatches for Given {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let command = <Args as clap::Args>::augment_args(Command::new("translate"));
-        let said = |a: &&clap::Arg| {
+        let whole = CommonArgs::augment_args(MethodArgs::augment_args(Command::new("whole")));
+        let for_streams = |a: &&clap::Arg| whole.get_arguments().all(|other| other.get_id() != a.get_id());
+        let given = |a: &&clap::Arg| {
             let id = a.get_id().as_str();
             let plain = a.get_default_values().iter().map(|v| v.as_os_str());
             matches.value_source(id) == Some(ValueSource::CommandLine)
                 && !matches.get_raw(id).into_iter().flatten().eq(plain)
         };
-        let options = command.get_arguments().filter(said).filter_map(|a| Some(a.get_long()?.to_owned()));
-        Ok(Self(options.collect()))
+        let options = command.get_arguments().filter(for_streams).filter(given);
+        Ok(Self(options.filter_map(|a| Some(format!("--{}", a.get_long()?))).collect()))
     }
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-/// The options that have an effect with `--method effort`. All others are for streams.
-const OF_WHOLE: [&str; 10] =
-    ["db", "input", "map", "unit", "effort", "method", "output", "labels", "page", "json"];
-
-impl Given {
-    /// Refuses options that have no effect with that method.
-    fn check(&self, whole: bool) -> Result<()> {
-        if whole {
-            let idle: Vec<String> =
-                self.0.iter().filter(|o| !OF_WHOLE.contains(&o.as_str())).map(|o| format!("--{o}")).collect();
-            if !idle.is_empty() {
-                bail!(
-                    "{} would do nothing with --method effort, which rebuilds the whole clip of fragments: leave out these \
-                     options, or --method",
-                    idle.join(", ")
-                );
-            }
-        } else if self.0.iter().any(|o| o == "labels") {
-            bail!("--labels does nothing without --method effort: give both, or neither");
-        }
         Ok(())
     }
 }
@@ -195,37 +180,47 @@ impl RobotArgs {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    let robot = &args.robot;
-    robot.check(args.report.json)?;
-    let whole_clip = args.stylizer_args.method == "effort";
-    if whole_clip && args.stylizer_args.effort.is_none() {
+    let (common, robot) = (&args.common, &args.robot);
+    robot.check(common.report.json)?;
+    let whole_clip = args.stylizer_args.method.name == "effort";
+    if whole_clip && args.stylizer_args.method.effort.is_none() {
         bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
     }
-    args.given.check(whole_clip)?;
+    if whole_clip && !args.given.0.is_empty() {
+        bail!(
+            "{} would do nothing with --method effort, which rebuilds the whole clip of fragments: leave out these options, \
+             or --method",
+            args.given.0.join(", ")
+        );
+    }
+    if !whole_clip && common.labels.is_some() {
+        bail!("--labels does nothing without --method effort: give both, or neither");
+    }
     super::check_outputs(
-        [Some(&args.db), Some(&args.clip.input), args.clip.map.as_ref(), args.labels.as_ref()]
+        [Some(&common.db), Some(&common.clip.input), common.clip.map.as_ref(), common.labels.as_ref()]
             .into_iter()
             .chain([robot.robot.as_ref(), robot.robot_map.as_ref()]),
-        [("-o", Some(&args.output)), ("--page", args.page.as_ref()), ("--trace", args.trace.as_ref())]
+        [("-o", Some(&common.output)), ("--page", common.page.as_ref()), ("--trace", args.trace.as_ref())]
             .into_iter()
             .chain(robot.outputs()),
     )?;
-    let bytes = open::read_blob(&args.db)?;
-    let database = open::open(&args.db, &bytes)?;
-    let map = args.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-    let input = Input::read_with(&args.clip.input, &database, &map, args.clip.unit.unit)?;
-    super::tell(&args.clip.input, input.notes());
-    if let Some(wanted) = args.stylizer_args.effort.as_ref().filter(|_| whole_clip) {
-        return whole(args, wanted, &database, &input);
+    let bytes = open::read_blob(&common.db)?;
+    let database = open::open(&common.db, &bytes)?;
+    let map = common.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
+    let input = Input::read_with(&common.clip.input, &database, &map, common.clip.unit.unit)?;
+    super::tell(&common.clip.input, input.notes());
+    if let Some(wanted) = args.stylizer_args.method.effort.as_ref().filter(|_| whole_clip) {
+        return whole(common, wanted, &database, &input);
     }
-    let mut request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
+    let mut request =
+        args.stylizer_args.request(&database).with_context(|| common.db.display().to_string())?;
     if args.clean_up {
         if request.bounds.is_some() {
             bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
         }
         request.config = request.config.contacts(false);
     }
-    let of = || args.db.display().to_string();
+    let of = || common.db.display().to_string();
     let mut streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
@@ -242,10 +237,11 @@ pub fn run(args: &Args) -> Result<()> {
         cleanup::clean_up(&database, &mut streamed, window as usize);
     }
     let output = input.output(&streamed);
-    open::write(&args.output, input.document(&output)?.to_text())?;
-    if let Some(path) = &args.page {
+    open::write(&common.output, input.document(&output)?.to_text())?;
+    if let Some(path) = &common.page {
         let wanted = args
             .stylizer_args
+            .method
             .effort
             .as_ref()
             .map_or(format!("in the style {}", args.stylizer_args.style), |e| format!("with effort {e}"));
@@ -259,12 +255,12 @@ pub fn run(args: &Args) -> Result<()> {
         figures["robot"] = robot;
     }
     figures["retargeted"] = json!(input.retarget().is_some());
-    if args.report.json {
+    if common.report.json {
         super::say(&figures)?;
     } else {
         super::say(format_args!(
             "{}: {} frames in, {} out; {:.0} us a frame (median), {:.1} classes, {}, digest {}",
-            args.output.display(),
+            common.output.display(),
             figures["frames"],
             output.frames.len(),
             figures["median_us"].as_f64().unwrap_or(0.0),
@@ -277,7 +273,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// The whole clip, rebuilt of blended fragments of the database (Torresani 2006).
-fn whole(args: &Args, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
+fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
     let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
     let start = std::time::Instant::now();
     let model = match &args.labels {

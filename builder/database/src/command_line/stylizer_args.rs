@@ -40,27 +40,35 @@ pub fn lenient(option: Arg) -> Arg {
     if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
 }
 
+/// The method and its Effort: the stylizer's options that also apply to whole clips (`--method effort`).
+#[derive(clap::Args, Clone, Debug)]
+pub struct MethodArgs {
+    /// Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's effort dial
+    /// chooses the mix of styles
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
+    pub effort: Option<String>,
+    /// Method: mar (mixture of autoregressive models), phase (tables by phase), lti (linear models) or statistic (means and
+    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from
+    /// blended fragments, other commands use the effort dial's mix of styles with mar
+    #[arg(long = "method", id = "method", default_value = "mar")]
+    pub name: String,
+}
+
 /// Style, labels and parameters, as given on a command line.
 #[derive(clap::Args, Clone, Debug)]
 pub struct StylizerArgs {
     /// Output style: a name, or weights a=1,b=2, normalised to sum 1
     #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
-    /// Laban effort instead of a style: flow=1,weight=-2,time=0.5, each from -3 to 3; the database's effort dial
-    /// chooses the mix of styles
-    #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
-    pub effort: Option<String>,
+    #[command(flatten)]
+    /// The method and its Effort.
+    pub method: MethodArgs,
     /// The input's action, if known
     #[arg(long)]
     action: Option<String>,
     /// The input's style, if known
     #[arg(long)]
     input_style: Option<String>,
-    /// Method: mar (mixture of autoregressive models), phase (tables by phase), lti (linear models) or statistic (means and
-    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from
-    /// blended fragments, other commands use the effort dial's mix of styles with mar
-    #[arg(long, default_value = "mar")]
-    pub method: String,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
     /// (predicted times, within --lead and --lag of the input)
     #[arg(long, default_value = "free")]
@@ -99,10 +107,10 @@ pub struct StylizerArgs {
 impl StylizerArgs {
     /// The configuration, with the method checked against the database.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
-        let name = match self.method.as_str() {
+        let name = match self.method.name.as_str() {
             // A stream can't wait for whole fragments: it uses the dial's mix with the mixture. `gestus translate`
             // handles whole clips elsewhere.
-            "effort" if self.effort.is_some() => "mar",
+            "effort" if self.method.effort.is_some() => "mar",
             "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
             name => name,
         };
@@ -207,7 +215,7 @@ impl StylizerArgs {
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
         let manifest = database.manifest()?;
         let named = named(&self.style, manifest.styles)?;
-        let style = match &self.effort {
+        let style = match &self.method.effort {
             Some(wanted) => self.dialled(database, wanted)?,
             None => named,
         };
