@@ -1,4 +1,4 @@
-//! A step takes nothing from the heap: the host's allocator counts, and the count stays where it is.
+//! A step allocates nothing: the host's allocator counts allocations, and the count does not change.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -10,13 +10,13 @@ use gestus_database::stream::to_pose;
 use gestus_tests::motion;
 
 thread_local! {
-    // Constant, so that counting does not allocate; a thread's own, so that other tests don't count.
+    // Constant, so that counting does not allocate; thread-local, so that other tests are not counted.
     static TAKEN: Cell<usize> = const { Cell::new(0) };
 }
 
 struct Counting;
 
-// SAFETY: every call goes on to the system's allocator unchanged.
+// SAFETY: every call is forwarded to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         TAKEN.with(|taken| taken.set(taken.get() + 1));
@@ -54,7 +54,7 @@ fn opening_making_and_stepping_take_nothing() {
     }
     let blob = motion::large();
     let mut poses: Vec<Pose<22>> = motion::unseen(0, 0, 90).frames.iter().map(to_pose).collect();
-    // A jump, and input that is no pose: those paths too.
+    // Also cover a jump and an invalid pose.
     poses.extend(motion::unseen(1, 2, 30).frames.iter().map(to_pose::<22>));
     poses[50].position[0] = f32::NAN;
     for method in Method::ALL {

@@ -1,4 +1,4 @@
-//! How a stylizer behaves to its caller: what it refuses, what it holds, what it forgets, and that it stays calm.
+//! The stylizer's behaviour as its caller sees it: errors, held poses, resets, and stability.
 
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, config::parameters::NAMES,
@@ -7,11 +7,11 @@ use gestus_core::{
 use gestus_database::stream::{from_pose, to_pose};
 use gestus_tests::motion;
 
-/// The size that the figures are stated for: 22 joints, 40 neighbors, 28 classes.
+/// The capacities for which the documented figures hold: 22 joints, 40 neighbors, 28 classes.
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 
 fn stylizer(blob: &[u8]) -> Standard<'_> {
-    // The predictions are looked at: `feet.rs` looks at what holding the feet does to them.
+    // These tests check predictions; `feet.rs` checks how the foot lock changes them.
     Standard::new(Database::open(blob).unwrap(), Config::new().contacts(false)).unwrap()
 }
 
@@ -34,13 +34,13 @@ fn run(stylizer: &mut Standard<'_>, input: &[Pose<22>]) -> (Vec<Pose<22>>, u32) 
     (outputs, digest.value())
 }
 
-/// Largest angle between the joints of two poses, radians; the root left out.
+/// Largest angle between the joints of two poses, radians, without the root.
 fn apart(a: &Pose<22>, b: &Pose<22>) -> f64 {
     let (a, b) = (from_pose(a, 21), from_pose(b, 21));
     a.rotations[1..].iter().zip(&b.rotations[1..]).map(|(p, q)| p.angle_to(q)).fold(0.0, f64::max)
 }
 
-/// Observes dofs alone.
+/// Records the dofs only.
 #[derive(Default)]
 struct Dofs {
     query: Vec<f32>,
@@ -87,7 +87,7 @@ fn input_that_is_no_pose_is_held_and_reported() {
         ("no rotation", pose)
     }))
     .collect();
-    // Before the first pose there is nothing to put out: what the caller holds stays.
+    // Before the first pose there is no output: the caller's pose is left unchanged.
     let mut output = input[3];
     let report = stylizer.step(&bad[0].1, &mut output);
     assert_eq!(output, input[3]);
@@ -106,13 +106,13 @@ fn input_that_is_no_pose_is_held_and_reported() {
         assert!(report.classes.is_empty() && report.visits == 0, "{name}");
         assert_eq!(report.step_s, 1.0 / 30.0, "{name}");
     }
-    // And nothing of them is left behind.
+    // And they leave no trace in the state.
     for pose in &input[10..] {
         let report = stylizer.step(pose, &mut output);
         assert_eq!(report, untouched.step(pose, &mut expected));
         assert_eq!(output, expected);
     }
-    // A joint beyond the database's may be anything.
+    // Joints beyond those of the database are not checked.
     let mut pose = input[29];
     pose.rotations[21] = [f32::NAN; 4];
     assert!(!stylizer.step(&pose, &mut output).degraded.contains(Degraded::INPUT));
@@ -192,7 +192,7 @@ fn capacities_and_parameters_are_checked() {
     }
 }
 
-/// Two stylizers that differ in nothing but their last output: one has put out arms that are a radian higher.
+/// Two stylizers that differ only in their last output: in one, the arms are a radian higher.
 #[test]
 fn an_error_of_a_radian_is_gone_in_30_frames() {
     let input = poses(0, 0, 120);
@@ -224,7 +224,7 @@ fn a_minute_of_walk_does_not_drift() {
         let mut stylizer = Standard::new(Database::open(motion::small()).unwrap(), config).unwrap();
         stylizer.set_style(&[(style, 1.0)]).unwrap();
         let (mut output, mut dofs) = (Pose::IDENTITY, Dofs::default());
-        // Least and largest value of each dof in the first and in the last ten seconds.
+        // Smallest and largest value of each dof in the first and in the last ten seconds.
         let mut ranges = [[[f32::INFINITY; 67], [f32::NEG_INFINITY; 67]]; 2];
         for (t, pose) in poses(0, 0, 1800).iter().enumerate() {
             let report = stylizer.step_observed(pose, &mut output, &mut dofs);
@@ -240,7 +240,7 @@ fn a_minute_of_walk_does_not_drift() {
         }
         let [first, last] = ranges;
         for d in (0..67).filter(|d| *d != 6) {
-            // The slow change of stride lies differently in the two parts: a quarter of the range, 2 cm or 1 degree.
+            // The stride changes slowly and differs between the two parts: allow a quarter of the range, 2 cm or 1 degree.
             let slack = 0.25 * (first[1][d] - first[0][d]) + 0.02;
             assert!(last[0][d] > first[0][d] - slack && last[1][d] < first[1][d] + slack, "dof {d}");
         }
@@ -260,10 +260,10 @@ fn strength_0_gives_the_input_back() {
         assert!((report.step_s - 1.0 / 30.0).abs() < 1e-7);
         let (input, output) = (from_pose(pose, 21), from_pose(&output, 21));
         for (j, (p, q)) in input.rotations.iter().zip(&output.rotations).enumerate() {
-            // f32 through logarithm and exponential.
+            // The error of f32 in a logarithm and an exponential.
             assert!(p.angle_to(q) < 2e-6, "frame {t}, joint {j}: {}", p.angle_to(q));
         }
-        // Velocities are added up over the stream.
+        // Velocities are integrated over the stream.
         assert!((input.root - output.root).norm() < 1e-4, "frame {t}: {} {}", input.root, output.root);
     }
 }
@@ -327,7 +327,7 @@ fn stylizers_on_one_database_do_not_disturb_each_other() {
     }
 }
 
-/// The body's features see no arm, and a mask is not part of the query at all.
+/// The features of the body do not depend on the arms, and the query does not depend on a mask.
 #[test]
 fn arms_and_masks_leave_the_features_of_the_body_alone() {
     let database = Database::open(motion::small()).unwrap();
@@ -352,7 +352,7 @@ fn arms_and_masks_leave_the_features_of_the_body_alone() {
         assert_eq!(a.query, b.query);
         assert!(body.iter().all(|&f| a.query[f] == c.query[f]));
         assert_ne!(a.query, c.query, "the arms' own features have to change");
-        // With the arms masked nothing that the search finds depends on them, nor any leg.
+        // With masked arms, neither the search nor the legs depend on the arms.
         assert_eq!((quiet.classes, quiet.distance2), (loud.classes, loud.distance2));
         for j in (0..5).chain(13..21) {
             assert_eq!(outputs[1].rotations[j], outputs[2].rotations[j], "joint {j}");

@@ -1,5 +1,5 @@
-//! Emulated boards, as a user runs them. Without QEMU or the compiler's targets there is nothing to run: the test says
-//! so and passes. `cargo xtask firmware --setup` installs both.
+//! Emulated boards, as a user runs them. Without `GESTUS_BOARDS` the test prints that it is skipped and passes.
+//! `cargo xtask firmware --setup` installs QEMU and the compiler's targets.
 
 use gestus_core::Database;
 use gestus_firmware_sim::board::{
@@ -9,19 +9,19 @@ use gestus_firmware_sim::board::{
     measure::{Job, measure},
 };
 
-/// Whether boards are to be emulated; they take minutes to build.
-fn wanted() -> bool {
-    let wanted = std::env::var_os("GESTUS_BOARDS").is_some();
-    if !wanted {
+/// Whether to emulate boards. Building their images takes minutes.
+fn enabled() -> bool {
+    let enabled = std::env::var_os("GESTUS_BOARDS").is_some();
+    if !enabled {
         eprintln!("skipped: set GESTUS_BOARDS=1 to emulate boards, or run `cargo xtask firmware`");
     }
-    wanted
+    enabled
 }
 
-/// The smallest board runs the small database bit by bit as this machine does, in the memory that it has.
+/// The smallest board computes the same bits as the host, within its memory.
 #[test]
 fn the_micro_bit_does_what_this_machine_does() {
-    if !wanted() {
+    if !enabled() {
         return;
     }
     let board = find("m0").unwrap();
@@ -47,7 +47,7 @@ fn the_micro_bit_does_what_this_machine_does() {
     assert!(bytes("instructions_median") > 0);
 }
 
-/// Every board is in the README of the firmware.
+/// The README of the firmware lists every board.
 #[test]
 fn the_readme_lists_every_board() {
     let readme = std::fs::read_to_string(image::crate_folder().join("README.md")).unwrap();

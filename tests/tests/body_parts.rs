@@ -25,7 +25,7 @@ fn poses(frames: usize) -> Vec<Pose<22>> {
     motion::unseen(0, 0, frames).frames.iter().map(to_pose).collect()
 }
 
-/// Poses put out, `change` being made before each step.
+/// The output poses of a stream; `change` is called before each step.
 fn run(
     stylizer: &mut Standard<'_>,
     input: &[Pose<22>],
@@ -43,7 +43,7 @@ fn run(
         .collect()
 }
 
-/// Largest change of any joint's angular velocity from one frame to the next, rad/s; by frame.
+/// For each frame, the largest change of any joint's angular velocity since the last frame, rad/s.
 fn jerks(poses: &[Pose<22>]) -> Vec<f64> {
     let frames: Vec<_> = poses.iter().map(|p| from_pose(p, 21)).collect();
     let velocity = |t: usize, j: usize| {
@@ -58,7 +58,7 @@ fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// A walker of the generator, whose feet stand where they stand.
+/// A generated walk whose feet do not slide.
 fn walker() -> &'static (Vec<u8>, Vec<Pose<22>>) {
     static WALKER: OnceLock<(Vec<u8>, Vec<Pose<22>>)> = OnceLock::new();
     WALKER.get_or_init(|| {
@@ -112,7 +112,7 @@ fn a_change_of_strength_makes_no_speed_jump() {
             "{name}: a joint's velocity changes by {calm:.2} rad/s a frame at most, at strength 2 {twice:.2}, \
                   through changes of strength {glided:.2}"
         );
-        // A spring of 8/s begins a change of 2 rad with 8 * 8 * 2 / 30 rad/s; at once it would be 60 rad/s.
+        // A spring of 8/s starts a change of 2 rad with 8 * 8 * 2 / 30 rad/s; an abrupt change would have 60 rad/s.
         assert!(
             glided < calm.max(twice) + 4.3,
             "{name}: {glided}; without changes {calm}, at strength 2 {twice}"
@@ -176,7 +176,7 @@ fn feet_that_are_held_are_let_go_gently_when_the_style_fades() {
         println!("the root {name} {most:.4} m a frame at most, through the change {found:.4}");
         assert!(found < 1.2 * most + 0.004, "the root {name} {found} m in a frame, else {most} at most");
     }
-    // Where the style is gone the body is the input's, to the height of its root.
+    // Without a style the output equals the input, including the height of the root.
     for t in 130..150 {
         let (last, wanted) = (from_pose(&faded[t], 21), from_pose(&input[t], 21));
         for (j, (a, b)) in last.rotations.iter().zip(&wanted.rotations).enumerate() {
@@ -195,7 +195,7 @@ fn groups_have_their_own_styles_to_the_bit_under_every_label() {
             continue;
         }
         for (action, input_style) in [(None, None), (Some(0), None), (None, Some(0)), (Some(0), Some(0))] {
-            // What the lock does to the legs depends on the time step, which looks at the whole body.
+            // The lock's effect on the legs depends on the time step, which depends on the whole body.
             let labelled = |style: &[(u16, f32)]| {
                 let mut s = stylizer(Config::new().contacts(false).method(method));
                 s.set_action(action).unwrap();
@@ -234,7 +234,7 @@ fn a_group_that_is_given_back_follows_the_body() {
     given.set_group_style(1, &[(0, 1.0)]).unwrap();
     given.set_group_style(1, &[]).unwrap();
     assert_eq!(run(&mut given, &input, |_, _| {}), whole);
-    // Equal to the body's, said apart: the same poses.
+    // A group style equal to the body's gives the same poses.
     given.reset();
     (0..3).for_each(|group| given.set_group_style(group, &[(2, 0.5)]).unwrap());
     assert_eq!(run(&mut given, &input, |_, _| {}), whole);
@@ -277,7 +277,7 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
         (0..21).filter(move |&j| database.joint_group(j) == usize::from(group)).collect::<Vec<_>>()
     };
     assert_eq!(of("legs"), (13..21).collect::<Vec<_>>());
-    // The other arm hangs on the torso.
+    // The other arm is attached to the torso.
     assert_eq!((of("head"), of("sword-arm")), (vec![3, 4], vec![9, 10, 11, 12]));
     assert_eq!((of("body"), of("torso")), (vec![0], vec![1, 2, 5, 6, 7, 8]));
     let input = poses(60);
@@ -304,8 +304,8 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
         }
     }
     assert_ne!(whole[40].rotations[13], other[40].rotations[13], "the styles differ");
-    // A search that does not look at a group sees less of what it does; the arms' joints say nothing of where a body
-    // stands either, so that theirs is not seen at all.
+    // Masking a group reduces its influence on the search. The arms do not affect the root either, so masking them removes
+    // their influence entirely.
     let distances = |joint: usize, mask: Option<u16>| {
         let mut moved = input.clone();
         for pose in &mut moved[20..] {
@@ -331,6 +331,6 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
 fn linear_models_refuse_the_style_of_a_group() {
     let mut stylizer = stylizer(Config::new().method(Method::Lti));
     assert_eq!(stylizer.set_group_style(1, &[(1, 1.0)]), Err(ConfigError::WholeBody));
-    // Given back to the body there is nothing to refuse.
+    // After the group returns to the body's style, no error remains.
     assert_eq!(stylizer.set_group_style(1, &[]), Ok(()));
 }

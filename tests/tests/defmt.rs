@@ -13,7 +13,7 @@ fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     }
 }
 
-/// Name of the type that a line declares, if it declares a public one.
+/// Name of the public type that a line declares, if any.
 fn declared(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("pub struct ").or_else(|| line.strip_prefix("pub enum "))?;
     rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()

@@ -1,4 +1,4 @@
-//! Streams and blobs at the edges of what is allowed: teleports, turns on the spot, odd timelines, glitches that come again.
+//! Streams and blobs at the limits of what is allowed: jumps, turns on the spot, unusual timelines, repeated glitches.
 
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
@@ -36,7 +36,7 @@ fn is_finite(pose: &Pose<22>) -> bool {
     pose.position.iter().chain(pose.rotations.as_flattened()).all(|v| v.is_finite())
 }
 
-/// Classes that a frame found nothing in.
+/// Classes in which a frame found no neighbor.
 #[derive(Default)]
 struct Empty(usize);
 
@@ -90,7 +90,7 @@ fn a_statue_that_turns_is_not_held_back() {
     for strength in [0.0, 1.0] {
         let mut stylizer = with_strength(styled(db, Config::new()), strength);
         let (mut output, mut off) = (Pose::IDENTITY, 0.0f32);
-        // Stands until all that was taken for granted of it is forgotten, then turns at 2.5 rad/s.
+        // Stands until the speed limit has forgotten earlier motion, then turns at 2.5 rad/s.
         for t in 0..400 {
             let turn = (t - 150).max(0) as f32 * 2.5 / 30.0;
             let mut input = still;
@@ -105,8 +105,8 @@ fn a_statue_that_turns_is_not_held_back() {
     }
 }
 
-/// The blob with other knots: `change` is given whether the cycle is of the first style, the knot's place in the cycle, how
-/// many there are, the first knot, the rows of the clip and the knot.
+/// The blob with other knots. Arguments of `change`: whether the cycle is of the first style, the index of the knot in the
+/// cycle, the number of knots, the first knot, the rows of the clip, and the knot.
 fn with_knots(blob: &[u8], change: impl Fn(bool, usize, usize, f32, f32, f32) -> f32) -> Vec<u8> {
     let db = Database::open(blob).unwrap();
     let plain: Vec<_> =
@@ -130,14 +130,14 @@ fn with_knots(blob: &[u8], change: impl Fn(bool, usize, usize, f32, f32, f32) ->
 
 #[test]
 fn time_goes_on_and_not_by_hours() {
-    // Outputs in a third of the time, at twice the strength: no time at all.
+    // The outputs take a third of the time; at twice the strength the time step reaches zero.
     let fast = with_knots(
         motion::small(),
         |own, _, _, start, _, knot| {
             if own { knot } else { start + 0.35 * (knot - start) }
         },
     );
-    // Cycles of a fiftieth of a frame, whose outputs take half a minute.
+    // Cycles of a fiftieth of a frame with outputs of half a minute.
     let slow = with_knots(motion::small(), |own, k, count, start, rows, knot| match own {
         true => start + 0.012 * k as f32,
         false if k + 1 == count => rows + 900.0,
@@ -190,7 +190,7 @@ fn styles_of_groups_are_not_dropped_by_a_method_that_has_none() {
     assert_eq!((stylizer.config().method, stylizer.style_of(1, 2)), (Method::Mar, 1.0));
     stylizer.set_group_style(1, &[]).unwrap();
     stylizer.set_config(linear).unwrap();
-    // As it was made, it has no styles of groups to lose.
+    // Before any change there are no group styles to lose.
     stylizer.set_config(Config::new()).unwrap();
     stylizer.set_group_style(1, &[(2, 1.0)]).unwrap();
     stylizer.restore(linear).unwrap();
@@ -249,7 +249,7 @@ fn a_glitch_that_comes_again_is_no_news() {
     for _ in 0..9 {
         assert_eq!(heard(60), Degraded::ORDER);
     }
-    // Four more frames of it are glitches, and then it is where the body is.
+    // Four more such frames count as glitches; after that the new place is accepted.
     for number in 61..65 {
         assert_eq!(heard(number), Degraded::LEAP, "{number}");
     }
@@ -262,7 +262,7 @@ fn a_glitch_that_comes_again_is_no_news() {
 fn frames_lost_between_glitches_count() {
     let db = Database::open(motion::small()).unwrap();
     let still = walk(0, 0, 10)[5];
-    // So many visits search every class whole: none is searched anew.
+    // With this many visits every class is searched completely, and none is searched again.
     let mut stylizer = styled(db, Config::new().safety(Safety::Hold).visits(320));
     let mut output = Pose::IDENTITY;
     let mut at = |x: f32, number| {
@@ -274,7 +274,7 @@ fn frames_lost_between_glitches_count() {
         at(0.0, number);
     }
     assert_eq!(at(50.0, 30), Degraded::LEAP);
-    // 4 m are a leap over two frames, and none over the twelve that have gone by since the last input was taken.
+    // 4 m are a leap in two frames, but not in the twelve frames since the last accepted input.
     assert!(at(4.0, 41).is_empty());
 }
 

@@ -1,5 +1,5 @@
-//! Laban effort on generated motion: the dial goes where it is turned to on motion that it has never seen, streams are
-//! cut into the fragments they are made of, and a nonlinear annotator is learned better by kernels than by lines.
+//! Laban effort on generated motion: the dial reaches its targets on unseen motion, streams are segmented into the
+//! fragments that they consist of, and kernels learn a nonlinear annotator better than linear regression.
 
 use gestus_core::{Database, Effort, blob::layout::section};
 use gestus_database::{
@@ -27,8 +27,8 @@ fn corpus(actions: &[&str], styles: &[&str], clips: usize) -> Corpus {
     synth::corpus(&options).unwrap()
 }
 
-/// Turned alone from end to end of its axis, each factor goes with its knob on what really comes out, on clips that
-/// neither database nor dial has seen.
+/// If one factor is turned from end to end of its axis, that factor of the output follows, on clips that are neither in the
+/// database nor in the dial's data.
 #[test]
 fn each_factor_goes_with_its_knob() {
     let corpus = corpus(&["walk", "run"], &["neutral", "old", "childlike", "angry"], 3);
@@ -50,7 +50,7 @@ fn each_factor_goes_with_its_knob() {
     let mut turned = 0;
     for (k, name) in NAMES.iter().enumerate() {
         let (low, high) = dial.range()[k];
-        // An axis without length says that it can't.
+        // An axis without length reports that the target is not reached.
         if high - low < 0.2 {
             continue;
         }
@@ -80,8 +80,8 @@ fn each_factor_goes_with_its_knob() {
     assert!(turned >= 2, "no more than {turned} factors can be turned: {:?}", dial.range());
 }
 
-/// Streams made of fragments, at other paces and with noise on every angle: 98% of the frames find their action. (Which
-/// of a clip's steps it is can't be told where noise is greater than what steps differ by.)
+/// Streams made of fragments at other speeds, with noise on every angle: 98% of the frames find their action. (The steps of
+/// a clip differ by less than the noise, so the step itself is not checked.)
 #[test]
 fn streams_are_cut_into_their_fragments() {
     let corpus = corpus(&["walk", "run", "punch", "kick", "jump"], &["neutral", "old"], 2);
@@ -119,9 +119,9 @@ fn streams_are_cut_into_their_fragments() {
     assert!(share >= 0.98, "{share}");
 }
 
-/// Table 1 of Torresani 2006 with an annotator whose taste is a fixed nonlinear function with noise: over corpora that share
-/// no motion and no noise, kernel ridge and support vectors predict Weight and Time better than interpolation, by more
-/// than three standard errors of the difference and by a fifth at least. With `--release` it is the paper's 500 splits.
+/// Table 1 of Torresani 2006, with a fixed nonlinear function and noise as annotator. Over corpora that share neither motion
+/// nor noise, kernel ridge and support vectors predict Weight and Time better than interpolation: by more than three
+/// standard errors of the difference, and by at least a fifth. With `--release` it runs the paper's 500 splits.
 #[test]
 fn kernels_beat_lines_on_weight_and_time() {
     let (annotators, splits) = if cfg!(debug_assertions) { (6, 4) } else { (10, 50) };

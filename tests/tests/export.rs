@@ -1,5 +1,5 @@
-//! What a stranger would do: take the folder of `gestus export` and the file of `gestus translate --trace`, know nothing
-//! else of Gestus, and compute every frame again.
+//! Recomputes every frame from the folder of `gestus export` and the file of `gestus translate --trace` alone, as somebody
+//! without the source code would.
 
 use std::{collections::HashMap, fs, path::Path};
 
@@ -59,7 +59,7 @@ impl Arrays {
         self.0[name].0.iter().map(|&v| v as usize).collect()
     }
 
-    /// Row `index` of an array: all that lies behind its first axis.
+    /// Row `index` of an array along its first axis.
     fn row(&self, name: &str, index: usize) -> &[f64] {
         let (shape, values) = &self.0[name];
         let length = shape[1..].iter().product::<u64>() as usize;
@@ -79,7 +79,7 @@ fn near(what: &str, t: usize, a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "frame {t}, {what}: traced {a}, computed {b}");
 }
 
-/// The files of one stream, computed again.
+/// The files of one stream, recomputed.
 fn recompute(folder: &str, blob: &[u8], request: &Request) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     let database = Database::open(blob).unwrap();
@@ -89,7 +89,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
     stream(&database, &clip, request, &mut trace).unwrap();
     trace.write(&folder.join("trace.npz"), &database, request).unwrap();
 
-    // From here on files alone.
+    // From here on, only files are used.
     let stored = Arrays::folder(&folder);
     let traced = Arrays::archive(&folder.join("trace.npz"));
     let manifest: Value = serde_json::from_slice(&fs::read(folder.join("manifest.json")).unwrap()).unwrap();
@@ -115,7 +115,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         kappa: number("kappa"),
         rho: number("rho"),
         styles: numbers(&config["style_weights"]),
-        // Not in the trace, and not asked for below.
+        // Not in the trace, and not needed below.
         prune: 0.0,
         classes: 0,
         timing_width: 0.0,
@@ -171,7 +171,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
             }
             let mean = sum / found.len() as f64;
             near("mean", t, traced.row("mean_distance2", t)[c], mean, 1e-4 * mean + 1e-8);
-            // Small classes: what was found is the nearest there is.
+            // Small classes are searched completely, so the neighbors are exact.
             let mut all: Vec<f64> = (0..n)
                 .filter(|&r| stored.at("class", r) == c as f64 && stored.at("searchable", r) == 1.0)
                 .map(|r| distance2(t, r))
@@ -187,7 +187,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         for &(c, own) in &all {
             let proportion = traced.row("proportion", t)[c];
             if proportion == 0.0 {
-                // Frames that search anew keep the four heaviest.
+                // Frames in which classes are searched again keep the four heaviest.
                 let kept = traced.row("proportion", t).iter().filter(|p| **p > 0.0).count();
                 assert!(own < 0.011 || kept == 4, "frame {t}: {own} of the weight was dropped at once");
                 continue;
@@ -264,7 +264,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
 
 #[test]
 fn the_default_can_be_recomputed_from_files() {
-    // Contacts as they are voted, before the lock has seen the feet.
+    // Contacts as voted, before the foot lock.
     let request = Request { config: Config::new().contacts(false), ..Request::style(1) };
     recompute("export-default", motion::small(), &request);
 }

@@ -74,7 +74,7 @@ fn feet_are_held_through_faults_and_the_stream_comes_back() {
         let arrived = arrivals.clip(clip);
         let held = run(&database, &arrived, Config::new());
         let raw = run(&database, &arrived, Config::new().contacts(false));
-        // Poses, whatever came; and no foot further from its prediction than a lock may hold it.
+        // Every output is a valid pose, and no foot is further from its prediction than the lock allows.
         for (t, step) in held.steps.iter().enumerate() {
             assert!(to_pose::<22>(&step.frame).is_valid(database.counts().joints), "{kind}: frame {t}");
             let far =
@@ -107,7 +107,7 @@ fn a_held_foot_stays_where_it_is_while_the_input_is_none() {
     let database = Database::open(blob).unwrap();
     for safety in [Safety::Follow, Safety::Hold, Safety::Rest] {
         let mut stuck = clip.clone();
-        // Half a second of poses that are none, in the middle of a stride.
+        // Half a second of invalid poses in the middle of a stride.
         for frame in &mut stuck.frames[100..115] {
             frame.root.x = f64::NAN;
         }

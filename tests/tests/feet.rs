@@ -1,4 +1,4 @@
-//! Feet: the leg that is put to a target, and the foot that stays where it stands.
+//! Feet: inverse kinematics of the leg, and the lock that holds a standing foot.
 
 use std::sync::OnceLock;
 
@@ -41,7 +41,7 @@ fn the_ankle_meets_its_target_the_knee_keeps_its_direction_the_foot_its_orientat
             let pose = to_pose::<22>(frame);
             let chain = Chain::of(&database, leg, &pose);
             let before = from_pose(&pose, 21).positions(&skeleton);
-            // The chain against forward kinematics in f64.
+            // The leg is compared with forward kinematics in f64.
             for (joint, place) in [(leg.hip, chain.hip), (leg.knee, chain.knee), (leg.ankle, chain.ankle)] {
                 let apart = (before[joint] - Vector3::from(place.map(f64::from))).norm();
                 assert!(apart < 1e-5, "frame {t}: joint {joint} is {apart} m off");
@@ -59,7 +59,7 @@ fn the_ankle_meets_its_target_the_knee_keeps_its_direction_the_foot_its_orientat
             let wanted = Vector3::from(target.map(f64::from));
             let missed = (after[leg.ankle] - wanted).norm();
             assert!(!reached || missed < 2e-5, "frame {t}: {missed} m from the target");
-            // The knee stays on its side: the leg bends in the plane that it bent in, turned with the leg.
+            // The knee keeps its side: the plane in which the leg bends turns with the leg.
             let knee = |p: &[Vector3<f64>]| (p[leg.knee] - p[leg.hip]).cross(&(p[leg.ankle] - p[leg.knee]));
             let (old, new) = (knee(&before), knee(&after));
             if old.norm() > 1e-3 && new.norm() > 1e-3 {
@@ -99,7 +99,7 @@ fn a_target_out_of_reach_stretches_the_leg_and_breaks_nothing() {
     }
 }
 
-/// A walker of the generator, whose feet stand where they stand: a database, and a clip that it does not hold.
+/// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
     WALKER.get_or_init(|| {
@@ -178,7 +178,7 @@ fn joints_turn_no_faster_than_the_input_has_shown() {
         let request = Request { config: Config::new().speed_limit(limit), ..Request::style(2) };
         stream(&database, &clip, &request, &mut ()).unwrap()
     };
-    // The first two seconds take 8 rad/s for granted; what was held back by then is caught up with.
+    // In the first two seconds the speed limit assumes 8 rad/s. After that the output has caught up.
     let late = |of: Performance| {
         fastest(&Performance {
             frames: of.frames[90..].to_vec(),
@@ -197,7 +197,7 @@ fn joints_turn_no_faster_than_the_input_has_shown() {
         assert!(freely > allowed, "{freely}: nothing to limit");
         assert!(held < 1.001 * allowed, "{held} rad/s");
     }
-    // Far above, nothing is changed.
+    // A limit far above the actual speed changes nothing.
     assert_eq!(run(50.0).digest, free.digest);
 }
 
@@ -224,7 +224,7 @@ fn a_whole_clip_is_cleaned_up_without_a_pop() {
     assert!(skate(&cleaned) <= 1.0 && skate(&raw) > 5.0, "{} {}", skate(&raw), skate(&cleaned));
     // A whole footplant moves to its mean place: 1.27 here.
     assert!(peak(&cleaned) <= 1.3 * peak(&raw), "{} {}", peak(&raw), peak(&cleaned));
-    // Arms and trunk are as they were.
+    // Arms and trunk do not change.
     let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
     for (a, b) in raw.frames.iter().zip(&cleaned.frames) {
         for j in (0..a.rotations.len()).filter(|j| !leg_joints.contains(j)) {
@@ -237,7 +237,7 @@ fn a_whole_clip_is_cleaned_up_without_a_pop() {
 fn a_body_that_stands_before_it_walks_stands() {
     let (blob, clip) = walker();
     let database = Database::open(blob).unwrap();
-    // All that the database has seen walks, at 1 m/s and more.
+    // Everything in the database walks at 1 m/s or faster.
     let mut clip = clip.clone();
     clip.frames.splice(0..0, vec![clip.frames[0].clone(); 20]);
     for (style, name) in ["neutral", "old", "childlike"].iter().enumerate() {
@@ -257,7 +257,7 @@ fn the_prediction_is_the_same_with_and_without_the_lock() {
     for (a, b) in raw.steps.iter().zip(&held.steps) {
         assert_eq!(a.report.step_s.to_bits(), b.report.step_s.to_bits());
         assert_eq!(a.report.classes, b.report.classes);
-        // Arms and trunk are the prediction's, to the bit.
+        // Arms and trunk have the same bits as the prediction.
         for j in (0..21).filter(|j| !(13..21).contains(j)) {
             assert_eq!(a.frame.rotations[j], b.frame.rotations[j], "joint {j}");
         }
@@ -299,7 +299,7 @@ fn a_foot_that_is_too_far_off_steps_and_is_held_again() {
     };
     let (raw, streamed) = (run(Config::new().contacts(false)), run(Config::new().release_m(0.03)));
     let report = |t: usize| &streamed.steps[t].report;
-    // How far an ankle is from its prediction on the ground, seen from the hip joint, which the lock moves too.
+    // Distance of an ankle from its prediction on the ground, relative to the hip joint, which the lock also moves.
     let apart = |t: usize, side: usize| {
         let ankle = |of: &Streamed| {
             let places = of.steps[t].frame.positions(&skeleton);
@@ -319,7 +319,7 @@ fn a_foot_that_is_too_far_off_steps_and_is_held_again() {
         }
         steps += 1;
         assert!(report(t).held_m[side] > 0.03, "frame {t}: let go at {} m", report(t).held_m[side]);
-        // The way of 3 cm and what a frame adds takes 8 frames at most, with the shortest time of an ease.
+        // Easing 3 cm and the motion of a frame takes at most 8 frames with the shortest easing time.
         let frames = (t..t + 9).take_while(|&t| stands(t) && !report(t).held[side]).count();
         assert!(frames < 9, "frame {t}: {frames} frames without hold");
         assert!((t..t + frames).all(|t| !report(t).contacts[side]), "frame {t}: stands while it steps");
@@ -336,7 +336,7 @@ fn a_foot_that_is_too_far_off_steps_and_is_held_again() {
 #[test]
 fn the_offset_of_a_foot_that_goes_up_is_eased_out() {
     let database = Database::open(motion::small()).unwrap();
-    // At no distance that these feet come to is one let go: none steps.
+    // These feet never come far enough from their predictions to be released, so none steps.
     let request = Request { config: Config::new().release_m(1.0), ..Request::style(1) };
     let streamed = stream(&database, &motion::unseen(0, 0, 150), &request, &mut ()).unwrap();
     let mut returning = 0;
@@ -381,7 +381,7 @@ fn the_body_follows_the_floor_smoothly() {
     for t in 1..=last {
         assert!((rise(t) - rise(t - 1)).abs() < 0.03, "frame {t}: {} m in a frame", rise(t) - rise(t - 1));
     }
-    // At the end standing feet are on the new floor.
+    // At the end, standing feet are on the new floor.
     for (frame, report) in &step[130..] {
         let p = frame.positions(&clip.skeleton);
         for (side, leg) in legs.iter().enumerate().filter(|(i, _)| report.held[*i]) {

@@ -1,10 +1,10 @@
-//! Golden digests: the same blob and the same input give the same bits, in debug and in release, looked into or not, in
-//! every capacity, and in every later version that does not mean to change them.
+//! Golden digests: the same blob and the same input give the same bits in debug and in release, with and without an
+//! observer, with every capacity, and in every later version that does not change them on purpose.
 //!
 //! `golden/blob-v1.gestus` is a small generated database of format version 1, as the first builder made it, and
 //! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held;
 //! `blob-v1-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and
-//! old blobs have to open. The input comes from the core's own sine, which has the same bits everywhere.
+//! old blobs have to open. The input is computed with the core's own sine, which has the same bits everywhere.
 //!
 //! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the
 //! last blob too.
@@ -22,7 +22,7 @@ use gestus_core::{
 };
 use gestus_tests::motion::{self, Size};
 
-/// Large enough for the graph in no class, small enough to be kept in the repository.
+/// Too small for a graph in any class, and small enough for the repository.
 const KEPT: Size = Size { actions: 2, styles: 3, takes: 1, frames: 100 };
 /// Frames of the stream.
 const FRAMES: usize = 900;
@@ -54,7 +54,7 @@ fn with_outputs() -> Vec<u8> {
     fs::read(&path).unwrap()
 }
 
-/// A walk by the core's own arithmetic, f32 alone. It turns, changes its stride, and jumps once.
+/// A walk in f32 by the core's own arithmetic. It turns, changes its stride, and jumps once.
 fn input<const J: usize>(t: usize) -> Pose<J> {
     let jumped = t >= 500;
     let time = t as f32 / 30.0;
@@ -75,12 +75,12 @@ fn input<const J: usize>(t: usize) -> Pose<J> {
         *rotation =
             exp([swing * left * wave(lead) + bend, 0.05 * wave(2.0 * lead), down + 0.03 * wave(lead + 1.0)]);
     }
-    // As a sensor would send it: not quite of unit length.
+    // Not exactly of unit length, as from a sensor.
     pose.rotations[4] = pose.rotations[4].map(|v| v * 1.0001);
     pose
 }
 
-/// Looks at everything and changes nothing.
+/// Observes everything and changes nothing.
 #[derive(Default)]
 struct Looks(u64);
 
@@ -99,7 +99,7 @@ impl<const J: usize> Observer<J> for Looks {
     }
 }
 
-/// Digest of the stream; styles and labels change on the way.
+/// Digest of the stream; styles and labels change during it.
 fn digest<const J: usize, const K: usize, const C: usize>(blob: &[u8], config: Config, look: bool) -> u32 {
     let database = Database::open(blob).unwrap();
     let mut stylizer = Box::new(Stylizer::<J, K, C>::new(database, config).unwrap());
@@ -184,7 +184,7 @@ fn digests_are_as_recorded() {
     assert_eq!(found, recorded, "record anew with GESTUS_RECORD=1 where the change is meant");
 }
 
-/// Every blob that was ever kept opens, and says what is in it.
+/// Every stored blob opens, and its contents are as expected.
 #[test]
 fn kept_blobs_open() {
     for (blob, legs, outputs) in [(first(), false, 1), (with_legs(), true, 1), (with_outputs(), true, 2)] {

@@ -1,4 +1,4 @@
-//! The board's end of the link: what it answers, what it counts, and that it steps each pose once.
+//! The board's end of the link: its replies, its counters, and that it steps each pose once.
 
 use gestus_core::{
     Config, ConfigError, Database, Observer, Pose, Report, Stylizer,
@@ -16,7 +16,7 @@ const N: usize = buffer_length(J);
 type Stylized<'db> = Stylizer<'db, J, 40, 28>;
 type Served<'a, 'db, B> = Server<'a, 'db, B, J, 40, 28, N>;
 
-/// A board that counts what it is told.
+/// A board that counts its calls.
 #[derive(Default)]
 struct Counting {
     begun: u32,
@@ -61,14 +61,14 @@ fn framed(header: Header, request: &Request<'_>) -> Vec<u8> {
     Frame::<N>::new().write(header, request).expect("it fits").to_vec()
 }
 
-/// The frame that comes back for these bytes; `None` where there is none.
+/// The reply frame to these bytes, if any.
 fn sent<B: Board<J>>(server: &mut Served<'_, '_, B>, bytes: &[u8]) -> Option<Vec<u8>> {
     let mut answers = bytes.iter().filter_map(|&b| server.receive(b).map(<[u8]>::to_vec)).collect::<Vec<_>>();
     assert!(answers.len() < 2, "one request, {} answers", answers.len());
     answers.pop()
 }
 
-/// Unpacks an answer and looks at it.
+/// Decodes a reply and passes it to a function.
 fn with<R>(answer: &[u8], look: impl FnOnce(Header, Reply<'_>) -> R) -> R {
     let mut receiver = Receiver::<N>::new();
     for &byte in answer {
@@ -95,7 +95,7 @@ fn pairs(pairs: &[(u16, f32)]) -> Pairs {
     pairs.iter().copied().collect()
 }
 
-/// Asks in order, from a hello on.
+/// Sends requests in order, starting with a hello.
 struct Host {
     sequence: u16,
 }
@@ -170,11 +170,11 @@ fn a_request_is_carried_out_once_however_often_it_comes() {
         let _ = plain.step(pose, &mut output);
         host.sequence += 1;
         let request = Request::Pose(buffer.pose(pose, 21));
-        // The first two attempts got lost; then the line doubles the third, and the host sends a fourth.
+        // The first two attempts are lost. The line duplicates the third, and the host sends a fourth.
         let answer = sent(&mut server, &framed(host.header(2), &request)).expect("an answer");
         assert_eq!(sent(&mut server, &framed(host.header(2), &request)).as_ref(), Some(&answer));
         assert_eq!(sent(&mut server, &framed(host.header(3), &request)).as_ref(), Some(&answer));
-        // What comes late is not answered, and does nothing.
+        // A late request has no reply and no effect.
         if let Some(before) = before.replace(framed(host.header(0), &request)) {
             assert_eq!(sent(&mut server, &before), None);
         }
@@ -204,12 +204,12 @@ fn only_a_hello_begins_a_session() {
     let own = Request::GroupStyle { group: 2, weights: pairs(&[(2, 1.0), (0, 3.0)]) };
     assert!(is_done(host.ask(&mut server, &own)));
     assert_eq!([0, 1, 2].map(|style| server.stylizer().style_of(2, style)), [0.75, 0.0, 0.25]);
-    // The first hello, late: it is the running session's, and stays without effect.
+    // A late copy of the first hello belongs to the running session and has no effect.
     let late = framed(Header::request(500, 0), &Request::Hello { session: 3 });
     assert_eq!(sent(&mut server, &late), None);
     assert_eq!(server.stylizer().config().k, 12);
     assert!(!server.stylizer().searches(1));
-    // Another session: everything is as it was at the start.
+    // A new session starts from the initial state.
     Host::hello(&mut server, 4);
     assert_eq!(server.stylizer().style(), [1.0, 0.0, 0.0]);
     assert_eq!(server.stylizer().config(), &Config::new());
@@ -262,14 +262,14 @@ fn what_is_refused_changes_nothing() {
     assert_eq!((server.counts().faults, server.counts().steps), (12, 0));
 }
 
-/// docs/LINK.md states the limit for each list; a host that sent all parameters in one message heard `Malformed`, and no
-/// page said why.
+/// docs/LINK.md states the limit for each list. A host that sent all parameters in one message used to receive `Malformed`,
+/// which no page explained.
 #[test]
 fn a_list_of_more_than_twenty_is_malformed() {
     let mut served = stylizer(motion::small());
     let mut server = Served::new(&mut served, ());
     let mut host = Host::hello(&mut server, 3);
-    // Style, strength and configuration, by their numbers on the line.
+    // Style, strength and configuration, by their numbers in the protocol.
     for (number, item) in [(1u8, (1u16, 1.0f32)), (4, (0, 0.5)), (5, (parameters::K, 12.0))] {
         let mut ask = |count: usize| {
             host.sequence += 1;
@@ -327,7 +327,7 @@ fn statistics_come_page_by_page() {
 
 #[test]
 fn a_server_is_small() {
-    // Two buffers and little else: a board of 16 KB with 12 joints has room for it.
+    // Two buffers and little else: it fits a board of 16 KB with 12 joints.
     let size = size_of::<Server<'_, '_, (), 12, 16, 8, { buffer_length(12) }>>();
     assert!(size <= 2 * buffer_length(12) + 160, "{size}");
     assert!(size <= 900, "{size}");

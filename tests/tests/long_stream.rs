@@ -1,8 +1,7 @@
-//! The long stream: 10,000 frames with labels and styles that change on the way, one digest for every machine.
+//! The long stream: 10,000 frames with changing labels and styles, and one digest for every machine.
 //!
-//! This is the host's, with the optimisation of tests; `cargo xtask firmware` holds the emulated boards and an
-//! optimised host against the same number. `GESTUS_RECORD=1 cargo test -p gestus-tests --test long_stream` records
-//! it anew.
+//! This test runs on the host at the tests' optimisation level. `cargo xtask firmware` compares the emulated boards and an
+//! optimised host with the same digest. `GESTUS_RECORD=1 cargo test -p gestus-tests --test long_stream` records it again.
 
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
@@ -18,7 +17,7 @@ fn the_long_stream_has_its_digest() {
     let (frames, change) = LONG;
     let recording = Recording::long(&database, frames, change);
     assert_eq!(recording.frames.len(), 10_000);
-    // It is what it says: styles in mixes, labels of every kind, and poses that are none.
+    // The stream contains mixes of styles, labels of every kind, and invalid poses.
     let settings: BTreeSet<String> = recording.frames.iter().map(|(s, _)| format!("{s:?}")).collect();
     assert!(settings.len() > 20, "{} settings", settings.len());
     let labels: BTreeSet<_> =

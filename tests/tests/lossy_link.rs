@@ -1,4 +1,4 @@
-//! A stream over a line that loses, doubles, truncates, corrupts and delays: it goes on, and every bit is right.
+//! A stream over a line that loses, duplicates, truncates, corrupts and delays bytes continues, and every bit is right.
 
 use std::time::Duration;
 
@@ -196,9 +196,9 @@ fn of_other_make(database: &Database<'_>, buffer_bytes: usize) -> impl FnMut(u8)
 }
 
 /// 400 bytes hold a pose of 21 joints, but not every reply to one; 345 bytes hold no such pose, and the board ignores
-/// it. The host once reported that as a line that had become worse.
+/// it. The host used to report this as a line that had become worse.
 #[test]
-fn a_board_with_short_buffers_is_turned_away_before_the_stream() {
+fn a_board_with_short_buffers_is_refused_before_the_stream() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
     let begun = |bytes| {
         with_board(database, Config::new(), |twin| {
@@ -218,11 +218,11 @@ fn a_board_with_short_buffers_is_turned_away_before_the_stream() {
 }
 
 #[test]
-fn a_board_that_starts_anew_is_noticed() {
+fn a_restarted_board_is_detected() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
     let pose = gestus_database::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
     let mut buffer = PoseBuffer::new();
-    // Two boards, the second of which knows nothing of the first one's session.
+    // Two boards; the second one does not know the session of the first.
     let error = with_board(database, Config::new(), |first| {
         with_board(database, Config::new(), |second| {
             let mut bytes = 0;
@@ -248,16 +248,16 @@ const N: usize = buffer_length(22);
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Whatever comes, the server is there afterwards: it answers the next hello.
+    /// After any bytes the server still replies to the next hello.
     #[test]
     fn no_bytes_hang_or_crash_a_server(
         chunks in prop::collection::vec(
             prop_oneof![
-                // Noise; zeros and group lengths among it.
+                // Noise, including zeros and group lengths.
                 prop::collection::vec(prop_oneof![any::<u8>(), Just(0), Just(1), Just(255)], 0..600),
-                // A frame with a right checksum around any message.
+                // Any message in a frame with a correct checksum.
                 (any::<u16>(), any::<u8>(), prop::collection::vec(any::<u8>(), 0..80)).prop_map(|(s, a, m)| sealed(s, a, &m)),
-                // A request with a right frame, to be carried out: the session's numbers go on from 1.
+                // A valid request, which is carried out: the session's numbers continue from 1.
                 (0u16..40, 0u8..3, 0u8..9).prop_map(|(s, a, kind)| request(s, a, kind)),
             ],
             1..40,
@@ -275,7 +275,7 @@ proptest! {
         }
         let counts = *server.counts();
         prop_assert!(answers <= counts.frames);
-        // In step again at the next zero, which every frame brings along.
+        // Synchronised again at the next zero, which every frame has.
         let mut frame = Frame::<64>::new();
         let hello = frame.write(Header::request(9, 0), &Request::Hello { session: 0xdead_beef }).expect("it fits");
         let mut answered = false;
@@ -287,7 +287,7 @@ proptest! {
 }
 
 fn sealed(sequence: u16, attempt: u8, message: &[u8]) -> Vec<u8> {
-    // Bytes without a length in front are what a tuple is.
+    // A tuple is encoded as bytes without a length.
     let mut raw = vec![0x10, attempt];
     raw.extend(sequence.to_le_bytes());
     raw.extend(message);

@@ -1,5 +1,4 @@
-//! The methods that need no frames, behind the same step: held against slow `f64` versions, checked at `open`, cut to a
-//! blob of their own.
+//! The methods that need no frames: compared with slow `f64` versions, checked by `open`, and cut to a blob of their own.
 
 use gestus_core::{
     BlobError, Config, ConfigError, Database, Degraded, Method, Pose, Stylizer,
@@ -18,7 +17,7 @@ use gestus_tests::{
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-// Feet are not held: what the methods say is what is looked at.
+// The foot lock is off, so that the predictions are compared.
 const LTI: Config = Config::new().method(Method::Lti).contacts(false);
 const STATISTIC: Config = Config::new().method(Method::Statistic).contacts(false);
 
@@ -66,7 +65,7 @@ fn the_stream_of_a_linear_model_is_the_papers_recursion() {
 fn a_linear_model_learns_the_style() {
     let (trace, _) = run(motion::small(), LTI, &[(2, 1.0)], 150);
     let database = Database::open(motion::small()).unwrap();
-    // The same content in the style itself, by its means: `raised` holds its arms a radian higher.
+    // The same content performed in the style, compared by means: `raised` holds the arms a radian higher.
     let raised = motion::example(0, 2, 9, 150).clip;
     let body = |rows: &dyn Fn(usize) -> f64| (60..150).map(rows).sum::<f64>() / 90.0;
     let arm = 6;
@@ -98,7 +97,7 @@ fn statistics_are_transferred_as_in_the_paper() {
             let ((from, from_sd), (to, to_sd)) = (source.joint(j), target.joint(j));
             let aligned = clip.frames[t].rotations[j] * (q(from).inverse() * q(to));
             let scale = (f64::from(to_sd) / f64::from(from_sd)).min(4.0);
-            // Slerp from the mean is the mean times a scaled way.
+            // Slerp from the mean is the mean times the scaled rotation.
             let way: Vector3<f64> = (q(to).inverse() * aligned).scaled_axis() * scale;
             let truth = q(to) * UnitQuaternion::from_scaled_axis(way);
             let off = step.frame.rotations[j].angle_to(&truth);
@@ -113,7 +112,7 @@ fn statistics_are_transferred_as_in_the_paper() {
     }
 }
 
-/// An input in a style that the stored statistics are not about: running ones find it out.
+/// An input in another style than that of the stored statistics: running statistics adapt to it.
 #[test]
 fn running_statistics_follow_the_input() {
     let blob = motion::small();
@@ -131,10 +130,10 @@ fn running_statistics_follow_the_input() {
         let mean = gestus_database::models::statistic::mean::recursive(all);
         gestus_core::math::quaternion::angle(mean, target.joint(arm).0)
     };
-    // Half a second is a lively estimate; the stored statistics are those of `normal`, arms down.
+    // A half-life of half a second adapts quickly; the stored statistics are those of `normal`, arms down.
     let (running, stored) = (off(STATISTIC.halflife_s(3.0)), off(STATISTIC));
     assert!(running < 0.15 && stored > 0.5, "{running} {stored}");
-    // Told what the style is, the stored ones are right.
+    // With a labelled input style the stored statistics are right.
     let request = Request { config: STATISTIC, input_style: Some(2), ..Request::style(1) };
     assert!(stream(&database, &clip, &request, &mut ()).is_ok());
 }
@@ -171,8 +170,8 @@ fn unexpected_input_passes_through() {
     assert!(trace.frames[60].report.distance2 > 100.0);
 }
 
-/// A knee of another body, or of a sensor, is a degree off the captured one's axis, about which nothing else ever turned:
-/// every frame was unexpected, and the input came out as it went in.
+/// The knee of another body or of a sensor turns about an axis a degree off the captured one. Since no captured joint turned
+/// about that axis, every frame used to count as unexpected, and the input passed through.
 #[test]
 fn a_still_joint_that_is_a_degree_off_is_not_unexpected() {
     let database = Database::open(motion::small()).unwrap();
@@ -197,7 +196,7 @@ fn a_still_joint_that_is_a_degree_off_is_not_unexpected() {
     }
 }
 
-/// A change of style glides; the model that comes in begins at x = 0, and is not seen to.
+/// A change of style is gradual; the new model starts at x = 0 without a visible jump.
 #[test]
 fn styles_blend_and_change_without_a_jump() {
     let database = Database::open(motion::small()).unwrap();
@@ -243,7 +242,7 @@ fn a_method_needs_its_section() {
     assert_eq!(database.linear_from(), Some(0));
     assert!(size_of::<Stylizer<'_, 22, 40, 28>>() <= 24_576);
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap());
-    // A stylizer that changes its method begins anew, and gives what one that was made for it gives.
+    // A stylizer that changes its method restarts, and gives the same output as one created with that method.
     let mut output = Pose::IDENTITY;
     let clip = motion::unseen(0, 0, 40);
     for frame in &clip.frames {
@@ -266,9 +265,9 @@ fn a_method_needs_its_section() {
 }
 
 #[test]
-fn more_models_than_a_frame_may_use_are_cut_and_said() {
+fn models_beyond_the_limit_of_a_frame_are_dropped_and_reported() {
     let mut blob = motion::small().to_vec();
-    // Three styles have two models; so many are never cut.
+    // Three styles have two models, which always fit.
     let database = Database::open(&blob).unwrap();
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());
     stylizer.set_style(&[(0, 1.0), (1, 1.0), (2, 1.0)]).unwrap();
@@ -278,7 +277,7 @@ fn more_models_than_a_frame_may_use_are_cut_and_said() {
         assert!(!report.degraded.contains(Degraded::CLASSES));
         assert!(output.is_valid(21));
     }
-    // A blob that changes underneath gives other poses, and no panic.
+    // A blob that changes while in use gives other poses, but no panic.
     let at = patch::section(&blob, section::LTI);
     blob[at.start + 200..at.end].fill(0xff);
     assert!(Database::open(&blob).is_err());
@@ -296,7 +295,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     assert_eq!(database.counts().frames, 0);
     assert_eq!(database.manifest().unwrap().styles.iter().collect::<Vec<_>>(), motion::STYLES);
     assert_eq!(database.manifest().unwrap().licences.count(), 1);
-    // Besides the models only names, body and query are left.
+    // Only names, body and query remain besides the models.
     let models: usize = database.optional_sections().map(|(_, bytes)| bytes.len()).sum();
     let query = database.sections().into_iter().find(|(id, _)| *id == section::QUERY).unwrap().1.len();
     assert!(cut.len() < models + query + 8 * 1024, "{} bytes, models {models}, query {query}", cut.len());
@@ -304,23 +303,23 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     for config in [LTI, STATISTIC] {
         let digest = |blob: &[u8], config| run(blob, config, &style, 60).1.digest;
         assert_eq!(digest(&cut, config), digest(whole, config));
-        // Feet were once left behind, and slid.
+        // Cutting once dropped the section of feet, and feet slid.
         let held = digest(&cut, config.contacts(true));
         assert!(held == digest(whole, config.contacts(true)) && held != digest(&cut, config));
     }
     let refused = Stylizer::<22, 40, 28>::new(database, Config::new()).err();
     assert_eq!(refused, Some(ConfigError::Method));
     assert_eq!(Method::of(&database), Method::Lti);
-    // Cut again it is the same; without models there is nothing to cut to.
+    // A second cut changes nothing; a blob without models can't be cut.
     assert_eq!(models_only(&database).unwrap(), cut);
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());
     stylizer.set_action(Some(1)).unwrap();
     assert!(stylizer.set_action(Some(9)).is_err() && stylizer.set_mask(9, false).is_err());
 }
 
-/// Who is told the action on the way has the model of that action from there on.
+/// A stylizer whose action is set during a stream uses the model of that action from then on.
 #[test]
-fn an_action_told_on_the_way_counts_from_there() {
+fn an_action_set_during_a_stream_takes_effect_from_there() {
     let database = Database::open(motion::small()).unwrap();
     let clip = motion::unseen(0, 0, 40);
     let request = Request { config: STATISTIC, ..Request::style(1) };
@@ -364,7 +363,7 @@ fn linear_models_are_checked() {
     refuses("other states", entry + lti::STATES.start, &1_u16.to_le_bytes(), 0);
     refuses("elsewhere", entry + lti::OFFSET.start, &48_u32.to_le_bytes(), 0);
     refuses("longer than the section", entry + lti::BYTES.start, &u32::MAX.to_le_bytes(), 0);
-    // A model of one action alone leaves the style without one for all.
+    // If a style's only model is for one action, the style has none for all actions.
     refuses("no model of all actions", entry + lti::ACTION.start, &0_u16.to_le_bytes(), 1);
     for (name, value) in [("NaN", f32::NAN), ("infinite", f32::INFINITY), ("huge", 1e9)] {
         refuses(&format!("mean {name}"), start, &value.to_le_bytes(), 0);

@@ -1,4 +1,4 @@
-//! `Database::open` against damaged bytes: it refuses or opens, and never panics; and what it opens can be stepped.
+//! `Database::open` on damaged bytes: it returns an error or opens, and never panics. Any blob that opens can be stepped.
 
 use std::sync::OnceLock;
 
@@ -11,7 +11,7 @@ use gestus_database::{
 use gestus_tests::{motion, patch};
 use proptest::prelude::*;
 
-/// Steps through whatever opens: no panic, and output that is a pose.
+/// Steps through a blob that opens: no panic, and valid output poses.
 fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
     let database = Database::open(blob)?;
     let _ = database.manifest();
@@ -23,7 +23,7 @@ fn open_and_step(blob: &[u8]) -> Result<(), BlobError> {
 
 fn step_by(database: Database<'_>, config: Config) {
     let counts = *database.counts();
-    // A database that fits no stylizer is refused by it, which is not this test's business.
+    // A database that fits no stylizer is refused there, which other tests check.
     let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, config) else { return };
     for style in 0..counts.styles {
         let _ = stylizer.set_style(&[(style as u16, 1.0), (0, 0.5)]);
@@ -51,11 +51,11 @@ fn the_whole_blob_opens() {
     assert_eq!(open_and_step(motion::tiny()), Ok(()));
 }
 
-/// Every byte is under a checksum, or has to be zero.
+/// Every byte is covered by a checksum, or has to be zero.
 #[test]
 fn any_flipped_byte_is_refused() {
     let mut blob = motion::tiny().to_vec();
-    // Every byte of header and table, and every 13th of the rest: time.
+    // Every byte of header and table, but only every 13th of the rest, to save time.
     let places = (0..400).chain((400..blob.len()).step_by(13));
     for at in places {
         for bits in [1u8, 0x80, 0xff] {
@@ -114,7 +114,7 @@ fn a_blob_with_a_dial_opens_and_a_stream_obeys_it() {
     assert_eq!(stylizer.style(), [1.0, 0.0]);
 }
 
-/// Offsets that matter more than their number says: header, table, and the small sections.
+/// Offsets to test more often than their share of the file: header, table, and the small sections.
 fn place() -> impl Strategy<Value = usize> {
     let blob = motion::tiny();
     let small: Vec<std::ops::Range<usize>> =
@@ -126,7 +126,7 @@ fn place() -> impl Strategy<Value = usize> {
     ]
 }
 
-/// Bytes that lie at the edges of what a number may be, or anything.
+/// Bytes at the limits of a number's range, or any byte.
 fn value() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         any::<u8>().prop_map(|b| vec![b]),

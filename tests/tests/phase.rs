@@ -1,4 +1,4 @@
-//! Tables by phase: every frame against the equations in `f64`, and what a user of the method relies on.
+//! Tables by phase: every frame against the equations in `f64`, and the method's documented behaviour.
 
 use gestus_core::{
     Config, ConfigError, Database, Method, Stylizer,
@@ -18,7 +18,7 @@ use gestus_tests::{
     trace::{Frame, Trace},
 };
 
-// Feet are not held: the prediction is compared.
+// The foot lock is off, so that the predictions are compared.
 const PHASE: Config = Config::new().method(Method::Phase).contacts(false);
 
 fn run(blob: &[u8], request: &Request, clip: &Clip) -> (Trace, Streamed) {
@@ -32,7 +32,7 @@ fn request(style: u16) -> Request {
     Request { config: PHASE, ..Request::style(style) }
 }
 
-/// The method in `f64`, by its equations: every segment of every class is looked at, and every dof by itself.
+/// The method in `f64`, by its equations: it examines every segment of every class, and each dof separately.
 struct Reference<'db> {
     database: Database<'db>,
     tables: Vec<PhaseTables<'db>>,
@@ -40,7 +40,7 @@ struct Reference<'db> {
     tracks: Vec<[f64; 3]>,
     drift: [f64; 2],
     frames: usize,
-    /// The features that a mask leaves.
+    /// The features that are not masked.
     used: Vec<bool>,
 }
 
@@ -322,7 +322,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     for request in [request(1), Request { action: Some(1), input_style: Some(0), ..request(2) }] {
         assert_eq!(run(&cut, &request, &clip).1.digest, run(whole, &request, &clip).1.digest);
     }
-    // Labels still have to name a class, and a mask has to leave a group.
+    // Labels still have to name a class, and a mask must not cover all groups.
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, PHASE).unwrap());
     assert_eq!(stylizer.set_action(Some(1)), Ok(()));
     assert!(matches!(stylizer.set_action(Some(9)), Err(ConfigError::Unknown { .. })));
@@ -332,7 +332,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
 }
 
 #[test]
-fn a_leap_and_a_reset_begin_anew() {
+fn a_leap_and_a_reset_restart_the_method() {
     let database = Database::open(motion::small()).unwrap();
     let clip = motion::unseen(0, 0, 60);
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, PHASE).unwrap());

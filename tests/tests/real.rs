@@ -1,4 +1,4 @@
-//! Real clips: what only they can show. Skipped where they are missing, which fails with `CI=true`.
+//! Tests that need real clips. They are skipped if the clips are missing, which fails with `CI=true`.
 
 use gestus_core::{Config, Database, blob::layout::dof};
 use gestus_database::{
@@ -13,7 +13,7 @@ use gestus_motion::{
 };
 use gestus_tests::real_clips;
 
-/// The clips of the figures in `docs/experiments/`, where they are.
+/// The clips of the figures in `docs/experiments/`, if they are present.
 fn corpus(actions: &[&str]) -> Option<Corpus> {
     real_clips::corpus(actions, &["normal", "active", "elderly", "feminine"])
 }
@@ -22,7 +22,7 @@ fn find(corpus: &Corpus, name: &str) -> usize {
     corpus.examples.iter().position(|e| e.clip.name.ends_with(name)).expect("the clip is there")
 }
 
-/// Poses of dofs, walked on from the origin.
+/// Poses of dofs, integrated from the origin.
 fn walked(body: &Body, like: &Clip, rows: &[Vec<f64>]) -> Clip {
     let (mut ground, mut heading) = ([0.0, 0.0], 0.0);
     let frames: Vec<Frame> = rows
@@ -57,7 +57,7 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
     let gesture = |axis: usize, amplitude: f64| -> Vec<Vec<f64>> {
         let mut rows = plain.clone();
         for (t, row) in rows.iter_mut().enumerate() {
-            // In and out over a second, held for three.
+            // One second to raise and one to lower, held for three.
             let rise = |from: f64| ((t as f64 - from) / 30.0).clamp(0.0, 1.0);
             row[at + axis] += amplitude * (rise(60.0) - rise(180.0));
         }
@@ -75,8 +75,8 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
     };
     let others: Vec<usize> =
         (0..corpus.skeleton.joints()).filter(|&j| body.landmarks.groups[j] == 0).collect();
-    // Axis 2 lifts the arm sideways. The walk itself swings it about axis 1, and κ 2 counts two standard deviations of
-    // that swing as the model's: there the hand is kept by the shipped κ. Axis 0 twists the arm.
+    // Axis 2 lifts the arm sideways. The walk itself swings it about axis 1, and κ 2 attributes two standard deviations of
+    // that swing to the model, so the default κ is needed to keep the gesture there. Axis 0 twists the arm.
     for (axis, kappa, most) in [(2, 2.0, 5.0), (1, 2.0, 8.0), (2, 0.25, 2.0), (1, 0.25, 2.0)] {
         // The amplitude that moves the hand by 33 cm.
         let (mut low, mut high) = (0.0, 3.0);
@@ -88,7 +88,7 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
         let config = Config::new().kappa(kappa).rho(1.0);
         let masked = Request { config, masked: vec![1, 2], ..Request::style(2) };
         let (with, without) = (run(&with_gesture, &masked), run(&plain, &masked));
-        // What should come out: the output without the gesture, and the gesture on it.
+        // Expected: the output without the gesture, plus the gesture.
         let mut wanted = without.clone();
         for (row, (g, p)) in wanted.iter_mut().zip(with_gesture.iter().zip(&plain)) {
             for i in at..at + 3 {
@@ -126,7 +126,7 @@ fn a_minute_of_walk_and_of_run_does_not_drift() {
         let clip = walked(&body, &example.clip, &long);
         let streamed = stream(&database, &clip, &Request::style(1), &mut ()).unwrap();
         let output = output_rows(&body, &clip, &streamed);
-        // Lap after lap the same input: the last output lap is the third one.
+        // Every lap has the same input: the last lap of the output equals the third.
         let lap_of = |n: usize| &output[n * lap.len()..(n + 1) * lap.len()];
         let apart = lap_of(2)
             .iter()
@@ -146,7 +146,7 @@ fn a_change_of_style_is_over_in_thirty_frames() {
     let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
     let database = Database::open(&built.bytes).unwrap();
     let clip = &corpus.examples[test].clip;
-    // From frame 100 on, elderly: streamed so far in active, or in elderly all along. The fed-back output differs.
+    // Elderly from frame 100 on; before that one stream is active and the other elderly, so the fed-back outputs differ.
     let mut late = gestus_core::Stylizer::<22, 40, 28>::new(database, Config::new()).unwrap();
     let mut always = late.clone();
     late.set_style(&[(1, 1.0)]).unwrap();
@@ -173,7 +173,7 @@ fn a_change_of_style_is_over_in_thirty_frames() {
 }
 
 #[test]
-fn real_feet_stand_where_they_stand() {
+fn standing_feet_do_not_slide_on_real_clips() {
     use gestus_database::registration::contact::contacts;
     use gestus_evaluate::{
         measures::{
@@ -193,7 +193,7 @@ fn real_feet_stand_where_they_stand() {
     for test in tests {
         let clip = &corpus.examples[test].clip;
         let name = &clip.name;
-        // To its own style: the clip's own feet are the truth.
+        // Translated to its own style, so that the clip's own feet are the truth.
         let request = Request { config: Config::new().contacts(false), ..Request::style(0) };
         let own = stream(&database, clip, &request, &mut ()).unwrap();
         for (step, truth) in own.steps.iter().zip(contacts(clip, &body.landmarks)) {
@@ -236,7 +236,7 @@ fn transferred_real_clips_stand_without_a_pop() {
         ("walk_normal_002", "walk_feminine_002"),
         ("run_normal_002", "run_elderly_002"),
         ("walk-turn-left_normal_001", "walk-turn-left_active_001"),
-        // Its knees go beyond straight: they flipped.
+        // Its knees are hyperextended, and used to flip.
         ("walk-turn-left_normal_002", "walk-turn-left_feminine_002"),
     ];
     for (source, reference) in pairs {

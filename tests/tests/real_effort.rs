@@ -1,10 +1,11 @@
-//! The effort dial on real clips. Skipped where they are missing, which fails with `CI=true`.
+//! The effort dial on real clips. Skipped if they are missing, which fails with `CI=true`.
 
 use gestus_database::build::BuildOptions;
 use gestus_evaluate::{experiment::Experiment, measures::effort};
 use gestus_tests::real_clips;
 
-/// On clips that neither database nor dial has seen each factor goes with its knob, from end to end of its axis.
+/// Each factor of the output follows the dial from end to end of its axis, on clips that are neither in the database nor in
+/// the dial's data.
 #[test]
 fn each_factor_goes_with_its_knob_on_real_clips() {
     let styles = ["normal", "active", "elderly", "youthful"];

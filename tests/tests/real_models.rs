@@ -1,4 +1,4 @@
-//! Linear models and statistics on real clips. Skipped where they are missing, which fails with `CI=true`.
+//! Linear models and statistics on real clips. Skipped if they are missing, which fails with `CI=true`.
 
 use gestus_core::{Config, Database, Method};
 use gestus_database::{
@@ -37,7 +37,7 @@ fn linear_models_beat_the_affine_map_on_walk() {
     assert!(statistic < mean("unchanged"));
 }
 
-/// A minute of walk: the last lap is the third one, pose by pose; and an estimate takes seconds.
+/// A minute of walk: the last lap equals the third, pose by pose. An estimate takes seconds.
 #[test]
 fn linear_models_are_stable() {
     let Some(corpus) = corpus() else { return };
@@ -60,7 +60,7 @@ fn linear_models_are_stable() {
         for (a, b) in third.frame.rotations.iter().zip(&last.frame.rotations).skip(1) {
             assert!(a.angle_to(b) < 1e-3, "frame {t}: {}", a.angle_to(b));
         }
-        // The loop's seam is a leap, which the linear models' time rings with for most of a second.
+        // The seam of the loop is a leap, after which the linear models' time oscillates for most of a second.
         let ratio = last.report.step_s * database.rate_hz();
         assert!(t < 30 || (0.5..2.0).contains(&ratio), "frame {t}: {ratio}");
     }

@@ -1,5 +1,5 @@
 //! Real clips on other skeletons through a database of Bandai-Namco's: 31 and 21 joints at 120 and 60 frames a second to
-//! 21 at 30, and back. Skipped where they are missing, which fails with `CI=true`.
+//! 21 at 30, and back. Skipped if they are missing, which fails with `CI=true`.
 
 use std::sync::OnceLock;
 
@@ -54,8 +54,7 @@ fn directions_and_contacts_survive_the_way_there_and_back() {
                 assert!(number(row, key) < 5.0, "{key}: {row:?}");
             }
             assert!(number(row, "contact_max_frames") <= 2.0, "{row:?}");
-            // A step at the very end of a clip may fall to either side of the threshold on another body; on its own
-            // it may not.
+            // A step at the end of a clip may fall on either side of the threshold on another body, but not on its own.
             let lone = if row["method"] == "round-trip" { 0.0 } else { 1.0 };
             assert!(number(row, "contact_unmatched") <= lone, "{row:?}");
             assert!(number(row, "contact_steps") >= 4.0, "{row:?}");

@@ -18,7 +18,7 @@ use gestus_tests::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Largest difference of a dof, m, rad, m/s and rad/s: the tolerance that the project asks for.
+/// Largest difference of a dof, m, rad, m/s and rad/s: the project's tolerance.
 const DOF: f64 = 1e-4;
 /// Largest difference of a proportion, a timing weight or a vote, all between 0 and 1: f32 sums of some hundred terms
 /// under an exponential.
@@ -28,7 +28,7 @@ const STEP_S: f64 = 1e-5;
 /// Largest relative difference of a squared distance: 32 terms of f32.
 const DISTANCE: f64 = 1e-4;
 
-/// A case of the tables below: what the stylizer is asked for.
+/// A case of the tables below: the settings of the stylizer.
 #[derive(Clone)]
 struct Case {
     name: &'static str,
@@ -68,7 +68,7 @@ impl Case {
     }
 
     fn request(&self) -> Request {
-        // What is predicted, before feet are held.
+        // The prediction, before the foot lock.
         let config = Config::new()
             .contacts(false)
             .k(self.k)
@@ -120,7 +120,7 @@ impl Case {
     }
 }
 
-/// How much of what brute force finds the search found.
+/// Recall of the search against brute force.
 #[derive(Default)]
 struct Recall {
     found: usize,
@@ -176,7 +176,7 @@ fn check_search(
     }
 }
 
-/// Eq. 4, and that what was dropped may be dropped.
+/// Eq. 4, and that only classes below the threshold were dropped.
 fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
     let means: Vec<(usize, f64)> =
         frame.searched.iter().map(|s| (s.class, f64::from(s.mean_distance2))).collect();
@@ -185,7 +185,7 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
     let kept = &frame.report.classes;
     let weight: f64 = all.iter().take(kept.len()).map(|s| s.1).sum();
     let before: f64 = all.iter().take(kept.len() - 1).map(|s| s.1).sum();
-    // Four at most where the search begins anew, and it is said.
+    // At most four classes where the search starts again, which is reported.
     let anew = frame.report.degraded.contains(Degraded::CLASSES) && kept.len() == 4;
     let enough = weight >= 1.0 - p.prune - SHARE || kept.len() == p.classes.min(all.len()) || anew;
     assert!(enough, "{}, frame {t}: {weight} of the weight is kept", case.name);
@@ -225,7 +225,7 @@ fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Param
     step
 }
 
-/// Streams a clip and checks every frame; returns how well the search did.
+/// Streams a clip and checks every frame; returns the recall of the search.
 fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
     let mut trace = Trace::default();
     let streamed = stream(db, clip, &case.request(), &mut trace).expect(case.name);
@@ -248,7 +248,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
             let [before, now] = [t - 1, t].map(|t| streamed.steps[t].frame.root);
             let moved = f64::hypot(now.x - before.x, now.z - before.z);
             let speed = f64::hypot(step.put_out[dof::FORWARD], step.put_out[dof::LEFT]);
-            // A pose takes its own time, whenever it is shown.
+            // A pose keeps its own time, whenever it is shown.
             let input_step = 1.0 / f64::from(db.rate_hz());
             let own_s = input_step + p.strength[db.joint_group(0)] * (step.step_s - input_step);
             let wanted = speed * own_s;
@@ -328,7 +328,7 @@ fn small_classes_agree_under_every_setting() {
     }
 }
 
-/// Where the database names two outputs a cycle, an example has the mean of both; where it names one, that.
+/// An example has the mean of the two outputs of its cycle, or the only output if the database names one.
 #[test]
 fn one_output_a_cycle_and_two_agree() {
     let options = BuildOptions { pairing: Scheme::Spread, ..BuildOptions::default() };

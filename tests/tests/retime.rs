@@ -1,4 +1,4 @@
-//! One pose a tick: bounds, order, rates and time without end.
+//! One pose a tick: bounds, order, rates, and streams of unlimited length.
 
 use gestus_core::{
     ConfigError, Database, Pose,
@@ -14,7 +14,7 @@ use gestus_tests::motion;
 
 type Wide = Retimer<22, 48>;
 
-/// Where in a stream of poses a pose lies, told by its root, which moves a centimetre an input frame.
+/// Position of a pose in the stream, from its root, which moves a centimetre per input frame.
 fn place(pose: &Pose<22>) -> f64 {
     f64::from(pose.position[0]) * 100.0
 }
@@ -27,7 +27,7 @@ fn clip_poses(clip: &Clip) -> Vec<Pose<22>> {
     clip.frames.iter().map(to_pose).collect()
 }
 
-/// All ticks of a stream whose poses take `step` input frames each: place, lag in frames, waited.
+/// All ticks of a stream whose poses take `step` input frames each: position, lag in frames, waited.
 fn play(
     retimer: &mut Wide,
     rate_hz: f64,
@@ -51,7 +51,7 @@ fn in_time_with_its_input_a_stream_passes_to_the_bit() {
     let mut retimer = Wide::new(30_000, 30_000, Bounds::SYNC).unwrap();
     let mut output = Pose::IDENTITY;
     for pose in clip_poses(&motion::unseen(0, 0, 90)) {
-        // Whatever the style's own time.
+        // Independent of the style's own time.
         retimer.push(&pose, 0.047);
         let tick = retimer.tick(&mut output);
         assert!(!tick.waited && tick.lag_s == 0.0 && !retimer.is_due());
@@ -76,7 +76,7 @@ fn styles_forty_percent_slower_and_faster_stay_within_bounds_and_in_order() {
             (lags.iter().copied().fold(0.0, f64::min), lags.iter().copied().fold(0.0, f64::max));
         assert!(least >= -6.0 - 1e-3 && most <= 9.0 + 1e-3, "tempo {tempo}: {least} to {most}");
         assert!(ticks.iter().all(|t| !t.2), "waited");
-        // It does follow the style: at first at its speed, then at the bound's edge.
+        // It follows the style: at first at its speed, then at the bound.
         let speed = (ticks[10].0 - ticks[7].0) / 3.0;
         assert!((speed - 1.0 / tempo).abs() < 0.12 * (1.0 / tempo), "tempo {tempo}: speed {speed}");
         let settled = lags[599];
@@ -95,7 +95,7 @@ fn a_lag_is_eased_back_when_the_style_is_in_time_again() {
     assert!(most > 4.0, "{most}");
     let last = ticks[899].1;
     assert!(last.abs() < 0.05, "{last}");
-    // Eased: no step of the lag is larger than the style's own.
+    // The lag is eased: it never changes faster than with the style's own speed.
     for w in ticks.windows(2) {
         assert!((w[1].1 - w[0].1).abs() <= 0.45, "{w:?}");
     }
@@ -196,7 +196,7 @@ fn late_input_is_waited_for_and_caught_up_with() {
     let mut places = Vec::new();
     let mut waited = 0;
     for t in 0..500_usize {
-        // The ticks go on; ten inputs come late, all at once.
+        // The ticks continue; ten inputs arrive late and at once.
         if !(50..60).contains(&t) {
             let from = if t == 60 { 50 } else { t };
             for frame in from..=t {
@@ -214,8 +214,8 @@ fn late_input_is_waited_for_and_caught_up_with() {
     assert!((places[499] - 499.0).abs() < 0.2, "{}", places[499]);
 }
 
-/// Ticks by the clock of the room, and input frames as a sensor gives them: at its own rate, without those that are lost.
-/// Time of the newest pose less that of the one shown, in frames, and whether the tick waited, tick by tick.
+/// Ticks of one clock, and input frames of a sensor with its own clock, without the lost ones. Returns for each tick the time
+/// of the newest pose minus that of the shown one, in frames, and whether the tick waited.
 fn in_a_room(
     retimer: &mut Wide,
     [sensor_hz, ticks_hz]: [f64; 2],
@@ -262,7 +262,7 @@ fn frames_that_never_come_are_not_waited_for() {
             let hz = f64::from(millihz) / 1000.0;
             let ticks = in_a_room(&mut retimer, [30.0, hz], 60.0, 1.0, lost);
             let waits = ticks.iter().filter(|t| t.1).count() as f64;
-            // While it is missing, and until it is known to be lost.
+            // Until the frame is known to be lost.
             let patience = if name == "one in thirty" { 22.0 } else { 4.5 };
             assert!(waits <= patience * hz, "{name}, {millihz}: {waits} waits");
             let settled = &ticks[ticks.len() - 20 * hz as usize..];
@@ -347,7 +347,7 @@ fn tempos() -> (Vec<u8>, Clip) {
     let mut corpus = synth::corpus(&options).unwrap();
     let style = |name: &str| corpus.styles.iter().position(|s| s == name).unwrap();
     let (neutral, slow, fast) = (style("neutral"), style("old"), style("proud"));
-    // Styles that differ in tempo alone: every clip is a neutral one, played at its tempo.
+    // Styles that differ only in tempo: every clip is a neutral one, played at the style's tempo.
     let originals: Vec<_> = corpus.examples.iter().filter(|e| e.style == neutral).cloned().collect();
     corpus.examples = [(neutral, 1.0), (slow, 1.4), (fast, 0.6)]
         .into_iter()
@@ -381,11 +381,11 @@ fn clips_whose_styles_differ_by_forty_percent_in_tempo_stay_within_bounds_at_eve
     let bounds = Bounds { lead_s: 0.3, lag_s: 0.3 };
     for (name, tempo) in [("old", 1.4), ("proud", 0.6), ("neutral", 1.0)] {
         let style = database.manifest().unwrap().styles.find(name).unwrap();
-        // Poses alone don't say at what tempo they were: the label does.
+        // The poses do not determine the tempo; the label does.
         let input_style = database.manifest().unwrap().styles.find("neutral");
         let request = Request { bounds: Some(bounds), input_style, ..Request::style(style) };
         let streamed = stream(&database, &clip, &request, &mut ()).unwrap();
-        // The database says what the clips say.
+        // The durations in the database are those of the clips.
         let own: f64 = streamed.steps.iter().skip(5).map(|s| f64::from(s.report.step_s) * 30.0).sum::<f64>()
             / (streamed.steps.len() - 5) as f64;
         assert!((own - tempo).abs() < 0.12 * tempo, "{name}: steps are {own} of the input's");
@@ -396,13 +396,13 @@ fn clips_whose_styles_differ_by_forty_percent_in_tempo_stay_within_bounds_at_eve
             (lags.iter().copied().fold(0.0, f64::min), lags.iter().copied().fold(0.0, f64::max));
         println!("{name}: steps {own:.2} of the input's, lead {:.3} s, lag {most:.3} s", -least);
         assert!(least >= -0.3 - 1e-4 && most <= 0.3 + 1e-4, "{name}: {least} to {most}");
-        // It shows: a slow style lags, a fast one leads, most of the bound is used.
+        // A slow style lags, a fast one leads, and both use most of the bound.
         match name {
             "old" => assert!(most > 0.15, "{most}"),
             "proud" => assert!(least < -0.15, "{least}"),
             _ => assert!(most < 0.1 && least > -0.1, "{least} to {most}"),
         }
-        // What a tick says is where it is: the playhead never goes back.
+        // The reported position is right, and the playhead never goes back.
         let places: Vec<f64> = lags.iter().enumerate().map(|(k, lag)| k as f64 / 30.0 - lag).collect();
         assert!(places.windows(2).all(|w| w[1] >= w[0] - 1e-4), "{name} went back");
         // At any rate of ticks, from a quarter to four times the input's.

@@ -6,7 +6,7 @@ use gestus_tests::motion;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 
-/// Fastest that a joint turns in a frame of the stream without faults is about 0.2 rad; nothing here may be faster.
+/// In the stream without faults no joint turns by more than about 0.2 rad a frame, and nothing here may be faster.
 const CALM: f64 = 0.3;
 
 fn stylizer(safety: Safety) -> Standard<'static> {
@@ -78,7 +78,7 @@ fn stale_input_is_held_and_the_way_back_is_eased() {
     // Half a second later the stream has recovered.
     let whole = run(Safety::Hold, |t, p| Some((p, t as u32)));
     assert!(apart(&outputs[140].0, &whole[140].0) < 0.05, "{}", apart(&outputs[140].0, &whole[140].0));
-    // The root has moved on by fifteen frames, which must not become the speed of one frame.
+    // The root has moved for fifteen frames, which must not become the speed of one frame.
     let speed = |a: &Pose<22>, b: &Pose<22>| {
         f64::from((a.position[0] - b.position[0]).hypot(a.position[2] - b.position[2]))
     };
@@ -113,7 +113,7 @@ fn stale_input_eases_to_rest_and_comes_back() {
 }
 
 #[test]
-fn what_is_out_of_order_is_not_taken() {
+fn input_out_of_order_is_ignored() {
     for (name, number) in
         [("the same again", 59_u32), ("older", 12), ("far behind", 59_u32.wrapping_sub(1 << 30))]
     {
@@ -125,7 +125,7 @@ fn what_is_out_of_order_is_not_taken() {
 }
 
 #[test]
-fn a_glitch_is_left_out_and_a_new_place_is_taken_up() {
+fn a_glitch_is_ignored_and_a_new_place_is_accepted() {
     let shift = |mut pose: Pose<22>| {
         pose.position[0] += 2.0;
         pose.rotations[6] = [0.0, 0.0, 1.0, 0.0];
@@ -156,7 +156,7 @@ fn a_glitch_is_left_out_and_a_new_place_is_taken_up() {
 }
 
 #[test]
-fn no_pose_is_named_and_mended() {
+fn an_invalid_pose_is_reported_and_repaired() {
     for safety in [Safety::Hold, Safety::Rest] {
         let outputs = run(safety, |t, mut p| {
             if (50..53).contains(&t) {
@@ -182,7 +182,7 @@ fn before_the_first_input_there_is_nothing_to_hold() {
 }
 
 #[test]
-fn what_is_put_out_again_stands_where_it_stood() {
+fn a_held_output_keeps_its_feet_in_place() {
     let whole = run(Safety::Follow, |t, p| Some((p, t as u32)));
     let standing =
         (40..120).find(|&t| whole[t].1.contacts == [true, false]).expect("a step on the left foot");
@@ -203,7 +203,7 @@ fn what_is_put_out_again_stands_where_it_stood() {
 }
 
 #[test]
-fn at_a_new_place_a_body_has_not_come_from_the_old_one() {
+fn after_a_leap_the_body_has_no_motion_from_the_old_place() {
     // The same walk with a leap in it, and one that begins after the leap.
     let place = |t: usize, mut p: Pose<22>| {
         p.position[0] += if t < 70 { 0.0 } else { 30.0 };
@@ -218,7 +218,7 @@ fn at_a_new_place_a_body_has_not_come_from_the_old_one() {
             continue;
         }
         let first = anew.step(&place(t, pose), &mut b);
-        // In the frame in which it is taken, and after it: its neighbors are those of a body that was nowhere else.
+        // From the accepted frame on, the neighbors are those of a body that never was elsewhere.
         let (here, there) = (report.distance2, first.distance2);
         assert!(here <= 1.5 * there + 1e-3, "frame {t}: {here}, and {there} of a stream that begins there");
     }

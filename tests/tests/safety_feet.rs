@@ -1,4 +1,4 @@
-//! A loop whose input fails while feet are held: every policy, every fault; nothing jumps, and feet stand again after it.
+//! A loop whose input fails while feet are held, with every policy and every fault: nothing jumps, and feet stand again.
 
 use std::sync::OnceLock;
 
@@ -53,7 +53,7 @@ fn run(safety: Safety, arrives: impl Fn(usize, Pose<22>) -> Option<(Pose<22>, u3
         .collect()
 }
 
-/// Fastest turn of a joint, rad a frame, and way of the root on the ground and up, metres a frame.
+/// Fastest turn of a joint, rad a frame, and motion of the root on the ground and upwards, metres a frame.
 fn fastest(outputs: &[(Pose<22>, Report)]) -> [f64; 3] {
     outputs.windows(2).fold([0.0; 3], |most: [f64; 3], w| {
         let (a, b) = (from_pose(&w[0].0, 21), from_pose(&w[1].0, 21));
@@ -73,7 +73,7 @@ fn skate(legs: &[Leg; 2], outputs: &[(Pose<22>, Report)]) -> f64 {
 }
 
 #[test]
-fn every_fault_under_every_policy_is_said_and_passes_without_a_jump_while_feet_are_held() {
+fn every_fault_under_every_policy_is_reported_and_causes_no_jump_while_feet_are_held() {
     type Arrives = fn(usize, Pose<22>) -> Option<(Pose<22>, u32)>;
     let faults: [(&str, Degraded, Arrives); 4] = [
         ("stale", Degraded::STALE, |t, p| (!FAULT.contains(&t)).then_some((p, t as u32))),
@@ -124,7 +124,7 @@ fn every_fault_under_every_policy_is_said_and_passes_without_a_jump_while_feet_a
             let most = fastest(&outputs);
             println!("{name}, {safety:?}: {most:.3?} against {calm:.3?} without a fault");
             if safety != Safety::Follow {
-                // Joints make up in `BLEND_BACK_S` for what they missed meanwhile; the root goes on from where it stopped.
+                // Joints catch up within `BLEND_BACK_S`; the root continues from where it stopped.
                 let missed = if flag == Degraded::LEAP { 4 } else { FAULT.len() } as f64 / 30.0;
                 let times = [1.0 + missed / f64::from(BLEND_BACK_S), 1.25, 1.25];
                 for ((found, calm), times) in most.into_iter().zip(calm).zip(times) {

@@ -85,7 +85,7 @@ fn finds_98_5_percent(db: &Database<'_>, config: Config) {
 }
 
 #[test]
-fn few_visits_are_kept_to_and_reported() {
+fn a_small_cap_on_visits_is_kept_and_reported() {
     let db = Database::open(motion::large()).unwrap();
     let frames = traced(&db, &motion::unseen(0, 0, 40), config().visits(64));
     let most = 2 * 64 * db.counts().classes as u32;

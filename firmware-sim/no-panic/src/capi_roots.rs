@@ -1,10 +1,10 @@
-//! What the C interface promises: every one of its functions, with arguments from outside.
+//! The C interface cannot panic: every function, with arguments that the compiler does not know.
 
 use gestus::{config::*, database::*, pose::*, settings::*, status::*, stylizer::*};
 
 use crate::Outside;
 
-/// Calls everything, and makes one number of what comes back, so that nothing can be left out.
+/// Calls every function and combines the results into one number, so that no call is optimised away.
 ///
 /// # Safety
 /// Never called.

@@ -1,4 +1,5 @@
-//! What gestus-core promises: every public function of `Database` and `Stylizer`, with arguments from outside.
+//! gestus-core cannot panic: every public function of `Database` and `Stylizer`, with arguments that the compiler does not
+//! know.
 
 use gestus_core::{
     Config, Database, Digest, Effort, Pose, Report, Stylizer,
@@ -7,7 +8,7 @@ use gestus_core::{
     robot::{Drive, Robot},
 };
 
-/// Calls everything, and makes one number of what comes back, so that nothing can be left out.
+/// Calls every function and combines the results into one number, so that no call is optimised away.
 #[inline(never)]
 pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let Ok(database) = Database::open(blob) else { return 1 };
@@ -22,7 +23,7 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     sum ^ reads(&database, numbers[31] as usize)
 }
 
-/// Retargeting maps and robots out of bytes from outside.
+/// Retargeting maps and robots from arbitrary bytes.
 #[inline(never)]
 fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let (mut wide, mut pose) = (Pose::<31>::IDENTITY, Pose::<22>::IDENTITY);
@@ -125,7 +126,7 @@ fn stepped<const J: usize, const K: usize, const C: usize>(
     }
 }
 
-/// Every parameter of the table from outside.
+/// Every parameter of the table, with an arbitrary value.
 fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
     let mut config = Config::new();
     for number in 0..parameters::NAMES.len() as u16 {
@@ -136,7 +137,7 @@ fn config(numbers: &[u32; 32], floats: &[f32; 256]) -> Config {
     config
 }
 
-/// Reads of a database with indices that refer to nothing.
+/// Reads a database with indices out of range.
 #[inline(never)]
 fn reads(database: &Database<'_>, index: usize) -> u32 {
     let joint = database.joint(index);

@@ -1,4 +1,4 @@
-//! What the link promises: no sequence of bytes makes a server panic.
+//! The link cannot panic, whatever bytes arrive.
 
 use gestus_core::{
     Config, Database, Stylizer,
@@ -6,13 +6,13 @@ use gestus_core::{
     robot::Robot,
 };
 
-/// Serves a stylizer over a line on which anything may come.
+/// Serves a stylizer over a line with arbitrary bytes.
 #[inline(never)]
 pub fn reach(line: &[u8], numbers: &[u32; 32]) -> u32 {
     let (blob, line) = line.split_at_checked(numbers[0] as usize).unwrap_or((line, &[]));
     let Ok(database) = Database::open(blob) else { return 1 };
     let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return 2 };
-    // The robot's tables lie on the line too: whatever opens is driven.
+    // The robot's tables are arbitrary bytes too; any that open are driven.
     if let Some(driver) = Robot::open(line).ok().and_then(|r| Driver::<_, 32>::new((), r, &database).ok()) {
         let mut server = Server::<_, 22, 40, 28, { buffer_length(22) }>::new(&mut stylizer, driver);
         return fed(&mut server, line);

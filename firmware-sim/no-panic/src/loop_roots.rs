@@ -1,5 +1,4 @@
-//! What a loop around the core promises: poses at any rate and in any order, ticks whenever they are asked for, and a cap on
-//! visits by any clock.
+//! The retimer and the cap on visits cannot panic: poses at any rate and in any order, ticks at any time, and any clock.
 
 use gestus_core::{
     Pose,
@@ -9,7 +8,7 @@ use gestus_core::{
     },
 };
 
-/// Pushes and ticks as numbers from outside say.
+/// Pushes and ticks with arbitrary numbers.
 #[inline(never)]
 pub fn reach(numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     capped(numbers) ^ retimed::<22, 8>(numbers, floats) ^ retimed::<64, 48>(numbers, floats)

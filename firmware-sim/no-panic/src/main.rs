@@ -1,10 +1,10 @@
 //! A proof by linking: this program links only if nothing that it calls can panic.
 //!
-//! The panic handler calls a function that exists nowhere. The linker, told to drop what nobody reaches
-//! (`--gc-sections`), drops the handler where no panic is left after optimisation, and fails where one is. The
-//! program is never run; its arguments come from outside, so that the compiler can conclude nothing from them.
+//! The panic handler calls a function that does not exist. With `--gc-sections` the linker drops the handler if no panic
+//! remains after optimisation, and fails if one does. The program is never run. Its arguments are unknown to the compiler,
+//! so that it cannot optimise checks away.
 //!
-//! What is a proof here and what is not: `docs/ARCHITECTURE.md`, "No panic".
+//! For the limits of this proof, see `docs/ARCHITECTURE.md`, "No panic".
 #![no_std]
 #![no_main]
 
@@ -16,18 +16,18 @@ mod robot_roots;
 
 use core::{ffi::c_void, panic::PanicInfo};
 
-/// What comes from outside.
+/// Arguments that the compiler does not know.
 #[repr(C)]
 pub struct Outside {
     bytes: *const u8,
     length: usize,
-    /// Numbers that settings are made of.
+    /// Numbers from which settings are made.
     numbers: [u32; 32],
     floats: [f32; 256],
     pointers: [*mut c_void; 8],
 }
 
-/// The root: everything that has to be free of panics is reached from here, and nothing else.
+/// The root: it reaches everything that must not panic, and nothing else.
 ///
 /// # Safety
 /// Never called.
@@ -50,7 +50,7 @@ pub unsafe extern "C" fn _start(outside: *const Outside, sink: *mut u32) {
     control(outside, sink);
 }
 
-/// The negative control: an index that nobody has checked.
+/// The negative control: an unchecked index.
 #[cfg(feature = "control")]
 #[inline(never)]
 fn control(outside: &Outside, sink: *mut u32) {
@@ -64,17 +64,17 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe extern "C" {
         fn gestus_a_panic_can_be_reached() -> !;
     }
-    // SAFETY: there is no such function: where this call is kept, nothing is linked.
+    // SAFETY: the function does not exist: if this call remains, linking fails.
     unsafe { gestus_a_panic_can_be_reached() }
 }
 
-/// Keeps the place of every panic: its file, line and column stay in the program as data.
+/// Keeps the location of every panic: file, line and column remain in the program as data.
 #[cfg(feature = "places")]
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     let place = core::ptr::from_ref(info).cast::<u8>();
     loop {
-        // SAFETY: the info is there to be read; volatile, so that it is kept.
+        // SAFETY: the reference is valid for reads; the read is volatile so that it is not optimised away.
         unsafe { place.read_volatile() };
         core::hint::black_box(info.location());
     }

@@ -1,4 +1,4 @@
-//! What the maps of other bodies promise: opening any bytes, and carrying any pose across.
+//! Retargeting maps and robots cannot panic: opening any bytes, and converting any pose.
 
 use gestus_core::{
     Database, Pose,
@@ -6,7 +6,7 @@ use gestus_core::{
     robot::{Drive, Robot},
 };
 
-/// Opens a map and a robot, and moves poses through them.
+/// Opens a map and a robot, and converts poses with them.
 #[inline(never)]
 pub fn reach(bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let mut pose = Pose::<22>::IDENTITY;
