@@ -7,16 +7,16 @@
 //! frames. It also prints, for each stage, the largest ratio of counted to modelled instructions, for
 //! `Calibration::worst`.
 //!
-//! `m0` alone streams generated motion that fits that board, and prints the factor between its instructions and those
-//! modelled for RISC-V without FPU.
+//! `m0` alone streams generated motion that fits that board, and prints its instructions relative to those modelled for
+//! Armv6-M.
 //!
-//! The clip is streamed without labels, with its action, with action and style, and with 40 neighbors. Two frames in
-//! three are fitted, the third is predicted.
+//! The clip is streamed without labels, with its action, with action and style, and with 40 neighbors, then by the
+//! other methods. Two frames in three are fitted, the third is predicted.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Config, Database, Stage};
+use gestus_core::{Config, Database, Method, Stage};
 use gestus_database::stream::{Request, translate::Input};
 use gestus_firmware_sim::{
     board::{
@@ -63,9 +63,11 @@ fn main() -> Result<()> {
         base.clone(),
         Request { action: Some(action), ..base.clone() },
         Request { action: Some(action), input_style: Some(input_style), ..base.clone() },
-        Request { config: Config::new().k(40), ..base },
+        Request { config: Config::new().k(40), ..base.clone() },
     ];
-    let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac"].map(str::to_owned).to_vec();
+    let requests =
+        [&requests[..], &other_methods(&base, Request { action: Some(action), ..base.clone() })].concat();
+    let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac", "armv6m"].map(str::to_owned).to_vec();
     for name in if names.is_empty() { &all[..] } else { names } {
         let board = boards::find(name)?;
         let path = Path::new(db);
@@ -84,6 +86,15 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// The other methods, each with one and with two output styles, and with a label.
+fn other_methods(base: &Request, labelled: Request) -> Vec<Request> {
+    let two = Request { style: vec![(base.style[0].0, 0.5), (base.style[0].0 + 1, 0.5)], ..base.clone() };
+    let methods = [Method::Phase, Method::Lti, Method::Statistic].map(|method| {
+        [base, &two, &labelled].map(|r| Request { config: r.config.method(method), ..r.clone() })
+    });
+    methods.into_iter().flatten().collect()
+}
+
 /// Prints the largest ratios of counted to modelled instructions on worst-case streams.
 fn worst(board: &'static boards::Board) -> Result<()> {
     let path = generated::REFERENCE.database()?;
@@ -94,8 +105,10 @@ fn worst(board: &'static boards::Board) -> Result<()> {
     let requests = [
         base.clone(),
         Request { action: Some(0), ..base.clone() },
-        Request { config: Config::new().k(40).visits(160), ..base },
+        Request { config: Config::new().k(40).visits(160), ..base.clone() },
     ];
+    let requests =
+        [&requests[..], &other_methods(&base, Request { action: Some(0), ..base.clone() })].concat();
     let unit_costs = Isa::Armv7MFpu.calibration().unit_costs;
     let mut ratios = [0.0f64; Stage::NAMES.len()];
     let (mut samples, mut visits) = (Vec::new(), 0);
@@ -111,7 +124,7 @@ fn worst(board: &'static boards::Board) -> Result<()> {
             for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
                 // The first frame unpacks the nearest class twice, which its report does not count.
                 let units = units(&database, request, &step.report);
-                if samples.len() % clip.frames.len() > 0 {
+                if request.config.method == Method::Mar && samples.len() % clip.frames.len() > 0 {
                     for ((ratio, &counted), modelled) in
                         ratios.iter_mut().zip(stages).zip(unit_costs.stages(&units))
                     {
@@ -128,7 +141,7 @@ fn worst(board: &'static boards::Board) -> Result<()> {
     Ok(())
 }
 
-/// Prints the instructions of a Cortex-M0 relative to those modelled for RISC-V without FPU.
+/// Prints the instructions of a Cortex-M0 relative to those modelled for Armv6-M.
 fn compare_m0() -> Result<()> {
     let board = boards::find("m0")?;
     let path = generated::SMALL.database()?;
@@ -139,7 +152,7 @@ fn compare_m0() -> Result<()> {
     let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
     let job = Job { path: &path, database, clip: &clip, request: &request, robot: None };
     let measured = measure(board, &image, job, || ())?;
-    let unit_costs = Isa::RiscV.calibration().unit_costs;
+    let unit_costs = Isa::Armv6M.calibration().unit_costs;
     let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
     for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
         let units = units(&database, &request, &step.report);
@@ -153,7 +166,7 @@ fn compare_m0() -> Result<()> {
     factors.sort_by(f64::total_cmp);
     let quantile = |q: f64| factors[((factors.len() - 1) as f64 * q) as usize];
     println!(
-        "m0, counted over modelled for RISC-V: {:.2} (nine frames in ten {:.2} to {:.2})",
+        "m0, counted over modelled: {:.2} (nine frames in ten {:.2} to {:.2})",
         quantile(0.5),
         quantile(0.05),
         quantile(0.95)
@@ -215,6 +228,8 @@ fn fit(samples: &[(usize, &Sample)]) -> UnitCosts {
 
 /// Median, 90th percentile and maximum of the relative error, percent.
 fn relative(pairs: impl Iterator<Item = (f64, f64)>) -> [f64; 3] {
+    // A method has no terms in some stages.
+    let pairs = pairs.filter(|(model, _)| *model > 0.0);
     let mut errors: Vec<f64> =
         pairs.map(|(model, measured)| 100.0 * (model / measured.max(1.0) - 1.0).abs()).collect();
     errors.sort_by(f64::total_cmp);

@@ -20,13 +20,30 @@
 //! have of their own ([`Request::mixes`](gestus_database::stream::Request::mixes)). An example unpacks two rows of the
 //! input and three, sometimes four, of each output.
 //!
-//! [`super::worst`] bounds the cost of any frame by the same sum with the most units that a step can have.
+//! These are the terms of the mixture. The other methods share the query (tables by phase alone) and the lock with it;
+//! the rest of their terms are their own:
+//!
+//! ```text
+//! phase       search       s₁ · knots compared F + s₂ · classes compared + s₃ · F²
+//!             regression   r · tables added D     for each class used, that of the input and of each style
+//!             rest         e · J
+//! lti         rest         e₁ · bytes of the models in use + e₂ · J
+//! statistic   rest         e₁ · J + e₂ · J S      S output styles
+//! ```
+//!
+//! [`super::worst`] bounds the cost of any frame of the mixture by its sum with the most units that a step can have.
 
-use gestus_core::{Database, Report, Stage, methods::mixture::contact_votes};
+use gestus_core::{Database, Method, Report, Stage, methods::mixture::contact_votes};
 use gestus_database::stream::Request;
 
 /// Terms of the sums above.
-pub const TERMS: usize = 13;
+pub const TERMS: usize = 22;
+const QUERY: usize = 0;
+const LOCK: usize = 12;
+/// Where the terms of each other method begin.
+const PHASE: usize = 13;
+const LINEAR: usize = 18;
+const STATISTIC: usize = 20;
 
 /// The stage of each term.
 pub const STAGE_OF: [Stage; TERMS] = [
@@ -43,6 +60,15 @@ pub const STAGE_OF: [Stage; TERMS] = [
     Stage::Rest,
     Stage::Contacts,
     Stage::Lock,
+    Stage::Search,
+    Stage::Search,
+    Stage::Search,
+    Stage::Regression,
+    Stage::Rest,
+    Stage::Rest,
+    Stage::Rest,
+    Stage::Rest,
+    Stage::Rest,
 ];
 
 /// Rows that an example unpacks of the input, and of each output.
@@ -92,10 +118,11 @@ pub fn rows(mixes: &[usize]) -> f64 {
 }
 
 impl Work {
-    /// The units, term by term.
+    /// The units of the mixture, term by term.
     pub fn units(&self) -> Units {
         let (fitted, used) = (self.examples * self.mixes, self.used * self.mixes);
-        [
+        let mut units = [0.0; TERMS];
+        units[..PHASE].copy_from_slice(&[
             self.joints * self.window * self.features,
             self.visits * self.features,
             self.searched,
@@ -109,37 +136,74 @@ impl Work {
             self.searched,
             self.voters,
             1.0,
-        ]
+        ]);
+        units
     }
 }
 
 /// The units of a step under a request.
 pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Units {
-    let (labels, k) = ((request.action, request.input_style), request.config.k);
     let counts = database.counts();
-    let number = |value: usize| value as f64;
+    let [joints, dofs, features, used] =
+        [counts.joints, counts.dofs, counts.features, report.classes.len()].map(|count| count as f64);
+    let mut units = [0.0; TERMS];
+    units[LOCK] = 1.0;
+    match request.config.method {
+        Method::Mar => return work(database, request, report).units(),
+        Method::Phase => {
+            let styles: usize = request.mixes(counts.groups).iter().sum();
+            units[QUERY] = joints * counts.window as f64 * features;
+            units[PHASE..LINEAR].copy_from_slice(&[
+                f64::from(report.visits) * features,
+                searched(database, request),
+                features * features,
+                used * (1 + styles) as f64 * dofs,
+                joints,
+            ]);
+        }
+        Method::Lti => {
+            units[LINEAR..STATISTIC].copy_from_slice(&[f64::from(report.bytes_read), joints]);
+        }
+        Method::Statistic => {
+            let styles: usize = request.mixes(counts.groups).iter().sum();
+            units[STATISTIC..].copy_from_slice(&[joints, joints * styles as f64]);
+        }
+    }
+    units
+}
+
+/// Number of classes that the labels of a request allow.
+fn searched(database: &Database<'_>, request: &Request) -> f64 {
+    let labels = (request.action, request.input_style);
     let allowed = |class: &gestus_core::blob::Class| {
         labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
     };
+    database.classes().filter(allowed).count() as f64
+}
+
+/// The work of a step of the mixture.
+fn work(database: &Database<'_>, request: &Request, report: &Report) -> Work {
+    let k = request.config.k;
+    let counts = database.counts();
+    let number = |value: usize| value as f64;
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
     let mixes = outputs(database, request);
     let voters = contact_votes::voters(report.classes.len());
     let examples: usize = each().sum();
-    let work = Work {
+    Work {
         joints: number(counts.joints),
         dofs: number(counts.dofs),
         features: number(counts.features),
         window: number(counts.window),
-        searched: number(database.classes().filter(allowed).count()),
+        searched: searched(database, request),
         visits: f64::from(report.visits),
         used: number(report.classes.len()),
         examples: number(examples),
         voters: number(each().map(|n| n.min(voters)).sum()),
         mixes: number(mixes.len()),
         rows: rows(&mixes),
-    };
-    work.units()
+    }
 }
 
 /// Instructions a unit of work, term by term.

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mix_that_is_heard_is_counted_once() {
+    fn every_mix_with_weight_is_counted_once() {
         let own = |styles: &[u16]| styles.iter().map(|&s| (s, 0.5)).collect::<Vec<_>>();
         let mut request =
             Request { group_styles: vec![(1, own(&[2, 3])), (2, own(&[2, 3]))], ..Request::style(1) };
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_grows_with_what_is_asked_and_falls_with_labels() {
+    fn the_bound_grows_with_the_settings_and_falls_with_labels() {
         let most = |shape: &Shape| shape.bound(Isa::Armv7MFpu).expect("it was calibrated");
         let all = Shape::new(21, 40, 28);
         for more in [
