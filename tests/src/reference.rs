@@ -1,7 +1,7 @@
 //! The method once more, slow and obvious, in `f64`: sums over all frames, matrices written out, no graph, no cache, no
 //! shifted sums. The equations of Xia 2015 stand here as they are printed; the core has to agree.
 //!
-//! Only what is stored comes from [`Database`]; counterparts are worked out here from the stored cycles and knots.
+//! Only stored values come from [`Database`]; counterparts are computed here from the stored cycles and knots.
 
 use gestus_core::{
     Database,
@@ -15,7 +15,7 @@ use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
 
 use crate::trace;
 
-/// Everything that the method is told.
+/// The settings of the method.
 #[derive(Debug, Clone)]
 pub struct Parameters {
     /// Neighbors a class.
@@ -70,13 +70,13 @@ pub struct Step {
     pub predicted: Vec<f64>,
     /// The prediction before strength: what is fed back.
     pub fed_back: Vec<f64>,
-    /// What is put out, with strength; of the ground velocities without what moves a body that stands.
+    /// The output, with strength; the ground velocities are without the correction of a body that stands still.
     pub put_out: Vec<f64>,
     /// The predicted time step, seconds.
     pub step_s: f64,
     /// Weights of the neighbors in the timing, for each kept class in the order of its rows.
     pub timing_weights: Vec<Vec<f64>>,
-    /// Part of the vote for each foot that says it stands.
+    /// Share of the votes by which each foot stands.
     pub votes: [f64; 2],
 }
 
@@ -191,8 +191,8 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
     let frame = (at - clip(input).0) as f64;
     let (pairs, table) = (bytes(db, section::PAIRS), db.counts().cycles * db.counts().styles);
     let tables = pairs.len() / (2 * table);
-    let heard = styles.iter().enumerate().filter(|(_, w)| **w > 0.0);
-    for ((style, &weight), second) in heard.flat_map(|style| (0..tables).map(move |t| (style, t))) {
+    let weighted = styles.iter().enumerate().filter(|(_, w)| **w > 0.0);
+    for ((style, &weight), second) in weighted.flat_map(|style| (0..tables).map(move |t| (style, t))) {
         let weight = weight / tables as f64;
         let output = u16_at(pairs, 2 * (second * table + input * db.counts().styles + style));
         assert_ne!(output, NONE, "row {at} has no output in style {style}");
@@ -214,8 +214,8 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
     result
 }
 
-/// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, asked at the biased input. The
-/// answer, and what is put out of it.
+/// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, evaluated at the biased input.
+/// Returns the prediction, and the output made from it.
 pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> [f64; 2] {
     let s = if p.normalised { scale } else { 1.0 };
     let mut matrix = Matrix4::identity() * p.lambda;

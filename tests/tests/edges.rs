@@ -244,18 +244,18 @@ fn a_glitch_that_comes_again_is_no_news() {
     }
     let mut glitch = poses[60];
     glitch.position[0] += 5.0;
-    let mut heard = |number| stylizer.tick(Some((&glitch, number)), &mut output).degraded;
-    assert_eq!(heard(60), Degraded::LEAP);
+    let mut degraded = |number| stylizer.tick(Some((&glitch, number)), &mut output).degraded;
+    assert_eq!(degraded(60), Degraded::LEAP);
     for _ in 0..9 {
-        assert_eq!(heard(60), Degraded::ORDER);
+        assert_eq!(degraded(60), Degraded::ORDER);
     }
     // Four more such frames count as glitches; after that the new place is accepted.
     for number in 61..65 {
-        assert_eq!(heard(number), Degraded::LEAP, "{number}");
+        assert_eq!(degraded(number), Degraded::LEAP, "{number}");
     }
-    let taken = heard(65);
+    let taken = degraded(65);
     assert!(taken.contains(Degraded::LEAP));
-    assert!(heard(66).is_empty());
+    assert!(degraded(66).is_empty());
 }
 
 #[test]

@@ -285,7 +285,7 @@ fn a_list_of_more_than_twenty_is_malformed() {
 }
 
 #[test]
-fn other_versions_and_own_echoes_are_told_apart() {
+fn other_versions_and_own_echoes_are_distinguished() {
     let mut served = stylizer(motion::small());
     let mut server = Served::new(&mut served, ());
     let mut host = Host::hello(&mut server, 3);
