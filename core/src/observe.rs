@@ -4,7 +4,7 @@
 
 use crate::{
     body::pose::Dofs,
-    search::{graph::Neighbor, query::Feature},
+    search::{found::Found, query::Feature},
 };
 
 /// A part of the work of a step, for its cost.
@@ -55,8 +55,8 @@ pub trait Observer<const J: usize> {
     fn stage(&mut self, _stage: Stage) {}
     /// The query.
     fn query(&mut self, _feature: &Feature) {}
-    /// The neighbors of a class, nearest first, and their mean squared distance.
-    fn searched(&mut self, _class: usize, _neighbors: &[Neighbor], _mean_distance2: f32) {}
+    /// What was found of a class.
+    fn searched(&mut self, _class: usize, _found: &Found<'_>) {}
     /// The neighbors of a kept class in the order in which the timing weighs them, and their weights.
     fn timed(&mut self, _class: usize, _rows: &[u16], _weights: &[f32]) {}
     /// The variables of the frame, and what was predicted (after yaw and strength).

@@ -15,7 +15,8 @@ fn row(id: u16) -> Option<String> {
     let cut = match (presence, section::is_kept_by_cut(id)) {
         ("never", _) => "",
         (_, true) => "kept",
-        (_, false) => "empty",
+        ("always", false) => "empty",
+        (_, false) => "removed",
     };
     Some(format!("{id}|{name}|{presence}|{cut}"))
 }

@@ -105,7 +105,7 @@ fn drive(output: &Pose<J>, knee: &mut impl SetDutyCycle) {
     let _ = knee.set_duty_cycle(duty);
 }
 
-/// A mock processor that takes 4 ms for a step and 20 µs for each visit, times `slower`.
+/// A mock processor that takes 2 ms for a step and 40 µs for each visit, times `slower`.
 pub struct MockClock {
     now_us: u32,
     /// By what factor other work slows a step down.
@@ -118,7 +118,7 @@ impl Clock for MockClock {
     }
 
     fn stepped(&mut self, report: &Report) {
-        let took = (4_000 + 20 * report.visits) as f32 * self.slower;
+        let took = (2_000 + 40 * report.visits) as f32 * self.slower;
         self.now_us = self.now_us.wrapping_add(took as u32);
     }
 }
@@ -219,7 +219,7 @@ pub fn play(slower: &[f32], fixed: bool) -> Vec<Second> {
 }
 
 fn main() {
-    let slower = [1.0, 2.5, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let slower = [0.5, 4.0, 0.5, 0.5, 0.5, 0.5, 0.5];
     for (name, fixed) in [("fixed cap", true), ("cap adapted to the deadline", false)] {
         println!("{name}:");
         for (second, slower) in play(&slower, fixed).iter().zip(slower) {
@@ -237,12 +237,13 @@ mod tests {
 
     #[test]
     fn missed_deadlines_lower_the_cap_and_it_recovers() {
-        let slower = [1.0, 2.5, 1.0, 1.0, 1.0, 1.0, 1.0];
+        let slower = [0.5, 4.0, 0.5, 0.5, 0.5, 0.5, 0.5];
         let [fixed, governed] = [true, false].map(|fixed| play(&slower, fixed));
         // With a fixed cap, frames are late throughout the second second.
         assert!(fixed[1].late >= 25 && fixed[1].late_at_last >= 10, "{fixed:?}");
-        // With an adapted cap a few frames are late, and then none.
-        assert!((1..=5).contains(&governed[1].late) && governed[1].late_at_last == 0, "{governed:?}");
+        // With an adapted cap a few frames are late, and then one at most: where the input changes, more classes are
+        // searched than in the frames that the cap was adapted to.
+        assert!((1..=5).contains(&governed[1].late) && governed[1].late_at_last <= 1, "{governed:?}");
         assert!(governed[1].visits < 160 && governed[1].capped > 15, "{governed:?}");
         // Nothing is late afterwards, and the cap returns to its full value.
         assert!(governed[2..].iter().all(|s| s.late == 0), "{governed:?}");

@@ -54,7 +54,7 @@ pub struct Core<'db> {
 impl<'db> Core<'db> {
     /// The search with given limits.
     pub fn new(database: Database<'db>, limits: Limits) -> Self {
-        let metric = Metric::new(&database, &[0.0; _], u8::MAX);
+        let metric = Metric::new(&database, &mut [0.0; _], u8::MAX);
         let last = vec![(Vec::new(), 0.0); database.counts().classes];
         Self { database, limits, searcher: Searcher::new(), metric, last, visits: 0 }
     }
@@ -71,16 +71,16 @@ impl Method for Core<'_> {
         self.last.iter_mut().for_each(|(rows, _)| rows.clear());
     }
     fn begin(&mut self, query: &Feature) {
-        self.metric = Metric::new(&self.database, query, u8::MAX);
+        self.metric = Metric::new(&self.database, &mut query.clone(), u8::MAX);
     }
     fn search(&mut self, class: usize, _query: &Feature, found: &mut Vec<u16>) {
         let (rows, mean) = &mut self.last[class];
-        let (neighbors, effort) =
-            self.searcher.search(&self.database, class, &self.metric, &self.limits, rows, *mean);
+        let near =
+            self.searcher.search(&self.database, class, &self.metric, &self.limits, rows, (*mean, 1));
         rows.clear();
-        rows.extend(neighbors.iter().map(|n| n.row));
-        *mean = neighbors.iter().map(|n| n.distance2).sum::<f32>() / neighbors.len().max(1) as f32;
-        self.visits += u64::from(effort.visits);
+        rows.extend(near.rows());
+        *mean = near.mean_distance2;
+        self.visits += u64::from(near.stats.visits);
         found.clone_from(rows);
     }
     fn visits(&mut self) -> Option<u64> {

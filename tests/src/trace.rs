@@ -1,6 +1,6 @@
 //! What a stream computes, frame by frame, as the core shows it.
 
-use gestus_core::{Report, search::graph::Neighbor};
+use gestus_core::{Report, search::found::Found};
 use gestus_database::stream::Watcher;
 
 /// What the search found in a class.
@@ -58,8 +58,8 @@ impl Watcher for Trace {
     fn query(&mut self, feature: &[f32]) {
         self.now.query = feature.to_vec();
     }
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
-        let neighbors = neighbors.iter().map(|n| (n.row, n.distance2)).collect();
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
+        let (neighbors, mean_distance2) = (found.neighbors().collect(), found.mean_distance2);
         self.now.searched.push(Searched { class, neighbors, mean_distance2 });
     }
     fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {

@@ -48,8 +48,8 @@ fn the_count_counts() {
 fn opening_making_and_stepping_take_nothing() {
     struct Looks(u32);
     impl Observer<22> for Looks {
-        fn searched(&mut self, _: usize, neighbors: &[gestus_core::search::graph::Neighbor], _: f32) {
-            self.0 += neighbors.len() as u32;
+        fn searched(&mut self, _: usize, found: &gestus_core::search::found::Found<'_>) {
+            self.0 += found.rows().len() as u32;
         }
     }
     let blob = motion::large();

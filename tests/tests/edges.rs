@@ -2,7 +2,7 @@
 
 use gestus_core::{
     Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
-    body::two_bone_ik::Chain, math::quaternion, search::graph::Neighbor,
+    body::two_bone_ik::Chain, math::quaternion, search::found::Found,
 };
 use gestus_database::{
     build::{BuildError, BuildOptions, build},
@@ -41,8 +41,8 @@ fn is_finite(pose: &Pose<22>) -> bool {
 struct Empty(usize);
 
 impl Observer<22> for Empty {
-    fn searched(&mut self, _: usize, neighbors: &[Neighbor], _: f32) {
-        self.0 += usize::from(neighbors.is_empty());
+    fn searched(&mut self, _: usize, found: &Found<'_>) {
+        self.0 += usize::from(found.rows().len() == 0);
     }
 }
 

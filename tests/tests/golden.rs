@@ -18,7 +18,7 @@ use gestus_core::{
         quaternion::{self, exp},
         sin_cos,
     },
-    search::graph::Neighbor,
+    search::found::Found,
 };
 use gestus_tests::motion::{self, Size};
 
@@ -88,8 +88,8 @@ impl<const J: usize> Observer<J> for Looks {
     fn query(&mut self, feature: &[f32; 32]) {
         self.0 ^= u64::from(feature[0].to_bits());
     }
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], _: f32) {
-        self.0 = self.0.wrapping_add((class * neighbors.len()) as u64);
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
+        self.0 = self.0.wrapping_add((class * found.rows().len()) as u64);
     }
     fn timed(&mut self, _: usize, rows: &[u16], weights: &[f32]) {
         self.0 = self.0.wrapping_add((rows.len() + weights.len()) as u64);

@@ -25,7 +25,7 @@ struct Counting {
 }
 
 impl Observer<J> for Counting {
-    fn searched(&mut self, _: usize, _: &[gestus_core::search::graph::Neighbor], _: f32) {
+    fn searched(&mut self, _: usize, _: &gestus_core::search::found::Found<'_>) {
         self.searched += 1;
     }
 }

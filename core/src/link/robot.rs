@@ -12,7 +12,7 @@ use crate::{
     ConfigError, Database, Observer, Pose, Report, Stage,
     body::pose::Dofs,
     robot::{Drive, Driven, Robot},
-    search::{graph::Neighbor, query::Feature},
+    search::{found::Found, query::Feature},
 };
 
 /// A board with a robot of up to `H` hinges.
@@ -49,8 +49,8 @@ impl<B: Observer<J>, const J: usize, const H: usize> Observer<J> for Driver<'_, 
         self.board.query(feature);
     }
 
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
-        self.board.searched(class, neighbors, mean_distance2);
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
+        self.board.searched(class, found);
     }
 
     fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {

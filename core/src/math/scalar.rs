@@ -7,9 +7,9 @@
 //! | function | from | accuracy |
 //! |---|---|---|
 //! | [`sin_cos`] | minimax polynomial after Cody-Waite reduction (feature `micromath`: its approximation) | 2 ulp on ±π (1.1e-3 absolute) |
-//! | [`atan2`], [`exp`], [`sqrt`] | `libm` | 1 ulp |
+//! | [`atan2`], [`exp`], [`ln`], [`sqrt`] | `libm` | 1 ulp |
 //! | [`acos`] | `atan2` | 2e-7 |
-//! | [`pow`] | `libm`'s `exp` and `log` | 6e-6 relative down to 1e-30 |
+//! | [`pow`] | [`exp`] and [`ln`] | 6e-6 relative down to 1e-30 |
 //! | [`erf`] | Abramowitz and Stegun, 7.1.26 | 5e-7 absolute |
 
 use libm::{atan2f, expf, logf, sqrtf};
@@ -39,7 +39,12 @@ pub fn erf(x: f32) -> f32 {
 
 /// `x` to the power of `y`; 0 of an `x` that is not positive.
 pub fn pow(x: f32, y: f32) -> f32 {
-    if x > 0.0 { exp(y * logf(x)) } else { 0.0 }
+    if x > 0.0 { exp(y * ln(x)) } else { 0.0 }
+}
+
+/// Natural logarithm of a positive number.
+pub fn ln(x: f32) -> f32 {
+    logf(x)
 }
 
 /// Arc cosine of `x`, clamped to -1..1, radians.

@@ -19,7 +19,11 @@ use crate::{
         Class, Database,
         layout::{NONE, flag},
     },
-    search::{metric::Metric, top_k::insert},
+    search::{
+        found::{Found, Neighbor, SearchStats, mean},
+        metric::Metric,
+        top_k::insert,
+    },
 };
 
 /// Most frames in the pool.
@@ -31,33 +35,6 @@ const SLOTS: usize = 512;
 const SPREAD: usize = 96;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
-
-/// A frame seen by the search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Neighbor {
-    /// Squared distance to the query, weighted square metres.
-    pub distance2: f32,
-    /// Row within the class.
-    pub row: u16,
-    expanded: bool,
-    /// It is where a neighbor of the last frame went.
-    followed: bool,
-}
-
-/// How a search went.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SearchStats {
-    /// Distances computed.
-    pub visits: u32,
-    /// Bytes of features and graph read.
-    pub bytes: u32,
-    /// The visits were used up before the pool was.
-    pub capped: bool,
-    /// The class was searched anew, because the input has jumped.
-    pub restarted: bool,
-}
 
 /// What limits a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +50,8 @@ pub struct Limits {
     pub spare: u16,
     /// A mean squared distance this many times the last one is a jump.
     pub jump: f32,
+    /// Mean squared distance beyond which a class can't matter: a stream that goes on there is followed less thoroughly.
+    pub enough: f32,
 }
 
 /// Room for one search; used for one class after another.
@@ -93,8 +72,8 @@ impl Searcher {
 
     /// Finds the nearest frames of a class, nearest first.
     ///
-    /// `last` holds the rows found for the frame before (empty at the start) and `last_mean` their mean squared
-    /// distance. Small classes are searched whole.
+    /// `last` holds the rows found when the class was searched last (empty at the start), `last_mean` their mean squared
+    /// distance, and `frames` how many frames ago that was. Small classes are searched whole.
     pub fn search(
         &mut self,
         database: &Database<'_>,
@@ -102,8 +81,8 @@ impl Searcher {
         metric: &Metric,
         limits: &Limits,
         last: &[u16],
-        last_mean: f32,
-    ) -> (&[Neighbor], SearchStats) {
+        (last_mean, frames): (f32, usize),
+    ) -> Found<'_> {
         let record = database.class(class);
         let k = limits.k.min(record.k_cap);
         let mut walk = Walk {
@@ -123,26 +102,32 @@ impl Searcher {
             walk.left = u16::MAX;
             walk.pool_whole();
         } else {
-            let mut fresh = last.is_empty();
+            let mut fresh = last.is_empty() || last_mean < 0.0;
             if !fresh {
                 walk.start();
                 walk.following = true;
-                walk.seed_successors(last);
+                walk.seed_successors(last, frames);
                 walk.following = false;
-                walk.seed_all(database.entries(class));
-                walk.run();
-                fresh = mean(walk.pool, k) > limits.jump * last_mean || walk.is_lost(last.len());
+                walk.run(k);
+                let mut mean = walk.mean(k);
+                if mean <= limits.enough {
+                    walk.seed_all(database.entries(class));
+                    walk.run(POOL);
+                    mean = walk.mean(k);
+                }
+                walk.stats.jumped = mean > limits.jump * last_mean;
+                fresh = walk.stats.jumped || walk.is_lost(last.len());
                 walk.stats.restarted = fresh;
             }
             if fresh {
                 walk.start_again();
                 walk.seed_all(database.entries(class));
                 walk.seed_spread();
-                walk.run();
+                walk.run(POOL);
             }
         }
         let stats = walk.stats;
-        (self.pool.get(..k.min(self.pool.len())).unwrap_or(&[]), stats)
+        Found::new(first(&self.pool, k), metric.unit2(), stats)
     }
 }
 
@@ -152,14 +137,8 @@ impl Default for Searcher {
     }
 }
 
-/// Mean squared distance of the `k` nearest; 0 of none.
-fn mean(pool: &[Neighbor], k: usize) -> f32 {
-    let nearest = pool.get(..k.min(pool.len())).unwrap_or(&[]);
-    if nearest.is_empty() {
-        0.0
-    } else {
-        nearest.iter().map(|n| n.distance2).sum::<f32>() / nearest.len() as f32
-    }
+fn first(pool: &[Neighbor], k: usize) -> &[Neighbor] {
+    pool.get(..k).unwrap_or(pool)
 }
 
 struct Walk<'a, 'db> {
@@ -207,11 +186,13 @@ impl Walk<'_, '_> {
         }
     }
 
-    fn seed_successors(&mut self, last: &[u16]) {
+    /// Where the last neighbors went in the frames since.
+    fn seed_successors(&mut self, last: &[u16], frames: usize) {
         for &row in last {
-            let next = usize::from(row) + 1;
-            let follows = self.flags(next) & flag::FOLLOWS != 0 && self.can_be_found(next);
-            self.visit(if follows { next as u16 } else { row });
+            let row = usize::from(row);
+            let end = (1..=frames).take_while(|i| self.flags(row + i) & flag::FOLLOWS != 0).last();
+            let now = end.map_or(row, |frames| row + frames);
+            self.visit(if self.can_be_found(now) { now } else { row } as u16);
         }
     }
 
@@ -235,8 +216,14 @@ impl Walk<'_, '_> {
         self.pool.iter().filter(|n| n.followed).count() * LOST < seeds
     }
 
-    fn run(&mut self) {
-        while let Some(nearest) = self.pool.get_mut(self.next) {
+    /// Mean squared distance of the `k` nearest seen.
+    fn mean(&self, k: usize) -> f32 {
+        mean(first(self.pool, k)) * self.metric.unit2()
+    }
+
+    /// Expands frames until all of the nearest `most` seen are.
+    fn run(&mut self, most: usize) {
+        while let Some(nearest) = self.pool.get_mut(self.next).filter(|_| self.next < most) {
             self.next += 1;
             if nearest.expanded {
                 continue;
@@ -295,12 +282,10 @@ impl Walk<'_, '_> {
         self.stats.visits += 1;
         self.stats.bytes += self.metric.bytes() as u32;
         let full = self.pool.len() >= self.limits.pool;
-        let bound = match self.pool.last() {
-            Some(worst) if full => worst.distance2,
-            _ => f32::INFINITY,
-        };
-        let stored = self.database.feature(self.class.first_row + usize::from(row));
-        let Some(distance2) = self.metric.distance2_below(stored, bound) else { return };
+        let distance2 = self.metric.distance2(self.database, self.class.first_row + usize::from(row));
+        if full && self.pool.last().is_some_and(|worst| worst.distance2 <= distance2) {
+            return;
+        }
         let found = Neighbor { distance2, row, expanded: false, followed: self.following };
         let at = insert(self.pool, self.limits.pool, found, |other| other.distance2 <= distance2);
         self.next = self.next.min(at);

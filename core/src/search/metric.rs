@@ -1,146 +1,244 @@
-//! The distance between the query and stored features: Xia 2015, eq. 1, in principal components.
+//! The distance between the query and stored features, in integers: Xia 2015, eq. 1, in principal components.
 //!
-//! Cost: one byte read and three operations a component; half of the components often tell that a frame is too far.
+//! With stored codes c, metres s a code, query q in metres, and a unit U of squared metres, the same for every frame:
+//!
+//! ```text
+//! a = s² / U,  p = q / s              rounded: a to integers that sum up to some 29,000, p to 1/4096 of a code
+//! d = Σ a (p - c)² = Σ a p² - Σ 2 a p c + Σ a c²
+//! ```
+//!
+//! The first sum is the query's, the last the frame's: the blob stores it, so a distance is one dot product. A query
+//! within twice the range of the codes has distances below 2^32: 29,096 · (256 + 128)² < 4.2904e9; then `2 a p` is below
+//! 2^24, and the sum of its products with codes below 2^31. A query that is further away has units of 2^n U, with which
+//! the same holds, and is held within 128 times the range.
+//!
+//! Cost: one byte read and one product a component; where a mask leaves components out, two more for the last sum.
 
-use super::query::Feature;
-use crate::blob::{Database, layout::MAX_FEATURES};
+use super::{dot::Products, query::Feature};
+use crate::{
+    blob::{Database, layout::MAX_FEATURES},
+    math::{abs, clamp},
+};
+
+/// What the squares of the scales sum up to, in units; rounding adds half a unit a component, and none is 0.
+pub const TOTAL: u16 = 29_000;
+/// The largest sum `Σ a c²`.
+pub const MOST_NORM2: u32 = (TOTAL as u32 + 3 * MAX_FEATURES as u32) * 128 * 128;
+/// Added to every distance: rounding takes at most 2.5 units away, and no distance is to be below 0.
+pub(super) const BIAS: u32 = 3;
+/// Parts of a code in which the query is rounded, as a power of two.
+const FINE: u32 = 12;
+/// A query is held within this many codes.
+const MOST_CODES: f32 = 16_384.0;
+/// Distances stay below this many units: 2^32, and room for what rounding adds.
+const MOST_UNITS: f32 = 4.2905e9;
+/// Enough for the farthest query.
+const MOST_SHIFT: u32 = 11;
+
+/// Squared scales of the components in units, and squared metres a unit.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Weights {
+    /// 0 for components that there are not.
+    units: [u16; MAX_FEATURES],
+    unit2: f32,
+}
+
+impl Weights {
+    /// The weights of components with those scales, metres a code.
+    pub fn new(scales: impl Iterator<Item = f32> + Clone) -> Self {
+        let sum: f32 = scales.clone().map(|s| s * s).sum();
+        let unit2 = sum / f32::from(TOTAL);
+        let mut units = [0; MAX_FEATURES];
+        for (unit, scale) in units.iter_mut().zip(scales) {
+            let rounded = (scale * scale / unit2 + 0.5) as u16;
+            *unit = rounded.max(1);
+        }
+        Self { units, unit2 }
+    }
+
+    /// `Σ a c²` of stored codes, units.
+    #[inline]
+    pub fn norm2(&self, stored: &[u8]) -> u32 {
+        let squares = stored.iter().map(|&code| u32::from((code as i8).unsigned_abs()).pow(2));
+        squares.zip(&self.units).map(|(square, &unit)| square * u32::from(unit)).sum()
+    }
+}
 
 /// The query, ready to be compared with stored features.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Metric {
-    /// The query, metres; 0 for components that a mask leaves out.
-    query: Feature,
-    /// Metres for a step of the stored i8; 0 for components that a mask leaves out.
-    scale: Feature,
+    /// 0 for components that a mask leaves out.
+    weights: Weights,
+    /// `2 a p` of every component.
+    products: Products,
+    /// `Σ a p²`, and the bias.
+    query_norm2: u32,
     features: usize,
+    /// No component is left out: stored norms hold.
+    is_whole: bool,
+    /// A far query has units that are 2 to the power of this larger.
+    shift: u32,
 }
 
 impl Metric {
-    /// The metric of a query; `mask` says for each joint group whether the search looks at it.
-    pub fn new(database: &Database<'_>, feature: &Feature, mask: u8) -> Self {
-        let mut metric = Self { query: *feature, ..Self::NOTHING };
-        metric.weigh(database, mask);
+    /// The metric of a query; `mask` says for each joint group whether the search looks at it. The query becomes
+    /// the one that distances are measured from: rounded, and held within 128 times the range of stored features.
+    #[inline(never)]
+    pub fn new(database: &Database<'_>, feature: &mut Feature, mask: u8) -> Self {
+        let scales = (0..database.counts().features).map(|f| database.feature_scale(f));
+        Self::of(scales, feature, |f| mask >> database.feature_group(f) & 1 == 1)
+    }
+
+    fn of(
+        scales: impl ExactSizeIterator<Item = f32> + Clone,
+        feature: &mut Feature,
+        is_searched: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut metric = Self {
+            weights: Weights::new(scales.clone()),
+            products: Products::NEW,
+            query_norm2: 0,
+            features: scales.len(),
+            is_whole: true,
+            shift: 0,
+        };
+        // The largest distance that codes can have, of which a far query has too many units.
+        let farthest = |(f, ((query, scale), unit)): (usize, ((&f32, f32), &u16))| {
+            let codes = clamp(abs(*query / scale), 0.0, MOST_CODES) + 128.0;
+            if is_searched(f) { f32::from(*unit) * codes * codes } else { 0.0 }
+        };
+        let of = feature.iter().zip(scales.clone()).zip(&metric.weights.units);
+        let farthest: f32 = of.enumerate().map(farthest).sum();
+        metric.shift =
+            (0..MOST_SHIFT).find(|&k| farthest < MOST_UNITS * (1 << k) as f32).unwrap_or(MOST_SHIFT);
+        let half = (1i64 << metric.shift) >> 1;
+        // In units of 2^-24.
+        let mut norm2 = 0i64;
+        let slots = feature.iter_mut().zip(&mut metric.weights.units).zip(scales);
+        for (f, ((query, unit), scale)) in slots.enumerate() {
+            let code = clamp(*query / scale, -MOST_CODES, MOST_CODES) * (1 << FINE) as f32;
+            // To the nearest: the cast truncates. At most 2^26.
+            let code = i64::from((code + if code < 0.0 { -0.5 } else { 0.5 }) as i32);
+            let weight = i64::from(*unit);
+            // 2 a p, and the query that it is exact for.
+            let product = (weight * code + (1 << (FINE - 2))) >> (FINE - 1);
+            *query = scale * product as f32 / (2 * weight) as f32;
+            if !is_searched(f) {
+                (*unit, metric.is_whole) = (0, false);
+                continue;
+            }
+            // Below 2^24.
+            let product = (product + half) >> metric.shift;
+            metric.products.set(f, product as i32);
+            // By the rounded product, so that the distance to the query itself is 0.
+            norm2 += ((product * code) << FINE) - ((weight * code) >> metric.shift) * code;
+        }
+        metric.query_norm2 = ((norm2 + (1 << (2 * FINE - 1))) >> (2 * FINE)) as u32 + BIAS;
         metric
     }
 
-    /// No query yet: it is written to [`query`](Self::query), and then [`weigh`](Self::weigh)ed.
-    pub(crate) const NOTHING: Self =
-        Self { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features: 0 };
-
-    /// The query's place.
-    pub(crate) fn query(&mut self) -> &mut Feature {
-        &mut self.query
-    }
-
-    /// Takes the scales of the components that the search looks at, and the others out of the query.
-    #[inline(never)]
-    pub(crate) fn weigh(&mut self, database: &Database<'_>, mask: u8) {
-        self.features = database.counts().features;
-        for (f, (query, scale)) in self.query.iter_mut().zip(&mut self.scale).enumerate() {
-            let looked_at = f < self.features && mask >> database.feature_group(f) & 1 == 1;
-            if looked_at {
-                *scale = database.feature_scale(f);
-            } else {
-                *query = 0.0;
-            }
-        }
-    }
-
-    /// Squared distance to a stored feature. Eight sums side by side, added in a fixed order, so that vector units
-    /// and scalar ones agree bit for bit. The search takes `distance2_below`, which is faster.
-    #[inline(never)]
-    pub fn distance2(&self, stored: &[u8]) -> f32 {
-        let mut sums = [0.0f32; LANES];
-        for (i, ((&code, &query), &scale)) in stored.iter().zip(&self.query).zip(&self.scale).enumerate() {
-            let difference = query - scale * f32::from(code as i8);
-            sums[i % LANES] += difference * difference;
-        }
-        total(&sums)
-    }
-
-    /// The squared distance, if it is below a bound. Half of the components often tell that it is not: no term is
-    /// negative, and rounding keeps the order of sums, so the answer is that of the whole sum.
+    /// Squared distance to a captured frame, units, with the bias.
     #[inline]
-    pub(super) fn distance2_below(&self, stored: &[u8], bound: f32) -> Option<f32> {
-        let (chunks, rest) = stored.as_chunks::<CHUNK>();
-        if !rest.is_empty() {
-            // The last chunk is not full.
-            return Some(self.distance2(stored)).filter(|sum| *sum < bound);
-        }
-        let mut sums = [0.0f32; LANES];
-        let queries = self.query.as_chunks::<CHUNK>().0.iter().zip(self.scale.as_chunks::<CHUNK>().0);
-        for (codes, (query, scale)) in chunks.iter().zip(queries) {
-            add(&mut sums, codes, query, scale);
-            if total(&sums) >= bound {
-                return None;
-            }
-        }
-        let sum = total(&sums);
-        if sum < bound { Some(sum) } else { None }
+    pub(super) fn distance2(&self, database: &Database<'_>, row: usize) -> u32 {
+        self.distance2_to(database.feature(row), database.feature_norm2(row))
+    }
+
+    /// The same to stored codes, whose norm is taken where no component is left out.
+    #[inline]
+    fn distance2_to(&self, stored: &[u8], norm2: Option<u32>) -> u32 {
+        let norm2 = match norm2 {
+            Some(norm2) if self.is_whole => norm2,
+            _ => self.weights.norm2(stored),
+        };
+        // Wraps in a blob whose norms are wrong, and in no other.
+        self.query_norm2.wrapping_add(norm2 >> self.shift).wrapping_sub(self.products.dot(stored) as u32)
+    }
+
+    /// No mask leaves a component out.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// Squared metres a unit.
+    #[inline]
+    pub(super) fn unit2(&self) -> f32 {
+        self.weights.unit2 * (1u32 << self.shift) as f32
+    }
+
+    /// Squared distance to a captured frame, weighted square metres.
+    pub fn metres2(&self, database: &Database<'_>, row: usize) -> f32 {
+        self.distance2(database, row).saturating_sub(BIAS) as f32 * self.unit2()
     }
 
     /// Bytes read for one distance.
     pub fn bytes(&self) -> usize {
-        self.features
+        self.features + if self.is_whole { 4 } else { 0 }
     }
-}
-
-/// Sums that a distance adds up side by side.
-const LANES: usize = 8;
-/// Components after which a distance may be seen to be too large.
-const CHUNK: usize = 2 * LANES;
-
-/// Adds the squares of a chunk's components to the sums.
-// Vector units get it as a call: sums in memory are what tells the compiler to take as many at once as fit.
-#[cfg_attr(not(any(target_arch = "arm", target_arch = "riscv32")), inline(never))]
-#[cfg_attr(any(target_arch = "arm", target_arch = "riscv32"), inline)]
-fn add(sums: &mut [f32; LANES], codes: &[u8; CHUNK], query: &[f32; CHUNK], scale: &[f32; CHUNK]) {
-    let term = |i: usize| {
-        let difference = query[i] - scale[i] * f32::from(codes[i] as i8);
-        difference * difference
-    };
-    // Written out, so that it is straight code whatever the compiler is told of loops.
-    *sums = [
-        sums[0] + term(0) + term(8),
-        sums[1] + term(1) + term(9),
-        sums[2] + term(2) + term(10),
-        sums[3] + term(3) + term(11),
-        sums[4] + term(4) + term(12),
-        sums[5] + term(5) + term(13),
-        sums[6] + term(6) + term(14),
-        sums[7] + term(7) + term(15),
-    ];
-}
-
-#[inline]
-fn total(sums: &[f32; LANES]) -> f32 {
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Distances of a metric to codes, by its integers and by its meaning, both in units.
+    fn compare(scales: &[f32], query: &[f32], searched: &[bool], codes: &[i8]) -> (f64, f64) {
+        let mut query: Feature = core::array::from_fn(|f| query.get(f).copied().unwrap_or(0.0));
+        let metric = Metric::of(scales.iter().copied(), &mut query, |f| searched[f]);
+        let stored: std::vec::Vec<u8> = codes.iter().map(|&code| code as u8).collect();
+        let norm2 = Weights::new(scales.iter().copied()).norm2(&stored);
+        let units = f64::from(metric.distance2_to(&stored, Some(norm2)) - BIAS);
+        assert_eq!(
+            metric.distance2_to(&stored, None),
+            metric.distance2_to(&stored, Some(norm2)),
+            "norms agree"
+        );
+        let terms = scales.iter().zip(codes).enumerate().filter(|(f, _)| searched[*f]);
+        let exact: f64 =
+            terms.map(|(f, (&s, &c))| (f64::from(query[f]) - f64::from(s) * f64::from(c)).powi(2)).sum();
+        (units, exact / f64::from(metric.unit2()))
+    }
+
     #[test]
-    fn early_exit_tells_the_same_as_the_whole_sum() {
-        for features in [7, 8, 16, 17, 24, 31, 32] {
-            let mut metric = Metric { query: [0.0; MAX_FEATURES], scale: [0.0; MAX_FEATURES], features };
-            let mut codes = [0u8; MAX_FEATURES];
-            for f in 0..features {
-                metric.query[f] = (f as f32 * 2.7).sin() * 100.0;
-                metric.scale[f] = 1.0 / (1.0 + f as f32);
-                codes[f] = ((f as f32 * 1.3).cos() * 120.0) as i8 as u8;
+    fn integers_are_the_distance_from_the_rounded_query() {
+        for features in [1usize, 7, 8, 16, 24, 31, 32] {
+            // As the builder stores them: squares that are multiples of one unit, of which there are `TOTAL`.
+            let mut units: std::vec::Vec<u16> =
+                (0..features).map(|f| 1 + 600 / (1 + f as u16).pow(2)).collect();
+            units[0] += TOTAL - units.iter().sum::<u16>();
+            let scales: std::vec::Vec<f32> =
+                units.iter().map(|&units| (f64::from(units) * 3e-9).sqrt() as f32).collect();
+            let codes: std::vec::Vec<i8> =
+                (0..features).map(|f| ((f as f32 * 1.3).cos() * 120.0) as i8).collect();
+            for (size, masked) in
+                [(0.3, 99), (1.0, 99), (1.0, 2), (0.0, 99), (1.9, 99), (2.5, 99), (100.0, 1)]
+            {
+                let query: std::vec::Vec<f32> =
+                    (0..features).map(|f| (f as f32 * 2.7).sin() * size * 127.0 * scales[f]).collect();
+                let searched: std::vec::Vec<bool> = (0..features).map(|f| f % 3 != masked).collect();
+                let (units, exact) = compare(&scales, &query, &searched, &codes);
+                // The unit follows from sums of f32 squares.
+                let tolerance = 4.0 + 1e-4 * exact;
+                assert!((units - exact).abs() < tolerance, "{features}, {size}: {units} against {exact}");
             }
-            let stored = codes.get(..features).unwrap_or(&[]);
-            let whole = metric.distance2(stored);
-            let plain: f32 = (0..features)
-                .map(|f| (metric.query[f] - metric.scale[f] * f32::from(codes[f] as i8)).powi(2))
-                .sum();
-            assert!((whole - plain).abs() <= 1e-5 * plain, "{features}: {whole} against {plain}");
-            for bound in [0.0, whole * 0.3, whole * 0.9, whole, whole * 1.000_001, whole * 2.0] {
-                let expected = (whole < bound).then_some(whole);
-                assert_eq!(metric.distance2_below(stored, bound), expected, "{features} features, {bound}");
+        }
+    }
+
+    #[test]
+    fn the_farthest_query_and_codes_do_not_overflow() {
+        for features in [1usize, 2, 31, 32] {
+            for scale in [1e-9f32, 0.01, 1e6] {
+                let scales = std::vec![scale; features];
+                for side in [-1.0f32, 1.0] {
+                    let query = std::vec![side * f32::MAX; features];
+                    let codes = std::vec![if side > 0.0 { -128i8 } else { 127 }; features];
+                    let (units, exact) = compare(&scales, &query, &std::vec![true; features], &codes);
+                    assert!(
+                        (units / exact - 1.0).abs() < 1e-3,
+                        "{features}, {scale}: {units} against {exact}"
+                    );
+                }
             }
         }
     }

@@ -1,5 +1,7 @@
 //! The nearest frames of every class: from the last few poses to a query, and from the query to neighbors.
 
+pub(crate) mod dot;
+pub mod found;
 pub mod graph;
 pub mod metric;
 pub mod query;

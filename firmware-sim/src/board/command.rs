@@ -226,8 +226,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let request = if args.generated && !args.stylizer_args.style.is_empty() {
                 let given =
                     args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
-                let k = given.config.k.min(own.config.k);
-                Request { config: given.config.k(k), ..given }
+                // The micro:bit's image has room for no more neighbors.
+                let most = if board.blob_address.is_some() { given.config.k } else { own.config.k };
+                Request { config: given.config.k(given.config.k.min(most)), ..given }
             } else {
                 own
             };

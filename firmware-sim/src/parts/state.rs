@@ -3,17 +3,17 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes that do not depend on the capacities.
-pub const FIXED_BYTES: usize = 2680;
+pub const FIXED_BYTES: usize = 2692;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 688;
 /// Bytes that a neighbor adds.
 pub const NEIGHBOR_BYTES: usize = 92;
 /// Bytes that a class adds, besides its neighbors.
-pub const CLASS_BYTES: usize = 8;
+pub const CLASS_BYTES: usize = 9;
 /// Bytes that a neighbor adds in each class.
 pub const ROW_BYTES: usize = 2;
 
-/// Bytes of `Stylizer<J, K, C>` on a 32-bit target; exact if K is even.
+/// Bytes of `Stylizer<J, K, C>` on a 32-bit target; exact if K is even and C a multiple of 4.
 pub const fn state_bytes(j: usize, k: usize, c: usize) -> usize {
     FIXED_BYTES + JOINT_BYTES * j + NEIGHBOR_BYTES * k + CLASS_BYTES * c + ROW_BYTES * k * c
 }

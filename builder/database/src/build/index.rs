@@ -1,6 +1,6 @@
 //! Fourth stage: rows packed, features and graph for the search.
 
-use gestus_core::blob::layout::{self, MAX_TIMING, NONE, flag};
+use gestus_core::blob::layout::{self, MAX_TIMING, NONE, distances::FALLS, flag};
 use gestus_motion::{
     body::Body,
     corpus::{Cycle, Example},
@@ -12,6 +12,7 @@ use super::{clips::Clips, frames::Frames, options::BuildError, pairs::Paired};
 use crate::{
     blob::rows::{PackedRows, choose_steps, pack},
     search::{
+        falls::{ClassRows, falls},
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
     },
@@ -33,7 +34,9 @@ pub(super) struct Index {
     pub space: FeatureSpace,
     /// Features of the captured frames, metres.
     pub features: Vec<Vec<f64>>,
-    /// The same as stored.
+    /// How fast the distance of a far class falls.
+    pub falls: [f32; FALLS],
+    /// The features as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
     /// One graph per class.
@@ -73,15 +76,18 @@ impl Index {
 
         let flags = flags(clips, frames, paired)?;
         let weights: Vec<f32> = space.scales.iter().map(|s| (s * s) as f32).collect();
+        let is_searchable: Vec<bool> = flags.iter().map(|f| f & flag::SEARCHABLE != 0).collect();
         let (mut graphs, mut counts) = (Vec::new(), Vec::new());
+        let mut by_class = Vec::new();
         for class in &frames.classes {
             let range = class.first_row..class.first_row + class.rows;
-            let searchable: Vec<bool> =
-                flags[range.clone()].iter().map(|f| f & flag::SEARCHABLE != 0).collect();
-            let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable: &searchable };
+            let searchable = &is_searchable[range.clone()];
+            let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable };
+            by_class.push(ClassRows { first: class.first_row, searchable });
             graphs.push(build_graph(&of_class));
             counts.push(searchable.iter().filter(|s| **s).count());
         }
+        let falls = falls(&space, &codes, &clip_table[..examples.len()], &by_class);
         Ok(Self {
             clips: clip_table,
             cycles,
@@ -91,6 +97,7 @@ impl Index {
             packed,
             space,
             features,
+            falls,
             codes,
             flags,
             graphs,

@@ -59,6 +59,7 @@ pub(super) fn encode(
         lti: paired.models.lti,
         statistic: paired.models.statistic,
         phase,
+        distances: Some(search::encode_distances(&index.falls, &index.codes, &index.space.scales)),
         // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
         effort: None,
         retarget: None,

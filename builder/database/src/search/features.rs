@@ -1,7 +1,10 @@
 //! Features: windows of joint positions, aligned to a mean cloud, as principal components (Xia 2015, section 5.1).
 //! `gestus_core::search::query` does the same on the board, in `f32`.
 
-use gestus_core::blob::layout::{MAX_FEATURES, query};
+use gestus_core::{
+    blob::layout::{MAX_FEATURES, query},
+    search::metric::TOTAL,
+};
 use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
 use gestus_motion::{body::Body, clip::Clip};
@@ -99,7 +102,7 @@ impl FeatureSpace {
                 *scale = scale.max(value.abs() / 127.0);
             }
         }
-        space.scales = scales;
+        space.scales = on_one_grid(&scales);
         space
     }
 
@@ -156,6 +159,19 @@ impl FeatureSpace {
         }
         bytes
     }
+}
+
+/// Scales at least as large whose squares are multiples of one unit and sum up to [`TOTAL`] of them: core weighs features
+/// by these integers, without rounding.
+fn on_one_grid(scales: &[f64]) -> Vec<f64> {
+    let least_unit2 = scales.iter().map(|s| s * s).sum::<f64>() / (f64::from(TOTAL) - scales.len() as f64);
+    let mut units: Vec<f64> = scales.iter().map(|s| (s * s / least_unit2).ceil()).collect();
+    // What rounding up has left goes to the largest, which it changes least.
+    let rest = f64::from(TOTAL) - units.iter().sum::<f64>();
+    if let Some(largest) = units.iter_mut().max_by(|a, b| a.total_cmp(b)) {
+        *largest += rest;
+    }
+    units.iter().map(|units| (units * least_unit2).sqrt()).collect()
 }
 
 /// Initial mean cloud: the first window, rotated to face +Z by the hips of its last frame.

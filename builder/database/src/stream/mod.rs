@@ -11,7 +11,7 @@ use gestus_core::{
     blob::layout,
     body::pose::Dofs,
     output::retime::{Bounds, Retimer, Tick},
-    search::{graph::Neighbor, query::Feature},
+    search::{found::Found, query::Feature},
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -186,8 +186,8 @@ impl Streamed {
 pub trait Watcher {
     /// The query, F numbers.
     fn query(&mut self, _feature: &[f32]) {}
-    /// Neighbors of a class, nearest first.
-    fn searched(&mut self, _class: usize, _neighbors: &[Neighbor], _mean_distance2: f32) {}
+    /// What was found of a class.
+    fn searched(&mut self, _class: usize, _found: &Found<'_>) {}
     /// Timing neighbors of a kept class and their weights.
     fn timed(&mut self, _class: usize, _rows: &[u16], _weights: &[f32]) {}
     /// `x[t]`, `x[t-1]`, `y[t-1]` and the prediction, D numbers each.
@@ -208,8 +208,8 @@ impl<const J: usize, W: Watcher> Observer<J> for Adapter<'_, W> {
     fn query(&mut self, feature: &Feature) {
         self.watcher.query(&feature[..self.features]);
     }
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
-        self.watcher.searched(class, neighbors, mean_distance2);
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
+        self.watcher.searched(class, found);
     }
     fn timed(&mut self, class: usize, rows: &[u16], weights: &[f32]) {
         self.watcher.timed(class, rows, weights);

@@ -3,7 +3,7 @@
 
 use std::{io, path::Path};
 
-use gestus_core::{Database, Report, search::graph::Neighbor};
+use gestus_core::{Database, Report, search::found::Found};
 use serde_json::json;
 
 use crate::stream::{Request, Watcher};
@@ -144,12 +144,12 @@ impl Watcher for Trace {
         self.timing_weights.resize((self.frames + 1) * c * k, 0.0);
     }
 
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], mean_distance2: f32) {
-        self.mean_distance2[self.frames * self.classes + class] = mean_distance2;
-        for (i, neighbor) in neighbors.iter().enumerate() {
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
+        self.mean_distance2[self.frames * self.classes + class] = found.mean_distance2;
+        for (i, (row, distance2)) in found.neighbors().enumerate() {
             let place = self.place(class, i);
-            self.neighbors[place] = (self.first_rows[class] + usize::from(neighbor.row)) as i32;
-            self.distance2[place] = neighbor.distance2;
+            self.neighbors[place] = (self.first_rows[class] + usize::from(row)) as i32;
+            self.distance2[place] = distance2;
         }
     }
 

@@ -3,7 +3,7 @@
 use gestus_core::{
     Database,
     blob::{Counterpart, Moment},
-    search::graph::Neighbor,
+    search::found::Found,
 };
 
 use gestus_database::{blob::export, stream::Watcher};
@@ -44,10 +44,12 @@ impl Record {
 }
 
 impl Watcher for Record {
-    fn searched(&mut self, class: usize, neighbors: &[Neighbor], _mean: f32) {
+    fn searched(&mut self, class: usize, found: &Found<'_>) {
         let first = self.first_rows[class];
-        self.current
-            .push((class, neighbors.iter().map(|n| (first + usize::from(n.row), n.distance2)).collect()));
+        self.current.push((
+            class,
+            found.neighbors().map(|(row, distance2)| (first + usize::from(row), distance2)).collect(),
+        ));
     }
 
     fn predicted(&mut self, x: &[f32], _x_prev: &[f32], _y_prev: &[f32], predicted: &[f32]) {

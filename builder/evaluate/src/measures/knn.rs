@@ -195,8 +195,14 @@ fn stream(
     after_jump: &mut [(f64, f64)],
 ) -> (Outcome, Outcome) {
     let Config { k, pool, visits, jump: jump_factor, .. } = Config::new().k(k);
-    let limits =
-        Limits { k: usize::from(k), pool: usize::from(pool), visits, spare: visits, jump: jump_factor };
+    let limits = Limits {
+        k: usize::from(k),
+        pool: usize::from(pool),
+        visits,
+        spare: visits,
+        jump: jump_factor,
+        enough: f32::INFINITY,
+    };
     let counts = database.counts();
     let mut window = Box::new(Window::new());
     let mut searcher = Box::new(Searcher::new());
@@ -208,14 +214,12 @@ fn stream(
     for (t, pose) in poses.iter().enumerate() {
         window.push(database, pose);
         window.feature(database, &mut aligned, &mut feature);
-        let metric = Metric::new(database, &feature, u8::MAX);
+        let metric = Metric::new(database, &mut feature, u8::MAX);
         for class in 0..counts.classes {
             let start = Instant::now();
-            let (near, stats) =
-                searcher.search(database, class, &metric, &limits, &last[class].0, last[class].1);
+            let near = searcher.search(database, class, &metric, &limits, &last[class].0, (last[class].1, 1));
             graph.micros += start.elapsed().as_secs_f64() * 1e6;
-            let rows: Vec<u16> = near.iter().map(|n| n.row).collect();
-            let mean = near.iter().map(|n| n.distance2).sum::<f32>() / near.len().max(1) as f32;
+            let (rows, mean): (Vec<u16>, f32) = (near.rows().collect(), near.mean_distance2);
             let query: Vec<f32> =
                 (0..counts.features).map(|f| feature[f] / database.feature_scale(f)).collect();
             let features = ClassFeatures {
@@ -235,7 +239,7 @@ fn stream(
                 slot.0 += hits;
                 slot.1 += exact.len() as f64;
             }
-            graph.visits += f64::from(stats.visits);
+            graph.visits += f64::from(near.stats.visits);
             brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
             queries += 1.0;
             last[class] = (rows, mean);

@@ -7,6 +7,7 @@
 //! | magic, counts| id, offset, len, crc| raw bytes, little-endian, no pointers|
 //! ```
 
+pub mod distances;
 pub mod effort;
 pub mod entry;
 pub mod header;

@@ -128,6 +128,8 @@ sections! {
         feet: FEET = 36, kept true;
         /// Tables by phase: see [`phase`](super::phase).
         phase: PHASE = 38, kept true;
+        /// How fast distances fall, and norms of the features: see [`distances`](super::distances).
+        distances: DISTANCES = 39, kept false;
     }
     separate {
         /// A robot, always a file of its own: see [`robot::layout`](crate::robot::layout). The number is what its

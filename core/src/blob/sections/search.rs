@@ -2,7 +2,7 @@
 
 use crate::blob::{
     Database,
-    layout::{DEGREE, query},
+    layout::{DEGREE, distances, query},
     read::{Record, f32_at},
 };
 
@@ -16,6 +16,23 @@ impl<'db> Database<'db> {
             .get(row.wrapping_mul(length)..)
             .and_then(|rest| rest.get(..length))
             .unwrap_or(&[])
+    }
+
+    /// Weighted squared length of a captured frame's feature ([`Weights::norm2`](crate::search::metric::Weights::norm2)),
+    /// where the blob stores it.
+    #[inline]
+    pub fn feature_norm2(&self, row: usize) -> Option<u32> {
+        let numbers = self.optional.distances?.as_chunks::<4>().0;
+        numbers.get(distances::FALLS + row).map(|norm| u32::from_le_bytes(*norm))
+    }
+
+    /// Part of the mean squared distance of a class's nearest frames that is left at least after that many frames, where the
+    /// class is too far to matter; 0 for no frames, for more than the blob says, and where it says nothing.
+    #[inline]
+    pub fn fall(&self, frames: usize) -> f32 {
+        let numbers = self.optional.distances.unwrap_or(&[]).as_chunks::<4>().0;
+        let falls = numbers.get(..distances::FALLS).unwrap_or(&[]);
+        frames.checked_sub(1).and_then(|i| falls.get(i)).map_or(0.0, |fall| f32::from_le_bytes(*fall))
     }
 
     /// Scale of a stored feature: metres of one step.

@@ -5,9 +5,10 @@ use super::{counts::MOST_RECORDS, lengths::blocks_of};
 use crate::blob::{
     Class, Database,
     check::{Checked, check, length, reserved},
-    layout::{ENTRIES, NONE, block, class, cycle, flag, section, timing},
+    layout::{ENTRIES, NONE, block, class, cycle, distances, flag, section, timing},
     read::{Record, f32_at, u16_at, u32_at},
 };
+use crate::search::metric::MOST_NORM2;
 
 #[inline]
 pub(super) fn clips(db: &Database<'_>) -> Checked {
@@ -145,6 +146,21 @@ pub(super) fn blocks(db: &Database<'_>) -> Checked {
     }
     let need = if c.rows > 0 { next + block::PADDING } else { 0 };
     length(section::ROWS, need, db.required.rows.len())
+}
+
+/// Falls are parts, and a norm may be any that codes and weights can have: no distance overflows.
+#[inline]
+pub(super) fn distances(db: &Database<'_>, bytes: &[u8]) -> Checked {
+    length(section::DISTANCES, distances::length(db.counts.frames), bytes.len())?;
+    for (i, number) in bytes.as_chunks::<4>().0.iter().enumerate() {
+        let fits = if i < distances::FALLS {
+            (0.0..=1.0).contains(&f32::from_le_bytes(*number))
+        } else {
+            u32::from_le_bytes(*number) <= MOST_NORM2
+        };
+        check(section::DISTANCES, i, fits)?;
+    }
+    Ok(())
 }
 
 #[inline]

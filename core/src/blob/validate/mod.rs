@@ -122,7 +122,7 @@ fn contents(db: &Database<'_>) -> Checked {
     frames::blocks(db)?;
     frames::timing_metric(db)?;
     // A retargeting map is checked where it is opened.
-    let Optional { lti, statistic, effort, retarget: _, feet, phase } = db.optional;
+    let Optional { lti, statistic, effort, retarget: _, feet, phase, distances } = db.optional;
     if let Some(bytes) = lti {
         lti::linear_models(db, bytes)?;
     }
@@ -137,6 +137,9 @@ fn contents(db: &Database<'_>) -> Checked {
     }
     if let Some(bytes) = phase {
         phase::tables_by_phase(db, bytes)?;
+    }
+    if let Some(bytes) = distances {
+        frames::distances(db, bytes)?;
     }
     // Without frames only tables by phase have classes.
     if db.counts.frames == 0 && db.counts.classes > 0 && phase.is_none() {

@@ -2,6 +2,7 @@
 
 pub mod contact_votes;
 pub(crate) mod examples;
+pub mod reach;
 pub mod regression;
 pub mod ridge;
 pub(crate) mod step;

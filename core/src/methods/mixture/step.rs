@@ -14,9 +14,10 @@ use heapless::Vec;
 use super::{
     contact_votes::{self, Filter, Votes},
     examples,
+    reach::Reach,
     regression::{Examples, Parameters, Scratch},
     step_time::Steps,
-    weights::{self, Share},
+    weights::{self, Share, Width},
 };
 use crate::{
     Degraded, Observer, Report,
@@ -27,7 +28,7 @@ use crate::{
     search::{
         graph::{Limits, MAX_VISITS, Searcher},
         metric::Metric,
-        query::Window,
+        query::{Feature, Window},
     },
 };
 
@@ -36,8 +37,6 @@ const CLASSES_ANEW: usize = 4;
 /// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
 /// classes takes at most `C · visits + SPARE`.
 const SPARE: u16 = MAX_VISITS;
-/// Mean squared distance of a class that was not searched.
-const NOT_SEARCHED: f32 = -1.0;
 
 /// State of the method between frames, and its scratch memory.
 #[derive(Debug, Clone)]
@@ -46,7 +45,7 @@ pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
     searcher: Searcher,
     /// Neighbors of each class in the last frame, nearest first.
     neighbors: [Vec<u16, K>; C],
-    mean_distance2: [f32; C],
+    reach: Reach<C>,
     examples: Examples<J>,
     /// The aligned window while the query is made, afterwards the batch of examples.
     scratch: Scratch<J>,
@@ -59,8 +58,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         window: Window::new(),
         searcher: Searcher::new(),
         neighbors: [const { Vec::new() }; C],
-        // Written before it is read.
-        mean_distance2: [0.0; C],
+        reach: Reach::NEW,
         examples: Examples::new(),
         scratch: Scratch::NEW,
         steps: Steps::new(),
@@ -75,11 +73,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         let frame = context.frame;
         context.observer.stage(Stage::Query);
         self.window.push(frame.database, context.input);
-        // The query is written where it stays: a place of its own would be on the stack to the end of the frame.
-        let mut metric = Metric::NOTHING;
-        self.window.feature(frame.database, self.scratch.aligned(), metric.query());
-        context.observer.query(metric.query());
-        metric.weigh(frame.database, frame.settings.mask);
+        let metric = self.metric(context);
         self.search(context, &metric);
         if frame.first {
             self.init_history(context, &metric);
@@ -93,6 +87,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
 
     fn forget_window(&mut self) {
         self.window.clear();
+        self.reach.unsettle();
     }
 
     fn reset(&mut self) {
@@ -105,10 +100,23 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
 }
 
 impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
+    /// The metric of the frame's query.
+    // Not inlined: the query is not on the stack to the end of the frame.
+    #[inline(never)]
+    fn metric(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) -> Metric {
+        let Frame { database, settings, .. } = context.frame;
+        let mut query: Feature = [0.0; _];
+        self.window.feature(database, self.scratch.aligned(), &mut query);
+        let metric = Metric::new(database, &mut query, settings.mask);
+        context.observer.query(&query);
+        metric
+    }
+
     /// Neighbors in every class that the labels allow, and their proportions.
     #[inline(never)]
     fn search(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
-        let Context { frame: Frame { database, config, settings, first }, report, observer, .. } = context;
+        let Context { frame, report, observer, .. } = context;
+        let Frame { database, config, first, .. } = *frame;
         observer.stage(Stage::Search);
         let mut limits = Limits {
             k: usize::from(config.k),
@@ -116,46 +124,49 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             visits: config.visits,
             spare: SPARE,
             jump: config.jump,
+            enough: f32::INFINITY,
         };
-        let classes = database.counts().classes;
-        let mut jumps = [false; C];
-        let slots = self.neighbors.iter_mut().zip(&mut self.mean_distance2).zip(&mut jumps);
-        for (class, ((neighbors, mean), jumped)) in slots.enumerate().take(classes) {
-            if !settings.allow(database.class(class)) {
-                neighbors.clear();
-                *mean = NOT_SEARCHED;
-                continue;
-            }
-            let (found, stats) = self.searcher.search(database, class, metric, &limits, neighbors, *mean);
+        let mut restarted = [false; C];
+        let (mut count, mut restarts) = (0, 0);
+        let mut candidates = self.reach.candidates(*frame, metric.is_whole());
+        while let Some(class) = candidates.next() {
+            let Some((neighbors, restarted)) = self.neighbors.get_mut(class).zip(restarted.get_mut(class))
+            else {
+                break;
+            };
+            limits.enough = candidates.enough();
+            let found =
+                self.searcher.search(database, class, metric, &limits, neighbors, self.reach.last(class));
+            self.reach.set(database, class, &found, &mut candidates);
+            let stats = found.stats;
             neighbors.clear();
-            let mut sum = 0.0;
-            for neighbor in found {
-                // `found` holds at most k, which is at most K.
-                let _ = neighbors.push(neighbor.row);
-                sum += neighbor.distance2;
-            }
-            *mean = sum / found.len().max(1) as f32;
+            // At most k, which is at most K.
+            neighbors.extend(found.rows().take(K));
             // Never below 0: a search takes no more than its own visits and those to spare.
             let visits = u16::try_from(stats.visits).unwrap_or(u16::MAX);
             limits.spare = limits.spare.saturating_add(config.visits).saturating_sub(visits);
             report.visits += stats.visits;
             report.bytes_read += stats.bytes;
             report.degraded.set(Degraded::VISITS, stats.capped);
-            *jumped = stats.restarted;
-            observer.searched(class, found, *mean);
+            *restarted = stats.restarted;
+            count += 1;
+            restarts += usize::from(stats.restarted);
+            observer.searched(class, &found);
         }
         observer.stage(Stage::Rest);
-        let (most, means) = (usize::from(config.classes), self.mean_distance2.get(..classes).unwrap_or(&[]));
+        let most = usize::from(config.classes);
         // A stream that begins or has jumped searches twice as long, and its classes hardly differ yet.
-        let anew = 2 * jumps.iter().filter(|j| **j).count() > classes || *first;
+        let anew = 2 * restarts > count || first;
         let most = if anew { most.min(CLASSES_ANEW) } else { most };
-        let cut = weights::proportions(means, config.delta, config.prune, most, &mut report.classes);
+        let (distances, shares) = (self.reach.distances(database), &mut report.classes);
+        let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
         report.degraded.set(Degraded::CLASSES, cut);
         // Far classes are searched anew all the time; that counts where they have weight.
-        let jumped = report.classes.iter().any(|s| jumps.get(usize::from(s.class)).copied().unwrap_or(false));
+        let jumped =
+            report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
         report.degraded.set(Degraded::JUMP, jumped);
         report.distance2 =
-            report.classes.first().and_then(|s| means.get(usize::from(s.class))).copied().unwrap_or(0.0);
+            report.classes.first().map_or(0.0, |share| self.reach.last(usize::from(share.class)).0);
     }
 
     /// A first pose has no frame before it: the means of the nearest class's neighbors stand in for it.
@@ -227,7 +238,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                     [left.distance2(example), right.distance2(example)]
                 } else {
                     // A blob that names no legs: the whole body.
-                    [metric.distance2(database.feature(row)); 2]
+                    [metric.metres2(database, row); 2]
                 };
                 let label = contact_votes::label(database, row, read.stands, strength);
                 votes.add(label, distances, share.proportion);

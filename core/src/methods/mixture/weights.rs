@@ -26,33 +26,41 @@ pub struct Share {
 /// The classes of a frame, largest proportion first.
 pub type Shares = Vec<Share, MAX_KEPT>;
 
-/// Mixing proportions from the classes' mean squared distances; a negative one marks a class that was not
-/// searched.
+/// Width of the kernel that gives classes their proportions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Width {
+    /// In least distances of the frame (Xia 2015, eq. 4).
+    Relative(f32),
+    /// In units of the distance.
+    Absolute(f32),
+}
+
+/// Mixing proportions `exp(-D / width)` from the squared distances of the classes; a negative one marks a class that was
+/// not searched.
 ///
 /// Classes are kept in order of their proportion until the rest holds at most `prune` of the weight, or `most`
 /// are kept; the second value is true where `most` cut off more than `prune`. Empty only where no class was
 /// searched.
-pub fn proportions(mean_distance2: &[f32], delta: f32, prune: f32, most: usize, shares: &mut Shares) -> bool {
-    // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
-    kernel(mean_distance2, |least| delta * if least > 1e-12 { least } else { 1e-12 }, prune, most, shares)
-}
-
-/// The same by a kernel `exp(-D / width)` of any width, which is given the least distance.
-pub(crate) fn kernel(
-    mean_distance2: &[f32],
-    width: impl Fn(f32) -> f32,
+#[inline(never)]
+pub(crate) fn proportions(
+    distances: &[f32],
+    width: Width,
     prune: f32,
     most: usize,
     shares: &mut Shares,
 ) -> bool {
     shares.clear();
-    let searched = || mean_distance2.iter().enumerate().filter(|(_, d)| **d >= 0.0);
-    let least = searched().fold(f32::INFINITY, |least, (_, &d)| if d < least { d } else { least });
-    let width = width(least);
+    let searched = || distances.iter().copied().enumerate().filter(|(_, d)| *d >= 0.0);
+    let least = searched().fold(f32::INFINITY, |least, (_, d)| if d < least { d } else { least });
+    let width = match width {
+        // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
+        Width::Relative(delta) => delta * if least > 1e-12 { least } else { 1e-12 },
+        Width::Absolute(width) => width,
+    };
     // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
     let weight = |d: f32| exp(-(d - least) / width);
-    let total: f32 = searched().map(|(_, &d)| weight(d)).sum();
-    for (class, &d) in searched() {
+    let total: f32 = searched().map(|(_, d)| weight(d)).sum();
+    for (class, d) in searched() {
         let share = Share { class: class as u16, proportion: weight(d) / total };
         insert(shares, MAX_KEPT, share, |other| other.proportion >= share.proportion);
     }
@@ -81,7 +89,7 @@ mod tests {
     fn proportions_follow_equation_4() {
         let distances = [0.2, -1.0, 0.1, 0.4];
         let mut shares = Shares::new();
-        assert!(!proportions(&distances, 0.7, 0.0, 8, &mut shares));
+        assert!(!proportions(&distances, Width::Relative(0.7), 0.0, 8, &mut shares));
         let exact = |d: f64| (-d / (0.7 * 0.1)).exp();
         let total = exact(0.2) + exact(0.1) + exact(0.4);
         let classes: std::vec::Vec<u16> = shares.iter().map(|s| s.class).collect();
@@ -95,11 +103,11 @@ mod tests {
     fn what_is_dropped_is_bounded_by_weight_and_by_number() {
         let distances = [0.1, 0.12, 0.2, 0.5];
         let mut shares = Shares::new();
-        assert!(!proportions(&distances, 0.35, 0.05, 8, &mut shares));
+        assert!(!proportions(&distances, Width::Relative(0.35), 0.05, 8, &mut shares));
         assert_eq!(shares.len(), 2);
         assert!((shares.iter().map(|s| s.proportion).sum::<f32>() - 1.0).abs() < 1e-6);
         // 28 classes at the same distance: eight are kept, and it is said.
-        assert!(proportions(&[3.0; 28], 0.7, 0.01, 8, &mut shares));
+        assert!(proportions(&[3.0; 28], Width::Relative(0.7), 0.01, 8, &mut shares));
         assert_eq!(shares.len(), 8);
         assert!(shares.iter().all(|s| s.proportion == 0.125));
     }
@@ -113,7 +121,7 @@ mod tests {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 0.1 + (seed >> 8) as f32 * 2e-8
             });
-            assert!(!proportions(&distances, 0.7, 0.0, 8, &mut shares), "{distances:?}");
+            assert!(!proportions(&distances, Width::Relative(0.7), 0.0, 8, &mut shares), "{distances:?}");
             assert_eq!(shares.len(), 8);
         }
     }
@@ -121,10 +129,10 @@ mod tests {
     #[test]
     fn a_class_at_distance_zero_takes_all() {
         let mut shares = Shares::new();
-        assert!(!proportions(&[0.0, 0.1], 0.7, 0.01, 8, &mut shares));
+        assert!(!proportions(&[0.0, 0.1], Width::Relative(0.7), 0.01, 8, &mut shares));
         assert_eq!(shares.as_slice(), [Share { class: 0, proportion: 1.0 }]);
         // Where no class was searched nothing is kept.
-        let _ = proportions(&[-1.0, -1.0], 0.7, 0.01, 8, &mut shares);
+        let _ = proportions(&[-1.0, -1.0], Width::Relative(0.7), 0.01, 8, &mut shares);
         assert!(shares.is_empty());
     }
 }

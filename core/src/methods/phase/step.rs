@@ -19,10 +19,13 @@ use crate::{
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        mixture::weights::{self, Share},
+        mixture::weights::{self, Share, Width},
     },
     observe::Stage,
-    search::query::{ALIGNED, Feature, Window},
+    search::{
+        found::Found,
+        query::{ALIGNED, Feature, Window},
+    },
 };
 
 /// Width of the kernel that gives classes their proportions, whitened square units.
@@ -90,7 +93,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         track(frame, &query, taken, &mut self.tracks, &mut self.distances, context.report);
         for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
             if distance >= 0.0 {
-                context.observer.searched(class, &[], distance);
+                context.observer.searched(class, &Found::no_frames(distance));
             }
         }
         context.observer.stage(Stage::Regression);
@@ -149,7 +152,8 @@ fn track(
     }
     let distances = distances.get(..classes).unwrap_or(&[]);
     let most = usize::from(config.classes);
-    let cut = weights::kernel(distances, |_| WIDTH, config.prune, most, &mut report.classes);
+    let cut =
+        weights::proportions(distances, Width::Absolute(WIDTH), config.prune, most, &mut report.classes);
     report.degraded.set(crate::Degraded::CLASSES, cut);
     let nearest = report.classes.first().and_then(|s| distances.get(usize::from(s.class)));
     report.distance2 = nearest.copied().unwrap_or(0.0);

@@ -14,7 +14,7 @@
 use crate::{
     blob::{Database, PhaseTables, layout::MAX_FEATURES},
     math::{abs, clamp},
-    search::query::Feature,
+    search::{dot::dot, query::Feature},
 };
 
 /// Steps of the query in one step of a knot.
@@ -147,24 +147,6 @@ impl WhitenedQuery {
         let best = if best > 0.0 { best } else { 0.0 };
         Projection { phase, distance2: best * self.unit2 }
     }
-}
-
-/// Sum of products: at most 32 · 2,040 · 128.
-#[inline]
-fn dot(query: &[i16; MAX_FEATURES], knot: &[u8]) -> i32 {
-    let (chunks, rest) = knot.as_chunks::<8>();
-    let (queries, _) = query.as_chunks::<8>();
-    let product = |query: i16, code: u8| i32::from(query) * i32::from(code as i8);
-    let mut sum = 0;
-    for (codes, query) in chunks.iter().zip(queries) {
-        // Written out, so that it is straight code whatever the compiler is told of loops.
-        sum += product(query[0], codes[0]) + product(query[1], codes[1]);
-        sum += product(query[2], codes[2]) + product(query[3], codes[3]);
-        sum += product(query[4], codes[4]) + product(query[5], codes[5]);
-        sum += product(query[6], codes[6]) + product(query[7], codes[7]);
-    }
-    let last = query.get(8 * chunks.len()..).unwrap_or(&[]);
-    sum + last.iter().zip(rest).map(|(&query, &code)| product(query, code)).sum::<i32>()
 }
 
 /// Where in its cycle a body is, by one class.

@@ -1,0 +1,77 @@
+//! Dot products of a query with stored codes, in integers.
+//!
+//! Sums of integers have one value in any order, so processors may take the way that suits them.
+
+use crate::blob::layout::MAX_FEATURES;
+
+/// Components that are added up in straight code.
+const CHUNK: usize = 16;
+
+/// Sum of products of a query with codes of i8. The sum has to fit.
+#[inline]
+pub(crate) fn dot<T: Copy + Into<i32>>(query: &[T; MAX_FEATURES], codes: &[u8]) -> i32 {
+    if let ([low, high], ([first, second], [])) = (query.as_chunks().0, codes.as_chunks()) {
+        return chunk(low, first) + chunk(high, second);
+    }
+    query.iter().zip(codes).map(|(&query, &code)| query.into() * i32::from(code as i8)).sum()
+}
+
+/// The sum of a chunk's products, written out: straight code whatever the compiler is told of loops.
+#[inline]
+fn chunk<T: Copy + Into<i32>>(query: &[T; CHUNK], codes: &[u8; CHUNK]) -> i32 {
+    let product = |i: usize| query[i].into() * i32::from(codes[i] as i8);
+    let low = product(0) + product(1) + product(2) + product(3);
+    let low = low + product(4) + product(5) + product(6) + product(7);
+    let high = product(8) + product(9) + product(10) + product(11);
+    low + high + product(12) + product(13) + product(14) + product(15)
+}
+
+/// Factors of up to 24 bits for a dot product with codes.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Products(Factors);
+
+/// Microcontrollers multiply 32 bits in one instruction.
+#[cfg(any(target_arch = "arm", target_arch = "riscv32"))]
+type Factors = [i32; MAX_FEATURES];
+/// Vector units multiply 16 bits and add pairs in one instruction: the high bits, and the low 9.
+#[cfg(not(any(target_arch = "arm", target_arch = "riscv32")))]
+type Factors = [[i16; MAX_FEATURES]; 2];
+
+#[cfg(any(target_arch = "arm", target_arch = "riscv32"))]
+impl Products {
+    pub const NEW: Self = Self([0; MAX_FEATURES]);
+
+    /// Sets the factor of a component, less than 2^24.
+    pub fn set(&mut self, at: usize, factor: i32) {
+        if let Some(slot) = self.0.get_mut(at) {
+            *slot = factor;
+        }
+    }
+
+    /// Sum of products with stored codes.
+    #[inline]
+    pub fn dot(&self, codes: &[u8]) -> i32 {
+        dot(&self.0, codes)
+    }
+}
+
+#[cfg(not(any(target_arch = "arm", target_arch = "riscv32")))]
+impl Products {
+    pub const NEW: Self = Self([[0; MAX_FEATURES]; 2]);
+
+    /// Sets the factor of a component, less than 2^24.
+    pub fn set(&mut self, at: usize, factor: i32) {
+        let [high, low] = &mut self.0;
+        if let (Some(high), Some(low)) = (high.get_mut(at), low.get_mut(at)) {
+            (*high, *low) = ((factor >> 9) as i16, (factor & 511) as i16);
+        }
+    }
+
+    /// Sum of products with stored codes.
+    #[inline]
+    pub fn dot(&self, codes: &[u8]) -> i32 {
+        let [high, low] = &self.0;
+        512 * dot(high, codes) + dot(low, codes)
+    }
+}
