@@ -281,11 +281,7 @@ impl Walk<'_, '_> {
     fn measure(&mut self, row: u16) {
         self.stats.visits += 1;
         self.stats.bytes += self.metric.bytes() as u32;
-        let full = self.pool.len() >= self.limits.pool;
         let distance2 = self.metric.distance2(self.database, self.class.first_row + usize::from(row));
-        if full && self.pool.last().is_some_and(|worst| worst.distance2 <= distance2) {
-            return;
-        }
         let found = Neighbor { distance2, row, expanded: false, followed: self.following };
         let at = insert(self.pool, self.limits.pool, found, |other| other.distance2 <= distance2);
         self.next = self.next.min(at);
