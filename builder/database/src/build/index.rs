@@ -12,7 +12,7 @@ use super::{clips::Clips, frames::Frames, options::BuildError, pairs::Paired};
 use crate::{
     blob::rows::{PackedRows, choose_steps, pack},
     search::{
-        falls::{ClassRows, falls},
+        falls::falls,
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
     },
@@ -83,11 +83,11 @@ impl Index {
             let range = class.first_row..class.first_row + class.rows;
             let searchable = &is_searchable[range.clone()];
             let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable };
-            by_class.push(ClassRows { first: class.first_row, searchable });
+            by_class.push((class.first_row, of_class));
             graphs.push(build_graph(&of_class));
             counts.push(searchable.iter().filter(|s| **s).count());
         }
-        let falls = falls(&space, &codes, &clip_table[..examples.len()], &by_class);
+        let falls = falls(&clip_table[..examples.len()], &by_class);
         Ok(Self {
             clips: clip_table,
             cycles,

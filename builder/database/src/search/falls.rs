@@ -4,7 +4,7 @@
 use gestus_core::{Config, blob::layout::distances::FALLS, methods::mixture::reach};
 use rayon::prelude::*;
 
-use super::features::FeatureSpace;
+use super::graph::{ClassFeatures, exact_knn};
 
 /// Frames from which the falls of every class are measured.
 const STARTS: usize = 200;
@@ -13,32 +13,12 @@ const FASTER: f64 = 0.005;
 /// Fewest falls that tell.
 const FEWEST: usize = 400;
 
-/// A class as this measures it.
-#[derive(Debug, Clone, Copy)]
-pub struct ClassRows<'a> {
-    /// First captured frame.
-    pub first: usize,
-    /// Which of its frames a search may return.
-    pub searchable: &'a [bool],
-}
-
 /// Part of a class's mean squared distance that is left after 1, 2, ... frames, but for the fastest of the classes that
 /// have no weight. Every class is searched exhaustively from frames spread evenly over the clips, without the frames of the
 /// clip itself. 0 where there is too little motion to tell.
 ///
-/// `codes` are the features as stored, shape `[frames][features]`, `clips` first row and number of rows of each clip.
-pub fn falls(
-    space: &FeatureSpace,
-    codes: &[Vec<i8>],
-    clips: &[(usize, usize)],
-    classes: &[ClassRows<'_>],
-) -> [f32; FALLS] {
-    let features: Vec<Vec<f32>> = codes
-        .iter()
-        .map(|codes| {
-            codes.iter().zip(&space.scales).map(|(&code, &scale)| f32::from(code) * scale as f32).collect()
-        })
-        .collect();
+/// `classes` come with their first captured frame, `clips` are first row and number of rows of each.
+pub fn falls(clips: &[(usize, usize)], classes: &[(usize, ClassFeatures<'_>)]) -> [f32; FALLS] {
     let starts: Vec<(usize, (usize, usize))> = clips
         .iter()
         .flat_map(|&(first, rows)| {
@@ -52,9 +32,10 @@ pub fn falls(
         .step_by(starts.len().div_ceil(STARTS).max(1))
         .map(|&(start, own)| {
             let means = |t: usize| -> Vec<f32> {
+                let query = query(classes, t);
                 classes
                     .iter()
-                    .map(|class| mean_distance2(&features, class, own, &features[t], usize::from(config.k)))
+                    .map(|class| mean_distance2(class, own, &query, usize::from(config.k)))
                     .collect()
             };
             let before = means(start);
@@ -77,24 +58,63 @@ pub fn falls(
     })
 }
 
+/// A captured frame's feature, in steps of the scales.
+fn query(classes: &[(usize, ClassFeatures<'_>)], t: usize) -> Vec<f32> {
+    let of_class = classes.iter().find_map(|(first, class)| class.codes.get(t.checked_sub(*first)?));
+    of_class.into_iter().flatten().map(|&code| f32::from(code)).collect()
+}
+
 /// Mean squared distance of the `k` nearest frames of a class to a query, without those of a clip; infinite where there are
 /// none.
 fn mean_distance2(
-    features: &[Vec<f32>],
-    class: &ClassRows<'_>,
+    (first, class): &(usize, ClassFeatures<'_>),
     (own, rows): (usize, usize),
     query: &[f32],
     k: usize,
 ) -> f32 {
-    let mut all: Vec<f32> = (class.first..)
-        .zip(class.searchable)
-        .filter(|(row, searchable)| **searchable && !(own..own + rows).contains(row))
-        .map(|(row, _)| features[row].iter().zip(query).map(|(a, b)| (a - b) * (a - b)).sum())
-        .collect();
-    let k = k.min(all.len());
-    if k == 0 {
+    let others = |(i, searchable): (usize, &bool)| *searchable && !(own..own + rows).contains(&(first + i));
+    let searchable: Vec<bool> = class.searchable.iter().enumerate().map(others).collect();
+    let nearest = exact_knn(&ClassFeatures { searchable: &searchable, ..*class }, query, k);
+    if nearest.is_empty() {
         return f32::INFINITY;
     }
-    all.select_nth_unstable_by(k - 1, f32::total_cmp);
-    all[..k].iter().sum::<f32>() / k as f32
+    nearest.iter().map(|n| n.0).sum::<f32>() / nearest.len() as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Classes of one feature, a clip each; `code` of a class and frame.
+    fn falls_of(classes: i32, frames: i32, code: impl Fn(i32, i32) -> i32) -> [f32; FALLS] {
+        let codes: Vec<Vec<Vec<i8>>> =
+            (0..classes).map(|c| (0..frames).map(|t| vec![code(c, t) as i8]).collect()).collect();
+        let searchable = vec![true; frames as usize];
+        let firsts = (0..classes as usize).map(|c| c * frames as usize);
+        let clips: Vec<(usize, usize)> = firsts.clone().map(|first| (first, frames as usize)).collect();
+        let of_class = |codes| ClassFeatures { codes, weights: &[1.0], searchable: &searchable };
+        let classes: Vec<_> = firsts.zip(codes.iter().map(|codes| of_class(codes))).collect();
+        falls(&clips, &classes)
+    }
+
+    #[test]
+    fn classes_that_stay_where_they_are_do_not_fall() {
+        assert_eq!(falls_of(6, 100, |c, _| 20 * c), [1.0; FALLS]);
+    }
+
+    #[test]
+    fn distances_to_a_moving_clip_fall_more_with_every_frame() {
+        let falls = falls_of(6, 100, |c, t| 10 * c + t / 4);
+        assert!(
+            falls.is_sorted_by(|a, b| a >= b) && falls[0] < 1.0 && falls[FALLS - 1] < falls[0],
+            "{falls:?}"
+        );
+        assert!(falls.iter().all(|fall| (0.0..=1.0).contains(fall)), "{falls:?}");
+    }
+
+    #[test]
+    fn too_few_far_classes_tell_nothing() {
+        assert_eq!(falls_of(2, 100, |c, _| 100 * c), [0.0; FALLS]);
+        assert_eq!(falls_of(6, FALLS as i32, |c, t| 10 * c + t / 4), [0.0; FALLS]);
+    }
 }
