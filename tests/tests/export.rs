@@ -6,6 +6,7 @@ use std::{collections::HashMap, fs, path::Path};
 use gestus_core::{Config, Database, config::Ridge};
 use gestus_database::{
     blob::export::export,
+    build::{BuildOptions, build},
     stream::{Request, stream, trace::Trace},
 };
 use gestus_tests::{
@@ -282,4 +283,11 @@ fn every_setting_can_be_recomputed_from_files() {
         ..Request::style(0)
     };
     recompute("export-settings", motion::small(), &request);
+}
+
+#[test]
+fn a_condensed_database_can_be_recomputed_from_files() {
+    let options = BuildOptions { cycles: 3, ..BuildOptions::default() };
+    let blob = build(&motion::corpus(motion::LARGE), &options).unwrap().bytes;
+    recompute("export-condensed", &blob, &Request::style(2));
 }

@@ -5,11 +5,11 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Context, Result};
-use gestus_core::blob::layout::section;
+use anyhow::{Context, Result, bail};
+use gestus_core::blob::layout::{ALIGNMENT, MAX_FEATURES, entry, section};
 use gestus_database::{
     blob::assemble::with_section,
-    build::build,
+    build::{BuildError, BuildOptions, Built, Choice, build},
     command_line::options::ReportArgs,
     effort::{
         Source,
@@ -48,6 +48,18 @@ pub struct Args {
     /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
     #[arg(long)]
     from: Option<String>,
+    /// Keep at most so many cycles of each action and style, those that stand for the others best; all where left out
+    #[arg(long)]
+    cycles: Option<usize>,
+    /// Components of a search feature, 1 to 32
+    #[arg(long)]
+    features: Option<usize>,
+    /// Mean joint error of the stored poses, in centimetres
+    #[arg(long, value_name = "CM")]
+    row_error: Option<f64>,
+    /// Greatest size of the database, as 512K, 1M or 65536: chooses row error, features and cycles for it
+    #[arg(long, value_name = "SIZE", value_parser = size, conflicts_with_all = ["row_error", "features"])]
+    bytes: Option<usize>,
     /// Leave out the linear models and the statistics
     #[arg(long)]
     no_models: bool,
@@ -76,14 +88,11 @@ pub fn run(args: &Args) -> Result<()> {
     }
     config.build.models &= !args.no_models;
     config.build.from = args.from.clone().or(config.build.from);
+    args.choose_size(&mut config.build)?;
     let loaded = load_with_notes(&config)?;
-    let built = build(&loaded.corpus, &config.build)?;
+    let built = build_with_dial(&loaded.corpus, &config.build, args)?;
     for note in &built.notes {
         eprintln!("{note}");
-    }
-    let mut built = built;
-    if !args.no_effort {
-        put_dial(&mut built.bytes, &loaded.corpus, args.labels.as_deref())?;
     }
     open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
@@ -91,6 +100,12 @@ pub fn run(args: &Args) -> Result<()> {
     if args.report.json {
         let mut figures = figures;
         figures["skipped"] = json!(loaded.skipped);
+        if let Some(choice) = &built.choice {
+            figures["row_error_cm"] = json!(choice.row_error_cm);
+            figures["features"] = json!(choice.features);
+            figures["cycles_per_class"] = json!(choice.cycles);
+            figures["error_cost_percent"] = json!(choice.error_cost_percent);
+        }
         figures["seconds"] = json!(start.elapsed().as_secs_f64());
         super::say(&figures)?;
     } else {
@@ -103,6 +118,9 @@ pub fn run(args: &Args) -> Result<()> {
             figures["bytes_per_frame"].as_f64().unwrap_or(0.0),
             start.elapsed().as_secs_f64()
         ))?;
+        if let Some(choice) = &built.choice {
+            super::say(described(choice, built.bytes.len()))?;
+        }
         if loaded.skipped > 0 {
             super::say(format_args!(
                 "{} files or clips were left out; the lines above say why (--strict stops at the first)",
@@ -113,8 +131,85 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Adds the effort dial to the blob, or says on standard error why there is none.
-fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Result<()> {
+impl Args {
+    /// Applies the options that decide how large the database is.
+    fn choose_size(&self, options: &mut BuildOptions) -> Result<()> {
+        if self.cycles == Some(0) {
+            bail!("--cycles 0: keep at least one cycle");
+        }
+        if let Some(features) = self.features.filter(|f| !(1..=MAX_FEATURES).contains(f)) {
+            bail!("--features {features}: from 1 to {MAX_FEATURES}");
+        }
+        if let Some(error) = self.row_error.filter(|e| !(1e-4..=10.0).contains(e)) {
+            bail!("--row-error {error}: centimetres from 0.0001 to 10");
+        }
+        options.cycles = self.cycles.unwrap_or(options.cycles);
+        options.features = self.features.unwrap_or(options.features);
+        options.error_cm = self.row_error.unwrap_or(options.error_cm);
+        options.bytes = self.bytes.unwrap_or(options.bytes);
+        Ok(())
+    }
+}
+
+/// Bytes of a size with or without K or M, multiples of 1024.
+fn size(text: &str) -> Result<usize, String> {
+    let (number, unit) = match text.to_ascii_uppercase().trim_end_matches('B') {
+        text if text.ends_with('K') => (text.trim_end_matches('K').to_owned(), 1 << 10),
+        text if text.ends_with('M') => (text.trim_end_matches('M').to_owned(), 1 << 20),
+        text => (text.to_owned(), 1),
+    };
+    let bytes = number.parse::<f64>().ok().map(|n| n * f64::from(unit)).filter(|n| (1.0..=4e9).contains(n));
+    bytes.map(|bytes| bytes as usize).ok_or_else(|| "expected bytes, as 512K, 1M or 65536".to_owned())
+}
+
+/// What was chosen for a wanted size, in words.
+fn described(choice: &Choice, bytes: usize) -> String {
+    let cycles = match choice.cycles {
+        0 => "all cycles".to_owned(),
+        1 => "1 cycle of each action and style".to_owned(),
+        cycles => format!("{cycles} cycles of each action and style"),
+    };
+    let cost = match choice.error_cost_percent {
+        Some(cost) => format!("{cost:+.1}% error on held-out cycles"),
+        None => "too few cycles to hold any out".to_owned(),
+    };
+    let Choice { row_error_cm, features, .. } = choice;
+    format!("{bytes} bytes: rows at {row_error_cm} cm, {features} features, {cycles}; {cost}")
+}
+
+/// Builds a database and adds the effort dial, which is measured with all cycles, whatever is kept of them.
+fn build_with_dial(corpus: &Corpus, options: &BuildOptions, args: &Args) -> Result<Built> {
+    if args.no_effort {
+        return Ok(build(corpus, options)?);
+    }
+    let labels = args.labels.as_deref();
+    if options.cycles == 0 && options.bytes == 0 {
+        let mut built = build(corpus, options)?;
+        if let Some(dial) = dial(&built.bytes, corpus, labels)? {
+            built.bytes = with_section(&built.bytes, section::EFFORT, &dial)?;
+        }
+        return Ok(built);
+    }
+    let all = build(corpus, &BuildOptions { cycles: 0, bytes: 0, models: false, ..options.clone() })?;
+    let dial = dial(&all.bytes, corpus, labels)?;
+    // Its section, padded, and its entry in the table.
+    let reserved =
+        dial.as_ref().map_or(0, |d| d.len().next_multiple_of(ALIGNMENT) + ALIGNMENT + entry::LENGTH);
+    let bytes = if options.bytes == 0 { 0 } else { options.bytes.saturating_sub(reserved).max(1) };
+    let mut built = match build(corpus, &BuildOptions { bytes, ..options.clone() }) {
+        Err(BuildError::Size { least, .. }) => {
+            return Err(BuildError::Size { wanted: options.bytes, least: least + reserved }.into());
+        }
+        built => built?,
+    };
+    if let Some(dial) = dial {
+        built.bytes = with_section(&built.bytes, section::EFFORT, &dial)?;
+    }
+    Ok(built)
+}
+
+/// The section of the effort dial, or why there is none, on standard error.
+fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Vec<u8>>> {
     let database = gestus_core::Database::open(bytes)?;
     let model = match table {
         Some(path) => {
@@ -125,13 +220,13 @@ fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Resul
     };
     if model.library.fragments.is_empty() {
         eprintln!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST);
-        return Ok(());
+        return Ok(None);
     }
     let dial = match response::solve(&database, corpus, &model, corpus.plain_style())? {
         Ok(dial) => dial,
         Err(reason) => {
             eprintln!("no effort dial: {reason}");
-            return Ok(());
+            return Ok(None);
         }
     };
     if let Some(path) = table.filter(|_| dial.source != Source::Given) {
@@ -144,6 +239,30 @@ fn put_dial(bytes: &mut Vec<u8>, corpus: &Corpus, table: Option<&Path>) -> Resul
             fragment::FEWEST
         );
     }
-    *bytes = with_section(bytes, section::EFFORT, &dial.section())?;
-    Ok(())
+    Ok(Some(dial.section()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_units() {
+        let sizes = ["65536", "64K", "64kb", "0.5M", "1m"].map(|text| size(text).unwrap());
+        assert_eq!(sizes, [65_536, 65_536, 65_536, 524_288, 1_048_576]);
+        for wrong in ["", "K", "0", "-5K", "1G", "ten"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_was_chosen_is_told_in_words() {
+        let choice = Choice { row_error_cm: 0.2, features: 12, cycles: 6, error_cost_percent: Some(1.26) };
+        assert_eq!(
+            described(&choice, 500),
+            "500 bytes: rows at 0.2 cm, 12 features, 6 cycles of each action and style; +1.3% error on held-out cycles"
+        );
+        let choice = Choice { cycles: 0, error_cost_percent: None, ..choice };
+        assert!(described(&choice, 500).contains("all cycles; too few cycles"));
+    }
 }

@@ -20,13 +20,16 @@ pub fn encode(
         examples.iter().map(|e| e.licence.clone()).filter(|l| !l.is_empty()).collect();
     licences.sort();
     licences.dedup();
-    let parameters = [
+    let mut parameters = vec![
         format!("pairing = {}", options.pairing.name()),
         format!("window = {}", options.window),
         format!("error_cm = {}", options.error_cm),
         format!("block_rows = {}", options.block_rows),
         format!("prototypes = {prototypes}"),
     ];
+    if options.cycles > 0 {
+        parameters.push(format!("cycles = {}", options.cycles));
+    }
     let strings = [
         lines(&corpus.skeleton.names),
         lines(&corpus.actions),

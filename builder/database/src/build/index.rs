@@ -8,9 +8,10 @@ use gestus_motion::{
 };
 use rayon::prelude::*;
 
-use super::{clips::Clips, frames::Frames, options::BuildError, pairs::Paired};
+use super::{clips::Clips, frames::Frames, options::BuildError};
 use crate::{
     blob::rows::{PackedRows, choose_steps, pack},
+    pairing::Pairing,
     search::{
         falls::falls,
         features::{Cloud, FeatureSpace, clouds},
@@ -26,14 +27,7 @@ pub(super) struct Index {
     pub cycles: Vec<(usize, Cycle)>,
     /// Number of rows, including prototypes.
     pub rows: usize,
-    /// Quantisation step of each dof.
-    pub steps: Vec<f32>,
-    /// Standard deviation of each dof over the captured frames.
-    pub scales: Vec<f32>,
     pub packed: PackedRows,
-    pub space: FeatureSpace,
-    /// Features of the captured frames, metres.
-    pub features: Vec<Vec<f64>>,
     /// How fast the distance of a far class falls.
     pub falls: [f32; FALLS],
     /// The features as stored.
@@ -43,19 +37,70 @@ pub(super) struct Index {
     pub graphs: Vec<ClassGraph>,
     /// Searchable frames of each class.
     pub searchable: Vec<usize>,
+}
+
+/// The feature space of all clips, and their features.
+pub(super) struct Features {
+    pub space: FeatureSpace,
+    /// Of the captured frames of all clips, metres.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl Features {
+    pub fn new(clips: &Clips<'_>, most: usize) -> Self {
+        let Clips { options, body, groups, examples, .. } = clips;
+        let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
+        let space = FeatureSpace::of(body, &groups.of_joint, &clouds, options.window, most);
+        let values = clouds.par_iter().map(|c| space.feature(c)).collect();
+        Self { space, values }
+    }
+}
+
+/// What every database of the same clips shares, however many of their cycles it keeps.
+pub(super) struct Shared {
+    /// Quantisation step of each dof.
+    pub steps: Vec<f32>,
+    /// Standard deviation of each dof over all captured frames.
+    pub scales: Vec<f32>,
     /// The dofs of the timing metric, each with its weight and that of its change.
     pub timing: Vec<(usize, f64, f64)>,
 }
 
+impl Shared {
+    pub fn new(clips: &Clips<'_>, pairing: &Pairing, error_cm: f64) -> Self {
+        let mut rows: Vec<Vec<f32>> = clips.dofs.iter().flatten().map(|row| narrow(row)).collect();
+        let scales = deviations(&rows);
+        rows.extend(pairing.prototypes.iter().flat_map(|p| &p.rows).map(|row| narrow(row)));
+        let steps = choose_steps(&clips.body, &rows, error_cm / 100.0);
+        Self { steps, scales, timing: timing_metric(&clips.body, &clips.dofs) }
+    }
+}
+
+/// The clips that are stored: all, or those that are left of them.
+pub(super) struct Stored<'a> {
+    pub clips: &'a Clips<'a>,
+    pub frames: &'a Frames<'a>,
+    pub pairing: &'a Pairing,
+    /// Where each clip starts among the frames of all clips.
+    pub first_frames: &'a [usize],
+}
+
 impl Index {
-    pub fn new(clips: &Clips<'_>, frames: &Frames<'_>, paired: &Paired) -> Result<Self, BuildError> {
-        let Clips { options, body, groups, examples, dofs, .. } = clips;
+    /// The index; without a graph and measured falls for a draft, which is as large.
+    pub fn new(
+        stored: &Stored<'_>,
+        features: &Features,
+        shared: &Shared,
+        is_draft: bool,
+    ) -> Result<Self, BuildError> {
+        let Stored { clips, frames, pairing, first_frames } = stored;
+        let Clips { options, examples, dofs, .. } = clips;
         let mut rows: Vec<Vec<f32>> = dofs.iter().flatten().map(|row| narrow(row)).collect();
         let mut clip_table: Vec<(usize, usize)> =
             frames.first_rows.iter().zip(dofs).map(|(&f, d)| (f, d.len())).collect();
         let mut cycles: Vec<(usize, Cycle)> =
             frames.cycles.iter().map(|c| (c.clip, c.cycle.clone())).collect();
-        for prototype in &paired.pairing.prototypes {
+        for prototype in &pairing.prototypes {
             cycles.push((clip_table.len(), prototype.cycle.clone()));
             clip_table.push((rows.len(), prototype.rows.len()));
             rows.extend(prototype.rows.iter().map(|row| narrow(row)));
@@ -65,16 +110,17 @@ impl Index {
             let cure = "use fewer clips (--limit)";
             return Err(BuildError::too_many("cycles and prototypes", cycles.len(), most, cure));
         }
-        let steps = choose_steps(body, &rows, options.error_cm / 100.0);
-        let packed = pack(&rows, &steps, options.block_rows)?;
+        let packed = pack(&rows, &shared.steps, options.block_rows)?;
 
-        let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
-        let space = FeatureSpace::of(body, &groups.of_joint, &clouds, options.window);
-        let features: Vec<Vec<f64>> = clouds.par_iter().map(|c| space.feature(c)).collect();
-        drop(clouds);
-        let codes: Vec<Vec<i8>> = features.iter().map(|f| space.code(f)).collect();
+        let space = &features.space;
+        let codes: Vec<Vec<i8>> = first_frames
+            .iter()
+            .zip(dofs)
+            .flat_map(|(&first, rows)| &features.values[first..first + rows.len()])
+            .map(|f| space.code(f))
+            .collect();
 
-        let flags = flags(clips, frames, paired)?;
+        let flags = flags(clips, frames, pairing)?;
         let weights: Vec<f32> = space.scales.iter().map(|s| (s * s) as f32).collect();
         let is_searchable: Vec<bool> = flags.iter().map(|f| f & flag::SEARCHABLE != 0).collect();
         let (mut graphs, mut counts) = (Vec::new(), Vec::new());
@@ -84,25 +130,20 @@ impl Index {
             let searchable = &is_searchable[range.clone()];
             let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable };
             by_class.push((class.first_row, of_class));
-            graphs.push(build_graph(&of_class));
+            graphs.push(if is_draft { ClassGraph::empty(class.rows) } else { build_graph(&of_class) });
             counts.push(searchable.iter().filter(|s| **s).count());
         }
-        let falls = falls(&clip_table[..examples.len()], &by_class);
+        let falls = if is_draft { [0.0; FALLS] } else { falls(&clip_table[..examples.len()], &by_class) };
         Ok(Self {
             clips: clip_table,
             cycles,
             rows: rows.len(),
-            steps,
-            scales: deviations(&rows[..frames.count]),
             packed,
-            space,
-            features,
             falls,
             codes,
             flags,
             graphs,
             searchable: counts,
-            timing: timing_metric(body, dofs),
         })
     }
 }
@@ -112,8 +153,8 @@ fn narrow(row: &[f64]) -> Vec<f32> {
 }
 
 /// Contacts of every captured frame, and whether the search may return it.
-fn flags(clips: &Clips<'_>, frames: &Frames<'_>, paired: &Paired) -> Result<Vec<u8>, BuildError> {
-    let outputs: Vec<bool> = paired.pairing.outputs.iter().map(|o| o.iter().all(Option::is_some)).collect();
+fn flags(clips: &Clips<'_>, frames: &Frames<'_>, pairing: &Pairing) -> Result<Vec<u8>, BuildError> {
+    let outputs: Vec<bool> = pairing.outputs.iter().map(|o| o.iter().all(Option::is_some)).collect();
     let flags = frame_flags(&clips.examples, &frames.first_rows, &outputs, frames.count);
     for c in &frames.classes {
         if !flags[c.first_row..c.first_row + c.rows].iter().any(|f| f & flag::SEARCHABLE != 0) {

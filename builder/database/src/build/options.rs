@@ -1,6 +1,6 @@
 //! Options of building a database, and its errors.
 
-use gestus_core::BlobError;
+use gestus_core::{BlobError, blob::layout::MAX_FEATURES};
 use gestus_motion::{corpus::Unknown, landmarks::LandmarkError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -21,6 +21,12 @@ pub struct BuildOptions {
     pub window: usize,
     /// Mean joint error that packing may cause, centimetres.
     pub error_cm: f64,
+    /// Most principal components of a feature, 1 to 32.
+    pub features: usize,
+    /// Most cycles of a class that are kept, those that stand for the others best; all if 0.
+    pub cycles: usize,
+    /// Greatest size of the file: rows, features and cycles are chosen so that it is kept; no limit if 0.
+    pub bytes: usize,
     /// Rows of a block.
     pub block_rows: usize,
     /// Whether linear models and statistics are built too.
@@ -43,6 +49,9 @@ impl Default for BuildOptions {
             pairing: Scheme::default(),
             window: 5,
             error_cm: 0.045,
+            features: MAX_FEATURES,
+            cycles: 0,
+            bytes: 0,
             block_rows: 32,
             models: true,
             from: None,
@@ -77,6 +86,16 @@ pub enum BuildError {
         most: usize,
         /// What to do.
         cure: &'static str,
+    },
+    /// One cycle of each class is more than the wanted size.
+    #[error(
+        "{wanted} bytes are too few: these clips take {least} at least (leave out actions, styles or the models)"
+    )]
+    Size {
+        /// Wanted bytes.
+        wanted: usize,
+        /// Least bytes.
+        least: usize,
     },
     /// The models' input style is unknown.
     #[error("the models' input style: {0}")]

@@ -5,25 +5,40 @@ use gestus_core::blob::{
     layout::section::{self, Optional, Required},
 };
 
-use super::{clips::Clips, frames::Frames, index::Index, pairs::Paired};
+use super::{
+    clips::Clips,
+    index::{Features, Index, Shared, Stored},
+    options::BuildOptions,
+};
 use crate::blob::{
     assemble::{Section, assemble},
     classes, cycles, dofs, feet, manifest, search, skeleton, timing,
 };
+use crate::models;
+
+/// What is estimated from all clips, whichever are stored.
+pub(super) struct Estimates<'a> {
+    pub clips: &'a Clips<'a>,
+    pub models: &'a models::Sections,
+    pub features: &'a Features,
+    pub shared: &'a Shared,
+    /// The tables by phase.
+    pub phase: Option<&'a [u8]>,
+}
 
 /// Encodes the results of all stages as a blob.
 pub(super) fn encode(
-    clips: &Clips<'_>,
-    frames: &Frames<'_>,
-    paired: Paired,
+    stored: &Stored<'_>,
     index: Index,
-    phase: Option<Vec<u8>>,
+    estimates: &Estimates<'_>,
+    options: &BuildOptions,
 ) -> Vec<u8> {
-    let Clips { corpus, options, body, groups, examples, .. } = clips;
+    let Stored { clips: Clips { corpus, body, groups, examples, .. }, frames, pairing, .. } = stored;
+    let Estimates { models, features: Features { space, .. }, shared, .. } = estimates;
     let counts = Counts {
         joints: body.skeleton.joints(),
         dofs: body.dofs(),
-        features: index.space.components.len(),
+        features: space.components.len(),
         window: options.window,
         styles: corpus.styles.len(),
         actions: corpus.actions.len(),
@@ -32,34 +47,34 @@ pub(super) fn encode(
         frames: frames.count,
         rows: index.rows,
         block_rows: options.block_rows,
-        timing: index.timing.len(),
+        timing: shared.timing.len(),
         cycles: index.cycles.len(),
         clips: index.clips.len(),
     };
     let (cycle_bytes, knot_bytes) = cycles::encode(&index.cycles, &index.clips);
     let required = Required {
-        manifest: manifest::encode(corpus, examples, groups, paired.pairing.prototypes.len(), options),
+        manifest: manifest::encode(corpus, examples, groups, pairing.prototypes.len(), options),
         skeleton: skeleton::encode(body, groups),
-        dofs: dofs::encode(&index.steps, &index.scales),
-        query: index.space.section(&groups.of_joint),
+        dofs: dofs::encode(&shared.steps, &shared.scales),
+        query: space.section(&groups.of_joint),
         classes: classes::encode(&frames.classes, &index.searchable, &index.graphs),
         clips: cycles::encode_clips(&index.clips),
         cycles: cycle_bytes,
         knots: knot_bytes,
-        pairs: cycles::encode_pairs(&paired.pairing, index.cycles.len(), corpus.styles.len()),
+        pairs: cycles::encode_pairs(pairing, index.cycles.len(), corpus.styles.len()),
         blocks: index.packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect(),
         rows: index.packed.bytes,
         features: search::encode_features(&index.codes),
         graph: search::encode_graphs(&index.graphs),
         flags: index.flags,
-        timing: timing::encode(&index.timing),
+        timing: timing::encode(&shared.timing),
     };
     let optional = Optional {
-        feet: Some(feet::encode(body, examples)),
-        lti: paired.models.lti,
-        statistic: paired.models.statistic,
-        phase,
-        distances: Some(search::encode_distances(&index.falls, &index.codes, &index.space.scales)),
+        feet: Some(feet::encode(body, &estimates.clips.examples)),
+        lti: models.lti.clone(),
+        statistic: models.statistic.clone(),
+        phase: estimates.phase.map(<[u8]>::to_vec),
+        distances: Some(search::encode_distances(&index.falls, &index.codes, &space.scales)),
         // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
         effort: None,
         retarget: None,

@@ -26,6 +26,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use gestus_core::blob::layout::MAX_FEATURES;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -174,6 +175,9 @@ impl Config {
                 config.build.error_cm.to_string(),
                 "centimetres from 0.0001 to 10",
             );
+        }
+        if !(1..=MAX_FEATURES).contains(&config.build.features) {
+            return value("build.features", config.build.features.to_string(), "1 to 32 components");
         }
         if !matches!(config.build.block_rows, 1 | 2 | 4 | 8 | 16 | 32 | 64) {
             return value("build.block_rows", config.build.block_rows.to_string(), "a power of two up to 64");
@@ -379,6 +383,7 @@ mod tests {
             ("rate_hz = 0", "`rate_hz` is 0; expected frames a second"),
             ("build.window = 0", "1 to 8 frames"),
             ("build.block_rows = 5", "a power of two"),
+            ("build.features = 33", "1 to 32 components"),
             ("unit = 'foot'", "`unit` is foot; expected m, cm"),
             ("patterns = ['{action}']", "both {action} and {style}"),
             ("patterns = ['{action}{style}']", "touch"),

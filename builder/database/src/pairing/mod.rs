@@ -116,29 +116,46 @@ pub struct Pairing {
 
 /// Pairs all cycles, which are sorted by class, clip and time.
 pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, scheme: Scheme) -> Pairing {
+    pair_among(cycles, classes, styles, scheme, &vec![true; cycles.len()])
+}
+
+/// Pairs the cycles that are kept with each other; what is known of a class comes from all its cycles.
+pub fn pair_among(
+    cycles: &[CycleData<'_>],
+    classes: &[ClassName],
+    styles: usize,
+    scheme: Scheme,
+    kept: &[bool],
+) -> Pairing {
     if scheme == Scheme::Both {
-        let second = pair(cycles, classes, styles, Scheme::Viterbi).outputs;
-        return Pairing { second, ..pair(cycles, classes, styles, Scheme::Spread) };
+        let second = pair_among(cycles, classes, styles, Scheme::Viterbi, kept).outputs;
+        return Pairing { second, ..pair_among(cycles, classes, styles, Scheme::Spread, kept) };
     }
     let outputs = vec![vec![None; styles]; cycles.len()];
     let mut pairing = Pairing { outputs, second: Vec::new(), prototypes: Vec::new() };
-    let members: Vec<Vec<usize>> =
+    let all: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();
-    let content: Vec<Vec<f64>> = standard(cycles, &members);
-    let pools =
-        if scheme == Scheme::Spread { similar_actions::pools(cycles, classes, &members) } else { Vec::new() };
+    let content: Vec<Vec<f64>> = standard(cycles, &all);
+    let only_kept = |lists: &[Vec<usize>]| -> Vec<Vec<usize>> {
+        lists.iter().map(|list| list.iter().copied().filter(|&i| kept[i]).collect()).collect()
+    };
+    let members = only_kept(&all);
+    let pools = match scheme {
+        Scheme::Spread => only_kept(&similar_actions::pools(cycles, classes, &all)),
+        _ => Vec::new(),
+    };
     for (target, &(action, style)) in classes.iter().enumerate() {
         // Prototypes of the target class: index and content.
         let prototypes: Vec<(usize, Vec<f64>)> = match scheme {
-            Scheme::Kernel => centres(&members[target], &content, PROTOTYPES),
+            Scheme::Kernel => centres(&all[target], &content, PROTOTYPES),
             Scheme::Mean => vec![vec![0.0; CONTENT]],
             _ => Vec::new(),
         }
         .into_iter()
         .map(|centre| {
             let weights = match scheme {
-                Scheme::Mean => members[target].iter().map(|&i| (i, 1.0)).collect(),
-                _ => kernel(&members[target], &content, &centre),
+                Scheme::Mean => all[target].iter().map(|&i| (i, 1.0)).collect(),
+                _ => kernel(&all[target], &content, &centre),
             };
             pairing.prototypes.push(average(cycles, target, &weights));
             (cycles.len() + pairing.prototypes.len() - 1, centre)
@@ -247,6 +264,8 @@ fn viterbi(
         let follows = outputs[b] == outputs[a] + 1 && cycles[outputs[a]].clip == cycles[outputs[b]].clip;
         if follows { 0.0 } else { CONTINUITY * distance2(&ends[a], &starts[b]) / typical }
     };
+    let jumps: Vec<Vec<f64>> =
+        (0..outputs.len()).map(|a| (0..outputs.len()).map(|b| jump(a, b)).collect()).collect();
     let fit = |i: usize, o: usize| distance2(&content[i], &content[outputs[o]]);
     let mut cost: Vec<f64> = (0..outputs.len()).map(|o| fit(inputs[0], o)).collect();
     let mut back: Vec<Vec<usize>> = Vec::new();
@@ -255,7 +274,7 @@ fn viterbi(
         let step: Vec<(f64, usize)> = (0..outputs.len())
             .map(|o| {
                 let before = (0..outputs.len())
-                    .map(|a| (cost[a] + if joined { jump(a, o) } else { 0.0 }, a))
+                    .map(|a| (cost[a] + if joined { jumps[a][o] } else { 0.0 }, a))
                     .min_by(|a, b| a.0.total_cmp(&b.0))
                     .unwrap_or((0.0, 0));
                 (before.0 + fit(pair[1], o), before.1)

@@ -41,8 +41,8 @@ pub struct FeatureSpace {
 
 impl FeatureSpace {
     /// The space of a set of windows: mean cloud by alternating alignment and averaging, then principal
-    /// components of each joint group (`joint_groups`: the group of each joint); those of largest variance are kept.
-    pub fn of(body: &Body, joint_groups: &[usize], clouds: &[Cloud], window: usize) -> Self {
+    /// components of each joint group (`joint_groups`: the group of each joint); the `most` of largest variance are kept.
+    pub fn of(body: &Body, joint_groups: &[usize], clouds: &[Cloud], window: usize, most: usize) -> Self {
         let joints = body.skeleton.joints();
         // Arms gesture: they do not say where a body stands, whatever group they are in.
         let align_weights: Vec<f64> =
@@ -91,7 +91,7 @@ impl FeatureSpace {
             }
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        found.truncate(MAX_FEATURES);
+        found.truncate(most.min(MAX_FEATURES));
         // Group by group; within a group the largest first.
         found.sort_by_key(|f| f.1);
         space.groups = found.iter().map(|f| f.1).collect();

@@ -34,6 +34,13 @@ pub struct ClassGraph {
     pub entries: [u16; ENTRIES],
 }
 
+impl ClassGraph {
+    /// A graph without edges.
+    pub fn empty(rows: usize) -> Self {
+        Self { edges: vec![[NONE; DEGREE]; rows], entries: [NONE; ENTRIES] }
+    }
+}
+
 impl ClassFeatures<'_> {
     /// Squared distance of two rows.
     fn distance2(&self, a: usize, b: usize) -> f32 {
