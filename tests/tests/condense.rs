@@ -31,7 +31,7 @@ fn at_most_so_many_cycles_of_a_class_are_kept() {
         assert_eq!(database.counts().classes, full.counts().classes);
         for (class, before) in database.classes().zip(full.classes()) {
             assert_eq!((class.action, class.style), (before.action, before.style));
-            assert_eq!(class.cycles as usize, cycles, "of {}", before.cycles);
+            assert_eq!(class.cycles, cycles, "of {}", before.cycles);
         }
         assert!(blob.len() < motion::large().len());
         assert_eq!(blob, condensed(cycles), "the same clips give the same bytes");
