@@ -5,7 +5,6 @@ use gestus_motion::{
     corpus::{Corpus, Example},
 };
 
-use super::condense::Cut;
 use super::options::{BuildError, BuildOptions};
 use crate::search::groups::Groups;
 
@@ -31,19 +30,6 @@ impl<'c> Clips<'c> {
         let examples = complete(corpus, &mut notes)?;
         let dofs = examples.iter().map(|e| body.clip_dofs(&e.clip)).collect();
         Ok(Self { corpus, options, body, groups, examples, dofs, notes })
-    }
-
-    /// The same database of other clips.
-    pub fn of(&self, cut: &'c Cut) -> Self {
-        Self {
-            corpus: self.corpus,
-            options: self.options,
-            body: self.body.clone(),
-            groups: self.groups.clone(),
-            examples: cut.examples.iter().collect(),
-            dofs: cut.dofs.clone(),
-            notes: Vec::new(),
-        }
     }
 }
 

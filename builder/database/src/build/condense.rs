@@ -130,6 +130,19 @@ pub(super) struct Cut {
 }
 
 impl Cut {
+    /// The clips as they are cut, with all that the whole ones have in common.
+    pub fn clips<'a>(&'a self, whole: &Clips<'a>) -> Clips<'a> {
+        Clips {
+            corpus: whole.corpus,
+            options: whole.options,
+            body: whole.body.clone(),
+            groups: whole.groups.clone(),
+            examples: self.examples.iter().collect(),
+            dofs: self.dofs.clone(),
+            notes: Vec::new(),
+        }
+    }
+
     /// Cuts the clips.
     pub fn new(clips: &Clips<'_>, frames: &Frames<'_>, kept: &[bool]) -> Self {
         let mut cut = Self { examples: Vec::new(), dofs: Vec::new(), first_frames: Vec::new() };

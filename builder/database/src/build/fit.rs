@@ -4,10 +4,11 @@
 use gestus_core::blob::layout::MAX_FEATURES;
 
 use super::{
-    Estimated, Source,
+    estimated::Estimated,
     held_out::HeldOut,
     index::{Features, Shared},
     options::{BuildError, BuildOptions},
+    source::Source,
 };
 
 /// Errors of the rows that are tried besides that of the options, centimetres.

@@ -8,7 +8,7 @@ use gestus_core::Config;
 use gestus_motion::{body::row_at, statistics::mean};
 use rayon::prelude::*;
 
-use super::{Source, condense::Choices, index::Features};
+use super::{condense::Choices, index::Features, source::Source};
 use crate::{
     blob::rows::{joint_error, rounded},
     pairing::{CycleData, Pairing, pair_among},
