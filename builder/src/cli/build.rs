@@ -171,7 +171,7 @@ fn described(choice: &Choice, bytes: usize) -> String {
     };
     let cost = match choice.error_cost_percent {
         Some(cost) => format!("{cost:+.1}% error on held-out cycles"),
-        None => "too few cycles to hold any out".to_owned(),
+        None => "its error is unknown, since no cycle with a captured output could be held out".to_owned(),
     };
     let Choice { row_error_cm, features, .. } = choice;
     format!("{bytes} bytes: rows at {row_error_cm} cm, {features} features, {cycles}; {cost}")
@@ -263,6 +263,6 @@ mod tests {
             "500 bytes: rows at 0.2 cm, 12 features, 6 cycles of each action and style; +1.3% error on held-out cycles"
         );
         let choice = Choice { cycles: 0, error_cost_percent: None, ..choice };
-        assert!(described(&choice, 500).contains("all cycles; too few cycles"));
+        assert!(described(&choice, 500).contains("all cycles; its error is unknown"));
     }
 }

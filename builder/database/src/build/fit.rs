@@ -26,7 +26,7 @@ pub struct Choice {
     /// Most cycles of a class; 0 if all are kept.
     pub cycles: usize,
     /// How much larger the error is on held-out cycles than with all cycles, rows as captured and the most features,
-    /// percent; `None` where there are too few cycles to hold any out.
+    /// percent; `None` where no cycle with a captured output could be held out.
     pub error_cost_percent: Option<f64>,
 }
 
