@@ -137,10 +137,10 @@ impl Args {
         if self.cycles == Some(0) {
             bail!("--cycles 0: keep at least one cycle");
         }
-        if let Some(features) = self.features.filter(|f| !(1..=MAX_FEATURES).contains(f)) {
+        if let Some(features) = self.features.filter(|f| !BuildOptions::FEATURES.contains(f)) {
             bail!("--features {features}: from 1 to {MAX_FEATURES}");
         }
-        if let Some(error) = self.row_error.filter(|e| !(1e-4..=10.0).contains(e)) {
+        if let Some(error) = self.row_error.filter(|e| !BuildOptions::ERRORS_CM.contains(e)) {
             bail!("--row-error {error}: centimetres from 0.0001 to 10");
         }
         options.cycles = self.cycles.unwrap_or(options.cycles);

@@ -1,7 +1,7 @@
 //! What is estimated from all cycles, and the blob of all or some of them.
 
 use super::{
-    condense::{self, Choices, Cut},
+    condense::{self, Cut},
     frames::Frames,
     index::{Features, Index, Shared, Stored},
     options::{BuildError, BuildOptions},
@@ -13,7 +13,6 @@ use super::{
 /// What is estimated from all clips, for a number of features.
 pub(super) struct Estimated<'a> {
     source: &'a Source<'a>,
-    pub choices: Choices,
     pub features: Features,
     phase: Option<Vec<u8>>,
 }
@@ -21,11 +20,10 @@ pub(super) struct Estimated<'a> {
 impl<'a> Estimated<'a> {
     /// Estimates with at most so many features.
     pub fn new(source: &'a Source<'a>, features: usize) -> Self {
-        let Source { clips, frames, paired } = source;
+        let Source { clips, frames, paired, .. } = source;
         let features = Features::new(clips, features);
         let phase = tables::encode(clips, frames, paired, &features);
-        let choices = Choices::new(clips, frames, &vec![true; frames.cycles.len()]);
-        Self { source, choices, features, phase }
+        Self { source, features, phase }
     }
 
     /// The blob of the cycles that the options keep; without a graph for a draft, which is as large.
@@ -35,12 +33,12 @@ impl<'a> Estimated<'a> {
         shared: &Shared,
         is_draft: bool,
     ) -> Result<Vec<u8>, BuildError> {
-        let Source { clips, frames, paired } = self.source;
+        let Source { clips, frames, paired, .. } = self.source;
         let all = Stored { clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows };
-        if options.cycles == 0 || options.cycles >= self.choices.most() {
+        if options.cycles == 0 || options.cycles >= self.source.choices().most() {
             return self.encode(&all, options, shared, is_draft);
         }
-        let kept = self.choices.keep(options.cycles);
+        let kept = self.source.choices().keep(options.cycles);
         let cut = Cut::new(clips, frames, &kept);
         let pairing = condense::pairing(clips, frames, &kept);
         let clips = cut.clips(clips);

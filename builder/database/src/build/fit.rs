@@ -53,7 +53,7 @@ pub(super) fn choose(source: &Source<'_>) -> Result<Choice, BuildError> {
     for features in numbers {
         let estimated = Estimated::new(source, features);
         for (row_error_cm, shared) in &rows {
-            let cycles = match most_cycles(&estimated, shared, options)? {
+            let cycles = match most_cycles(source, &estimated, shared)? {
                 Fit::Cycles(cycles) => cycles,
                 Fit::TooLarge(bytes) => {
                     least = least.min(bytes);
@@ -62,7 +62,7 @@ pub(super) fn choose(source: &Source<'_>) -> Result<Choice, BuildError> {
             };
             let error = held_out.error_cm(&estimated.features, Some(&shared.steps), cycles);
             if best.is_none_or(|(least, _)| error < least) {
-                let cycles = if cycles >= estimated.choices.most() { 0 } else { cycles };
+                let cycles = if cycles >= source.choices().most() { 0 } else { cycles };
                 let error_cost_percent = Some(100.0 * (error / full - 1.0)).filter(|cost| cost.is_finite());
                 best = Some((
                     error,
@@ -81,11 +81,8 @@ enum Fit {
     TooLarge(usize),
 }
 
-fn most_cycles(
-    estimated: &Estimated<'_>,
-    shared: &Shared,
-    options: &BuildOptions,
-) -> Result<Fit, BuildError> {
+fn most_cycles(source: &Source<'_>, estimated: &Estimated<'_>, shared: &Shared) -> Result<Fit, BuildError> {
+    let options = source.clips.options;
     let size = |cycles: usize| -> Result<usize, BuildError> {
         Ok(estimated.blob(&BuildOptions { cycles, ..options.clone() }, shared, true)?.len())
     };
@@ -94,8 +91,8 @@ fn most_cycles(
         return Ok(Fit::TooLarge(smallest));
     }
     let most = match options.cycles {
-        0 => estimated.choices.most(),
-        cycles => cycles.min(estimated.choices.most()),
+        0 => source.choices().most(),
+        cycles => cycles.min(source.choices().most()),
     };
     // `low` has room, `high` has none.
     let (mut low, mut high) = (1, most + 1);

@@ -43,7 +43,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let clips = Clips::new(corpus, options)?;
     let frames = Frames::new(&clips)?;
     let paired = Paired::new(&clips, &frames)?;
-    let source = Source { clips: &clips, frames: &frames, paired: &paired };
+    let source = Source::new(&clips, &frames, &paired);
     let choice = (options.bytes > 0).then(|| fit::choose(&source)).transpose()?;
     let options = choice.as_ref().map_or_else(|| options.clone(), |choice| choice.options(options));
     let bytes =

@@ -1,5 +1,7 @@
 //! Options of building a database, and its errors.
 
+use std::ops::RangeInclusive;
+
 use gestus_core::{BlobError, blob::layout::MAX_FEATURES};
 use gestus_motion::{corpus::Unknown, landmarks::LandmarkError};
 use serde::{Deserialize, Serialize};
@@ -41,6 +43,13 @@ pub struct BuildOptions {
     pub mean_rounds: usize,
     /// Joint groups by name, each with its joints ([`crate::search::groups`]); the two arms if empty.
     pub groups: Chosen,
+}
+
+impl BuildOptions {
+    /// What [`error_cm`](Self::error_cm) may be.
+    pub const ERRORS_CM: RangeInclusive<f64> = 1e-4..=10.0;
+    /// What [`features`](Self::features) may be.
+    pub const FEATURES: RangeInclusive<usize> = 1..=MAX_FEATURES;
 }
 
 impl Default for BuildOptions {

@@ -26,7 +26,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use gestus_core::blob::layout::MAX_FEATURES;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -169,14 +168,14 @@ impl Config {
         if !(1..=8).contains(&config.build.window) {
             return value("build.window", config.build.window.to_string(), "1 to 8 frames");
         }
-        if !(1e-4..=10.0).contains(&config.build.error_cm) {
+        if !BuildOptions::ERRORS_CM.contains(&config.build.error_cm) {
             return value(
                 "build.error_cm",
                 config.build.error_cm.to_string(),
                 "centimetres from 0.0001 to 10",
             );
         }
-        if !(1..=MAX_FEATURES).contains(&config.build.features) {
+        if !BuildOptions::FEATURES.contains(&config.build.features) {
             return value("build.features", config.build.features.to_string(), "1 to 32 components");
         }
         if !matches!(config.build.block_rows, 1 | 2 | 4 | 8 | 16 | 32 | 64) {
