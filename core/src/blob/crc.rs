@@ -28,7 +28,7 @@ const BLOCK: usize = 4 * WORDS;
 /// Blocks that the longest distance back reaches over; the last ones are the remainder.
 const REACH: usize = 4;
 /// Blocks from which on division pays.
-const LONG: usize = 4 * REACH;
+const LONG: usize = 2 * REACH;
 
 /// Checksum of the pieces, as if they were one.
 pub fn crc32c(pieces: &[&[u8]]) -> u32 {
@@ -59,7 +59,6 @@ impl Crc32c {
     }
 
     /// Takes in many bytes.
-    #[inline]
     pub fn add_all(&mut self, bytes: &[u8]) {
         let (blocks, rest) = bytes.as_chunks::<BLOCK>();
         let rest = if blocks.len() < LONG { bytes } else { rest };

@@ -30,6 +30,15 @@ fn cycles_knots_and_pairs() {
     for first in [knots - 1, (1 << 22) + 1, u32::MAX] {
         refuses_value("first knot", id, at(0, cycle::FIRST_KNOT), &first.to_le_bytes(), 0);
     }
+    // Knots belong to one cycle each: as many cycles as there are could otherwise share as many knots.
+    let second = u32_at(bytes(id), at(1, cycle::FIRST_KNOT));
+    for first in [0, second - 1, second + 1] {
+        refuses_value("shared or skipped knots", id, at(1, cycle::FIRST_KNOT), &first.to_le_bytes(), 1);
+    }
+    let longer = with_section(blob(), section::KNOTS, |knots| knots.extend(float(1.0)));
+    let need = bytes(section::KNOTS).len() as u32;
+    let left_over = BlobError::Length { section: section::KNOTS, need, have: need + 4 };
+    refuses("a knot of no cycle", &longer, left_over);
     for i in cycle::RESERVED {
         let changed = patched(blob(), id, i, &[1]);
         refuses("reserved", &changed, BlobError::Reserved { section: id });

@@ -98,7 +98,8 @@ impl<'db> Database<'db> {
     }
 
     /// First row of a cycle.
-    fn cycle_start(&self, index: usize) -> usize {
+    #[inline]
+    pub(in crate::blob) fn cycle_start(&self, index: usize) -> usize {
         Record::of(self.required.cycles, index, cycle::LENGTH).u32(cycle::START) as usize
     }
 

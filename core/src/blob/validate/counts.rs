@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
-pub(super) const MOST_RECORDS: usize = 1 << 22;
+const MOST_RECORDS: usize = 1 << 22;
 
 #[inline]
 pub(super) fn counts(head: Record<'_>) -> Result<Counts, BlobError> {

@@ -1,12 +1,12 @@
 //! Sections of captured motion: clips, cycles and their pairs, classes with each frame's flags and edges, packed rows,
 //! and the timing metric.
 
-use super::{counts::MOST_RECORDS, lengths::blocks_of};
+use super::{labels::Labels, lengths::blocks_of};
 use crate::blob::{
     Class, Database,
     check::{Checked, check, length, reserved},
-    layout::{ENTRIES, NONE, block, class, cycle, distances, flag, section, timing},
-    read::{Record, f32_at, u16_at, u32_at},
+    layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing},
+    read::{Record, u16_at, u32_at},
 };
 use crate::search::metric::MOST_NORM2;
 
@@ -25,23 +25,26 @@ pub(super) fn clips(db: &Database<'_>) -> Checked {
 #[inline]
 pub(super) fn cycles(db: &Database<'_>) -> Checked {
     let c = &db.counts;
+    let mut rest = db.required.knots.as_chunks::<4>().0;
+    let mut next = 0;
     for i in 0..c.cycles {
         let record = Record::of(db.required.cycles, i, cycle::LENGTH);
         let clip = record.u32(cycle::CLIP) as usize;
         let first = record.u32(cycle::FIRST_KNOT) as usize;
         let knots = usize::from(record.u16(cycle::KNOTS));
         let start = record.u32(cycle::START) as usize;
-        let refers = clip < c.clips
-            && knots >= 2
-            && first <= MOST_RECORDS
-            && 4 * (first + knots) <= db.required.knots.len();
+        // Knots of the cycles lie side by side and fill their section.
+        let refers = clip < c.clips && knots >= 2 && first == next && knots <= rest.len();
         check(section::CYCLES, i, refers)?;
         reserved(section::CYCLES, record.zero(cycle::RESERVED))?;
         let (first_row, rows) = db.clip(clip);
         check(section::CYCLES, i, start >= first_row && start < first_row + rows)?;
+        next += knots;
+        let (own, others) = rest.split_at_checked(knots).unwrap_or((rest, &[]));
+        rest = others;
         let mut before = f32::NEG_INFINITY;
-        for k in first..first + knots {
-            let knot = f32_at(db.required.knots, 4 * k);
+        for (k, &knot) in (first..).zip(own) {
+            let knot = f32::from_le_bytes(knot);
             // At least a hundredth of a frame for each segment, so that phases stay finite.
             check(
                 section::KNOTS,
@@ -51,9 +54,10 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
             before = knot;
         }
     }
+    length(section::KNOTS, 4 * next, db.required.knots.len())?;
     let table = c.cycles * c.styles;
-    for i in 0..db.required.pairs.len() / 2 {
-        let output = u16_at(db.required.pairs, 2 * i);
+    for (i, &output) in db.required.pairs.as_chunks::<2>().0.iter().enumerate() {
+        let output = u16::from_le_bytes(output);
         // The second table has an output for every cycle and style.
         check(section::PAIRS, i, usize::from(output) < c.cycles || (output == NONE && i < table))?;
     }
@@ -64,11 +68,12 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
 pub(super) fn classes(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let (mut next_row, mut next_cycle) = (0, 0);
+    let mut labels = Labels::new();
     for i in 0..c.classes {
         let class = db.class(i);
         let bad = |fits| check(section::CLASSES, i, fits);
         bad(usize::from(class.action) < c.actions && usize::from(class.style) < c.styles)?;
-        bad((0..i).all(|j| (db.class(j).action, db.class(j).style) != (class.action, class.style)))?;
+        bad(labels.insert(class.style, Some(class.action)))?;
         if c.frames == 0 {
             // A blob that was cut to its models: labels, and nothing else.
             let record = Record::of(db.required.classes, i, class::LENGTH);
@@ -80,14 +85,15 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
         next_row += class.rows;
         next_cycle += class.cycles;
         bad(next_row <= c.frames && next_cycle <= c.cycles)?;
-        let searchable = (class.first_row..next_row).filter(|&r| db.flags(r) & flag::SEARCHABLE != 0).count();
+        let flags = db.required.flags.get(class.first_row..next_row).unwrap_or(&[]);
+        let searchable = flags.iter().filter(|&&f| f & flag::SEARCHABLE != 0).count();
         bad(searchable == class.searchable && (1..=searchable).contains(&class.k_cap))?;
         let entries =
             Record::of(db.required.classes, i, class::LENGTH).0.get(class::ENTRY_POINTS).unwrap_or(&[]);
         bad(db.entries(i).count() > 0)?;
         for e in 0..ENTRIES {
             let row = u16_at(entries, 2 * e);
-            bad(row == NONE || can_be_found(db, &class, row))?;
+            bad(row == NONE || can_be_found(flags, row))?;
         }
         let mut before = None;
         for j in class.first_cycle..next_cycle {
@@ -96,33 +102,39 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
             check(section::CYCLES, j, ascends && (class.first_row..next_row).contains(&start))?;
             before = Some(start);
         }
-        rows_of_class(db, i)?;
+        rows_of_class(db, &class, flags)?;
     }
     check(section::CLASSES, c.classes, next_row == c.frames)
 }
 
-/// True if the search may return this row of the class.
-fn can_be_found(db: &Database<'_>, class: &Class, row: u16) -> bool {
-    let row = usize::from(row);
-    row < class.rows && db.flags(class.first_row + row) & flag::SEARCHABLE != 0
+/// True if the search may return this row of the class with those flags.
+#[inline]
+fn can_be_found(flags: &[u8], row: u16) -> bool {
+    flags.get(usize::from(row)).is_some_and(|f| f & flag::SEARCHABLE != 0)
 }
 
-fn rows_of_class(db: &Database<'_>, index: usize) -> Checked {
-    let class = db.class(index);
-    let mut cycle = None;
-    for row in class.first_row..class.first_row + class.rows {
-        let flags = db.flags(row);
-        check(section::FLAGS, row, flags & !flag::ALL == 0)?;
+/// Flags and edges of each row. Cycles are met in the order of the rows.
+// Not inlined: the shells of `open` are compiled with the program, often for size.
+#[inline(never)]
+fn rows_of_class(db: &Database<'_>, class: &Class, flags: &[u8]) -> Checked {
+    let edges = db.required.graph.as_chunks::<{ 2 * DEGREE }>().0.get(class.first_row..).unwrap_or(&[]);
+    let mut cycles = (class.first_cycle..class.first_cycle + class.cycles).peekable();
+    let mut paired = false;
+    for ((row, &own), edges) in (class.first_row..).zip(flags).zip(edges) {
+        while let Some(cycle) = cycles.next_if(|&cycle| db.cycle_start(cycle) <= row) {
+            paired = db.paired(cycle);
+        }
+        check(section::FLAGS, row, own & !flag::ALL == 0)?;
+        let follows = own & flag::FOLLOWS != 0;
         // The first row of a class follows nothing.
-        check(section::FLAGS, row, flags & flag::FOLLOWS == 0 || row > class.first_row)?;
-        if flags & flag::SEARCHABLE != 0 {
-            cycle = db.cycle_of(index, row).or(cycle);
-            let paired = cycle.is_some_and(|c| db.paired(c));
-            check(section::FLAGS, row, flags & flag::FOLLOWS != 0 && paired)?;
-        }
-        for edge in db.edges(row) {
-            check(section::GRAPH, row, edge == NONE || can_be_found(db, &class, edge))?;
-        }
+        check(section::FLAGS, row, !follows || row > class.first_row)?;
+        check(section::FLAGS, row, own & flag::SEARCHABLE == 0 || (follows && paired))?;
+        // No class has a row with the number `NONE`.
+        let fit = edges.as_chunks::<2>().0.iter().all(|&edge| {
+            let edge = u16::from_le_bytes(edge);
+            can_be_found(flags, edge) || edge == NONE
+        });
+        check(section::GRAPH, row, fit)?;
     }
     Ok(())
 }
@@ -149,7 +161,6 @@ pub(super) fn blocks(db: &Database<'_>) -> Checked {
 }
 
 /// Falls are parts, and a norm may be any that codes and weights can have: no distance overflows.
-#[inline]
 pub(super) fn distances(db: &Database<'_>, bytes: &[u8]) -> Checked {
     length(section::DISTANCES, distances::length(db.counts.frames), bytes.len())?;
     for (i, number) in bytes.as_chunks::<4>().0.iter().enumerate() {

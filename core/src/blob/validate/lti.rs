@@ -1,5 +1,6 @@
 //! Linear time-invariant models: directory, labels, ranges, dofs and poles.
 
+use super::labels::Labels;
 use crate::blob::{
     Database, LinearModel, Numbers, Unit,
     check::{Checked, check, in_range, is_deviation, length, reserved},
@@ -19,6 +20,7 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
     reserved(id, Record(bytes).zero(lti::RESERVED))?;
     let from = u16_at(bytes, lti::FROM.start);
     check(id, models, usize::from(from) < c.styles)?;
+    let mut labels = Labels::new();
     for i in 0..models {
         let entry = Record::of(bytes.get(lti::HEADER..).unwrap_or(&[]), i, lti::ENTRY);
         let model = db.linear_model(i);
@@ -26,17 +28,15 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
             && model.style != from
             && model.action.is_none_or(|a| usize::from(a) < c.actions);
         check(id, i, labels_fit && entry.u32(lti::OFFSET) as usize == next)?;
-        let doubled =
-            (0..i).map(|j| db.linear_model(j)).any(|m| (m.style, m.action) == (model.style, model.action));
         // One unit a joint and two more for the root; a stylizer has memory for the states of as many joints.
-        check(id, i, !doubled && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
+        let once = labels.insert(model.style, model.action);
+        check(id, i, once && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
         next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;
         check(id, i, one_model(&model, c.dofs))?;
     }
     length(id, next, bytes.len())?;
-    let every = (0..c.styles as u16).all(|s| s == from || db.linear_model_of(s, None).is_some());
-    check(id, models, every)
+    check(id, models, labels.cover(c.styles, Some(from)))
 }
 
 #[inline]
@@ -77,7 +77,6 @@ fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
     at == model.bytes() && states == model.states
 }
 
-// Slices, and not inlined: otherwise the compiler unrolls all 64 products.
 #[inline(never)]
 fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
     for (sum, value) in sums.iter_mut().zip(values) {
@@ -85,25 +84,28 @@ fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
     }
 }
 
-/// True if every pole lies inside the unit circle, so that `A` to the power of 1,024 (ten squarings) is small.
-#[inline]
+/// True if every pole lies inside the unit circle, so that `A` to the power of 1,024 (ten squarings) is small. A power
+/// whose squares sum up to 1 or less will do: further powers are no larger.
+#[inline(never)]
 fn is_stable(unit: &Unit<'_>) -> bool {
-    let mut power = [[0.0_f32; MAX_ORDER]; MAX_ORDER];
-    let mut numbers = unit.numbers;
-    for row in power.iter_mut().take(unit.order) {
-        for (slot, number) in row.iter_mut().take(unit.order).zip(&mut numbers) {
-            *slot = number;
-        }
+    let order = unit.order.max(1);
+    let mut power = [0.0_f32; MAX_ORDER * MAX_ORDER];
+    for (slot, number) in power.iter_mut().zip(unit.numbers.take(unit.order * unit.order)) {
+        *slot = number;
     }
     for _ in 0..10 {
-        let mut square = [[0.0; MAX_ORDER]; MAX_ORDER];
-        for (out, row) in square.iter_mut().zip(&power) {
-            for (&factor, other) in row.iter().zip(&power) {
+        let mut square = [0.0; MAX_ORDER * MAX_ORDER];
+        let rows = power.chunks_exact(order).take(order);
+        for (out, row) in square.chunks_exact_mut(order).zip(rows.clone()) {
+            for (&factor, other) in row.iter().zip(rows.clone()) {
                 add_scaled(out, factor, other);
             }
         }
         power = square;
+        // An unstable system gives more than 1, infinity or NaN.
+        if (0.0..=1.0).contains(&power.iter().map(|v| v * v).sum::<f32>()) {
+            return true;
+        }
     }
-    // An unstable system gives infinity or NaN, which is not in the range.
-    (0.0..=1.0).contains(&power.iter().flatten().map(|v| v * v).sum::<f32>())
+    false
 }

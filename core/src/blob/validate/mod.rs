@@ -5,6 +5,7 @@ mod body;
 mod counts;
 mod effort;
 mod frames;
+mod labels;
 mod lengths;
 mod lti;
 mod phase;

@@ -1,5 +1,6 @@
 //! Tables of means and spreads: labels, ranges and unit quaternions.
 
+use super::labels::Labels;
 use crate::{
     blob::{
         Database, Numbers,
@@ -18,12 +19,12 @@ pub(super) fn tables(db: &Database<'_>, bytes: &[u8]) -> Checked {
     length(id, statistic::HEADER + tables * statistic::length(c.joints), bytes.len())?;
     reserved(id, Record(bytes).zero(statistic::RESERVED))?;
     check(id, tables, usize::from(u16_at(bytes, statistic::FROM.start)) < c.styles)?;
+    let mut labels = Labels::new();
     for i in 0..tables {
         let table = db.table(i);
         reserved(id, Record(table.bytes).zero(statistic::TABLE_RESERVED))?;
         let labels_fit =
             usize::from(table.style) < c.styles && table.action.is_none_or(|a| usize::from(a) < c.actions);
-        let doubled = (0..i).map(|j| db.table(j)).any(|t| (t.style, t.action) == (table.style, table.action));
         let root_fits = (0..3).all(|r| {
             let [mean, deviation] = table.root(r);
             in_range([mean].into_iter(), 1e3) && is_deviation(deviation)
@@ -34,7 +35,11 @@ pub(super) fn tables(db: &Database<'_>, bytes: &[u8]) -> Checked {
             let (mean, deviation) = table.joint(j);
             is_unit(mean) && is_deviation(deviation)
         });
-        check(id, i, labels_fit && !doubled && root_fits && feet_fit && joints_fit)?;
+        check(
+            id,
+            i,
+            labels_fit && labels.insert(table.style, table.action) && root_fits && feet_fit && joints_fit,
+        )?;
     }
-    check(id, tables, (0..c.styles as u16).all(|s| db.table_of(s, None).is_some()))
+    check(id, tables, labels.cover(c.styles, None))
 }
