@@ -23,14 +23,15 @@ use crate::{
         found::{Found, Neighbor, SearchStats, mean},
         metric::Metric,
         top_k::insert,
+        visited::{PATIENCE, SLOTS, Visited},
     },
 };
 
 /// Most frames in the pool.
 pub const POOL: usize = 64;
-/// Most visits of one search: the visited set has to stay sparse enough to probe.
+/// Most visits of one search: the [visited set](Visited) has to stay sparse enough to probe.
 pub const MAX_VISITS: u16 = 448;
-const SLOTS: usize = 512;
+const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 /// Frames that a search without neighbors to go on from starts with.
 const SPREAD: usize = 96;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
@@ -59,7 +60,7 @@ pub struct Limits {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Searcher {
     pool: Vec<Neighbor, POOL>,
-    visited: [u16; SLOTS],
+    visited: Visited,
 }
 
 impl Searcher {
@@ -67,7 +68,7 @@ impl Searcher {
     #[inline(never)]
     pub const fn new() -> Self {
         // A search begins with clearing both.
-        Self { pool: Vec::new(), visited: [0; SLOTS] }
+        Self { pool: Vec::new(), visited: Visited::new() }
     }
 
     /// Finds the nearest frames of a class, nearest first.
@@ -92,6 +93,7 @@ impl Searcher {
             limits: Limits { pool: limits.pool.max(k).min(POOL), ..*limits },
             pool: &mut self.pool,
             visited: &mut self.visited,
+            patience: 0,
             stats: SearchStats::default(),
             left: 0,
             next: 0,
@@ -147,7 +149,9 @@ struct Walk<'a, 'db> {
     metric: &'a Metric,
     limits: Limits,
     pool: &'a mut Vec<Neighbor, POOL>,
-    visited: &'a mut [u16; SLOTS],
+    visited: &'a mut Visited,
+    /// How often rows may still collide in the visited set.
+    patience: u16,
     stats: SearchStats,
     left: u16,
     /// Place in the pool before which every frame is expanded.
@@ -160,7 +164,8 @@ impl Walk<'_, '_> {
     fn start(&mut self) {
         self.pool.clear();
         self.next = 0;
-        *self.visited = [NONE; SLOTS];
+        self.visited.clear();
+        self.patience = PATIENCE;
         self.left = self.limits.visits.min(MAX_VISITS);
     }
 
@@ -257,22 +262,16 @@ impl Walk<'_, '_> {
         self.flags(row) & flag::SEARCHABLE != 0
     }
 
-    /// Measures a row unless it was measured before or the visits are used up.
+    /// Measures a row unless it was measured before or the visits are used up. Rows that collide too often use them up.
     fn visit(&mut self, row: u16) {
         if self.left == 0 {
             return;
         }
-        // Fibonacci hashing; the set never fills up, since MAX_VISITS < SLOTS.
-        let mut slot = usize::from(row.wrapping_mul(40_503) >> 7);
-        loop {
-            match self.visited.get_mut(slot & (SLOTS - 1)) {
-                Some(place) if *place == NONE => {
-                    *place = row;
-                    break;
-                }
-                Some(place) if *place == row => return,
-                _ => slot += 1,
+        if !self.visited.insert(row, &mut self.patience) {
+            if self.patience == 0 {
+                self.left = 0;
             }
+            return;
         }
         self.left -= 1;
         self.measure(row);

@@ -59,9 +59,9 @@ impl Cycle<'_> {
     /// Canonical time of a position, in segments, 0 at the first knot. The outer segments are extrapolated.
     #[inline(never)]
     fn canonical(&self, position: f32) -> f32 {
-        // The knots ascend: count the inner ones up to the position.
+        // The knots ascend: count the inner ones up to the position. There may be many.
         let inner = self.knots.get(1..self.segments).unwrap_or(&[]);
-        let segment = inner.iter().take_while(|knot| f32::from_le_bytes(**knot) <= position).count();
+        let segment = inner.partition_point(|knot| f32::from_le_bytes(*knot) <= position);
         let start = self.knot(segment);
         segment as f32 + (position - start) / (self.knot(segment + 1) - start)
     }

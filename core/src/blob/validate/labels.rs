@@ -34,3 +34,26 @@ impl Labels {
         (0..styles as u32).all(|s| but.map(u32::from) == Some(s) || seen.checked_shr(s).unwrap_or(0) & 1 == 1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_is_taken_once_and_only_if_a_database_can_have_it() {
+        let mut labels = Labels::new();
+        for (style, action, fits) in [
+            (0, Some(0), true),
+            (31, Some(255), true),
+            (0, None, true),
+            (0, Some(0), false),
+            (31, Some(255), false),
+            (0, None, false),
+            (32, Some(0), false),
+            (0, Some(257), false),
+        ] {
+            assert_eq!(labels.insert(style, action), fits, "{style} {action:?}");
+        }
+        assert!(labels.cover(1, None) && !labels.cover(2, None) && labels.cover(2, Some(1)));
+    }
+}
