@@ -5,6 +5,8 @@
 //! `x^8032 + x^5441 + x^1924 + 1`, which has four terms only: to divide by this one is to add, to each word, what the
 //! quotient was 2,591, 6,108 and 8,032 bits before, with exclusive or. The remainder, a kilobyte, has the same checksum.
 
+use core::cell::Cell;
+
 const TABLE: [u32; 16] = {
     let mut table = [0; 16];
     let mut i = 0;
@@ -21,14 +23,18 @@ const TABLE: [u32; 16] = {
     table
 };
 
-/// Words that are divided together: fewer than the shortest distance back.
-const WORDS: usize = 64;
+/// Words from the quotient's longest distance back, 8,032 bits.
+const WORDS: usize = 251;
 /// As many bytes.
 const BLOCK: usize = 4 * WORDS;
-/// Blocks that the longest distance back reaches over; the last ones are the remainder.
-const REACH: usize = 4;
 /// Blocks from which on division pays.
-const LONG: usize = 2 * REACH;
+const LONG: usize = 4;
+/// Words that are divided in a row.
+const STRIDE: usize = 10;
+/// Pieces of a block within which no place in the quotient wraps, and which do not refer to themselves: first word, where
+/// the words 80 and 190 before it are, and length. Nearer bits are in these words, the others in those before them.
+const RUNS: [[usize; 4]; 5] =
+    [[0, 171, 61, 80], [80, 0, 141, 80], [160, 80, 221, 30], [190, 110, 0, 60], [250, 170, 60, 1]];
 
 /// Checksum of the pieces, as if they were one.
 pub fn crc32c(pieces: &[&[u8]]) -> u32 {
@@ -68,25 +74,24 @@ impl Crc32c {
         rest.iter().for_each(|&byte| self.add(byte));
     }
 
-    /// Takes in blocks, more than [`REACH`], on 2 KB of stack.
+    /// Takes in blocks, on 1 KB of stack.
     #[inline(never)]
     fn add_blocks(&mut self, blocks: &[[u8; BLOCK]]) {
-        // The quotient of the last blocks, and room for as many.
-        let mut quotient = [0; 2 * REACH * WORDS];
-        for (i, block) in blocks.iter().enumerate() {
-            if i % REACH == 0 {
-                quotient.copy_within(REACH * WORDS.., 0);
-            }
-            let (before, rest) = quotient.split_at_mut((REACH + i % REACH) * WORDS);
-            let Some(words) = rest.first_chunk_mut() else { return };
-            divide(words, block, before);
-            if i == 0 {
-                words[0] ^= self.0;
-                self.0 = 0;
-            }
-            if i + REACH >= blocks.len() {
-                words.iter().flat_map(|word| word.to_le_bytes()).for_each(|byte| self.add(byte));
-                *words = [0; WORDS];
+        let mut quotient = [0; WORDS];
+        // What is known of the checksum is added to the first word.
+        quotient[0] = core::mem::take(&mut self.0);
+        let quotient = Cell::from_mut(quotient.as_mut_slice()).as_slice_of_cells();
+        let mut division = Division { near: 0, middle: 0 };
+        for (i, block) in (1..).zip(blocks) {
+            for [start, near, middle, length] in RUNS {
+                let words = |at: usize| quotient.get(at..at + length).unwrap_or(&[]);
+                let data = block.as_chunks::<4>().0.get(start..).unwrap_or(&[]);
+                division.divide(words(start), data, words(near), words(middle));
+                if i == blocks.len() {
+                    for word in words(start) {
+                        word.take().to_le_bytes().into_iter().for_each(|byte| self.add(byte));
+                    }
+                }
             }
         }
     }
@@ -98,24 +103,54 @@ impl Crc32c {
     }
 }
 
-/// The next words of the quotient, from those before.
-#[inline]
-fn divide(words: &mut [u32; WORDS], block: &[u8; BLOCK], before: &[u32]) {
-    let (Some(near), Some(middle), Some(far)) = (back(before, 81), back(before, 191), back(before, 251))
-    else {
-        return;
-    };
-    for (i, (word, bytes)) in words.iter_mut().zip(block.as_chunks::<4>().0).enumerate() {
-        let near = (near[i] >> 1) ^ (near[i + 1] << 31);
-        let middle = (middle[i] >> 4) ^ (middle[i + 1] << 28);
-        *word = u32::from_le_bytes(*bytes) ^ near ^ middle ^ far[i];
-    }
+/// The words before those 80 and 190 back.
+struct Division {
+    near: u32,
+    middle: u32,
 }
 
-/// A block's words and one more, from so many words before it on.
-#[inline]
-fn back(before: &[u32], words: usize) -> Option<&[u32; WORDS + 1]> {
-    before.get(before.len().checked_sub(words)?..)?.first_chunk()
+impl Division {
+    /// Replaces words of the quotient, one block old, by the next ones.
+    #[inline]
+    fn divide(&mut self, words: &[Cell<u32>], data: &[[u8; 4]], near: &[Cell<u32>], middle: &[Cell<u32>]) {
+        let (strides, rest) = words.as_chunks::<STRIDE>();
+        let all = strides.iter().zip(data.as_chunks().0).zip(near.as_chunks().0).zip(middle.as_chunks().0);
+        all.for_each(|(((words, data), near), middle)| self.stride(words, data, near, middle));
+        // A run of one word.
+        if let ([word], [data, ..], [near, ..], [middle, ..]) = (rest, data, near, middle) {
+            self.word(word, *data, near, middle);
+        }
+    }
+
+    #[inline]
+    fn stride(
+        &mut self,
+        words: &[Cell<u32>; STRIDE],
+        data: &[[u8; 4]; STRIDE],
+        near: &[Cell<u32>; STRIDE],
+        middle: &[Cell<u32>; STRIDE],
+    ) {
+        let mut word = |i: usize| self.word(&words[i], data[i], &near[i], &middle[i]);
+        // Written out, because the images that the budgets are for do not unroll a loop as long as this.
+        word(0);
+        word(1);
+        word(2);
+        word(3);
+        word(4);
+        word(5);
+        word(6);
+        word(7);
+        word(8);
+        word(9);
+    }
+
+    #[inline(always)]
+    fn word(&mut self, word: &Cell<u32>, data: [u8; 4], near: &Cell<u32>, middle: &Cell<u32>) {
+        let before = (self.near >> 1) ^ (self.middle >> 4);
+        *self = Self { near: near.get(), middle: middle.get() };
+        let sum = word.get() ^ u32::from_le_bytes(data) ^ before;
+        word.set(sum ^ (self.near << 31) ^ (self.middle << 28));
+    }
 }
 
 impl Default for Crc32c {

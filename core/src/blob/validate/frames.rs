@@ -64,7 +64,8 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
-#[inline]
+// Not inlined, so that the labels do not stay on the stack.
+#[inline(never)]
 pub(super) fn classes(db: &Database<'_>) -> Checked {
     let c = &db.counts;
     let (mut next_row, mut next_cycle) = (0, 0);
@@ -113,28 +114,38 @@ fn can_be_found(flags: &[u8], row: u16) -> bool {
     flags.get(usize::from(row)).is_some_and(|f| f & flag::SEARCHABLE != 0)
 }
 
-/// Flags and edges of each row. Cycles are met in the order of the rows.
+/// Flags and edges of each row of a class, cycle by cycle; the cycles are checked.
 // Not inlined: the shells of `open` are compiled with the program, often for size.
 #[inline(never)]
 fn rows_of_class(db: &Database<'_>, class: &Class, flags: &[u8]) -> Checked {
     let edges = db.required.graph.as_chunks::<{ 2 * DEGREE }>().0.get(class.first_row..).unwrap_or(&[]);
-    let mut cycles = (class.first_cycle..class.first_cycle + class.cycles).peekable();
-    let mut paired = false;
-    for ((row, &own), edges) in (class.first_row..).zip(flags).zip(edges) {
-        while let Some(cycle) = cycles.next_if(|&cycle| db.cycle_start(cycle) <= row) {
-            paired = db.paired(cycle);
+    let (mut from, mut paired) = (0, false);
+    let end = class.first_cycle + class.cycles;
+    for cycle in class.first_cycle..=end {
+        let start =
+            if cycle < end { db.cycle_start(cycle).saturating_sub(class.first_row) } else { class.rows };
+        let own = flags.get(from..start).unwrap_or(&[]);
+        let edges = edges.get(from..start).unwrap_or(&[]);
+        for (i, (&own, edges)) in own.iter().zip(edges).enumerate() {
+            let row = from + i;
+            let follows = own & flag::FOLLOWS != 0;
+            // The first row of a class follows nothing.
+            let fits = own & !flag::ALL == 0
+                && !(follows && row == 0)
+                && (own & flag::SEARCHABLE == 0 || (follows && paired));
+            if !fits {
+                return check(section::FLAGS, class.first_row + row, false);
+            }
+            // No class has a row with the number `NONE`.
+            let fit = edges.as_chunks::<2>().0.iter().all(|&edge| {
+                let edge = u16::from_le_bytes(edge);
+                can_be_found(flags, edge) || edge == NONE
+            });
+            if !fit {
+                return check(section::GRAPH, class.first_row + row, false);
+            }
         }
-        check(section::FLAGS, row, own & !flag::ALL == 0)?;
-        let follows = own & flag::FOLLOWS != 0;
-        // The first row of a class follows nothing.
-        check(section::FLAGS, row, !follows || row > class.first_row)?;
-        check(section::FLAGS, row, own & flag::SEARCHABLE == 0 || (follows && paired))?;
-        // No class has a row with the number `NONE`.
-        let fit = edges.as_chunks::<2>().0.iter().all(|&edge| {
-            let edge = u16::from_le_bytes(edge);
-            can_be_found(flags, edge) || edge == NONE
-        });
-        check(section::GRAPH, row, fit)?;
+        (from, paired) = (start, cycle < end && db.paired(cycle));
     }
     Ok(())
 }

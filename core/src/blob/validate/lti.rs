@@ -9,7 +9,7 @@ use crate::blob::{
 };
 
 /// Checks the linear models: directory, ranges, dofs, poles.
-#[inline]
+#[inline(never)]
 pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
     let c = db.counts();
     let (id, models) = (section::LTI, db.linear_models());

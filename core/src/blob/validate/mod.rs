@@ -1,5 +1,5 @@
-//! The checks of `open`, in two passes: the places and checksums of the sections ([`sections`]); then every number's
-//! range and every index ([`contents`]). No later read needs a check.
+//! The checks of `open`, in three passes: the places of the sections ([`sections`]); their checksums ([`checksums`]);
+//! then every number's range and every index ([`contents`]). No later read needs a check.
 
 mod body;
 mod counts;
@@ -42,13 +42,15 @@ impl<'db> Database<'db> {
     #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
         let database = sections(bytes)?;
+        checksums(bytes)?;
         contents(&database)?;
         Ok(database)
     }
 }
 
-/// Finds the sections and checks header, table, checksums and lengths.
-#[inline]
+/// Finds the sections and checks header, table and lengths.
+// None of the passes is inlined: what they need on the stack is not needed at the same time.
+#[inline(never)]
 fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     let total = bytes.len();
@@ -83,9 +85,6 @@ fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         if padding.iter().any(|&b| b != 0) {
             return Err(BlobError::Reserved { section: id });
         }
-        if crc32c(&[content]) != record.u32(entry::CRC) {
-            return Err(BlobError::Checksum { section: id });
-        }
         if slot.replace(content).is_some() {
             return Err(misplaced);
         }
@@ -109,8 +108,23 @@ fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     })
 }
 
+/// Checks the checksum of each section; their places are checked.
+#[inline(never)]
+fn checksums(bytes: &[u8]) -> Checked {
+    let count = usize::from(Record(bytes).u16(header::SECTIONS));
+    for i in 0..count {
+        let record = Record::of(bytes.get(header::LENGTH..).unwrap_or(&[]), i, entry::LENGTH);
+        let (start, length) = (record.u32(entry::OFFSET) as usize, record.u32(entry::BYTES) as usize);
+        let content = bytes.get(start..).and_then(|rest| rest.get(..length)).unwrap_or(&[]);
+        if crc32c(&[content]) != record.u32(entry::CRC) {
+            return Err(BlobError::Checksum { section: record.u16(entry::ID) });
+        }
+    }
+    Ok(())
+}
+
 /// Checks every number of every section.
-#[inline]
+#[inline(never)]
 fn contents(db: &Database<'_>) -> Checked {
     lengths::lengths(db)?;
     body::manifest(db)?;

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Checks the tables of statistics.
-#[inline]
+#[inline(never)]
 pub(super) fn tables(db: &Database<'_>, bytes: &[u8]) -> Checked {
     let c = db.counts();
     let (id, tables) = (section::STATISTIC, db.tables());
