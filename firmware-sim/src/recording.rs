@@ -263,7 +263,7 @@ impl Random {
 mod tests {
     use super::*;
 
-    const BLOB: &[u8] = include_bytes!("../../tests/golden/blob-v1-legs.gestus");
+    const BLOB: &[u8] = include_bytes!("../../tests/golden/blob-v2-legs.gestus");
 
     #[test]
     fn a_long_stream_changes_its_settings_and_keeps_its_digest() {

@@ -10,6 +10,7 @@ use gestus_core::{
         layout::{NONE, ROOT_DOFS, cycle, dof, flag, query, section},
         read::{Record, f32_at, u16_at},
     },
+    search::query::PRODUCT_BITS,
 };
 use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
 
@@ -119,12 +120,12 @@ pub fn brute_force(db: &Database<'_>, class: usize, query: &[f32], searched: &[b
 pub fn feature(db: &Database<'_>, window: &[Vec<Vector3<f64>>]) -> Vec<f64> {
     let c = db.counts();
     let data = db.query_section();
-    let float = |at: usize| f64::from(f32_at(data, at));
+    let whole = |at: usize| f64::from(u16_at(data, at) as i16);
+    let point = |at: usize| Vector3::new(whole(at), whole(at + 2), whole(at + 4));
     let mean = |w: usize, j: usize| {
-        let at = 12 * (w * c.joints + j);
-        Vector3::new(float(at), float(at + 4), float(at + 8))
+        point(query::mean(c.features) + 6 * (w * c.joints + j)) * f64::from(db.length_unit())
     };
-    let weight = |j: usize| float(query::weights(c.window, c.joints) + 4 * j);
+    let weight = |j: usize| f64::from(data[query::weights(c.window, c.joints, c.features) + j]);
     let points = || (0..c.window).flat_map(|w| (0..c.joints).map(move |j| (w, j)));
     let total: f64 = points().map(|(_, j)| weight(j)).sum();
     let centre = points().map(|(w, j)| window[w][j] * weight(j)).sum::<Vector3<f64>>() / total;
@@ -140,10 +141,12 @@ pub fn feature(db: &Database<'_>, window: &[Vec<Vector3<f64>>]) -> Vec<f64> {
     (0..c.features)
         .map(|f| {
             let mut sum = 0.0;
+            let unit =
+                f64::from(db.component_step(f)) / f64::from(db.length_unit() * (1 << PRODUCT_BITS) as f32);
             for (w, j) in points().filter(|p| db.joint_group(p.1) == db.feature_group(f)) {
                 let d = turn * (window[w][j] - centre) - mean(w, j);
-                sum += d.x * float(at) + d.y * float(at + 4) + d.z * float(at + 8);
-                at += 12;
+                sum += d.dot(&point(at)) * unit;
+                at += 6;
             }
             sum
         })

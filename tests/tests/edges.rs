@@ -262,8 +262,8 @@ fn a_glitch_that_comes_again_is_no_news() {
 fn frames_lost_between_glitches_count() {
     let db = Database::open(motion::small()).unwrap();
     let still = walk(0, 0, 10)[5];
-    // With this many visits every class is searched completely, and none is searched again.
-    let mut stylizer = styled(db, Config::new().safety(Safety::Hold).visits(320));
+    // With this many visits every class is searched completely, and none is searched again; every class may have weight.
+    let mut stylizer = styled(db, Config::new().safety(Safety::Hold).visits(320).classes(8));
     let mut output = Pose::IDENTITY;
     let mut at = |x: f32, number| {
         let mut input = still;

@@ -1,9 +1,9 @@
 //! Golden digests: the same blob and the same input give the same bits in debug and in release, with and without an
 //! observer, with every capacity, and in every later version that does not change them on purpose.
 //!
-//! `golden/blob-v1.gestus` is a small generated database of format version 1, as the first builder made it, and
-//! `blob-v1-legs.gestus` the same with the section that came later: legs, whose feet are held;
-//! `blob-v1-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and
+//! `golden/blob-v2.gestus` is a small generated database as the first builder made it, with the query section of format version 2, and
+//! `blob-v2-legs.gestus` the same with the section that came later: legs, whose feet are held;
+//! `blob-v2-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and
 //! old blobs have to open. The input is computed with the core's own sine, which has the same bits everywhere.
 //!
 //! `GESTUS_RECORD=1 cargo test -p gestus-tests --test golden` records the digests anew, `GESTUS_RECORD=blob` the
@@ -37,17 +37,17 @@ fn record() -> Option<String> {
 
 /// The first blob.
 fn first() -> Vec<u8> {
-    fs::read(golden("blob-v1.gestus")).unwrap()
+    fs::read(golden("blob-v2.gestus")).unwrap()
 }
 
 /// The blob with legs.
 fn with_legs() -> Vec<u8> {
-    fs::read(golden("blob-v1-legs.gestus")).unwrap()
+    fs::read(golden("blob-v2-legs.gestus")).unwrap()
 }
 
 /// The blob with two outputs a cycle.
 fn with_outputs() -> Vec<u8> {
-    let path = golden("blob-v1-outputs.gestus");
+    let path = golden("blob-v2-outputs.gestus");
     if record().as_deref() == Some("blob") {
         fs::write(&path, motion::blob(KEPT)).unwrap();
     }

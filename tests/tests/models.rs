@@ -256,7 +256,7 @@ fn a_method_needs_its_section() {
         assert_eq!(from_pose(&output, 21), wanted.frame);
     }
     assert_eq!(Method::of(&database), Method::Mar);
-    let old = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/blob-v1.gestus")).unwrap();
+    let old = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/blob-v2.gestus")).unwrap();
     let without = Database::open(&old).unwrap();
     if without.linear_from().is_none() {
         let refused = Stylizer::<22, 40, 28>::new(without, LTI).err();

@@ -19,7 +19,8 @@ use gestus_tests::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Largest difference of a dof, m, rad, m/s and rad/s: the project's tolerance.
+/// Largest difference of a dof, m, rad, m/s and rad/s: the project's tolerance; beyond 1, of the dof. (The stream that is fed
+/// back may run away from the data; then a prediction is a slope times a large number.)
 const DOF: f64 = 1e-4;
 /// Largest difference of a proportion, a timing weight or a vote, all between 0 and 1: f32 sums of some hundred terms
 /// under an exponential.
@@ -212,8 +213,8 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
     let kept = &frame.report.classes;
     let weight: f64 = all.iter().take(kept.len()).map(|s| s.1).sum();
     let before: f64 = all.iter().take(kept.len() - 1).map(|s| s.1).sum();
-    // At most four classes where the search starts again, which is reported.
-    let anew = frame.report.degraded.contains(Degraded::CLASSES) && kept.len() == 4;
+    // At most two classes where the search starts again, which is reported.
+    let anew = frame.report.degraded.contains(Degraded::CLASSES) && kept.len() == 2;
     let enough = weight >= 1.0 - p.prune - SHARE || kept.len() == p.classes.min(all.len()) || anew;
     assert!(enough, "{}, frame {t}: {weight} of the weight is kept", case.name);
     assert!(before <= 1.0 - p.prune + SHARE, "{}, frame {t}: {before} would have done", case.name);
@@ -229,7 +230,7 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
 fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Parameters) -> Step {
     let step = reference::step(db, frame, p);
     for (d, (&core, &own)) in frame.predicted.iter().zip(&step.predicted).enumerate() {
-        near(&format!("dof {d}"), case.name, t, f64::from(core), own, DOF);
+        near(&format!("dof {d}"), case.name, t, f64::from(core), own, DOF * own.abs().max(1.0));
     }
     near("time step", case.name, t, f64::from(frame.report.predicted_step_s), step.step_s, STEP_S);
     let input_step = 1.0 / f64::from(db.rate_hz());
@@ -265,7 +266,14 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
         check_mixture(case, t, frame, &p);
         if let Some(last) = &fed_back {
             for (d, (&core, &own)) in frame.y_prev.iter().zip(last).enumerate() {
-                near(&format!("fed back dof {d}"), case.name, t, f64::from(core), own, DOF);
+                near(
+                    &format!("fed back dof {d}"),
+                    case.name,
+                    t,
+                    f64::from(core),
+                    own,
+                    DOF * own.abs().max(1.0),
+                );
             }
             assert_eq!(frame.x_prev, trace.frames[t - 1].x, "{}, frame {t}", case.name);
         }

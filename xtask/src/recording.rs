@@ -20,7 +20,7 @@ pub struct Recorded {
 /// # Errors
 /// Where the host's core can't be built or run.
 pub fn record(frames: u32) -> Result<Recorded> {
-    let blob = root().join("tests/golden/blob-v1-legs.gestus");
+    let blob = root().join("tests/golden/blob-v2-legs.gestus");
     let folder = target_dir().join("recorded");
     fs::create_dir_all(&folder).with_context(|| format!("{} can't be made", folder.display()))?;
     let stream = folder.join(format!("{frames}.stream"));

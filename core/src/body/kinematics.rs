@@ -3,35 +3,44 @@
 use crate::{
     blob::Database,
     body::pose::Pose,
-    math::{
-        quaternion::{self, IDENTITY, Quaternion, Vector},
-        vector::add,
-    },
+    math::quaternion::{self, IDENTITY, Quaternion, Vector},
 };
 
-/// World positions of the joints, metres, shape `[joints]` (the first of `positions`; the rest is left alone).
-/// Cost: one quaternion product and one rotated vector a joint.
-pub fn positions<const J: usize>(database: &Database<'_>, pose: &Pose<J>, positions: &mut [Vector; J]) {
-    place(database, pose.position, &pose.rotations, &mut [IDENTITY; J], positions);
+/// A point, in whole parts of a length.
+pub type Point = [i32; 3];
+
+/// World positions of the joints, shape `[joints]` (the first of `positions`; the rest is left alone), in parts of which
+/// `parts` make a metre. What does not fit 32 bits is held at their end. Cost: one quaternion product and one rotated
+/// vector a joint.
+pub fn positions<const J: usize>(
+    database: &Database<'_>,
+    pose: &Pose<J>,
+    parts: f32,
+    positions: &mut [Point; J],
+) {
+    place(database, (pose.position, &pose.rotations), parts, &mut [IDENTITY; J], positions);
 }
 
 /// The same, whatever the capacity; `world` is room for the joints' orientations.
 #[inline(never)]
 fn place(
     database: &Database<'_>,
-    root: Vector,
-    rotations: &[Quaternion],
+    (root, rotations): (Vector, &[Quaternion]),
+    parts: f32,
     world: &mut [Quaternion],
-    positions: &mut [Vector],
+    positions: &mut [Point],
 ) {
+    let whole = |v: Vector| v.map(|v| (v * parts) as i32);
     for (j, &own) in rotations.iter().enumerate().take(database.counts().joints) {
         let joint = database.joint(j);
         let (rotation, position) = match joint.parent {
-            None => (own, root),
+            None => (own, whole(root)),
             // Parents come before their children: `open` has checked it.
             Some(parent) => {
                 let (Some(&turn), Some(&from)) = (world.get(parent), positions.get(parent)) else { continue };
-                (quaternion::multiply(turn, own), add(from, quaternion::rotate(turn, joint.offset)))
+                let [x, y, z] = whole(quaternion::rotate(turn, joint.offset));
+                let place = [from[0].saturating_add(x), from[1].saturating_add(y), from[2].saturating_add(z)];
+                (quaternion::multiply(turn, own), place)
             }
         };
         if let (Some(turn), Some(place)) = (world.get_mut(j), positions.get_mut(j)) {

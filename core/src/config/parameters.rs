@@ -158,7 +158,7 @@ parameters! {
     /// comes or goes.
     4 PRUNE prune: f32 = 0.01, [0.0 to 1.0 - f32::EPSILON / 2.0], &[Method::Mar, Method::Phase];
     /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`.
-    5 CLASSES classes: u8 = 8, [1.0 to 8.0], &[Method::Mar, Method::Phase];
+    5 CLASSES classes: u8 = 4, [1.0 to 8.0], &[Method::Mar, Method::Phase];
     /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations of
     /// the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output.
     6 KAPPA kappa: f32 = 0.25, [0.0 to 1e6], &[Method::Mar];

@@ -29,11 +29,11 @@ use crate::{
 
 /// Most frames in the pool.
 pub const POOL: usize = 64;
-/// Most visits of one search: the [visited set](Visited) has to stay sparse enough to probe.
+/// Most visits of one search: the visited set has to stay sparse enough to probe.
 pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 /// Frames that a search without neighbors to go on from starts with.
-const SPREAD: usize = 96;
+const SPREAD: usize = 48;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
 
@@ -125,7 +125,9 @@ impl Searcher {
                 walk.start_again();
                 walk.seed_all(database.entries(class));
                 walk.seed_spread();
-                walk.run(POOL);
+                // Enough to know how far the class is; the frames that follow find neighbors that are missed. The graph is that
+                // of whole features: where a mask leaves some out, it leads to the neighbors less directly.
+                walk.run(if metric.is_whole() { k.max(limits.pool / 2) } else { POOL });
             }
         }
         let stats = walk.stats;

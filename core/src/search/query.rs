@@ -8,6 +8,10 @@
 //! With weights w, mean cloud m and window p, both about their weighted ground centroids, the turn is
 //! `(cos, sin) ∝ (Σ w (m_x p_x + m_z p_z), Σ w (m_x p_z - m_z p_x))`.
 //!
+//! Poses come in f32. From the joint positions on everything is whole numbers, in the database's unit of length (a
+//! sixteenth of a millimetre for a human): aligned coordinates within 17 bits, their products with the components
+//! within 31.
+//!
 //! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
 //! no feature of the legs, and a mask can leave the arms out.
 
@@ -16,8 +20,11 @@ use crate::{
         Database,
         layout::{MAX_FEATURES, MAX_GROUPS, MAX_WINDOW, query},
     },
-    body::{kinematics, pose::Pose},
-    math::{quaternion::Vector, sqrt},
+    body::{
+        kinematics::{self, Point},
+        pose::Pose,
+    },
+    math::sqrt,
 };
 
 /// A feature: the first F of its numbers are in use. Metres, weighted.
@@ -26,12 +33,22 @@ pub type Feature = [f32; MAX_FEATURES];
 /// Numbers a joint that a window needs to be aligned in.
 pub const ALIGNED: usize = 3 * MAX_WINDOW;
 
+/// Bits behind the point of a joint's position, in units of length: within 8 km of the origin at a sixteenth of a millimetre.
+const FRACTION: u32 = 4;
+
+/// No coordinate is further than this from where it is measured from.
+const FARTHEST: i32 = u16::MAX as i32;
+/// Bits behind the point of a sine.
+const TURN_BITS: u32 = 24;
+/// Bits that a product with a component is shifted by, so that the sum of all products fits: 3 · 8 · 64 of them.
+pub const PRODUCT_BITS: u32 = 10;
+
 /// The joint positions of the last frames.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Window<const J: usize> {
-    /// Ring of clouds, metres, world.
-    clouds: [[Vector; J]; MAX_WINDOW],
+    /// Ring of clouds, world, in parts of a unit of length.
+    clouds: [[Point; J]; MAX_WINDOW],
     /// Place of the newest cloud in the ring.
     newest: u8,
     /// False until the first pose.
@@ -40,7 +57,7 @@ pub struct Window<const J: usize> {
 
 impl<const J: usize> Window<J> {
     /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    const NEW: Self = Self { clouds: [[[0.0; 3]; J]; MAX_WINDOW], newest: 0, filled: false };
+    const NEW: Self = Self { clouds: [[[0; 3]; J]; MAX_WINDOW], newest: 0, filled: false };
 
     /// A window without a pose.
     #[inline(never)]
@@ -57,7 +74,8 @@ impl<const J: usize> Window<J> {
     #[inline(never)]
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
-        kinematics::positions(database, pose, &mut self.clouds[place]);
+        let parts = (1 << FRACTION) as f32 / database.length_unit();
+        kinematics::positions(database, pose, parts, &mut self.clouds[place]);
         if !self.filled {
             let cloud = self.clouds[place];
             self.clouds.fill(cloud);
@@ -66,14 +84,9 @@ impl<const J: usize> Window<J> {
         self.newest = place as u8;
     }
 
-    /// The newest cloud: world positions of the joints, metres.
-    pub fn positions(&self) -> &[Vector; J] {
-        &self.clouds[usize::from(self.newest) % MAX_WINDOW]
-    }
-
     /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
     /// in, [`ALIGNED`] numbers a joint.
-    pub fn feature(&self, database: &Database<'_>, aligned: &mut [f32], feature: &mut Feature) {
+    pub fn feature(&self, database: &Database<'_>, aligned: &mut [i32], feature: &mut Feature) {
         let clouds = Clouds { points: self.clouds.as_flattened(), room: J, newest: usize::from(self.newest) };
         clouds.feature(database, &mut [0; J], aligned, feature);
     }
@@ -82,7 +95,7 @@ impl<const J: usize> Window<J> {
 /// A window, whatever its capacity: what is compiled with the core, for speed, however its caller is.
 #[derive(Clone, Copy)]
 struct Clouds<'a> {
-    points: &'a [Vector],
+    points: &'a [Point],
     /// Joints that a cloud has room for.
     room: usize,
     newest: usize,
@@ -90,7 +103,7 @@ struct Clouds<'a> {
 
 impl<'a> Clouds<'a> {
     /// The cloud at that place of the ring.
-    fn cloud(self, place: usize) -> &'a [Vector] {
+    fn cloud(self, place: usize) -> &'a [Point] {
         self.points.get((place % MAX_WINDOW) * self.room..).unwrap_or(&[])
     }
 
@@ -100,19 +113,19 @@ impl<'a> Clouds<'a> {
         self,
         database: &Database<'_>,
         members: &mut [u8],
-        aligned: &mut [f32],
+        aligned: &mut [i32],
         feature: &mut Feature,
     ) {
         let ends = self.align(database, members, aligned);
         let counts = database.counts();
         let at = query::components(counts.window, counts.joints, counts.features);
-        let mut components = database.query_section().get(at..).unwrap_or(&[]).as_chunks::<4>().0;
+        let mut components = database.query_section().get(at..).unwrap_or(&[]).as_chunks::<2>().0;
         for (f, value) in feature.iter_mut().enumerate().take(counts.features) {
             let group = database.feature_group(f);
             let start = group.checked_sub(1).and_then(|before| ends.get(before)).copied().unwrap_or(0);
             let end = ends.get(group).copied().unwrap_or(start);
             let points = aligned.get(start..end).unwrap_or(&[]);
-            *value = dot(points, components);
+            *value = database.component_step(f) * dot(points, components) as f32;
             components = components.get(points.len()..).unwrap_or(&[]);
         }
     }
@@ -120,43 +133,52 @@ impl<'a> Clouds<'a> {
     /// Brings the window onto the mean cloud, and takes the mean cloud off it: the first joint group's joints from
     /// the oldest frame to the newest, then the next group's, as components are stored. Returns where each joint
     /// group's numbers end.
-    fn align(self, database: &Database<'_>, members: &mut [u8], aligned: &mut [f32]) -> [usize; MAX_GROUPS] {
+    fn align(self, database: &Database<'_>, members: &mut [u8], aligned: &mut [i32]) -> [usize; MAX_GROUPS] {
         let counts = database.counts();
         let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(self.room));
         let data = database.query_section();
-        let weights = data.get(query::weights(window, joints)..).unwrap_or(&[]).as_chunks::<4>().0;
-        let weights = weights.iter().map(|w| f32::from_le_bytes(*w));
-        let mean = data.as_chunks::<12>().0;
+        let weights = data.get(query::weights(window, joints, counts.features)..).unwrap_or(&[]);
+        let mean = data.get(query::mean(counts.features)..).unwrap_or(&[]).as_chunks::<6>().0;
         let oldest = self.newest + MAX_WINDOW + 1 - window;
-        // The clouds of the window, oldest first, each with its part of the mean cloud.
-        let clouds = || {
-            (0..window).map(move |w| {
-                let mean = mean.get(w * joints..).unwrap_or(&[]).iter().map(point);
-                self.cloud(oldest + w).iter().take(joints).zip(mean)
-            })
+        let [here_x, _, here_z] = self.cloud(self.newest).first().copied().unwrap_or_default();
+        // Seen from where the root is now, in parts.
+        let near = |p: &Point| {
+            [p[0].saturating_sub(here_x), p[2].saturating_sub(here_z)]
+                .map(|v| v.clamp(-FARTHEST << FRACTION, FARTHEST << FRACTION))
+        };
+        // A frame of the window, 0 the oldest: each joint's weight, place on the ground, and point of the mean cloud.
+        let frame = |w: usize| {
+            let mean = mean.get(w * joints..).unwrap_or(&[]).iter().map(point);
+            let cloud = self.cloud(oldest + w).iter().take(joints).map(near);
+            weights.iter().map(|&w| i32::from(w)).zip(cloud).zip(mean)
         };
 
-        let (mut total, mut cx, mut cz) = (0.0, 0.0, 0.0);
-        for cloud in clouds() {
-            for ((p, _), weight) in cloud.zip(weights.clone()) {
+        let (mut total, mut cx, mut cz) = (0i64, 0i64, 0i64);
+        for w in 0..window {
+            for ((weight, [x, z]), _) in frame(w) {
+                let [weight, x, z] = [weight, x, z].map(i64::from);
                 total += weight;
-                cx += weight * p[0];
-                cz += weight * p[2];
+                cx += weight * x;
+                cz += weight * z;
             }
         }
-        let inverse = 1.0 / total;
-        (cx, cz) = (cx * inverse, cz * inverse);
+        let [cx, cz] = [cx, cz].map(|sum| (sum / total.max(1)) as i32);
 
-        let (mut a, mut b) = (0.0, 0.0);
-        for cloud in clouds() {
-            for ((p, m), weight) in cloud.zip(weights.clone()) {
-                let (x, z) = (p[0] - cx, p[2] - cz);
-                a += weight * (m[0] * x + m[2] * z);
-                b += weight * (m[0] * z - m[2] * x);
+        let (mut a, mut b) = (0i64, 0i64);
+        for w in 0..window {
+            for ((weight, [x, z]), m) in frame(w) {
+                let [mx, mz, x, z] = [weight * m[0], weight * m[2], x - cx, z - cz].map(i64::from);
+                a += mx * x + mz * z;
+                b += mx * z - mz * x;
             }
         }
+        let (a, b) = (a as f32, b as f32);
         let length = sqrt(a * a + b * b);
-        let (c, s) = if length > 1e-12 { (a / length, b / length) } else { (1.0, 0.0) };
+        let (c, s) = if length > 0.0 { (a / length, b / length) } else { (1.0, 0.0) };
+        let [c, s] = [c, s].map(|v| i64::from((v * (1 << TURN_BITS) as f32) as i32));
+        // A coordinate on the ground lies within 2^22 parts, the sum of both products within 2^47.
+        let turned = |v: i64| ((v + (1 << (TURN_BITS + FRACTION - 1))) >> (TURN_BITS + FRACTION)) as i32;
+        let units = |parts: i32| parts.saturating_add(1 << (FRACTION - 1)) >> FRACTION;
         let mut slots = aligned.as_chunks_mut::<3>().0.iter_mut();
         let mut ends = [0; MAX_GROUPS];
         let mut end = 0;
@@ -168,9 +190,11 @@ impl<'a> Clouds<'a> {
                 let mean = mean.get(w * joints..).unwrap_or(&[]);
                 for j in members.iter().take(count).map(|&j| usize::from(j)) {
                     let (Some(p), Some(m)) = (cloud.get(j), mean.get(j).map(point)) else { continue };
-                    let (x, z) = (p[0] - cx, p[2] - cz);
+                    let [x, z] = near(p);
+                    let [x, z] = [x - cx, z - cz].map(i64::from);
                     if let Some(slot) = slots.next() {
-                        *slot = [c * x + s * z - m[0], p[1] - m[1], c * z - s * x - m[2]];
+                        let found = [turned(c * x + s * z), units(p[1]), turned(c * z - s * x)];
+                        *slot = core::array::from_fn(|i| held(found[i].saturating_sub(m[i])));
                         end += 3;
                     }
                 }
@@ -181,38 +205,32 @@ impl<'a> Clouds<'a> {
     }
 }
 
-/// A point of the mean cloud.
-fn point(stored: &[u8; 12]) -> Vector {
-    let (numbers, _) = stored.as_chunks::<4>();
-    core::array::from_fn(|i| numbers.get(i).map_or(0.0, |n| f32::from_le_bytes(*n)))
+/// A coordinate held within 17 bits.
+fn held(coordinate: i32) -> i32 {
+    coordinate.clamp(-FARTHEST, FARTHEST)
 }
 
-/// The dot product of points and a stored component. Eight sums side by side, added in a fixed order, so that vector
-/// units and scalar ones agree bit for bit.
-fn dot(points: &[f32], component: &[[u8; 4]]) -> f32 {
-    let mut sums = [0.0f32; 8];
-    let (chunks, rest) = points.as_chunks::<8>();
-    let (stored, stored_rest) = component.as_chunks::<8>();
-    for (points, stored) in chunks.iter().zip(stored) {
-        let term = |i: usize| points[i] * f32::from_le_bytes(stored[i]);
+/// A point of the mean cloud.
+fn point(stored: &[u8; 6]) -> Point {
+    let (numbers, _) = stored.as_chunks::<2>();
+    core::array::from_fn(|i| numbers.get(i).map_or(0, |&n| i32::from(i16::from_le_bytes(n))))
+}
+
+/// The sum of the products of an aligned window with a stored component, each shifted by [`PRODUCT_BITS`].
+fn dot(points: &[i32], component: &[[u8; 2]]) -> i32 {
+    let product =
+        |point: i32, stored: [u8; 2]| (point * i32::from(i16::from_le_bytes(stored))) >> PRODUCT_BITS;
+    // A shift rounds down, by half on average.
+    let mut sum = points.len() as i32 / 2;
+    let (chunks, rest) = points.as_chunks::<4>();
+    let (stored, stored_rest) = component.as_chunks::<4>();
+    for (p, c) in chunks.iter().zip(stored) {
         // Written out, so that it is straight code whatever the compiler is told of loops.
-        sums = [
-            sums[0] + term(0),
-            sums[1] + term(1),
-            sums[2] + term(2),
-            sums[3] + term(3),
-            sums[4] + term(4),
-            sums[5] + term(5),
-            sums[6] + term(6),
-            sums[7] + term(7),
-        ];
+        sum += product(p[0], c[0]) + product(p[1], c[1]) + product(p[2], c[2]) + product(p[3], c[3]);
     }
-    // What does not fill eight lies behind the last eight taken.
+    // What does not fill four lies behind the last four taken.
     let stored = stored.get(chunks.len()).map_or(stored_rest, |next| next.as_slice());
-    for ((sum, point), stored) in sums.iter_mut().zip(rest).zip(stored) {
-        *sum += point * f32::from_le_bytes(*stored);
-    }
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+    sum + rest.iter().zip(stored).map(|(&p, &c)| product(p, c)).sum::<i32>()
 }
 
 impl<const J: usize> Default for Window<J> {

@@ -1,7 +1,5 @@
 //! The rows that a search has measured: a hash set of fixed size.
 
-use crate::blob::layout::NONE;
-
 /// Room for rows: more than any search adds, so that every row finds a place.
 pub const SLOTS: usize = 512;
 
@@ -9,7 +7,8 @@ pub const SLOTS: usize = 512;
 /// row from ten others looks at some 6,000. Rows that were chosen to collide would take hundreds each.
 pub const PATIENCE: u16 = 16_384;
 
-/// A set of fewer than [`SLOTS`] rows, in 1 KB.
+/// A set of fewer than [`SLOTS`] rows, in 1 KB: each row and 1, or 0 for none. All zeros without rows, so that a stylizer that
+/// is a static takes no flash.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Visited([u16; SLOTS]);
@@ -18,16 +17,16 @@ impl Visited {
     /// No row.
     #[inline]
     pub const fn new() -> Self {
-        Self([NONE; SLOTS])
+        Self([0; SLOTS])
     }
 
     /// Removes every row.
     #[inline]
     pub fn clear(&mut self) {
-        self.0 = [NONE; SLOTS];
+        self.0 = [0; SLOTS];
     }
 
-    /// Adds a row other than [`NONE`]. False if it is in the set, or `patience` is used up before a place is found.
+    /// Adds a row other than [`NONE`](crate::blob::layout::NONE). False if it is in the set, or `patience` is used up before a place is found.
     #[inline]
     pub fn insert(&mut self, row: u16, patience: &mut u16) -> bool {
         // Fibonacci hashing: nine bits for the slot; the other seven for the steps from there, which are odd, so that they
@@ -35,11 +34,11 @@ impl Visited {
         let hash = row.wrapping_mul(40_503);
         let mut slot = usize::from(hash >> 7);
         while let Some(place) = self.0.get_mut(slot & (SLOTS - 1)) {
-            if *place == NONE {
-                *place = row;
+            if *place == 0 {
+                *place = row.wrapping_add(1);
                 return true;
             }
-            if *place == row || *patience == 0 {
+            if *place == row.wrapping_add(1) || *patience == 0 {
                 return false;
             }
             *patience -= 1;
@@ -52,6 +51,7 @@ impl Visited {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blob::layout::NONE;
 
     /// Occupied slots that it takes to add rows, and to come to each from ten others.
     fn collisions(rows: impl Iterator<Item = u16> + Clone) -> u32 {

@@ -195,7 +195,7 @@ typedef enum GestusParameter {
   // class comes or goes. 0 to 0.99999994. Default 0.01.
   GESTUS_PARAMETER_PRUNE = 4,
   // Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`. 1 to
-  // 8. Default 8.
+  // 8. Default 4.
   GESTUS_PARAMETER_CLASSES = 5,
   // Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations
   // of the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output. 0 to 1000000.

@@ -39,7 +39,7 @@ pub const LONG: (usize, usize) = (10_000, 250);
 /// Length of a generated clip, seconds.
 const SECONDS: f64 = 12.0;
 /// The database of the long stream: a small golden file, which is kept as long as its format version.
-pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v1-legs.gestus");
+pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v2-legs.gestus");
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]

@@ -5,9 +5,9 @@ use gestus_core::link::buffer_length;
 /// Bytes that do not depend on the capacities.
 pub const FIXED_BYTES: usize = 2692;
 /// Bytes that a joint adds.
-pub const JOINT_BYTES: usize = 688;
+pub const JOINT_BYTES: usize = 628;
 /// Bytes that a neighbor adds.
-pub const NEIGHBOR_BYTES: usize = 92;
+pub const NEIGHBOR_BYTES: usize = 100;
 /// Bytes that a class adds, besides its neighbors.
 pub const CLASS_BYTES: usize = 9;
 /// Bytes that a neighbor adds in each class.

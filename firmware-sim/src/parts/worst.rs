@@ -4,11 +4,11 @@
 //! The code bounds the work of a frame. Searching C classes computes at most C V + 448 distances, V being
 //! `Config::visits`: after a jump a class is searched again, with the visits that the others have not used and at most
 //! 448 more. Each kept class unpacks and fits at most K examples. At most `Config::classes` classes are kept, and at
-//! most 4 at the start of the stream or if most of the database's C₀ classes have jumped. With G = min(classes, C) and
-//! G₄ = min(G, 4), a frame is one of
+//! most 2 at the start of the stream or if most of the database's C₀ classes have jumped. With G = min(classes, C) and
+//! G₂ = min(G, 2), a frame is one of
 //!
 //! ```text
-//! first       C V visits              G₄ + 1 classes unpacked (the nearest twice)
+//! first       C V visits              G₂ + 1 classes unpacked (the nearest twice)
 //! follow      C V + 448 visits        G
 //! ```
 //!
@@ -29,7 +29,7 @@ use super::{
 };
 
 /// Classes kept at the start of the stream or after a jump, as in the core.
-const KEPT_AFTER_JUMP: usize = 4;
+const KEPT_AFTER_JUMP: usize = 2;
 /// Additional visits of a frame in which classes are searched again, as in the core.
 const EXTRA_VISITS: usize = MAX_VISITS as usize;
 
@@ -147,11 +147,11 @@ mod tests {
     fn the_work_is_that_of_the_table() {
         let shape = Shape { classes: 28, ..Shape::new(21, 40, 28) };
         let [first, follow] = shape.work();
-        assert_eq!((first.visits, first.used, first.examples), (28.0 * 256.0, 5.0, 200.0));
+        assert_eq!((first.visits, first.used, first.examples), (28.0 * 256.0, 3.0, 120.0));
         assert_eq!((follow.visits, follow.used), (28.0 * 256.0 + 448.0, 8.0));
         assert_eq!((follow.dofs, follow.rows), (67.0, 8.0 / 5.0));
         let labelled = Shape { searched: vec![1000; 7], ..shape.clone() };
-        assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(1792.0, 5.0), (2240.0, 7.0)]);
+        assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(1792.0, 3.0), (2240.0, 7.0)]);
         // A class of 100 rows is searched exhaustively. Its unused visits go to the other class, which uses at most as
         // many again as its own.
         let small = Shape { searched: vec![100, 1000], classes: 2, ..shape };

@@ -119,26 +119,25 @@ fn dofs_and_their_scales() {
 fn the_query() {
     let c = *database().counts();
     let id = section::QUERY;
-    let weights = query::weights(c.window, c.joints);
-    let scales = query::scales(c.window, c.joints);
+    let weights = query::weights(c.window, c.joints, c.features);
+    for v in [0.0, -1.0, 1e7, 0.001].into_iter().chain(NOT_FINITE) {
+        refuses_value("unit", id, query::UNIT, &float(v), 0);
+    }
     let components = query::components(c.window, c.joints, c.features);
-    for v in [-1.0, 1e7].into_iter().chain(NOT_FINITE) {
-        refuses_value("weight", id, weights + 4 * 13, &float(v), 13);
+    for v in [16_385i16, -16_385, i16::MAX, i16::MIN] {
+        refuses_value("component", id, components + 40, &v.to_le_bytes(), components / 2 + 20);
     }
-    refuses_value("no weight at all", id, weights, &vec![0; 4 * c.joints], 0);
+    refuses_value("no weight at all", id, weights, &vec![0; c.joints], 0);
     for v in [0.0, -1.0, 1e7].into_iter().chain(NOT_FINITE) {
-        refuses_value("scale", id, scales + 4 * 3, &float(v), 3);
-    }
-    for v in [1e7, -1e7].into_iter().chain(NOT_FINITE) {
-        refuses_value("mean cloud", id, 4 * 17, &float(v), 17);
-        refuses_value("component", id, components + 40, &float(v), components / 4 + 10);
+        refuses_value("scale", id, query::SCALES + 4 * 3, &float(v), 3);
+        refuses_value("step", id, query::steps(c.features) + 4 * 3, &float(v), 3);
     }
     // A feature of a group that has no joint needs no coordinates.
     let last = c.features - 1;
     let joints =
         (0..c.joints).filter(|&j| database().joint_group(j) == database().feature_group(last)).count();
     let nowhere = with_section(blob(), id, |b| {
-        b.truncate(b.len() - 12 * c.window * joints);
+        b.truncate(b.len() - 6 * c.window * joints);
         b[query::groups(c.window, c.joints, c.features) + last] = c.groups as u8;
     });
     refuses("group", &nowhere, value(id, last));
@@ -147,10 +146,12 @@ fn the_query() {
     for (id, change) in [(section::QUERY, true), (section::FEATURES, false)] {
         fewer = rebuilt(&fewer, id, |b| {
             if change {
-                b.truncate(b.len() - 12 * c.window * joints);
+                b.truncate(b.len() - 6 * c.window * joints);
                 b[query::groups(c.window, c.joints, c.features) + last] = 1;
-                let scale = scales + 4 * last;
-                b.drain(scale..scale + 4);
+                // The step first, which lies behind the scale.
+                for at in [query::steps(c.features) + 4 * last, query::SCALES + 4 * last] {
+                    b.drain(at..at + 4);
+                }
             } else {
                 let kept: Vec<u8> = b.chunks(c.features).flat_map(|f| f[..last].iter().copied()).collect();
                 *b = kept;

@@ -3,7 +3,7 @@
 
 use gestus_core::{
     blob::layout::{MAX_FEATURES, query},
-    search::metric::TOTAL,
+    search::{metric::TOTAL, query::PRODUCT_BITS},
 };
 use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
@@ -30,7 +30,9 @@ pub struct FeatureSpace {
     /// Mean cloud: weighted ground centroid at the origin, facing +Z. Shape `[window · joints]`.
     pub mean: Cloud,
     /// Weight of each joint in the alignment, shape `[joints]`.
-    pub align_weights: Vec<f64>,
+    pub align_weights: Vec<u8>,
+    /// Metres for one unit of length, in which core aligns windows: a power of two.
+    pub unit: f64,
     /// Joint group of each component, ascending.
     pub groups: Vec<usize>,
     /// Components, weights folded in; zero outside their group. Shape `[features][window · joints · 3]`.
@@ -45,12 +47,12 @@ impl FeatureSpace {
     pub fn of(body: &Body, joint_groups: &[usize], clouds: &[Cloud], window: usize, most: usize) -> Self {
         let joints = body.skeleton.joints();
         // Arms gesture: they do not say where a body stands, whatever group they are in.
-        let align_weights: Vec<f64> =
-            body.landmarks.groups.iter().map(|&g| if g == 0 { 1.0 } else { 0.0 }).collect();
+        let align_weights = body.landmarks.groups.iter().map(|&g| u8::from(g == 0)).collect();
         let mut space = Self {
             window,
             mean: start_cloud(body, &clouds[0]),
             align_weights,
+            unit: 1.0,
             groups: Vec::new(),
             components: Vec::new(),
             scales: Vec::new(),
@@ -97,12 +99,15 @@ impl FeatureSpace {
         space.groups = found.iter().map(|f| f.1).collect();
         space.components = found.into_iter().map(|f| f.2).collect();
         let mut scales = vec![1e-9f64; space.components.len()];
+        let mut farthest = space.mean.iter().map(Vector3::amax).fold(1e-3, f64::max);
         for cloud in clouds {
+            farthest = space.aligned(cloud).iter().map(Vector3::amax).fold(farthest, f64::max);
             for (scale, value) in scales.iter_mut().zip(space.feature(cloud)) {
                 *scale = scale.max(value.abs() / 127.0);
             }
         }
         space.scales = on_one_grid(&scales);
+        space.unit = (farthest / f64::from(i16::MAX)).log2().ceil().exp2();
         space
     }
 
@@ -120,10 +125,10 @@ impl FeatureSpace {
     }
 
     fn centred(&self, cloud: &Cloud) -> Cloud {
-        let weights = self.align_weights.iter().cycle();
-        let total: f64 = self.align_weights.iter().sum::<f64>() * self.window as f64;
+        let weights = || self.align_weights.iter().map(|&w| f64::from(w));
+        let total: f64 = weights().sum::<f64>() * self.window as f64;
         let centre: Vector3<f64> =
-            cloud.iter().zip(weights).map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
+            cloud.iter().zip(weights().cycle()).map(|(p, w)| p * w).sum::<Vector3<f64>>() / total;
         cloud.iter().map(|p| p - Vector3::new(centre.x, 0.0, centre.z)).collect()
     }
 
@@ -132,6 +137,7 @@ impl FeatureSpace {
         let centred = self.centred(cloud);
         let (mut a, mut b) = (0.0, 0.0);
         for ((p, m), w) in centred.iter().zip(&self.mean).zip(self.align_weights.iter().cycle()) {
+            let w = f64::from(*w);
             a += w * (m.x * p.x + m.z * p.z);
             b += w * (m.x * p.z - m.z * p.x);
         }
@@ -142,18 +148,27 @@ impl FeatureSpace {
 
     /// The query section of the blob.
     pub fn section(&self, joint_groups: &[usize]) -> Vec<u8> {
-        let joints = joint_groups.len();
+        let (joints, features) = (joint_groups.len(), self.groups.len());
         let mut bytes = Vec::new();
         let mut put = |value: f64| bytes.extend((value as f32).to_le_bytes());
-        self.mean.iter().flat_map(|p| p.data.0[0]).for_each(&mut put);
-        self.align_weights.iter().copied().for_each(&mut put);
+        // A component's largest number takes all of its bits.
+        let parts: Vec<f64> = self
+            .components
+            .iter()
+            .map(|c| c.iter().fold(1e-9, |most: f64, v| most.max(v.abs())) / f64::from(query::MOST_COMPONENT))
+            .collect();
+        put(self.unit);
         self.scales.iter().copied().for_each(&mut put);
+        parts.iter().map(|part| self.unit * part * f64::from(1 << PRODUCT_BITS)).for_each(&mut put);
+        let mut put = |value: f64| bytes.extend((value.round() as i16).to_le_bytes());
+        self.mean.iter().flat_map(|p| p.data.0[0]).for_each(|v| put(v / self.unit));
+        bytes.extend(&self.align_weights);
         bytes.extend(self.groups.iter().map(|&g| g as u8));
-        bytes.resize(query::components(self.window, joints, self.groups.len()), 0);
-        for (component, &group) in self.components.iter().zip(&self.groups) {
+        bytes.resize(query::components(self.window, joints, features), 0);
+        for ((component, part), &group) in self.components.iter().zip(parts).zip(&self.groups) {
             for (i, value) in component.iter().enumerate() {
                 if joint_groups[i / 3 % joints] == group {
-                    bytes.extend((*value as f32).to_le_bytes());
+                    bytes.extend(((value / part).round() as i16).to_le_bytes());
                 }
             }
         }

@@ -210,7 +210,7 @@ fn stream(
     let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
     let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
     let mut feature = [0.0; MAX_FEATURES];
-    let mut aligned = [0.0; ALIGNED * MAX_JOINTS];
+    let mut aligned = [0; ALIGNED * MAX_JOINTS];
     for (t, pose) in poses.iter().enumerate() {
         window.push(database, pose);
         window.feature(database, &mut aligned, &mut feature);

@@ -26,7 +26,7 @@ pub use frames::{block, class, clip, cycle, flag, timing};
 /// First bytes of every blob.
 pub const MAGIC: [u8; 8] = *b"GESTUS\r\n";
 /// Version of the format that this core reads.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Every section starts on a multiple of this.
 pub const ALIGNMENT: usize = 16;
 /// Explicit graph edges of a frame. The frames before and after it are edges too, and not stored.

@@ -28,7 +28,7 @@ impl Database<'_> {
     /// Unpacks the dofs of a row into the first D places of `dofs`: metres, radians, and those a second.
     pub fn decode(&self, row: usize, dofs: &mut [f32]) {
         let dofs = dofs.get_mut(..self.counts.dofs).unwrap_or(&mut []);
-        let _ = self.unpack(row, dofs, |slot, [value]| *slot = value);
+        let _ = self.unpack(row, dofs, |slot, [value]| *slot = value as f32);
         if !self.counts.dofs.is_multiple_of(2)
             && let Some(last) = dofs.last_mut()
         {
@@ -46,15 +46,15 @@ impl Database<'_> {
         }
     }
 
-    /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps, to `put`. Returns the
+    /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps (-32,768 to 65,534), to `put`. Returns the
     /// bytes read; `None`, and no call of `put`, if the rows are not in one block. With an odd number of dofs the slot behind
-    /// the last, which a [`crate::methods::mixture::regression::Example`] has, receives meaningless values.
+    /// the last, which a [`crate::methods::mixture::variables::Example`] has, receives meaningless values.
     #[inline]
     pub(crate) fn unpack<const N: usize, T>(
         &self,
         row: usize,
         slots: &mut [T],
-        put: impl Fn(&mut T, [f32; N]),
+        put: impl Fn(&mut T, [i32; N]),
     ) -> Option<u32> {
         if (row & (self.counts.block_rows - 1)) + N > self.counts.block_rows {
             return None;
@@ -91,7 +91,7 @@ fn below(width: u32) -> u32 {
 
 /// Unpacks `N` rows of one block. Not inlined, so that the caller's variables do not take its registers.
 #[inline(never)]
-fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&mut T, [f32; N])) {
+fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&mut T, [i32; N])) {
     // Any field of a row can be read as four bytes: other fields or the padding follow it.
     let length = packed.row_bytes + block::PADDING - 1;
     let mut rows: [&[u8]; N] = [&[]; N];
@@ -112,11 +112,10 @@ fn unpack<const N: usize, T>(packed: Packed<'_>, slots: &mut [T], put: impl Fn(&
         let bases = i32::from_le_bytes(*bases);
         let (first, second) = (u32::from(widths & 15), u32::from(widths >> 4));
         let mut fields = read(bit);
-        // Base and field are small whole numbers: the sum and its conversion are exact.
-        put(even, fields.map(|f| (i32::from(bases as i16) + (f & below(first)) as i32) as f32));
+        put(even, fields.map(|f| i32::from(bases as i16) + (f & below(first)) as i32));
         // A read gives at least 25 bits: usually both fields.
         fields = if first + second <= 25 { fields.map(|f| f >> first) } else { read(bit + first as usize) };
-        put(odd, fields.map(|f| ((bases >> 16) + (f & below(second)) as i32) as f32));
+        put(odd, fields.map(|f| (bases >> 16) + (f & below(second)) as i32));
         bit += (first + second) as usize;
     }
 }

@@ -38,7 +38,7 @@ impl<'db> Database<'db> {
     /// Scale of a stored feature: metres of one step.
     #[inline(never)]
     pub fn feature_scale(&self, feature: usize) -> f32 {
-        f32_at(self.required.query, query::scales(self.counts.window, self.counts.joints) + 4 * feature)
+        f32_at(self.required.query, query::SCALES + 4 * feature)
     }
 
     /// Joint group of a feature.
@@ -46,6 +46,18 @@ impl<'db> Database<'db> {
     pub fn feature_group(&self, feature: usize) -> usize {
         let at = query::groups(self.counts.window, self.counts.joints, self.counts.features) + feature;
         self.required.query.get(at).copied().map_or(0, usize::from)
+    }
+
+    /// Metres for one unit of length of the query section.
+    #[inline]
+    pub fn length_unit(&self) -> f32 {
+        f32_at(self.required.query, query::UNIT)
+    }
+
+    /// Metres for one step of a component's sum of products.
+    #[inline]
+    pub fn component_step(&self, feature: usize) -> f32 {
+        f32_at(self.required.query, query::steps(self.counts.features) + 4 * feature)
     }
 
     /// The query section, as [`query`] divides it.

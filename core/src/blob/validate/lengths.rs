@@ -16,7 +16,7 @@ pub(super) fn lengths(db: &Database<'_>) -> Checked {
     let coordinates: usize =
         (0..c.features).map(|f| 3 * c.window * joints_of_group(db, db.feature_group(f))).sum();
     let query =
-        if c.features > 0 { query::components(c.window, c.joints, c.features) + 4 * coordinates } else { 0 };
+        if c.features > 0 { query::components(c.window, c.joints, c.features) + 2 * coordinates } else { 0 };
     let Required { manifest, knots, rows, .. } = db.required;
     let need = Required {
         // Decoded below.

@@ -20,7 +20,6 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
     reserved(id, Record(bytes).zero(lti::RESERVED))?;
     let from = u16_at(bytes, lti::FROM.start);
     check(id, models, usize::from(from) < c.styles)?;
-    let mut labels = Labels::new();
     for i in 0..models {
         let entry = Record::of(bytes.get(lti::HEADER..).unwrap_or(&[]), i, lti::ENTRY);
         let model = db.linear_model(i);
@@ -29,14 +28,26 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
             && model.action.is_none_or(|a| usize::from(a) < c.actions);
         check(id, i, labels_fit && entry.u32(lti::OFFSET) as usize == next)?;
         // One unit a joint and two more for the root; a stylizer has memory for the states of as many joints.
-        let once = labels.insert(model.style, model.action);
-        check(id, i, once && model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
+        check(id, i, model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
         next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;
         check(id, i, one_model(&model, c.dofs))?;
     }
     length(id, next, bytes.len())?;
-    check(id, models, labels.cover(c.styles, Some(from)))
+    labels(db, from)
+}
+
+/// Checks that no two models have the same labels, and that every style but `from` has one of all actions.
+// Not inlined: the labels are not on the stack while poles are checked.
+#[inline(never)]
+fn labels(db: &Database<'_>, from: u16) -> Checked {
+    let mut labels = Labels::new();
+    let models = db.linear_models();
+    for i in 0..models {
+        let model = db.linear_model(i);
+        check(section::LTI, i, labels.insert(model.style, model.action))?;
+    }
+    check(section::LTI, models, labels.cover(db.counts().styles, Some(from)))
 }
 
 #[inline]

@@ -1,4 +1,4 @@
-//! The query section: alignment weights, scales, groups, mean cloud and components.
+//! The query section: unit, scales, alignment weights, groups and components. Any mean cloud will do.
 
 use crate::blob::{
     Database,
@@ -13,25 +13,26 @@ pub(super) fn query_section(db: &Database<'_>) -> Checked {
     if c.features == 0 {
         return Ok(());
     }
+    let unit = f32_at(db.required.query, query::UNIT);
+    let is_power_of_two = unit.to_bits() & 0x7f_ffff == 0;
+    check(section::QUERY, 0, is_power_of_two && (1e-9..=1e6).contains(&unit))?;
     let groups = query::groups(c.window, c.joints, c.features);
-    let components = query::components(c.window, c.joints, c.features);
-    let mut weight = 0.0;
-    for j in 0..c.joints {
-        let w = f32_at(db.required.query, query::weights(c.window, c.joints) + 4 * j);
-        check(section::QUERY, j, (0.0..=1e6).contains(&w))?;
-        weight += w;
-    }
-    check(section::QUERY, 0, weight > 1e-6)?;
+    let weights = db.required.query.get(groups - c.joints..groups).unwrap_or(&[]);
+    let weight = c.window * weights.iter().map(|&w| usize::from(w)).sum::<usize>();
+    check(section::QUERY, 0, (1..=query::MOST_WEIGHT).contains(&weight))?;
     for f in 0..c.features {
-        let scale_fits = (1e-9..=1e6).contains(&db.feature_scale(f));
-        check(section::QUERY, f, scale_fits && db.feature_group(f) < c.groups)?;
+        let step = f32_at(db.required.query, query::steps(c.features) + 4 * f);
+        let numbers_fit = [db.feature_scale(f), step].iter().all(|n| (1e-9..=1e6).contains(n));
+        check(section::QUERY, f, numbers_fit && db.feature_group(f) < c.groups)?;
     }
+    let components = query::components(c.window, c.joints, c.features);
     reserved(section::QUERY, Record(db.required.query).zero(groups + c.features..components))?;
-    // Mean cloud and components: coordinates of a body, and entries of unit vectors times weights.
-    for range in [0..query::weights(c.window, c.joints), components..db.required.query.len()] {
-        for at in range.step_by(4) {
-            check(section::QUERY, at / 4, (-1e6..=1e6).contains(&f32_at(db.required.query, at)))?;
-        }
+    // So that no product with a coordinate overflows.
+    for (i, number) in
+        db.required.query.get(components..).unwrap_or(&[]).as_chunks::<2>().0.iter().enumerate()
+    {
+        let fits = i16::from_le_bytes(*number).unsigned_abs() <= query::MOST_COMPONENT;
+        check(section::QUERY, components / 2 + i, fits)?;
     }
     Ok(())
 }

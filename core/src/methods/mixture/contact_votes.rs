@@ -25,7 +25,7 @@ use crate::{
         layout::{dof, flag},
     },
     math::clamp,
-    methods::mixture::regression::{X, X_PREV},
+    methods::mixture::variables::{Factor, X, X_PREV, parts_per_unit},
 };
 
 /// Seconds τ by which rates of leg dofs count against the dofs.
@@ -35,6 +35,8 @@ const LEAST: f32 = 3e-8;
 /// Most neighbors of a frame that vote, over all of its classes: where more than four classes of 40 are kept, the nearest
 /// of each do.
 pub const MOST_VOTERS: usize = 160;
+/// Parts of a radian in which legs are compared.
+const UNITS: f32 = 131_072.0;
 /// How much of a frame's likelihood the filter takes up.
 const TAKEN: f32 = 0.9;
 /// Mean delay of the filter: what an exponential filter of that gain delays a slope by.
@@ -81,13 +83,15 @@ pub fn voters(classes: usize) -> usize {
 }
 
 /// Votes for the left and the right foot.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Votes {
     stands: [f32; 2],
     total: [f32; 2],
-    /// How many neighbors of a class vote; 0 by default.
+    /// How many neighbors of a class vote.
     pub wanted: usize,
+    /// The input's legs, left and right.
+    legs: [LegQuery; 2],
 }
 
 impl Votes {
@@ -95,6 +99,19 @@ impl Votes {
     #[inline]
     pub fn of(classes: usize) -> Self {
         Self { wanted: voters(classes), ..Self::default() }
+    }
+
+    /// Takes in the legs of the input, dofs and those of the frame before, if the blob names any.
+    pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
+        for (query, leg) in self.legs.iter_mut().zip(database.legs().iter().flatten()) {
+            query.set(database, leg, x, x_prev);
+        }
+    }
+
+    /// Squared distances of an example from the input, seen from the left and the right foot, rad².
+    pub fn distances2(&self, example: &[[i32; 4]]) -> [f32; 2] {
+        let [left, right] = &self.legs;
+        [left.distance2(example), right.distance2(example)]
     }
 
     /// Counts a neighbor: its label, left and right from 0 to 1, its squared distance seen from each foot, and its
@@ -123,65 +140,70 @@ impl Votes {
 }
 
 /// A leg of the input, ready to be compared with those of examples.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) struct LegQuery {
-    joints: [QueryJoint; 3],
-    /// Weight of the changes from frame to frame: τ times the frames a second.
-    rate_weight: f32,
-}
+struct LegQuery([QueryJoint; 3]);
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct QueryJoint {
     /// The first of its three dofs.
     first: usize,
-    /// Quantisation step, dof and dof in the frame before.
-    dofs: [[f32; 3]; 3],
+    dofs: [QueryDof; 3],
+}
+
+/// A dof, and the dof in the frame before, in parts as those of examples are.
+#[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct QueryDof {
+    pose: Factor,
+    /// Of the change from frame to frame: τ times the frames a second.
+    rate: Factor,
+    x: i32,
+    x_prev: i32,
 }
 
 impl LegQuery {
-    /// No leg yet.
-    pub const EMPTY: Self =
-        Self { joints: [QueryJoint { first: 0, dofs: [[0.0; 3]; 3] }; 3], rate_weight: 0.0 };
-
     /// Takes in a leg of the dofs `x`, which were `x_prev` in the frame before. In its place: to return it would take
     /// its room on the stack once more.
-    #[inline]
-    pub fn set(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
-        self.rate_weight = RATE_WEIGHT_S * database.rate_hz();
-        for (joint, of) in self.joints.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
+    #[inline(never)]
+    fn set(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
+        let rate = RATE_WEIGHT_S * database.rate_hz();
+        for (joint, of) in self.0.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
             // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
             joint.first = dof::JOINTS + 3 * of.saturating_sub(1);
             for (d, dof) in (joint.first..).zip(&mut joint.dofs) {
-                let at = |values: &[f32]| values.get(d).copied().unwrap_or(0.0);
-                *dof = [database.step(d), at(x), at(x_prev)];
+                let step = database.step(d);
+                let parts = parts_per_unit(step);
+                let at = |values: &[f32]| (values.get(d).copied().unwrap_or(0.0) * parts) as i32;
+                *dof = QueryDof {
+                    pose: Factor::new(step, UNITS),
+                    rate: Factor::new(step, UNITS * rate),
+                    x: at(x),
+                    x_prev: at(x_prev),
+                };
             }
         }
     }
 
     /// Squared distance from an example's leg: pose and rate of its nine dofs, rad².
     #[inline(never)]
-    pub fn distance2(&self, example: &[[f32; 4]]) -> f32 {
-        let mut sum = 0.0;
-        for joint in &self.joints {
+    fn distance2(&self, example: &[[i32; 4]]) -> f32 {
+        let mut sum = 0;
+        for joint in &self.0 {
             let Some(theirs) = example.get(joint.first..).and_then(|rest| rest.first_chunk::<3>()) else {
                 continue;
             };
             let term = |i: usize| {
-                let (Some(&[step, x, x_prev]), Some(theirs)) = (joint.dofs.get(i), theirs.get(i)) else {
-                    return 0.0;
-                };
-                // Examples are in quantisation steps.
-                let pose = x - step * theirs[X];
-                let before = x_prev - step * theirs[X_PREV];
-                let rate = self.rate_weight * (pose - before);
-                pose * pose + rate * rate
+                let (dof, theirs) = (&joint.dofs[i], &theirs[i]);
+                let pose = dof.x.saturating_sub(theirs[X]);
+                let before = dof.x_prev.saturating_sub(theirs[X_PREV]);
+                dof.pose.squared(pose) + dof.rate.squared(pose.saturating_sub(before))
             };
             // Written out, so that it is straight code whatever the compiler is told of loops.
-            sum = sum + term(0) + term(1) + term(2);
+            sum += term(0) + term(1) + term(2);
         }
-        sum
+        sum as f32 * (1.0 / (UNITS * UNITS))
     }
 }
 

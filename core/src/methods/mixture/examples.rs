@@ -12,13 +12,15 @@ use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     methods::mixture::{
         contact_votes::Stands,
-        regression::{X, X_PREV, Y, Y_PREV},
+        variables::{FRACTION, X, X_PREV, Y, Y_PREV},
     },
     stylizer::style_mix::Mix,
 };
 
 /// Longest run of rows that is unpacked at once.
 const MAX_RUN: usize = 4;
+/// A weight of 1.
+const ONE: f32 = (1 << FRACTION) as f32;
 
 /// The styles that have weight, by number.
 pub(crate) type ActiveStyles = heapless::Vec<u8, MAX_STYLES>;
@@ -45,7 +47,7 @@ pub(crate) struct Read {
 }
 
 /// Reads the example at `row`, a searchable row of `class`, with its outputs in the `active` styles, by their weights in
-/// `mix`; `variables` as in [`crate::methods::mixture::regression::Example`].
+/// `mix`; `variables` as in [`Example`](super::variables::Example).
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
 pub(crate) fn read(
@@ -54,7 +56,7 @@ pub(crate) fn read(
     row: usize,
     mix: Mix<'_>,
     active: &[u8],
-    variables: &mut [[f32; 4]],
+    variables: &mut [[i32; 4]],
 ) -> Read {
     let mut read = Read::default();
     // `open` has checked that a searchable row has a row before it, and its counterparts.
@@ -63,35 +65,44 @@ pub(crate) fn read(
     };
     // Outputs are added up, from 0.
     let both = database.unpack(before, variables, |slot, [x_prev, x]| {
-        *slot = [0.0; 4];
-        slot[X_PREV] = x_prev;
-        slot[X] = x;
+        *slot = [0; 4];
+        slot[X_PREV] = x_prev << FRACTION;
+        slot[X] = x << FRACTION;
     });
     read.bytes += both.unwrap_or_else(|| {
-        variables.fill([0.0; 4]);
-        let one = |row, place: usize, variables: &mut [[f32; 4]]| {
-            database.unpack(row, variables, |slot, [value]| slot[place & 3] = value).unwrap_or(0)
+        variables.fill([0; 4]);
+        let one = |row, place: usize, variables: &mut [[i32; 4]]| {
+            database.unpack(row, variables, |slot, [value]| slot[place & 3] = value << FRACTION).unwrap_or(0)
         };
         one(before, X_PREV, variables) + one(row, X, variables)
     });
     let outputs = database.outputs();
     let share = if outputs > 1 { 0.5 } else { 1.0 };
+    // Of all weights so far: they are rounded together, so that they sum up to 1.
+    let (mut sum, mut parts) = (0.0, 0);
     for table in 0..outputs {
         for style in active.iter().map(|&style| usize::from(style)) {
             let Some(counterpart) = database.counterpart(cycle, row, style, table) else { continue };
             let weight = share * mix.weight(style);
             read.step_s += weight * counterpart.step_s;
             read.stands.add(database, counterpart.now, row, weight);
-            read.bytes += blend(database, &counterpart, weight, variables);
+            sum += weight;
+            let before = core::mem::replace(&mut parts, rounded(sum * ONE));
+            read.bytes += blend(database, &counterpart, parts - before, variables);
         }
     }
     read
 }
 
-/// Adds a counterpart to the outputs. Returns the bytes read.
-fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: f32, variables: &mut [[f32; 4]]) -> u32 {
+/// To the nearest, of what is not below 0: the cast truncates.
+fn rounded(value: f32) -> i32 {
+    (value + 0.5) as i32
+}
+
+/// Adds a counterpart to the outputs, by its weight in parts. Returns the bytes read.
+fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: i32, variables: &mut [[i32; 4]]) -> u32 {
     let Counterpart { before, now, .. } = counterpart;
-    let mut run = Run { start: before.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
+    let mut run = Run { start: before.row, count: 0, weights: [[0; 2]; MAX_RUN] };
     run.mark(before, weight, 0);
     if now.row >= before.row && now.row + 1 < before.row + MAX_RUN {
         // Next to each other, as good as always: one run, of three rows for the most part.
@@ -99,7 +110,7 @@ fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: f32, variab
         return run.add(database, variables);
     }
     let bytes = run.add(database, variables);
-    run = Run { start: now.row, count: 0, weights: [[0.0; 2]; MAX_RUN] };
+    run = Run { start: now.row, count: 0, weights: [[0; 2]; MAX_RUN] };
     run.mark(now, weight, 1);
     bytes + run.add(database, variables)
 }
@@ -108,14 +119,16 @@ fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: f32, variab
 struct Run {
     start: usize,
     count: usize,
-    weights: [[f32; 2]; MAX_RUN],
+    weights: [[i32; 2]; MAX_RUN],
 }
 
 impl Run {
     /// Gives the rows about a moment their weights; `output` is 0 for `y[t-1]`, 1 for `y[t]`.
-    fn mark(&mut self, moment: &Moment, weight: f32, output: usize) {
+    fn mark(&mut self, moment: &Moment, weight: i32, output: usize) {
         let at = moment.row - self.start;
-        let parts = [weight * (1.0 - moment.fraction), weight * moment.fraction];
+        // What is rounded off one part goes to the other.
+        let second = rounded(weight as f32 * moment.fraction);
+        let parts = [weight - second, second];
         for (i, part) in parts.into_iter().enumerate().take(if moment.fraction > 0.0 { 2 } else { 1 }) {
             if let Some(slot) = self.weights.get_mut(at + i) {
                 slot[output & 1] += part;
@@ -125,7 +138,7 @@ impl Run {
     }
 
     /// Adds the rows to the outputs. Returns the bytes read.
-    fn add(&self, database: &Database<'_>, variables: &mut [[f32; 4]]) -> u32 {
+    fn add(&self, database: &Database<'_>, variables: &mut [[i32; 4]]) -> u32 {
         let count = self.count.min(MAX_RUN);
         // Weights for `y[t-1]` and for `y[t]`, by row. `y[t-1]` begins in row 0 of the run and has two rows at most: of
         // a run of three or four rows the others have no weight in it, nor have the first ones in `y[t]`.
@@ -150,7 +163,7 @@ impl Run {
 
     /// The same for rows of two blocks.
     #[inline(never)]
-    fn add_row_by_row(&self, database: &Database<'_>, variables: &mut [[f32; 4]]) -> u32 {
+    fn add_row_by_row(&self, database: &Database<'_>, variables: &mut [[i32; 4]]) -> u32 {
         let rows = self.weights.iter().enumerate().take(self.count);
         rows.map(|(i, &weights)| add_row(database, self.start + i, weights, variables)).sum()
     }
@@ -158,8 +171,8 @@ impl Run {
 
 /// Adds a row to the outputs, with its weights in `y[t-1]` and `y[t]`. Returns the bytes read.
 #[inline(never)]
-fn add_row(database: &Database<'_>, row: usize, [before, now]: [f32; 2], variables: &mut [[f32; 4]]) -> u32 {
-    let bytes = database.unpack(row, variables, |slot: &mut [f32; 4], [value]| {
+fn add_row(database: &Database<'_>, row: usize, [before, now]: [i32; 2], variables: &mut [[i32; 4]]) -> u32 {
+    let bytes = database.unpack(row, variables, |slot: &mut [i32; 4], [value]| {
         slot[Y_PREV] += before * value;
         slot[Y] += now * value;
     });

@@ -7,4 +7,5 @@ pub mod regression;
 pub mod ridge;
 pub(crate) mod step;
 pub mod step_time;
+pub mod variables;
 pub mod weights;

@@ -41,8 +41,11 @@ pub(super) struct Candidates<const C: usize> {
     shrunk: f32,
     /// Least mean squared distance found.
     least: f32,
-    /// Distance, over the least, beyond which a class has no weight; infinite where every class is searched.
+    /// Distance, over the least, beyond which a class has no weight. Infinite under a mask, for which the graph was not made:
+    /// there every class is searched with all that it takes to find the nearest.
     reach: f32,
+    /// Every class is searched.
+    all: bool,
 }
 
 /// Mean squared distance, over the least of all classes, beyond which a class has no weight.
@@ -63,9 +66,13 @@ impl<const C: usize> Reach<C> {
         }
         let is_settled = self.unsettled == 0 && is_whole && config.prune > 0.0;
         self.unsettled = self.unsettled.saturating_sub(1);
-        let reach = if is_settled { limit(config, classes) } else { f32::INFINITY };
-        let mut candidates =
-            Candidates { bounds: [f32::INFINITY; C], shrunk: 1.0, least: f32::INFINITY, reach };
+        let mut candidates = Candidates {
+            bounds: [f32::INFINITY; C],
+            shrunk: 1.0,
+            least: f32::INFINITY,
+            reach: if is_whole { limit(config, classes) } else { f32::INFINITY },
+            all: !is_settled,
+        };
         let slots = candidates.bounds.iter_mut().zip(&mut self.mean_distance2).zip(&mut self.age);
         for (class, ((bound, mean), age)) in slots.enumerate().take(classes) {
             *age = age.saturating_add(1);
@@ -104,7 +111,7 @@ impl<const C: usize> Reach<C> {
         // The first class of a frame is the one that was nearest.
         if found.stats.jumped && candidates.least == f32::INFINITY {
             self.unsettle();
-            (candidates.shrunk, candidates.reach) = (0.0, f32::INFINITY);
+            candidates.all = true;
         }
         let expected = last * database.fall(age);
         if expected > 0.0 && mean < candidates.shrunk * expected {
@@ -132,7 +139,7 @@ impl<const C: usize> Reach<C> {
 impl<const C: usize> Candidates<C> {
     /// Mean squared distance beyond which a class has no weight.
     pub fn enough(&self) -> f32 {
-        if self.reach < f32::INFINITY { self.reach * self.least } else { f32::INFINITY }
+        if self.least < f32::INFINITY { self.reach * self.least } else { f32::INFINITY }
     }
 
     /// The class with the least bound, if it may have weight. It is handed out once.
@@ -143,6 +150,6 @@ impl<const C: usize> Candidates<C> {
         let (class, bound) = self.bounds.iter().enumerate().fold((C, f32::INFINITY), nearest);
         let slot = self.bounds.get_mut(class)?;
         *slot = f32::INFINITY;
-        (bound * self.shrunk <= self.enough()).then_some(class)
+        (self.all || bound * self.shrunk <= self.enough()).then_some(class)
     }
 }

@@ -33,7 +33,7 @@ use crate::{
 };
 
 /// Most classes of a frame in which the classes are searched anew: what bounds the slowest frame.
-const CLASSES_ANEW: usize = 4;
+const CLASSES_ANEW: usize = 2;
 /// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
 /// classes takes at most `C · visits + SPARE`.
 const SPARE: u16 = MAX_VISITS;
@@ -178,8 +178,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let Frame { database, settings, .. } = context.frame;
         let Some(&nearest) = context.report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
-            let mut no_votes = Votes::default();
-            self.load_examples(context, metric, nearest, mix, &mut no_votes);
+            self.load_examples(context, metric, nearest, mix, None);
             let signals = &mut *context.signals;
             let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
             let slots = inputs.zip(signals.y_prev.as_flattened_mut());
@@ -198,7 +197,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     }
 
     /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets the
-    /// nearest of them vote.
+    /// nearest of them vote in `votes`.
     #[inline(never)]
     fn load_examples(
         &mut self,
@@ -206,36 +205,28 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         metric: &Metric,
         share: Share,
         mix: usize,
-        votes: &mut Votes,
+        mut votes: Option<&mut Votes>,
     ) {
-        let Context { frame: Frame { database, settings, .. }, signals, report, observer, .. } = context;
+        let Context { frame: Frame { database, settings, .. }, report, observer, .. } = context;
         let class = usize::from(share.class);
         let first_row = database.class(class).first_row;
-        let (x, x_prev) = (signals.x.as_flattened(), signals.x_prev.as_flattened());
-        observer.stage(Stage::Contacts);
-        let legs = database.legs();
-        let mut queries = [contact_votes::LegQuery::EMPTY; 2];
-        for (query, leg) in queries.iter_mut().zip(legs.iter().flatten()).filter(|_| votes.wanted > 0) {
-            query.set(database, leg, x, x_prev);
-        }
-        observer.stage(Stage::Rest);
+        let has_legs = database.legs().is_some();
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let dofs = database.counts().dofs;
         let mix = settings.mix(mix);
         let active = examples::active_styles(mix, database.counts().styles);
-        self.steps.set_query(database, x, x_prev);
-        self.examples.clear();
+        let neighbors = self.neighbors.get(class).map_or(&[][..], |rows| rows);
+        self.examples.clear((0..dofs).map(|d| [database.step(d), database.scale(d)]));
         self.steps.clear();
-        for (i, &row) in self.neighbors.get(class).into_iter().flatten().enumerate() {
+        for (i, &row) in neighbors.iter().enumerate() {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.next_slot(&mut self.scratch).as_flattened_mut();
             let read = examples::read(database, class, row, mix, &active, example);
-            if i < votes.wanted {
+            if let Some(votes) = votes.as_deref_mut().filter(|votes| i < votes.wanted) {
                 observer.stage(Stage::Contacts);
-                let distances = if legs.is_some() {
-                    let [left, right] = &queries;
-                    [left.distance2(example), right.distance2(example)]
+                let distances = if has_legs {
+                    votes.distances2(example)
                 } else {
                     // A blob that names no legs: the whole body.
                     [metric.metres2(database, row); 2]
@@ -301,6 +292,12 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             rho: config.rho,
         };
         let mut votes = Votes::of(context.report.classes.len());
+        let (x, x_prev) = (context.signals.x.as_flattened(), context.signals.x_prev.as_flattened());
+        context.observer.stage(Stage::Contacts);
+        votes.set_query(database, x, x_prev);
+        context.observer.stage(Stage::Timing);
+        self.steps.set_query(database, x, x_prev);
+        context.observer.stage(Stage::Rest);
         let mut step_s = 0.0;
         context.signals.predicted.fill([0.0; 4]);
         let mut i = 0;
@@ -308,7 +305,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             i += 1;
             let class = usize::from(share.class);
             // The root's mix first: the time step and the votes follow it.
-            self.load_examples(context, metric, share, root_mix, &mut votes);
+            self.load_examples(context, metric, share, root_mix, Some(&mut votes));
             self.predict_class(context, share, root_mix, &parameters);
             context.observer.stage(Stage::Timing);
             let (y, y_prev) = (context.signals.scratch.as_flattened(), context.signals.y_prev.as_flattened());
@@ -320,8 +317,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                 if mix == root_mix || !settings.uses_mix(database, mix) {
                     continue;
                 }
-                let mut no_votes = Votes::default();
-                self.load_examples(context, metric, share, mix, &mut no_votes);
+                self.load_examples(context, metric, share, mix, None);
                 self.predict_class(context, share, mix, &parameters);
             }
         }

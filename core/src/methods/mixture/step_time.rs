@@ -9,33 +9,36 @@
 
 use crate::{
     blob::{Database, layout::MAX_TIMING},
-    math::exp,
-    methods::mixture::regression::{X, X_PREV, Y, Y_PREV},
+    math::{exp, sqrt},
+    methods::mixture::variables::{Factor, X, X_PREV, Y, Y_PREV, parts_per_unit},
 };
 
-/// A dof of the timing metric, and the input's value of it. In quantisation steps, as examples are.
+/// Parts of a weighed difference: the weights are such that a difference of a standard deviation counts as 1.
+const UNITS: f32 = 16_384.0;
+
+/// A dof of the timing metric, and the input's value of it, in parts as those of examples are.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
     dof: u16,
-    /// Weight of squared differences of the dof, a square step.
-    pose: f32,
-    /// Weight of squared differences of its change, a square step.
-    change: f32,
-    /// Steps in one unit of the dof.
-    inverse_step: f32,
+    /// Weight of differences of the dof.
+    pose: Factor,
+    /// Weight of differences of its change.
+    change: Factor,
+    /// Parts in one unit of the dof.
+    parts: f32,
     /// The input's dof and its change from the frame before.
-    input: [f32; 2],
+    input: [i32; 2],
 }
 
 /// What the timing prediction remembers of one neighbor.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     /// The part of the squared distance that is known before the output is.
-    input_distance2: f32,
+    input_distance2: u64,
     step_s: f32,
     /// Output dof and its change, for each entry of the timing metric.
-    output: [[f32; 2]; MAX_TIMING],
+    output: [[i32; 2]; MAX_TIMING],
 }
 
 /// The neighbors of one class, as the timing prediction sees them.
@@ -52,8 +55,8 @@ pub struct Steps<const K: usize> {
 impl<const K: usize> Steps<K> {
     /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
     const NEW: Self = {
-        let nothing = Entry { dof: 0, pose: 0.0, change: 0.0, inverse_step: 0.0, input: [0.0; 2] };
-        let empty = Memory { input_distance2: 0.0, step_s: 0.0, output: [[0.0; 2]; MAX_TIMING] };
+        let nothing = Entry { dof: 0, pose: Factor::ZERO, change: Factor::ZERO, parts: 0.0, input: [0; 2] };
+        let empty = Memory { input_distance2: 0, step_s: 0.0, output: [[0; 2]; MAX_TIMING] };
         Self { metric: [nothing; MAX_TIMING], entries: 0, memories: [empty; K], weights: [0.0; K], count: 0 }
     };
 
@@ -68,15 +71,14 @@ impl<const K: usize> Steps<K> {
         for (i, entry) in self.metric.iter_mut().enumerate().take(self.entries) {
             let timing = database.timing(i);
             let step = database.step(timing.dof);
-            let inverse_step = 1.0 / step;
-            let at = |values: &[f32]| values.get(timing.dof).copied().unwrap_or(0.0) * inverse_step;
             *entry = Entry {
                 dof: timing.dof as u16,
-                pose: timing.pose * (step * step),
-                change: timing.change * (step * step),
-                inverse_step,
-                input: [at(x), at(x) - at(x_prev)],
+                pose: Factor::new(step, UNITS * sqrt(timing.pose)),
+                change: Factor::new(step, UNITS * sqrt(timing.change)),
+                parts: parts_per_unit(step),
+                input: [0; 2],
             };
+            entry.input = entry.pose_and_change(x, x_prev);
         }
     }
 
@@ -85,8 +87,8 @@ impl<const K: usize> Steps<K> {
         self.count = 0;
     }
 
-    /// Takes in a neighbor; `variables` as in [`crate::methods::mixture::regression::Example`].
-    pub fn add(&mut self, variables: &[[f32; 4]], step_s: f32) {
+    /// Takes in a neighbor; `variables` as in [`Example`](super::variables::Example).
+    pub fn add(&mut self, variables: &[[i32; 4]], step_s: f32) {
         let Some(memory) = self.memories.get_mut(self.count) else { return };
         self.count += 1;
         memory.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
@@ -116,60 +118,65 @@ fn interpolate(
     [y, y_prev]: [&[f32]; 2],
     width: f32,
 ) -> f32 {
-    let mut query = [[0.0; 2]; MAX_TIMING];
+    let mut query = [[0; 2]; MAX_TIMING];
     for (slot, entry) in query.iter_mut().zip(metric) {
-        let at =
-            |values: &[f32]| values.get(usize::from(entry.dof)).copied().unwrap_or(0.0) * entry.inverse_step;
-        *slot = [at(y), at(y) - at(y_prev)];
+        *slot = entry.pose_and_change(y, y_prev);
     }
     let weights = weights.get_mut(..memories.len()).unwrap_or(&mut []);
-    let (mut mean, mut least) = (0.0, f32::INFINITY);
+    let (mut sum, mut least) = (0, u64::MAX);
     for (weight, memory) in weights.iter_mut().zip(memories) {
-        let mut distance2 = memory.input_distance2;
-        for (entry, (&query, &output)) in metric.iter().zip(query.iter().zip(&memory.output)) {
-            distance2 += entry.distance2(query, output);
-        }
-        *weight = distance2;
-        mean += distance2;
-        least = if distance2 < least { distance2 } else { least };
+        let entries = metric.iter().zip(query.iter().zip(&memory.output));
+        let output: u64 = entries.map(|(entry, (&query, &output))| entry.distance2(query, output)).sum();
+        let distance2 = memory.input_distance2 + output;
+        *weight = distance2 as f32;
+        sum += distance2;
+        least = least.min(distance2);
     }
     if memories.is_empty() {
         return 0.0;
     }
-    let scale = 2.0 * width * mean / memories.len() as f32;
-    let scale = if scale > 1e-20 { scale } else { 1e-20 };
+    let (least, scale) = (least as f32, 2.0 * width * sum as f32 / memories.len() as f32);
+    let slope = -1.0 / if scale > 1e-20 { scale } else { 1e-20 };
     let (mut total, mut step) = (0.0, 0.0);
     for (weight, memory) in weights.iter_mut().zip(memories) {
         // Relative to the nearest: the largest weight is 1 and the sum never vanishes.
-        *weight = exp(-(*weight - least) / scale);
+        *weight = exp((*weight - least) * slope);
         total += *weight;
         step += *weight * memory.step_s;
     }
+    let inverse = 1.0 / total;
     for weight in weights {
-        *weight /= total;
+        *weight *= inverse;
     }
-    step / total
+    step * inverse
 }
 
 impl Memory {
     /// Takes in a neighbor.
     #[inline(never)]
-    fn set(&mut self, metric: &[Entry], variables: &[[f32; 4]], step_s: f32) {
+    fn set(&mut self, metric: &[Entry], variables: &[[i32; 4]], step_s: f32) {
         self.step_s = step_s;
-        self.input_distance2 = 0.0;
+        self.input_distance2 = 0;
         for (entry, slot) in metric.iter().zip(&mut self.output) {
-            let Some(v) = variables.get(usize::from(entry.dof)) else { continue };
-            self.input_distance2 += entry.distance2(entry.input, [v[X], v[X] - v[X_PREV]]);
-            *slot = [v[Y], v[Y] - v[Y_PREV]];
+            let Some(&v) = variables.get(usize::from(entry.dof)) else { continue };
+            self.input_distance2 += entry.distance2(entry.input, [v[X], v[X].saturating_sub(v[X_PREV])]);
+            *slot = [v[Y], v[Y].saturating_sub(v[Y_PREV])];
         }
     }
 }
 
 impl Entry {
+    /// A stream's dof and its change from the frame before, in parts; held within 32 bits.
+    fn pose_and_change(&self, now: &[f32], before: &[f32]) -> [i32; 2] {
+        let at = |values: &[f32]| values.get(usize::from(self.dof)).copied().unwrap_or(0.0) * self.parts;
+        [at(now) as i32, (at(now) - at(before)) as i32]
+    }
+
+    /// Squared distance, in square units of which [`UNITS`]² make 1.
     #[inline]
-    fn distance2(&self, query: [f32; 2], found: [f32; 2]) -> f32 {
-        let (pose, change) = (query[0] - found[0], query[1] - found[1]);
-        self.pose * (pose * pose) + self.change * (change * change)
+    fn distance2(&self, query: [i32; 2], found: [i32; 2]) -> u64 {
+        self.pose.squared(query[0].saturating_sub(found[0]))
+            + self.change.squared(query[1].saturating_sub(found[1]))
     }
 }
 

@@ -49,7 +49,7 @@ const STANDS: f32 = 0.5;
 #[derive(Debug, Clone)]
 pub(crate) struct Phase<const J: usize, const C: usize> {
     window: Window<J>,
-    aligned: [[f32; ALIGNED]; J],
+    aligned: [[i32; ALIGNED]; J],
     memory: Memory<J>,
     tracks: [Track; C],
     /// Smoothed squared distance of each class.
@@ -63,7 +63,7 @@ pub(crate) struct Phase<const J: usize, const C: usize> {
 impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
     const NEW: Self = Self {
         window: Window::new(),
-        aligned: [[0.0; ALIGNED]; J],
+        aligned: [[0; ALIGNED]; J],
         memory: Memory::NEW,
         tracks: [Track::NEW; C],
         // Written before they are read.

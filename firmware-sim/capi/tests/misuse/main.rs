@@ -23,7 +23,7 @@ const SMALL: u32 = 1;
 const JOINTS: usize = 21;
 
 fn blob() -> Vec<u8> {
-    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/blob-v1.gestus")).unwrap()
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/blob-v2.gestus")).unwrap()
 }
 
 /// Memory of a stylizer or database, aligned as asked for.
@@ -454,7 +454,7 @@ fn every_status_has_a_message_and_every_number_an_answer() {
     // SAFETY: as above.
     let version = unsafe { CStr::from_ptr(gestus_version()) }.to_str().unwrap();
     assert_eq!(version, env!("CARGO_PKG_VERSION"));
-    assert_eq!(gestus_blob_version(), 1);
+    assert_eq!(gestus_blob_version(), 2);
     assert_eq!((gestus_database_alignment(), gestus_stylizer_alignment(STANDARD)), (8, 8));
 }
 
