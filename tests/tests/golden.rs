@@ -1,8 +1,8 @@
 //! Golden digests: the same blob and the same input give the same bits in debug and in release, with and without an
 //! observer, with every capacity, and in every later version that does not change them on purpose.
 //!
-//! `golden/blob-v2.gestus` is a small generated database as the first builder made it, with the query section of format version 2, and
-//! `blob-v2-legs.gestus` the same with the section that came later: legs, whose feet are held;
+//! `golden/blob-v2.gestus` is a small generated database as the first builder made it, with the query section of format
+//! version 2, and `blob-v2-legs.gestus` the same with the section that came later: legs, whose feet are held;
 //! `blob-v2-outputs.gestus` has two outputs a cycle as well. They are kept, not rebuilt: the builder may change, and
 //! old blobs have to open. The input is computed with the core's own sine, which has the same bits everywhere.
 //!

@@ -19,7 +19,12 @@
 //! emulated boards in several configurations. Classes of at most V rows are searched exhaustively, once.
 
 use gestus_core::{
-    Config, Database, methods::mixture::contact_votes::MOST_VOTERS, search::graph::MAX_VISITS,
+    Config, Database,
+    methods::mixture::{
+        contact_votes::MOST_VOTERS,
+        weights::{MAX_KEPT, MAX_KEPT_ANEW},
+    },
+    search::graph::MAX_VISITS,
 };
 use gestus_database::stream::Request;
 
@@ -28,8 +33,6 @@ use super::{
     cost::{Work, outputs, rows},
 };
 
-/// Classes kept at the start of the stream or after a jump, as in the core.
-const KEPT_AFTER_JUMP: usize = 2;
 /// Additional visits of a frame in which classes are searched again, as in the core.
 const EXTRA_VISITS: usize = MAX_VISITS as usize;
 
@@ -69,7 +72,7 @@ impl Shape {
             searched: vec![usize::MAX; classes],
             k,
             visits: usize::from(visits),
-            kept: gestus_core::methods::mixture::weights::MAX_KEPT,
+            kept: MAX_KEPT,
             mixes: vec![2],
         }
     }
@@ -117,7 +120,7 @@ impl Shape {
             mixes: self.mixes.len() as f64,
             rows: rows(&self.mixes),
         };
-        let first = kept.min(KEPT_AFTER_JUMP) + usize::from(searched > 0);
+        let first = kept.min(MAX_KEPT_ANEW) + usize::from(searched > 0);
         [work(visits, first), work(visits + again, kept)]
     }
 

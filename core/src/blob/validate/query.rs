@@ -4,7 +4,7 @@ use crate::blob::{
     Database,
     check::{Checked, check, reserved},
     layout::{query, section},
-    read::{Record, f32_at},
+    read::Record,
 };
 
 #[inline]
@@ -13,16 +13,17 @@ pub(super) fn query_section(db: &Database<'_>) -> Checked {
     if c.features == 0 {
         return Ok(());
     }
-    let unit = f32_at(db.required.query, query::UNIT);
+    let unit = db.length_unit();
     let is_power_of_two = unit.to_bits() & 0x7f_ffff == 0;
     check(section::QUERY, 0, is_power_of_two && (1e-9..=1e6).contains(&unit))?;
     let groups = query::groups(c.window, c.joints, c.features);
-    let weights = db.required.query.get(groups - c.joints..groups).unwrap_or(&[]);
+    let weights = query::weights(c.window, c.joints, c.features)..groups;
+    let weights = db.required.query.get(weights).unwrap_or(&[]);
     let weight = c.window * weights.iter().map(|&w| usize::from(w)).sum::<usize>();
     check(section::QUERY, 0, (1..=query::MOST_WEIGHT).contains(&weight))?;
     for f in 0..c.features {
-        let step = f32_at(db.required.query, query::steps(c.features) + 4 * f);
-        let numbers_fit = [db.feature_scale(f), step].iter().all(|n| (1e-9..=1e6).contains(n));
+        let numbers_fit =
+            [db.feature_scale(f), db.component_step(f)].iter().all(|n| (1e-9..=1e6).contains(n));
         check(section::QUERY, f, numbers_fit && db.feature_group(f) < c.groups)?;
     }
     let components = query::components(c.window, c.joints, c.features);

@@ -139,7 +139,7 @@ impl<const C: usize> Reach<C> {
 impl<const C: usize> Candidates<C> {
     /// Mean squared distance beyond which a class has no weight.
     pub fn enough(&self) -> f32 {
-        if self.least < f32::INFINITY { self.reach * self.least } else { f32::INFINITY }
+        if self.reach < f32::INFINITY { self.reach * self.least } else { f32::INFINITY }
     }
 
     /// The class with the least bound, if it may have weight. It is handed out once.

@@ -32,8 +32,6 @@ use crate::{
     },
 };
 
-/// Most classes of a frame in which the classes are searched anew: what bounds the slowest frame.
-const CLASSES_ANEW: usize = 2;
 /// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
 /// classes takes at most `C · visits + SPARE`.
 const SPARE: u16 = MAX_VISITS;
@@ -157,7 +155,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let most = usize::from(config.classes);
         // A stream that begins or has jumped searches twice as long, and its classes hardly differ yet.
         let anew = 2 * restarts > count || first;
-        let most = if anew { most.min(CLASSES_ANEW) } else { most };
+        let most = if anew { most.min(weights::MAX_KEPT_ANEW) } else { most };
         let (distances, shares) = (self.reach.distances(database), &mut report.classes);
         let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
         report.degraded.set(Degraded::CLASSES, cut);

@@ -10,6 +10,8 @@ use crate::{math::exp, search::top_k::insert};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;
+/// Most classes of a frame in which the classes are searched anew: what bounds the slowest frame.
+pub const MAX_KEPT_ANEW: usize = 2;
 /// What the sum of all shares may be short of 1.
 const ROUNDING: f32 = 1e-6;
 
