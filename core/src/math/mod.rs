@@ -1,5 +1,6 @@
 //! Numbers, vectors and rotations.
 
+pub(crate) mod fixed;
 pub mod quaternion;
 mod scalar;
 pub(crate) mod vector;

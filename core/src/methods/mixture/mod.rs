@@ -7,5 +7,6 @@ pub mod regression;
 pub mod ridge;
 pub(crate) mod step;
 pub mod step_time;
+pub mod sums;
 pub mod variables;
 pub mod weights;

@@ -1,85 +1,164 @@
-//! The least squares of one dof: a symmetric positive system of four unknowns, in closed form.
+//! The least squares of one dof: a symmetric positive system of three unknowns, in whole numbers.
+//!
+//! `A = L Lᵀ` (Cholesky), and the wanted `β·v` with `A β = r` is `(L⁻¹ r)·(L⁻¹ v)`: no coefficient is ever made. The
+//! unknowns are first scaled by powers of two so that `A`'s diagonal lies in a quarter to 1; then no entry of `L` is
+//! above 1, since `L[i][j]² ≤ A[i][i]`, and 29 bits behind the point hold them all.
 
-/// Normal equations `A β = r` of four unknowns; `A` by its lower triangle, row after row.
+use crate::math::fixed::{BITS, InverseSqrt, bit_length, product, shift};
+
+/// Bits of the largest entry of `L⁻¹ r` and `L⁻¹ v` before division by the pivots, which makes them larger.
+const SOLVED_BITS: i32 = 22;
+/// No entry of `L⁻¹ r` or `L⁻¹ v` is larger: three products fit 63 bits.
+const MOST: i32 = 1 << 30;
+/// A pivot is held above that part of the diagonal, 2^-21: a singular system gives a finite answer.
+const LEAST_PIVOT: i32 = 1 << 8;
+/// Bits of an entry of a system, at most.
+pub const ENTRY_BITS: i32 = 28;
+/// Bits behind the point of an answer.
+pub const ANSWER_BITS: u32 = 5;
+
+/// Normal equations `A β = r` of three unknowns, in any unit that they share; entries are below 2^28.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct System {
-    /// `A`: 00, 10, 11, 20, 21, 22, 30, 31, 32, 33.
-    pub matrix: [f32; 10],
+    /// `A` by its lower triangle: 00, 10, 11, 20, 21, 22.
+    pub matrix: [i32; 6],
     /// `r`.
-    pub right: [f32; 4],
+    pub right: [i32; 3],
 }
 
 impl System {
-    /// Solves by L D Lᵀ: 30 multiplications, 4 divisions, no square root. Pivots are held above a 10⁻¹² part of
-    /// the diagonal, so that a singular system gives a finite answer.
-    pub fn solve(&self) -> [f32; 4] {
-        let [a00, a10, a11, a20, a21, a22, a30, a31, a32, a33] = self.matrix;
-        let [r0, r1, r2, r3] = self.right;
-        let floor = 1e-12 * (a00 + a11 + a22 + a33) + f32::MIN_POSITIVE;
-        let invert = |pivot: f32| 1.0 / if pivot > floor { pivot } else { floor };
+    /// `β·v`, with [`ANSWER_BITS`] bits behind the point, held within 31 bits.
+    pub fn evaluate(&self, v: [i32; 3]) -> i32 {
+        let [a00, a10, a11, a20, a21, a22] = self.matrix;
+        let scales = [a00, a11, a22].map(|d| (d.max(1).leading_zeros() as i32 - 3) >> 1);
+        let [s0, s1, s2] = scales;
+        let at = |entry: i32, power: i32| entry << (power & 31);
+        let (a00, a11, a22) = (at(a00, 2 * s0), at(a11, 2 * s1), at(a22, 2 * s2));
+        let (a10, a20, a21) = (at(a10, s0 + s1), at(a20, s0 + s2), at(a21, s1 + s2));
+        let ([r0, r1, r2], r_power) = balanced(self.right, scales);
+        let ([v0, v1, v2], v_power) = balanced(v, scales);
 
-        let i0 = invert(a00);
-        let (l10, l20, l30) = (a10 * i0, a20 * i0, a30 * i0);
-        let i1 = invert(a11 - l10 * a10);
-        let (u21, u31) = (a21 - l20 * a10, a31 - l30 * a10);
-        let (l21, l31) = (u21 * i1, u31 * i1);
-        let i2 = invert(a22 - l20 * a20 - l21 * u21);
-        let u32 = a32 - l30 * a20 - l31 * u21;
-        let l32 = u32 * i2;
-        let i3 = invert(a33 - l30 * a30 - l31 * u31 - l32 * u32);
+        const ONE: i32 = 1 << BITS;
+        let i0 = InverseSqrt::new(a00.max(LEAST_PIVOT));
+        let (l10, l20) = (i0.of(a10, ONE), i0.of(a20, ONE));
+        let i1 = InverseSqrt::new((a11 - product(l10, l10, BITS)).max(LEAST_PIVOT));
+        let l21 = i1.of(a21 - product(l20, l10, BITS), ONE);
+        let pivot = a22 - product(l20, l20, BITS) - product(l21, l21, BITS);
+        let i2 = InverseSqrt::new(pivot.max(LEAST_PIVOT));
 
-        let z0 = r0;
-        let z1 = r1 - l10 * z0;
-        let z2 = r2 - l20 * z0 - l21 * z1;
-        let z3 = r3 - l30 * z0 - l31 * z1 - l32 * z2;
-
-        let b3 = z3 * i3;
-        let b2 = z2 * i2 - l32 * b3;
-        let b1 = z1 * i1 - l21 * b2 - l31 * b3;
-        let b0 = z0 * i0 - l10 * b1 - l20 * b2 - l30 * b3;
-        [b0, b1, b2, b3]
+        let forward = |[b0, b1, b2]: [i32; 3]| {
+            let z0 = i0.of(b0, MOST);
+            let z1 = i1.of(b1 - product(l10, z0, BITS), MOST);
+            [z0, z1, i2.of(b2 - product(l20, z0, BITS) - product(l21, z1, BITS), MOST)]
+        };
+        let (z, w) = (forward([r0, r1, r2]), forward([v0, v1, v2]));
+        let sum: i64 = z.iter().zip(w).map(|(&z, w)| i64::from(z) * i64::from(w)).sum();
+        let bits = BITS as i32 - ANSWER_BITS as i32 + r_power + v_power;
+        let sum = sum >> bits.clamp(0, 63);
+        let most = i64::from(i32::MAX >> (-bits).clamp(0, 31));
+        (sum.clamp(-most, most) as i32) << (-bits).clamp(0, 31)
     }
+}
+
+/// Three numbers times 2 to the power of their scale, all times 2 to the power that the second value tells: so that the
+/// largest has [`SOLVED_BITS`] bits.
+fn balanced(values: [i32; 3], scales: [i32; 3]) -> ([i32; 3], i32) {
+    let longest = |i: usize| bit_length(values[i]) + scales[i];
+    let power = SOLVED_BITS - longest(0).max(longest(1)).max(longest(2));
+    (core::array::from_fn(|i| shift(values[i], scales[i] + power)), power)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// `β·v` in f64, by Gauss and Jordan.
+    fn slow(system: &System, v: [i32; 3]) -> f64 {
+        let [a00, a10, a11, a20, a21, a22] = system.matrix.map(f64::from);
+        let [r0, r1, r2] = system.right.map(f64::from);
+        let mut a = [[a00, a10, a20, r0], [a10, a11, a21, r1], [a20, a21, a22, r2]];
+        for i in 0..3 {
+            let pivot = a[i].map(|entry| entry / a[i][i]);
+            for (k, row) in a.iter_mut().enumerate() {
+                let factor = row[i];
+                for (entry, p) in row.iter_mut().zip(pivot) {
+                    *entry = if k == i { p } else { *entry - factor * p };
+                }
+            }
+        }
+        a.iter().zip(v).map(|(row, v)| row[3] * f64::from(v)).sum()
+    }
+
+    /// Largest answer.
+    const MOST_ANSWER: f64 = (i32::MAX >> ANSWER_BITS) as f64;
+
+    fn answer(system: &System, v: [i32; 3]) -> f64 {
+        f64::from(system.evaluate(v)) / f64::from(1 << ANSWER_BITS)
+    }
+
     #[test]
-    fn the_solution_satisfies_the_equations() {
-        // A = M Mᵀ + I for a fixed M.
-        let m =
-            [[1.0f32, 0.2, -0.4, 0.3], [0.5, 1.1, 0.7, -0.2], [-0.3, 0.9, 0.6, 0.1], [0.8, -0.6, 0.2, 1.3]];
-        let a =
-            |i: usize, j: usize| (0..4).map(|k| m[i][k] * m[j][k]).sum::<f32>() + f32::from(u8::from(i == j));
-        let system = System {
-            matrix: [
-                a(0, 0),
-                a(1, 0),
-                a(1, 1),
-                a(2, 0),
-                a(2, 1),
-                a(2, 2),
-                a(3, 0),
-                a(3, 1),
-                a(3, 2),
-                a(3, 3),
-            ],
-            right: [1.0, -2.0, 0.5, 3.0],
+    fn any_scale_is_solved_as_in_f64() {
+        let mut seed = 1u32;
+        let mut random = move |most: i32| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((i64::from(seed) * i64::from(2 * most + 1)) >> 32) as i32 - most
         };
-        let b = system.solve();
-        for i in 0..4 {
-            let left: f32 = (0..4).map(|j| a(i, j) * b[j]).sum();
-            assert!((left - system.right[i]).abs() < 1e-5, "{i}: {left}");
+        for bits in [8, 16, 24, 27] {
+            for uneven in [0, 2, 5] {
+                for _ in 0..500 {
+                    // A = M Mᵀ and a ridge of a 16th; the last unknown is smaller.
+                    let m: [[i32; 3]; 3] = core::array::from_fn(|_| core::array::from_fn(|_| random(1000)));
+                    let scale = [0, uneven, 2 * uneven];
+                    let entry = |i: usize, j: usize| {
+                        let sum: f64 = (0..3).map(|k| f64::from(m[i][k]) * f64::from(m[j][k])).sum();
+                        let sum = sum / 3e6 + if i == j { 1.0 / 16.0 } else { 0.0 };
+                        (sum * 2f64.powi(bits - scale[i] - scale[j]) * 0.9) as i32
+                    };
+                    let system = System {
+                        matrix: [
+                            entry(0, 0),
+                            entry(1, 0),
+                            entry(1, 1),
+                            entry(2, 0),
+                            entry(2, 1),
+                            entry(2, 2),
+                        ],
+                        right: core::array::from_fn(|i| random(1 << (bits - scale[i]).max(1))),
+                    };
+                    if system.matrix[5] < 16 {
+                        continue;
+                    }
+                    let v = core::array::from_fn(|_| random(1 << 18));
+                    let (found, truth) = (answer(&system, v), slow(&system, v));
+                    // More is held.
+                    let truth = truth.clamp(-MOST_ANSWER, MOST_ANSWER);
+                    let size = 2f64.powi(18 + uneven * 2) + truth.abs();
+                    assert!(
+                        (found - truth).abs() < 6e-6 * size + 0.1,
+                        "{system:?} {v:?}: {found} not {truth}"
+                    );
+                }
+            }
         }
     }
 
     #[test]
-    fn a_singular_system_gives_finite_numbers() {
-        for matrix in [[0.0; 10], [1.0; 10]] {
-            let b = System { matrix, right: [1.0; 4] }.solve();
-            assert!(b.iter().all(|v| v.is_finite()), "{b:?}");
+    fn a_singular_system_and_any_extreme_give_finite_numbers() {
+        const M: i32 = (1 << ENTRY_BITS) - 1;
+        for matrix in [[0; 6], [1; 6], [M; 6], [M, M, 0, 0, 0, 0], [0, 0, 0, 0, 0, M], [M, -M, M, M, -M, M]] {
+            for right in [[0; 3], [M; 3], [-M, M, -M]] {
+                for v in [[0; 3], [i32::MAX; 3], [i32::MIN, 1, i32::MAX]] {
+                    let _ = System { matrix, right }.evaluate(v);
+                }
+            }
         }
+    }
+
+    #[test]
+    fn what_is_too_large_for_an_answer_is_held() {
+        let system = System { matrix: [16, 0, 16, 0, 0, 16], right: [1 << 20, 0, 0] };
+        assert!(system.evaluate([1 << 30, 0, 0]) > 1 << 30);
+        assert!(system.evaluate([-1 << 30, 0, 0]) < -1 << 30);
     }
 }

@@ -15,8 +15,9 @@ use super::{
     contact_votes::{self, Filter, Votes},
     examples,
     reach::Reach,
-    regression::{Examples, Parameters, Scratch},
+    regression::{Parameters, Regression},
     step_time::Steps,
+    sums::{Examples, Scratch},
     weights::{self, Share, Width},
 };
 use crate::{
@@ -259,11 +260,12 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let corrections = signals.correction.as_flattened_mut();
         let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
         let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums);
+        let regression = Regression::new(parameters, self.examples.count());
         for (d, ((one, (all, correction)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
-            let prediction = self.examples.predict(d, [x_prev, y_prev, x], step, scale, parameters);
+            let prediction = regression.predict(&self.examples, d, [x_prev, y_prev, x], step, scale);
             *one = prediction.y;
             let group = database.group_of_dof(d);
             if settings.mix_of(group) == mix {

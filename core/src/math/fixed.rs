@@ -1,0 +1,216 @@
+//! Whole numbers in place of fractions, for parts without an FPU: a product of two of them is a few instructions there, of
+//! two floats a hundred or more.
+
+/// How many bits the size of `value` takes; 0 of 0.
+#[inline]
+pub fn bit_length(value: i32) -> i32 {
+    (u32::BITS - (value ^ (value >> 31)).leading_zeros()) as i32
+}
+
+/// A factor 2^power.
+#[derive(Debug, Clone, Copy)]
+pub struct PowerOfTwo {
+    left: i32,
+    right: i32,
+}
+
+impl PowerOfTwo {
+    #[inline]
+    pub fn new(power: i32) -> Self {
+        Self { left: power.clamp(0, 31), right: (-power).clamp(0, 31) }
+    }
+
+    /// `value` times the factor, rounded down. The caller knows that it fits.
+    // Two shifts in place of a branch.
+    #[inline]
+    pub fn of(self, value: i32) -> i32 {
+        (value << (self.left & 31)) >> (self.right & 31)
+    }
+}
+
+/// `value · 2^power`, rounded down. The caller knows that it fits.
+#[inline]
+pub fn shift(value: i32, power: i32) -> i32 {
+    PowerOfTwo::new(power).of(value)
+}
+
+/// `a · b / 2^bits`, rounded down. The caller knows that it fits.
+#[inline]
+pub fn product(a: i32, b: i32, bits: u32) -> i32 {
+    ((i64::from(a) * i64::from(b)) >> bits) as i32
+}
+
+/// `value` held within ±`most`.
+#[inline]
+fn held(value: i64, most: i32) -> i32 {
+    let low = value as i32;
+    if i64::from(low) == value {
+        low.clamp(-most, most)
+    } else if value < 0 {
+        -most
+    } else {
+        most
+    }
+}
+
+/// A factor that is not negative, to multiply whole numbers with: 31 bits and a power of two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Multiplier {
+    /// In 2^30..2^31, or 0.
+    mantissa: i32,
+    /// Of the last bit.
+    power: i32,
+}
+
+impl Multiplier {
+    /// The factor `value`, which is finite and not negative.
+    pub fn new(value: f32) -> Self {
+        let bits = value.to_bits() as i32;
+        let mantissa = if bits >> 23 == 0 { 0 } else { ((bits & 0x7f_ffff) | 0x80_0000) << 7 };
+        Self { mantissa, power: (bits >> 23) - 127 - 30 }
+    }
+
+    /// The first 15 bits of the factor and the power of two of the last of them.
+    #[inline]
+    pub fn short(self) -> (i32, i32) {
+        (self.mantissa >> 16, self.power + 16)
+    }
+
+    /// `value` times the factor, rounded down and held within 31 bits.
+    #[inline]
+    pub fn of(self, value: i32) -> i32 {
+        let wide = i64::from(value) * i64::from(self.mantissa);
+        // Of 2^31 and more every product is held, but that of 0.
+        let wide = if self.power <= 0 { wide >> (-self.power).min(63) } else { wide };
+        held(wide, i32::MAX)
+    }
+}
+
+/// Bits behind the point of what [`InverseSqrt`] takes: numbers below 1.
+pub const BITS: u32 = 29;
+
+/// The inverse square root of a positive number with [`BITS`] bits behind the point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct InverseSqrt {
+    /// 1 to 2, with [`BITS`] bits behind the point.
+    mantissa: i32,
+    /// Power of two that the mantissa is multiplied by.
+    power: u32,
+}
+
+impl InverseSqrt {
+    /// Of `value / 2^29`; what is not in 1..2^29 is held within. Exact to a 2^23rd part.
+    #[inline(never)]
+    pub fn new(value: i32) -> Self {
+        let value = value.clamp(1, (1 << BITS) - 1);
+        let power = (value.leading_zeros() - 3) >> 1;
+        // A quarter to 1.
+        let x = (value as u32) << (2 * power);
+        let x16 = x >> 13;
+        // A line, 9% off at most; Newton's r (3 - x r²) / 2 leaves 1.5 times the square of what one is off.
+        let mut r = 34_734 - ((19_661 * x16) >> 16);
+        r = (r * (3 * (1 << 14) - ((x16 * ((r * r) >> 14)) >> 16))) >> 15;
+        // Now with 15 bits behind the point.
+        r = (r * (3 * (1 << 14) - ((x16 * ((r * r) >> 14)) >> 16))) >> 14;
+        let r = r.min(u32::from(u16::MAX));
+        // 1 - x r² with 24 bits behind the point: it is small, and found from all bits of `x`.
+        let off = (1 << 24) - ((u64::from(x) * u64::from(r * r)) >> 35) as i32;
+        Self { mantissa: ((r << 14) as i32) + ((r as i32 * off) >> 11), power }
+    }
+
+    /// `value`, of 30 bits at most, times the inverse square root, held within ±`most`. What is rounded down is a part of
+    /// the mantissa's product.
+    #[inline]
+    pub fn of(self, value: i32, most: i32) -> i32 {
+        let most = most >> (self.power & 31);
+        product(value, self.mantissa, BITS).clamp(-most, most) << (self.power & 31)
+    }
+}
+
+/// The square root of `value`, times 2^14.5: `value` is in 0..2^29.
+#[inline]
+pub fn sqrt_wide(value: i32) -> i32 {
+    // √v = v / √v, and v / 2^29 is what the inverse is taken of.
+    let InverseSqrt { mantissa, power } = InverseSqrt::new(value);
+    product(value << (2 * power & 31), mantissa, BITS) >> (power & 31)
+}
+
+/// Bits behind the point of a fraction.
+const FRACTION_BITS: u32 = 31;
+
+/// A number from 0 to 1, to multiply whole numbers with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Fraction(i32);
+
+impl Fraction {
+    /// The nearest to `value`; what is above 1 becomes 1.
+    pub fn new(value: f32) -> Self {
+        Self((value * (1u32 << FRACTION_BITS) as f32) as i32)
+    }
+
+    /// That part of `value`, rounded down.
+    #[inline]
+    pub fn of(self, value: i32) -> i32 {
+        product(value, self.0, FRACTION_BITS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_square_roots_agree_with_f64() {
+        let mut worst = 0.0_f64;
+        let small = 1..100_000;
+        let large = (0..200_000).map(|i| 100_000 + i * 2_683);
+        for value in small.chain(large).chain([(1 << 27) - 1, 1 << 27, (1 << 29) - 1]) {
+            let truth = (f64::from(value) / f64::from(1 << BITS)).sqrt().recip();
+            let InverseSqrt { mantissa, power } = InverseSqrt::new(value);
+            let found = f64::from(mantissa) / f64::from(1 << BITS) * f64::from(1 << power);
+            worst = worst.max((found / truth - 1.0).abs());
+        }
+        assert!(worst < 1.2e-7, "{worst:e}");
+    }
+
+    #[test]
+    fn square_roots_agree_with_f64() {
+        for value in [0, 1, 2, 3, 99, 65_536, 12_345_678, (1 << 29) - 1] {
+            let truth = f64::from(value).sqrt() * 2f64.powf(14.5);
+            let found = f64::from(sqrt_wide(value));
+            assert!((found - truth).abs() <= 1e-6 * truth + 1.0, "{value}: {found} not {truth}");
+        }
+    }
+
+    #[test]
+    fn a_multiplier_gives_the_rounded_product_or_its_limit() {
+        for factor in [0.0, 1e-9, 0.3, 1.0, 7.25, 1e6_f32] {
+            for value in [0, 1, -1, 1000, -12_345, 1 << 30, i32::MAX, i32::MIN] {
+                let truth = (f64::from(factor) * f64::from(value)).floor();
+                let held = truth.clamp(-f64::from(i32::MAX), f64::from(i32::MAX));
+                assert_eq!(f64::from(Multiplier::new(factor).of(value)), held, "{factor} {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fraction_gives_the_part_rounded_down() {
+        for fraction in [0.0, 1e-6, 0.25, 0.7, 0.999_999_9, 1.0_f32] {
+            for value in [0, 1, -1, 1000, -12_345, 1 << 30, i32::MAX, i32::MIN] {
+                let truth = f64::from(fraction) * f64::from(value);
+                let found = f64::from(Fraction::new(fraction).of(value));
+                assert!((found - truth).abs() <= 2.0, "{fraction} {value}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn shifts_round_down_and_lengths_count_the_bits() {
+        assert_eq!([shift(3, 4), shift(-3, -1), shift(-1, -40), shift(5, -40)], [48, -2, -1, 0]);
+        assert_eq!([0, 1, -1, -2, 255, -256, i32::MAX].map(bit_length), [0, 1, 0, 1, 8, 8, 31]);
+        assert_eq!(product(-3, 1 << 20, 21), -2);
+    }
+}
