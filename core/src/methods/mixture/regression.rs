@@ -207,8 +207,8 @@ impl Regression {
         let of_means = if largest_mean == 0 { 0 } else { 2 * bit_length(largest_mean) + means_power };
         let of_slope = exponent(if fed_back > slope { fed_back } else { slope });
         let up = ENTRY_BITS - 2 - bit_length(largest).max(of_means).max(of_slope);
-        let entry =
-            |sum: i32, i: usize, j: usize| shift(sum, up) + shift(means[i] * means[j], means_power + up);
+        let (of_sum, of_product) = (PowerOfTwo::new(up), PowerOfTwo::new(means_power + up));
+        let entry = |sum: i32, i: usize, j: usize| of_sum.of(sum) + of_product.of(means[i] * means[j]);
         let (slope, fed_back) = (scaled(slope, up), scaled(fed_back, up));
         let [pp, qp, qq, xp, xq, xx] = s.matrix;
         let [py, qy, xy] = s.right;
