@@ -134,7 +134,7 @@ impl InverseSqrt {
 pub fn sqrt_wide(value: i32) -> i32 {
     // √v = v / √v, and v / 2^29 is what the inverse is taken of.
     let InverseSqrt { mantissa, power } = InverseSqrt::new(value);
-    product(value << (2 * power & 31), mantissa, BITS) >> (power & 31)
+    product(value << ((2 * power) & 31), mantissa, BITS) >> (power & 31)
 }
 
 /// Bits behind the point of a fraction.
