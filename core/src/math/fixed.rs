@@ -9,6 +9,7 @@ pub fn bit_length(value: i32) -> i32 {
 
 /// A factor 2^power.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PowerOfTwo {
     left: i32,
     right: i32,
@@ -71,10 +72,10 @@ impl Multiplier {
         Self { mantissa, power: (bits >> 23) - 127 - 30 }
     }
 
-    /// The first 15 bits of the factor and the power of two of the last of them.
+    /// The factor as `mantissa · 2^power`; the mantissa is in 2^30..2^31, or 0.
     #[inline]
-    pub fn short(self) -> (i32, i32) {
-        (self.mantissa >> 16, self.power + 16)
+    pub fn parts(self) -> (i32, i32) {
+        (self.mantissa, self.power)
     }
 
     /// `value` times the factor, rounded down and held within 31 bits.
@@ -120,6 +121,12 @@ impl InverseSqrt {
         Self { mantissa: ((r << 14) as i32) + ((r as i32 * off) >> 11), power }
     }
 
+    /// The inverse square root is in 1 to 2, times two to this power.
+    #[inline]
+    pub fn power(self) -> u32 {
+        self.power
+    }
+
     /// `value`, of 30 bits at most, times the inverse square root, held within ±`most`. What is rounded down is a part of
     /// the mantissa's product.
     #[inline]
@@ -155,6 +162,12 @@ impl Fraction {
     #[inline]
     pub fn of(self, value: i32) -> i32 {
         product(value, self.0, FRACTION_BITS)
+    }
+
+    /// That part of `value` with so many bits behind the point, rounded down and held within 31 bits.
+    #[inline]
+    pub fn finely_of(self, value: i32, bits: u32) -> i32 {
+        held((i64::from(value) * i64::from(self.0)) >> (FRACTION_BITS - bits), i32::MAX)
     }
 }
 
@@ -203,6 +216,9 @@ mod tests {
                 let truth = f64::from(fraction) * f64::from(value);
                 let found = f64::from(Fraction::new(fraction).of(value));
                 assert!((found - truth).abs() <= 2.0, "{fraction} {value}: {found}");
+                let finely = f64::from(Fraction::new(fraction).finely_of(value, 4));
+                let held = (16.0 * truth).clamp(-f64::from(i32::MAX), f64::from(i32::MAX));
+                assert!((finely - held).abs() <= 32.0, "{fraction} {value}: {finely}");
             }
         }
     }

@@ -43,12 +43,12 @@ use crate::{
     config::Ridge,
     math::{
         abs, clamp,
-        fixed::{Fraction, Multiplier, PowerOfTwo, bit_length, shift, sqrt_wide},
+        fixed::{Fraction, Multiplier, PowerOfTwo, bit_length, product, shift, sqrt_wide},
         sqrt,
     },
     methods::mixture::{
         ridge::{ANSWER_BITS, ENTRY_BITS, System},
-        sums::{Examples, FINE_BITS, SQUARE_BITS, Scatter},
+        sums::{Examples, FINE_BITS, FINER_BITS, SQUARE_BITS, Scatter, most_off},
         variables::{FRACTION, parts_per_unit},
     },
 };
@@ -83,20 +83,28 @@ pub struct Prediction {
 
 /// A regression's parameters, ready for the examples of one class.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Regression {
     parameters: Parameters,
+    /// Least λ in square units: twice what the sums can be off, so that the matrix is positive.
+    least_slope: f32,
     /// √w: how the means count in the normal equations.
     means_weight: Multiplier,
     /// g: how much of the mean at input zero is left out.
     left_out: Fraction,
-    /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in fine units.
+    /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in sixteenths of fine units.
     kappa: Multiplier,
     rho: Fraction,
     /// κy rounded down to a power of two.
     output_kappa_power: i32,
 }
 
-/// A difference from the first example is held within 2^29 fine units.
+/// Bits of the largest mean in the normal equations.
+const MEAN_BITS: i32 = 24;
+/// Bits of a product of two means that are left out.
+const CUT: u32 = 2 * MEAN_BITS as u32 - 30;
+
+/// A difference from the first example is held within 2^29 sixteenths of fine units.
 const MOST: i32 = 1 << 29;
 
 impl Regression {
@@ -105,9 +113,10 @@ impl Regression {
         let (lambda, n) = (parameters.lambda, f32::from(count.max(1)));
         let part = 1.0 / (n + lambda);
         // The root of the mean square in units, from 2^14.5 times the root of the sum.
-        let to_fine = (1 << FINE_BITS) as f32 / (16_384.0 * core::f32::consts::SQRT_2);
+        let to_fine = (1 << (FINE_BITS + FINER_BITS)) as f32 / (16_384.0 * core::f32::consts::SQRT_2);
         Self {
             parameters: *parameters,
+            least_slope: 2.0 * most_off(count.max(1)),
             means_weight: Multiplier::new(sqrt(n * lambda * part)),
             left_out: Fraction::new(lambda * part),
             kappa: Multiplier::new(parameters.kappa * to_fine / sqrt(n)),
@@ -140,15 +149,19 @@ impl Regression {
     fn evaluate(&self, s: &Scatter, dof: usize, input: [f32; 3], [step, scale]: [f32; 2]) -> Prediction {
         let parts_per_unit = parts_per_unit(step);
         let system = self.system(s, parts_per_unit * power(-(s.bits as i32) - FINE_BITS as i32), scale);
+        // From here on in sixteenths of fine units.
+        let bits = s.bits as i32 - FINER_BITS as i32;
+        let (finer, held) = (PowerOfTwo::new(-bits), MOST >> (-bits).clamp(0, 31));
+        let held = if bits < 0 { held } else { i32::MAX };
         let [p, q, x]: [i32; 3] = core::array::from_fn(|i| {
-            let parts = (input[i] * parts_per_unit) as i32;
-            (parts.saturating_sub(s.first[i]) >> s.bits).clamp(-MOST, MOST) - s.offsets[i]
+            let parts = ((input[i] * parts_per_unit) as i32).saturating_sub(s.first[i]);
+            finer.of(parts.clamp(-held, held)).clamp(-MOST, MOST) - s.offsets[i]
         });
         let most = (1 << SQUARE_ROOT_BITS) - 1;
         let half = self.kappa.of(sqrt_wide(s.matrix[5].clamp(0, most)));
         let outside = x - x.clamp(-half, half);
         let kept = self.rho.of(outside);
-        let left_out = s.means.map(|mean| self.left_out.of(mean));
+        let left_out = s.means.map(|mean| self.left_out.finely_of(mean, FINER_BITS));
         let apart = system.evaluate([
             (p - outside).saturating_add(left_out[0]),
             (q - kept).saturating_add(left_out[1]),
@@ -156,12 +169,12 @@ impl Regression {
         ]);
         let own = (apart >> ANSWER_BITS).saturating_sub(left_out[3]);
 
-        let unit = step * power(s.bits as i32 - FRACTION as i32);
+        let unit = step * power(bits - FRACTION as i32);
         let finely = apart as f32 * (1.0 / (1 << ANSWER_BITS) as f32);
-        let whole = (s.offsets[3] - left_out[3]).saturating_add(kept);
+        let whole = s.offsets[3].saturating_sub(left_out[3]).saturating_add(kept);
         let first = s.first[3] as f32 * (step * (1.0 / (1 << FRACTION) as f32));
         let mut correction = 0.0;
-        if !self.is_near(own, s.bits, [step, scale]) {
+        if !self.is_near(own, bits, [step, scale]) {
             let most = self.parameters.output_kappa * scale;
             let apart = (finely - left_out[3] as f32) * unit;
             correction = clamp(apart, -most, most) - apart;
@@ -170,17 +183,17 @@ impl Regression {
             let [outside, kept] = [outside, kept].map(|fine| fine as f32 * unit);
             let x = input[2];
             let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            correction += (1.0 - part) * (x - s.means[3] as f32 * unit - kept);
+            correction += (1.0 - part) * (x - (first + s.offsets[3] as f32 * unit) - kept);
         }
         Prediction { y: first + (whole as f32 + finely) * unit, correction }
     }
 
-    /// Whether an output so many fine units from its neighbors' mean is within κy deviations, by powers of two alone:
+    /// Whether an output so many times 2 to the power of `bits` parts from its neighbors' mean is within κy deviations, by powers of two alone:
     /// most are, and those that are not close are looked at in full.
-    fn is_near(&self, apart: i32, bits: u32, [step, scale]: [f32; 2]) -> bool {
+    fn is_near(&self, apart: i32, bits: i32, [step, scale]: [f32; 2]) -> bool {
         // The logarithm of their ratio, rounded down, is one too many at most.
         let deviation = ((scale.to_bits() as i32 - step.to_bits() as i32) >> 23) - 1;
-        let near = deviation + self.output_kappa_power + FRACTION as i32 - bits as i32;
+        let near = deviation + self.output_kappa_power + FRACTION as i32 - bits;
         bit_length(apart) <= near
     }
 
@@ -191,24 +204,28 @@ impl Regression {
             Ridge::Raw => per_unit,
             Ridge::Normalised => per_unit * scale,
         };
+        let at_least = |slope: f32| if slope > self.least_slope { slope } else { self.least_slope };
         let slope = lambda * (per_unit * per_unit);
-        let fed_back = slope * feedback;
-        // √w times the means, in 15 bits and a power of two.
+        let (slope, fed_back) = (at_least(slope), at_least(slope * feedback));
+        // √w times the means: the largest has 23 or 24 bits, and its square, less `CUT`, 30.
         let longest = s.means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
-        let down = (bit_length(longest) - 15).max(0);
-        let (weight, weight_power) = self.means_weight.short();
-        let means = s.means.map(|mean| ((mean >> down) * weight) >> 15);
-        let means_power = 2 * (15 + weight_power + down) - SQUARE_BITS;
+        let spare = PowerOfTwo::new(MEAN_BITS - bit_length(longest));
+        let (weight, weight_power) = self.means_weight.parts();
+        let means = s.means.map(|mean| product(spare.of(mean), weight, 31));
+        let means_power =
+            2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + CUT as i32 - SQUARE_BITS;
         let largest_mean = means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
         let largest = [s.matrix[0], s.matrix[2], s.matrix[5]].into_iter().chain(s.right);
         let largest = largest.fold(0, |bits, entry| bits | (entry ^ (entry >> 31)));
 
         // Three numbers are added to an entry: each has two bits less.
-        let of_means = if largest_mean == 0 { 0 } else { 2 * bit_length(largest_mean) + means_power };
+        let of_means =
+            if largest_mean == 0 { 0 } else { 2 * bit_length(largest_mean) - CUT as i32 + means_power };
         let of_slope = exponent(if fed_back > slope { fed_back } else { slope });
         let up = ENTRY_BITS - 2 - bit_length(largest).max(of_means).max(of_slope);
         let (of_sum, of_product) = (PowerOfTwo::new(up), PowerOfTwo::new(means_power + up));
-        let entry = |sum: i32, i: usize, j: usize| of_sum.of(sum) + of_product.of(means[i] * means[j]);
+        let entry =
+            |sum: i32, i: usize, j: usize| of_sum.of(sum) + of_product.of(product(means[i], means[j], CUT));
         let (slope, fed_back) = (scaled(slope, up), scaled(fed_back, up));
         let [pp, qp, qq, xp, xq, xx] = s.matrix;
         let [py, qy, xy] = s.right;

@@ -6,8 +6,9 @@
 
 use crate::math::fixed::{BITS, InverseSqrt, bit_length, product, shift};
 
-/// Bits of the largest entry of `L⁻¹ r` and `L⁻¹ v` before division by the pivots, which makes them larger.
-const SOLVED_BITS: i32 = 22;
+/// Bits of the largest entry of `r` and of `v` where the pivots' roots are not below one half; each further power of two
+/// takes one away, since division by a pivot's root makes entries larger.
+const SOLVED_BITS: i32 = 27;
 /// No entry of `L⁻¹ r` or `L⁻¹ v` is larger: three products fit 63 bits.
 const MOST: i32 = 1 << 30;
 /// A pivot is held above that part of the diagonal, 2^-21: a singular system gives a finite answer.
@@ -15,7 +16,7 @@ const LEAST_PIVOT: i32 = 1 << 8;
 /// Bits of an entry of a system, at most.
 pub const ENTRY_BITS: i32 = 28;
 /// Bits behind the point of an answer.
-pub const ANSWER_BITS: u32 = 5;
+pub const ANSWER_BITS: u32 = 1;
 
 /// Normal equations `A β = r` of three unknowns, in any unit that they share; entries are below 2^28.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +37,6 @@ impl System {
         let at = |entry: i32, power: i32| entry << (power & 31);
         let (a00, a11, a22) = (at(a00, 2 * s0), at(a11, 2 * s1), at(a22, 2 * s2));
         let (a10, a20, a21) = (at(a10, s0 + s1), at(a20, s0 + s2), at(a21, s1 + s2));
-        let ([r0, r1, r2], r_power) = balanced(self.right, scales);
-        let ([v0, v1, v2], v_power) = balanced(v, scales);
 
         const ONE: i32 = 1 << BITS;
         let i0 = InverseSqrt::new(a00.max(LEAST_PIVOT));
@@ -52,7 +51,10 @@ impl System {
             let z1 = i1.of(b1 - product(l10, z0, BITS), MOST);
             [z0, z1, i2.of(b2 - product(l20, z0, BITS) - product(l21, z1, BITS), MOST)]
         };
-        let (z, w) = (forward([r0, r1, r2]), forward([v0, v1, v2]));
+        let bits = SOLVED_BITS - i1.power().max(i2.power()) as i32;
+        let (right, r_power) = balanced(self.right, scales, bits);
+        let (v, v_power) = balanced(v, scales, bits);
+        let (z, w) = (forward(right), forward(v));
         let sum: i64 = z.iter().zip(w).map(|(&z, w)| i64::from(z) * i64::from(w)).sum();
         let bits = BITS as i32 - ANSWER_BITS as i32 + r_power + v_power;
         let sum = sum >> bits.clamp(0, 63);
@@ -62,10 +64,10 @@ impl System {
 }
 
 /// Three numbers times 2 to the power of their scale, all times 2 to the power that the second value tells: so that the
-/// largest has [`SOLVED_BITS`] bits.
-fn balanced(values: [i32; 3], scales: [i32; 3]) -> ([i32; 3], i32) {
+/// largest has so many bits.
+fn balanced(values: [i32; 3], scales: [i32; 3], bits: i32) -> ([i32; 3], i32) {
     let longest = |i: usize| bit_length(values[i]) + scales[i];
-    let power = SOLVED_BITS - longest(0).max(longest(1)).max(longest(2));
+    let power = bits - longest(0).max(longest(1)).max(longest(2));
     (core::array::from_fn(|i| shift(values[i], scales[i] + power)), power)
 }
 

@@ -6,8 +6,7 @@
 //! it. So no sum overflows, and the largest difference has 14 bits or more.
 
 use crate::{
-    math::fixed::shift,
-    methods::mixture::variables::{Example, FRACTION},
+    methods::mixture::variables::{Example, FRACTION, X, X_PREV, Y_PREV},
     search::query::ALIGNED,
 };
 
@@ -49,8 +48,10 @@ impl Sums {
     /// Adds two neighbors, in fine units.
     #[inline]
     fn add(&mut self, [[p, q, x, y], [p2, q2, x2, y2]]: [[i32; 4]; BATCH]) {
+        // To the nearest: sums that are rounded down would tell of a scatter where there is little.
         let product = |a: [i32; BATCH], b: [i32; BATCH]| {
-            ((a[0] * b[0]) >> (2 * FINE_BITS)) + ((a[1] * b[1]) >> (2 * FINE_BITS))
+            const HALF: i32 = 1 << (SQUARE_BITS - 2);
+            (((a[0] * b[0]) >> 1) + ((a[1] * b[1]) >> 1) + HALF) >> (SQUARE_BITS - 1)
         };
         let [p, q, x, y] = [[p, p2], [q, q2], [x, x2], [y, y2]];
         self.p += p[0] + p[1];
@@ -193,9 +194,10 @@ impl<const J: usize> Examples<J> {
 
     /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in steps; zeros of none.
     pub fn means(&self, dof: usize) -> [f32; 3] {
-        let Some(Scatter { bits, means: [p, q, x, _], .. }) = self.scatter(dof) else { return [0.0; 3] };
-        let steps = (1u32 << bits) as f32 * (1.0 / (1 << FRACTION) as f32);
-        [p, q, x].map(|mean| mean as f32 * steps)
+        let Some(Scatter { bits, first, offsets, .. }) = self.scatter(dof) else { return [0.0; 3] };
+        let parts = (1u32 << bits) as f32 * (1.0 / (1 << FINER_BITS) as f32);
+        let mean = |i: usize| (first[i] as f32 + offsets[i] as f32 * parts) * (1.0 / (1 << FRACTION) as f32);
+        [mean(X_PREV), mean(Y_PREV), mean(X)]
     }
 }
 
@@ -206,12 +208,11 @@ pub(super) struct Scatter {
     pub bits: u32,
     /// The first example, in parts.
     pub first: [i32; 4],
-    /// The means less the first example, in fine units.
+    /// The means less the first example, in fine units with [`FINER_BITS`] bits behind the point.
     pub offsets: [i32; 4],
-    /// The means, in fine units.
+    /// The means, in whole fine units.
     pub means: [i32; 4],
-    /// Sums of products in square units: pp, qp, qq, xp, xq, xx. Of every product up to one is lost by rounding down;
-    /// four more in the squares' sums keep the matrix positive.
+    /// Sums of products in square units: pp, qp, qq, xp, xq, xx. Each is off by [`most_off`] at most.
     pub matrix: [i32; 6],
     /// Sums of products with `y`: py, qy, xy.
     pub right: [i32; 3],
@@ -229,32 +230,41 @@ impl Scatter {
             let offset = rough + mean(sum - count * rough, inverse);
             (offset, sum - count * offset)
         });
-        let offsets = parts.map(|(offset, _)| offset);
+        let offsets = parts.map(|(offset, rest)| (offset << FINER_BITS) + mean(rest << FINER_BITS, inverse));
         // Σ (p - m)(q - k) = Σ pq - n m k - m (Σ q - n k) - k (Σ p - n m), for any m and k.
         let about = |sum: i32, i: usize, j: usize| {
             let ((m, m_rest), (k, k_rest)) = (parts[i], parts[j]);
-            sum - count * shift(m * k, -SQUARE_BITS) - shift(m * k_rest + k * m_rest, -SQUARE_BITS)
+            let whole = (m * k) >> SQUARE_BITS;
+            let rest = count * (m * k - (whole << SQUARE_BITS)) + m * k_rest + k * m_rest;
+            sum - count * whole - (rest >> SQUARE_BITS)
         };
-        let positive = 4 * count;
         let half = (1 << bits) >> 1;
         Self {
             bits,
             first: *first,
             offsets,
-            means: core::array::from_fn(|i| (first[i].saturating_add(half) >> bits) + offsets[i]),
+            means: core::array::from_fn(|i| (first[i].saturating_add(half) >> bits) + parts[i].0),
             matrix: [
-                about(pp, 0, 0) + positive,
+                about(pp, 0, 0),
                 about(qp, 1, 0),
-                about(qq, 1, 1) + positive,
+                about(qq, 1, 1),
                 about(xp, 2, 0),
                 about(xq, 2, 1),
-                about(xx, 2, 2) + positive,
+                about(xx, 2, 2),
             ],
             right: [about(py, 0, 3), about(qy, 1, 3), about(xy, 2, 3)],
         }
     }
 }
 
+/// How much the sums of products of so many examples can be off, in square units: half a unit a product, and as much for
+/// the means.
+pub(super) fn most_off(count: u16) -> f32 {
+    f32::from(count) * 2.0
+}
+
+/// Bits behind the point of means in fine units.
+pub(super) const FINER_BITS: u32 = 4;
 /// Bits behind the point of the inverse of a count.
 const INVERSE_BITS: u32 = 14;
 
