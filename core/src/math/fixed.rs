@@ -46,7 +46,7 @@ pub fn product(a: i32, b: i32, bits: u32) -> i32 {
 fn held(value: i64, most: i32) -> i32 {
     let low = value as i32;
     if i64::from(low) == value {
-        low.clamp(-most, most)
+        low.max(-most).min(most)
     } else if value < 0 {
         -most
     } else {
@@ -132,7 +132,7 @@ impl InverseSqrt {
     #[inline]
     pub fn of(self, value: i32, most: i32) -> i32 {
         let most = most >> (self.power & 31);
-        product(value, self.mantissa, BITS).clamp(-most, most) << (self.power & 31)
+        product(value, self.mantissa, BITS).max(-most).min(most) << (self.power & 31)
     }
 }
 

@@ -155,11 +155,11 @@ impl Regression {
         let held = if bits < 0 { held } else { i32::MAX };
         let [p, q, x]: [i32; 3] = core::array::from_fn(|i| {
             let parts = ((input[i] * parts_per_unit) as i32).saturating_sub(s.first[i]);
-            finer.of(parts.clamp(-held, held)).clamp(-MOST, MOST) - s.offsets[i]
+            finer.of(parts.max(-held).min(held)).clamp(-MOST, MOST) - s.offsets[i]
         });
         let most = (1 << SQUARE_ROOT_BITS) - 1;
         let half = self.kappa.of(sqrt_wide(s.matrix[5].clamp(0, most)));
-        let outside = x - x.clamp(-half, half);
+        let outside = x - x.max(-half).min(half);
         let kept = self.rho.of(outside);
         let left_out = s.means.map(|mean| self.left_out.finely_of(mean, FINER_BITS));
         let apart = system.evaluate([

@@ -59,7 +59,7 @@ impl System {
         let bits = BITS as i32 - ANSWER_BITS as i32 + r_power + v_power;
         let sum = sum >> bits.clamp(0, 63);
         let most = i64::from(i32::MAX >> (-bits).clamp(0, 31));
-        (sum.clamp(-most, most) as i32) << (-bits).clamp(0, 31)
+        (sum.max(-most).min(most) as i32) << (-bits).clamp(0, 31)
     }
 }
 
