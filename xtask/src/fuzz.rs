@@ -103,7 +103,7 @@ fn prepare(krate: &str, target: &str, seconds: u32) -> Result<Command> {
     let folder = root().join(krate).join("fuzz");
     let corpus = folder.join("corpus").join(target);
     std::fs::create_dir_all(&corpus)?;
-    if target == "open" {
+    if ["open", "work"].contains(&target) {
         seed_with_blobs(&corpus)?;
     }
     let mut command = cargo_fuzz("run", krate);

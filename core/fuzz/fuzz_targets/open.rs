@@ -4,49 +4,17 @@
 //! length, in the header) made to agree. What lies behind the blob's stated length are settings and poses.
 #![no_main]
 
-use gestus_core::{
-    Config, Database, Effort, Method, Pose, Stylizer,
-    blob::{
-        crc::crc32c,
-        layout::{entry, header},
-        read::{u16_at, u32_at},
-    },
-};
+use gestus_core::{Config, Database, Effort, Method, Pose, Stylizer};
+use gestus_core_fuzz::{JOINTS, pose, sealed};
 use libfuzzer_sys::fuzz_target;
-
-const JOINTS: usize = 64;
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Database::open(bytes);
-    let total = u32_at(bytes, header::TOTAL.start) as usize;
-    let (blob, rest) = bytes.split_at(total.min(bytes.len()));
-    let mut blob = blob.to_vec();
-    seal(&mut blob);
+    let (blob, rest) = sealed(bytes);
     if let Ok(database) = Database::open(&blob) {
         drive(database, rest);
     }
 });
-
-/// Makes length and checksums agree with the bytes.
-fn seal(blob: &mut [u8]) {
-    let table_end = header::LENGTH + usize::from(u16_at(blob, header::SECTIONS.start)) * entry::LENGTH;
-    if blob.len() < table_end {
-        return;
-    }
-    let total = blob.len() as u32;
-    blob[header::TOTAL].copy_from_slice(&total.to_le_bytes());
-    for at in (header::LENGTH..table_end).step_by(entry::LENGTH) {
-        let (start, length) = (u32_at(blob, at + entry::OFFSET.start), u32_at(blob, at + entry::BYTES.start));
-        let end = (start as usize).saturating_add(length as usize);
-        if let Some(content) = blob.get(start as usize..end) {
-            let crc = crc32c(&[content]);
-            blob[at + entry::CRC.start..at + entry::CRC.end].copy_from_slice(&crc.to_le_bytes());
-        }
-    }
-    blob[header::CRC].fill(0);
-    let crc = crc32c(&[&blob[..table_end]]);
-    blob[header::CRC].copy_from_slice(&crc.to_le_bytes());
-}
 
 /// Settings and a few steps, from whatever bytes there are.
 fn drive(database: Database<'_>, bytes: &[u8]) {
@@ -83,21 +51,4 @@ fn drive_by(database: Database<'_>, config: Config, bytes: &[u8]) {
         let shares: f32 = report.classes.iter().map(|c| c.proportion).sum();
         assert!(shares <= 1.001, "step {step}: {report:?}");
     }
-}
-
-/// A pose near to one that a body could hold, or no pose at all, once in a while.
-fn pose(step: usize, byte: &mut impl FnMut() -> u8) -> Pose<JOINTS> {
-    let mut small = || f32::from(byte() as i8) / 128.0;
-    let mut pose = Pose::IDENTITY;
-    pose.position = [small(), 0.9 + 0.1 * small(), small() + 0.03 * step as f32];
-    for rotation in &mut pose.rotations {
-        let [x, y, z] = [small(), small(), small()].map(|v| v * 0.7);
-        let w = (1.0 - (x * x + y * y + z * z)).abs().sqrt();
-        let length = (x * x + y * y + z * z + w * w).sqrt();
-        *rotation = [x, y, z, w].map(|v| v / length);
-    }
-    if byte() == 0xff {
-        pose.rotations[1][0] = f32::NAN;
-    }
-    pose
 }

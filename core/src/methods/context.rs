@@ -1,5 +1,6 @@
 //! What a method of translation is given of a frame, and where it leaves its result.
 
+use super::work::{Load, Work};
 use crate::{
     Config, Observer, Pose, Report, blob::Database, body::pose::Dofs, stylizer::style_mix::Settings,
 };
@@ -81,6 +82,9 @@ pub(crate) trait Translate<const J: usize> {
 
     /// The optional section that holds what it needs; `None` for the captured frames.
     const SECTION: Option<u16>;
+
+    /// The most work of a step, whatever the stream.
+    fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 
     /// Predicts every dof, and the time step where it is not the input's. On a first frame it also says what came before
     /// it: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.

@@ -6,8 +6,9 @@ use super::{
     mixture::step::Mixture,
     phase::step::Phase,
     statistics::Statistics,
+    work::{Load, Work},
 };
-use crate::{Database, Method, Observer, Report};
+use crate::{Config, Database, Method, Observer, Report};
 
 /// A method and its state. They share one place, which is as large as the largest, the mixture's.
 #[derive(Debug, Clone)]
@@ -79,6 +80,33 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
     #[inline(never)]
     pub fn reset(&mut self) {
         each!(self, method => method.reset());
+    }
+}
+
+impl Database<'_> {
+    /// The most work that a step can take with a configuration, whatever the stream and the settings: of labels, of output
+    /// styles, of joint groups.
+    ///
+    /// It holds for every database, since [`open`](Database::open) refuses those whose work has no bound. A stylizer knows
+    /// the bound under the settings that are in force ([`Stylizer::worst_step`](crate::Stylizer::worst_step)).
+    /// Takes time in proportion to the number of classes; 0 all over where the database does not hold what the method
+    /// needs.
+    pub fn worst_step(&self, config: &Config) -> Work {
+        self.worst_step_of(config, &Load::most(self))
+    }
+
+    /// [`worst_step`](Self::worst_step) under some settings.
+    #[inline(never)]
+    pub fn worst_step_of(&self, config: &Config, load: &Load) -> Work {
+        if !config.method.is_held_by(self) {
+            return Work::default();
+        }
+        match config.method {
+            Method::Mar => Mixture::<1, 1, 1>::worst_step(self, config, load),
+            Method::Lti => Linear::<1>::worst_step(self, config, load),
+            Method::Statistic => Statistics::<1>::worst_step(self, config, load),
+            Method::Phase => Phase::<1, 1>::worst_step(self, config, load),
+        }
     }
 }
 

@@ -19,13 +19,16 @@
 //! Cost: (n + p)(n + m) products a joint and model, where a joint has n states, m inputs and p outputs.
 
 use crate::{
-    Degraded, Observer, Report,
+    Config, Database, Degraded, Observer, Report,
     blob::{
         LinearModel,
         layout::{MAX_ORDER, dof, section},
     },
     math::{clamp, erf, exp, pow},
-    methods::context::{Context, Frame, Needs, Signals, Translate},
+    methods::{
+        context::{Context, Frame, Needs, Signals, Translate},
+        work::{Load, Work, as_u32},
+    },
     search::top_k::insert,
 };
 
@@ -62,6 +65,12 @@ impl<const J: usize> Translate<J> for Linear<J> {
     // One state and one time step for all joints; labels choose models, not frames.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: true };
     const SECTION: Option<u16> = Some(section::LTI);
+
+    /// Models that fade out run beside those that fade in, as many as there is room for.
+    fn worst_step(database: &Database<'_>, _config: &Config, _load: &Load) -> Work {
+        let largest = (0..database.linear_models()).map(|m| database.linear_model(m).bytes()).max();
+        Work { bytes_read: as_u32(BLENDED * largest.unwrap_or(0)), ..Work::default() }
+    }
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

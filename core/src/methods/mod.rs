@@ -6,3 +6,4 @@ pub mod linear;
 pub mod mixture;
 pub mod phase;
 pub(crate) mod statistics;
+pub mod work;

@@ -20,7 +20,7 @@
 //! output's do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
 
 use crate::{
-    Observer, Report,
+    Config, Observer, Report,
     blob::{
         Database, Table,
         layout::{MAX_STYLES, ROOT_DOFS, dof, section},
@@ -31,7 +31,10 @@ use crate::{
         sqrt,
         vector::norm,
     },
-    methods::context::{Context, Frame, Needs, Translate},
+    methods::{
+        context::{Context, Frame, Needs, Translate},
+        work::{Load, Work, as_u32},
+    },
     stylizer::style_mix::Settings,
 };
 
@@ -56,6 +59,13 @@ impl<const J: usize> Translate<J> for Statistics<J> {
     // Labels choose tables, not frames; each joint is translated by itself.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: false };
     const SECTION: Option<u16> = Some(section::STATISTIC);
+
+    /// Every joint takes the input's table and those of its output styles.
+    fn worst_step(database: &Database<'_>, _config: &Config, load: &Load) -> Work {
+        let table = as_u32(database.table(0).bytes());
+        let bytes_read = table * (1 + load.styles);
+        Work { mixes: load.mixes, outputs: load.styles, bytes_read, ..Work::default() }
+    }
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

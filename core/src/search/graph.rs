@@ -34,6 +34,8 @@ pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 /// Frames that a search without neighbors to go on from starts with.
 const SPREAD: usize = 48;
+/// Most frames that neighbors are followed through. A class that was not searched for longer is searched anew.
+pub const MOST_FOLLOWED: usize = 32;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
 
@@ -104,7 +106,7 @@ impl Searcher {
             walk.left = u16::MAX;
             walk.pool_whole();
         } else {
-            let mut fresh = last.is_empty() || last_mean < 0.0;
+            let mut fresh = last.is_empty() || last_mean < 0.0 || frames > MOST_FOLLOWED;
             if !fresh {
                 walk.start();
                 walk.following = true;

@@ -6,4 +6,4 @@ pub mod graph;
 pub mod metric;
 pub mod query;
 pub(crate) mod top_k;
-mod visited;
+pub(crate) mod visited;

@@ -20,6 +20,7 @@ use crate::{
     methods::{
         context::{Context, Frame, Signals},
         engine::Engine,
+        work::{Load, Work},
     },
     observe::Stage,
     output::{
@@ -134,6 +135,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     /// The pose that was put out last; `None` before the first of a stream.
     pub fn last_output(&self) -> Option<&Pose<J>> {
         self.last.as_ref()
+    }
+
+    /// The most work that a step can take under the settings that are in force, whatever the stream.
+    pub fn worst_step(&self) -> Work {
+        self.database.worst_step_of(&self.config, &Load::of(&self.settings, &self.database))
     }
 
     /// Forgets the stream; the next pose is a first pose. Settings stay.

@@ -17,7 +17,7 @@ use crate::{
         session::Session,
         stream::{Linked, stream},
     },
-    parts::{calibration::Isa, worst::Shape},
+    parts::{calibration::Isa, worst},
 };
 
 /// Long timeouts: an emulated board is slow, and its line has no faults.
@@ -39,7 +39,7 @@ pub struct Measured {
     pub flash_bytes: u64,
     /// Bytes read from the blob in each frame, ascending.
     pub bytes_read: Vec<u32>,
-    /// Upper bound of the instructions of a frame under the request ([`Shape::bound`]), if it is known.
+    /// Upper bound of the instructions of a frame under the request ([`worst::bound`]), if it is known.
     pub bound: Option<f64>,
     /// Bytes a style of the method's section in the database; 0 for the mixture, which has no section of its own.
     pub model_bytes_per_style: usize,
@@ -206,7 +206,7 @@ fn bound(board: &Board, job: &Job<'_>) -> Option<f64> {
     if board.name != "m4f" || job.request.config.method != Method::Mar {
         return None;
     }
-    Shape::of(&job.database, job.request).bound(Isa::Armv7MFpu)
+    worst::bound(Isa::Armv7MFpu, &job.database, job.request)
 }
 
 /// Bytes of the section that the method reads.

@@ -31,9 +31,15 @@
 //! statistic   rest         e₁ · J + e₂ · J S      S output styles
 //! ```
 //!
-//! [`super::worst`] bounds the cost of any frame of the mixture by its sum with the most units that a step can have.
+//! [`super::worst`] bounds the cost of any frame of the mixture by its sum with the most work that a step can have.
 
-use gestus_core::{Database, Method, Report, Stage, methods::mixture::contact_votes};
+use gestus_core::{
+    Database, Method, Report, Stage,
+    methods::{
+        mixture::contact_votes,
+        work::{Load, Work},
+    },
+};
 use gestus_database::stream::Request;
 
 /// Terms of the sums above.
@@ -78,9 +84,9 @@ const ROWS_OUTPUT: f64 = 3.0;
 /// Units of work of a step, term by term.
 pub type Units = [f64; TERMS];
 
-/// The counts from which [`Units`] follow.
+/// The counts of a database from which [`Units`] follow, besides the work of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Work {
+pub struct Size {
     /// Joints J.
     pub joints: f64,
     /// Dofs D.
@@ -89,75 +95,77 @@ pub struct Work {
     pub features: f64,
     /// Frames W of the query window.
     pub window: f64,
-    /// Classes searched.
-    pub searched: f64,
-    /// Distances computed.
-    pub visits: f64,
-    /// Classes unpacked.
-    pub used: f64,
-    /// Examples unpacked, of all classes.
-    pub examples: f64,
-    /// Examples that vote for contacts.
-    pub voters: f64,
-    /// Mixes of output styles.
-    pub mixes: f64,
-    /// Rows of an example in all mixes, relative to an example with one output.
-    pub rows: f64,
 }
 
-/// Number of outputs of an example in each mix of styles of a request: one or two a style, as the database has.
-pub fn outputs(database: &Database<'_>, request: &Request) -> Vec<usize> {
-    let styles = request.mixes(database.counts().groups).into_iter();
-    styles.map(|styles| styles * database.outputs()).collect()
-}
+impl Size {
+    /// Of a database.
+    pub fn of(database: &Database<'_>) -> Self {
+        let counts = database.counts();
+        let [joints, dofs, features, window] =
+            [counts.joints, counts.dofs, counts.features, counts.window].map(|count| count as f64);
+        Self { joints, dofs, features, window }
+    }
 
-/// Rows of an example in mixes with these numbers of outputs, relative to an example with one output.
-pub fn rows(mixes: &[usize]) -> f64 {
-    let of_mix = |&styles: &usize| ROWS_INPUT + ROWS_OUTPUT * styles as f64;
-    mixes.iter().map(of_mix).sum::<f64>() / (ROWS_INPUT + ROWS_OUTPUT)
-}
-
-impl Work {
-    /// The units of the mixture, term by term.
-    pub fn units(&self) -> Units {
-        let (fitted, used) = (self.examples * self.mixes, self.used * self.mixes);
+    /// The units of a step of the mixture, term by term.
+    pub fn mixture(&self, work: &Work) -> Units {
+        let Self { joints, dofs, features, window } = *self;
+        let [searched, distances, classes, examples, voters, mixes, outputs] = [
+            work.searched,
+            work.distances,
+            work.classes,
+            work.examples,
+            work.voters,
+            work.mixes,
+            work.outputs,
+        ]
+        .map(f64::from);
+        // Of an example in all mixes, relative to an example with one output.
+        let rows = (ROWS_INPUT * mixes + ROWS_OUTPUT * outputs) / (ROWS_INPUT + ROWS_OUTPUT);
         let mut units = [0.0; TERMS];
         units[..PHASE].copy_from_slice(&[
-            self.joints * self.window * self.features,
-            self.visits * self.features,
-            self.searched,
-            self.examples * self.dofs * self.rows,
-            fitted * self.dofs,
-            used * self.dofs,
-            fitted,
-            used,
-            self.joints,
-            fitted,
-            self.searched,
-            self.voters,
+            joints * window * features,
+            distances * features,
+            searched,
+            examples * dofs * rows,
+            examples * mixes * dofs,
+            classes * mixes * dofs,
+            examples * mixes,
+            classes * mixes,
+            joints,
+            examples * mixes,
+            searched,
+            voters,
             1.0,
         ]);
         units
     }
 }
 
+/// The settings of a request on which the work of a step depends.
+pub fn load(database: &Database<'_>, request: &Request) -> Load {
+    let mixes = request.mixes(database.counts().groups);
+    let styles = mixes.iter().sum::<usize>() as u32;
+    Load { action: request.action, input_style: request.input_style, mixes: mixes.len() as u32, styles }
+}
+
 /// The units of a step under a request.
 pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Units {
-    let counts = database.counts();
-    let [joints, dofs, features, used] =
-        [counts.joints, counts.dofs, counts.features, report.classes.len()].map(|count| count as f64);
+    let size = Size::of(database);
+    let Size { joints, dofs, features, window } = size;
+    let load = load(database, request);
+    let styles = f64::from(load.styles);
     let mut units = [0.0; TERMS];
     units[LOCK] = 1.0;
     match request.config.method {
-        Method::Mar => return work(database, request, report).units(),
+        Method::Mar => return size.mixture(&work(database, request, report)),
         Method::Phase => {
-            let styles: usize = request.mixes(counts.groups).iter().sum();
-            units[QUERY] = joints * counts.window as f64 * features;
+            let searched = database.worst_step_of(&request.config, &load).searched;
+            units[QUERY] = joints * window * features;
             units[PHASE..LINEAR].copy_from_slice(&[
                 f64::from(report.visits) * features,
-                searched(database, request),
+                f64::from(searched),
                 features * features,
-                used * (1 + styles) as f64 * dofs,
+                report.classes.len() as f64 * (1.0 + styles) * dofs,
                 joints,
             ]);
         }
@@ -165,44 +173,27 @@ pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Uni
             units[LINEAR..STATISTIC].copy_from_slice(&[f64::from(report.bytes_read), joints]);
         }
         Method::Statistic => {
-            let styles: usize = request.mixes(counts.groups).iter().sum();
-            units[STATISTIC..].copy_from_slice(&[joints, joints * styles as f64]);
+            units[STATISTIC..].copy_from_slice(&[joints, joints * styles]);
         }
     }
     units
 }
 
-/// Number of classes that the labels of a request allow.
-fn searched(database: &Database<'_>, request: &Request) -> f64 {
-    let labels = (request.action, request.input_style);
-    let allowed = |class: &gestus_core::blob::Class| {
-        labels.0.is_none_or(|a| a == class.action) && labels.1.is_none_or(|s| s == class.style)
-    };
-    database.classes().filter(allowed).count() as f64
-}
-
 /// The work of a step of the mixture.
 fn work(database: &Database<'_>, request: &Request, report: &Report) -> Work {
     let k = request.config.k;
-    let counts = database.counts();
-    let number = |value: usize| value as f64;
     let each =
         || report.classes.iter().map(|s| database.class(usize::from(s.class)).k_cap.min(usize::from(k)));
-    let mixes = outputs(database, request);
     let voters = contact_votes::voters(report.classes.len());
-    let examples: usize = each().sum();
+    let most = database.worst_step_of(&request.config, &load(database, request));
     Work {
-        joints: number(counts.joints),
-        dofs: number(counts.dofs),
-        features: number(counts.features),
-        window: number(counts.window),
-        searched: searched(database, request),
-        visits: f64::from(report.visits),
-        used: number(report.classes.len()),
-        examples: number(examples),
-        voters: number(each().map(|n| n.min(voters)).sum()),
-        mixes: number(mixes.len()),
-        rows: rows(&mixes),
+        distances: report.visits,
+        classes: report.classes.len() as u32,
+        examples: each().sum::<usize>() as u32,
+        voters: each().map(|n| n.min(voters)).sum::<usize>() as u32,
+        bytes_read: report.bytes_read,
+        // Every class that the labels allow, and the mixes of styles.
+        ..most
     }
 }
 

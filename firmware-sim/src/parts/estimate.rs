@@ -17,7 +17,7 @@ use super::{
     cost::units,
     state::{link_bytes, state_bytes},
     table::Part,
-    worst::Shape,
+    worst,
 };
 
 /// Bytes reserved for the stack: the most measured on emulated boards is 5,336.
@@ -159,7 +159,7 @@ pub struct Estimate {
     pub median: Cost,
     /// The most expensive frame.
     pub worst: Cost,
-    /// Upper bound of the instructions of any frame of any stream, if it is known ([`Shape::bound`]).
+    /// Upper bound of the instructions of any frame of any stream, if it is known ([`worst::bound`]).
     pub bound: Option<f64>,
     /// Frames a second of the stream.
     pub rate_hz: f64,
@@ -199,8 +199,8 @@ impl Estimate {
             median: costs.get(costs.len() / 2).copied().unwrap_or(nothing),
             worst: costs.last().copied().unwrap_or(nothing),
             bound: (stream.request.config.method == Method::Mar)
-                .then(|| Shape::of(stream.database, stream.request))
-                .and_then(|shape| shape.bound(part.core.isa())),
+                .then(|| worst::bound(part.core.isa(), stream.database, stream.request))
+                .flatten(),
             rate_hz: f64::from(stream.database.rate_hz()),
         }
     }

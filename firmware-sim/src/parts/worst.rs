@@ -1,165 +1,38 @@
-//! Upper bound of the instructions of a frame, known before anything is streamed, from the capacities and limits of a
-//! board.
+//! Upper bound of the instructions of a frame, known before anything is streamed, from a database and its settings.
 //!
-//! The code bounds the work of a frame. Searching C classes computes at most C V + 448 distances, V being
-//! `Config::visits`: after a jump a class is searched again, with the visits that the others have not used and at most
-//! 448 more. Each kept class unpacks and fits at most K examples. At most `Config::classes` classes are kept, and at
-//! most 2 at the start of the stream or if most of the database's C₀ classes have jumped. With G = min(classes, C) and
-//! G₂ = min(G, 2), a frame is one of
-//!
-//! ```text
-//! first       C V visits              G₂ + 1 classes unpacked (the nearest twice)
-//! follow      C V + 448 visits        G
-//! ```
-//!
-//! Every example is unpacked and fitted once for each mix of output styles (the body's, and those of joint groups). The
-//! bound is the sum of [`cost`](super::cost) over those units, each stage times the largest ratio of counted to
-//! modelled instructions on worst-case streams (`Calibration::worst`; `docs/PORTING.md`, "The worst frame"). So the
-//! units are proven, and the costs a unit are measured, with a margin; `cargo xtask budget` checks the bound on
-//! emulated boards in several configurations. Classes of at most V rows are searched exhaustively, once.
+//! The core knows the most work of a step ([`Database::worst_step`]). The bound is the [`cost`](super::cost) of that work,
+//! each stage times the largest ratio of counted to modelled instructions on worst-case streams (`Calibration::worst`;
+//! `docs/PORTING.md`, "The worst frame"). So the units are proven, and the costs a unit are measured, with a margin;
+//! `cargo xtask budget` checks the bound on emulated boards in several configurations. It leaves out collisions in the
+//! visited sets beyond those of blobs that the builder makes.
 
-use gestus_core::{
-    Config, Database,
-    methods::mixture::{
-        contact_votes::MOST_VOTERS,
-        weights::{MAX_KEPT, MAX_KEPT_ANEW},
-    },
-    search::graph::MAX_VISITS,
-};
+use gestus_core::{Database, methods::work::Work};
 use gestus_database::stream::Request;
 
 use super::{
     calibration::Isa,
-    cost::{Work, outputs, rows},
+    cost::{Size, load},
 };
 
-/// Additional visits of a frame in which classes are searched again, as in the core.
-const EXTRA_VISITS: usize = MAX_VISITS as usize;
-
-/// The capacities that are in use on a board, and the limits of a frame.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Shape {
-    /// Joints J of the database; its dofs are 3 J + 4.
-    pub joints: usize,
-    /// Components of a feature.
-    pub features: usize,
-    /// Frames of the query window.
-    pub window: usize,
-    /// Classes of the database, searched or not.
-    pub classes: usize,
-    /// Rows of each class that is searched.
-    pub searched: Vec<usize>,
-    /// Neighbors a class.
-    pub k: usize,
-    /// Most distances computed in a class in a frame ([`Config::visits`]).
-    pub visits: usize,
-    /// Most classes kept in a frame ([`Config::classes`]).
-    pub kept: usize,
-    /// Outputs of an example in each mix of styles: that of the body, and those of joint groups.
-    pub mixes: Vec<usize>,
+/// Upper bound of the instructions of a frame of the mixture in a database under a request; `None` for an instruction set
+/// without measurements on worst-case streams.
+pub fn bound(isa: Isa, database: &Database<'_>, request: &Request) -> Option<f64> {
+    let work = database.worst_step_of(&request.config, &load(database, request));
+    bound_of(isa, &Size::of(database), &work)
 }
 
-impl Shape {
-    /// The shape of J joints, K neighbors and C classes that are all searched, with one output style, a database with
-    /// two outputs a cycle, as `gestus build` makes it, and the default configuration. For planning a board.
-    pub fn new(joints: usize, k: usize, classes: usize) -> Self {
-        let visits = Config::new().visits;
-        Self {
-            joints,
-            features: gestus_core::blob::layout::MAX_FEATURES,
-            window: gestus_core::blob::layout::MAX_WINDOW,
-            classes,
-            searched: vec![usize::MAX; classes],
-            k,
-            visits: usize::from(visits),
-            kept: MAX_KEPT,
-            mixes: vec![2],
-        }
-    }
-
-    /// The shape of a database under a request.
-    pub fn of(database: &Database<'_>, request: &Request) -> Self {
-        let Request { config, action, input_style, .. } = request;
-        let counts = database.counts();
-        let allowed = |class: &gestus_core::blob::Class| {
-            action.is_none_or(|a| a == class.action) && input_style.is_none_or(|s| s == class.style)
-        };
-        let (k, visits) = (config.k, config.visits);
-        Self {
-            joints: counts.joints,
-            features: counts.features,
-            window: counts.window,
-            classes: counts.classes,
-            searched: database.classes().filter(allowed).map(|c| c.rows).collect(),
-            k: usize::from(k),
-            visits: usize::from(visits),
-            kept: usize::from(config.classes),
-            mixes: outputs(database, request),
-        }
-    }
-
-    /// The work of the two candidates for the worst frame: the first of a stream, and a later one.
-    pub fn work(&self) -> [Work; 2] {
-        let searched = self.searched.len();
-        let kept = self.kept.min(searched);
-        // Small classes are searched exhaustively, once. They are never searched again, and leave visits to others.
-        let visits: usize = self.searched.iter().map(|&rows| rows.min(self.visits)).sum();
-        let large = self.searched.iter().filter(|&&rows| rows > self.visits).count();
-        let spare = EXTRA_VISITS + searched * self.visits - visits;
-        let again = spare.min(large * self.visits);
-        let work = |visits: usize, used: usize| Work {
-            joints: self.joints as f64,
-            dofs: (3 * self.joints + 4) as f64,
-            features: self.features as f64,
-            window: self.window as f64,
-            searched: searched as f64,
-            visits: visits as f64,
-            used: used as f64,
-            examples: (used * self.k) as f64,
-            voters: (used * self.k).min(MOST_VOTERS) as f64,
-            mixes: self.mixes.len() as f64,
-            rows: rows(&self.mixes),
-        };
-        let first = kept.min(MAX_KEPT_ANEW) + usize::from(searched > 0);
-        [work(visits, first), work(visits + again, kept)]
-    }
-
-    /// Upper bound of the instructions of a frame; `None` for an instruction set without measurements on worst-case
-    /// streams.
-    pub fn bound(&self, isa: Isa) -> Option<f64> {
-        let calibration = isa.calibration();
-        let worst = calibration.worst?;
-        let cost = |work: &Work| -> f64 {
-            calibration
-                .unit_costs
-                .stages(&work.units())
-                .iter()
-                .zip(worst)
-                .map(|(stage, ratio)| stage * ratio)
-                .sum()
-        };
-        Some(self.work().iter().map(cost).fold(0.0, f64::max))
-    }
+/// The same of any work, for planning a board: [`Work::of_mixture`] makes it of capacities.
+pub fn bound_of(isa: Isa, size: &Size, work: &Work) -> Option<f64> {
+    let calibration = isa.calibration();
+    let stages = calibration.unit_costs.stages(&size.mixture(work));
+    Some(stages.iter().zip(calibration.worst?).map(|(stage, ratio)| stage * ratio).sum())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use gestus_core::Config;
 
-    #[test]
-    fn the_work_is_that_of_the_table() {
-        let shape = Shape { classes: 28, ..Shape::new(21, 40, 28) };
-        let [first, follow] = shape.work();
-        assert_eq!((first.visits, first.used, first.examples), (28.0 * 256.0, 3.0, 120.0));
-        assert_eq!((follow.visits, follow.used), (28.0 * 256.0 + 448.0, 8.0));
-        assert_eq!((follow.dofs, follow.rows), (67.0, 8.0 / 5.0));
-        let labelled = Shape { searched: vec![1000; 7], ..shape.clone() };
-        assert_eq!(labelled.work().map(|w| (w.visits, w.used)), [(1792.0, 3.0), (2240.0, 7.0)]);
-        // A class of 100 rows is searched exhaustively. Its unused visits go to the other class, which uses at most as
-        // many again as its own.
-        let small = Shape { searched: vec![100, 1000], classes: 2, ..shape };
-        assert_eq!(small.work().map(|w| (w.visits, w.used)), [(356.0, 3.0), (612.0, 2.0)]);
-    }
+    use super::*;
 
     /// The factors of the formula in docs/PORTING.md are those of the code; the message has the lines to put there.
     #[test]
@@ -179,7 +52,10 @@ mod tests {
             format!("regression ({r} · n D + {r_class} · classes unpacked · D) · M"),
             format!("timing ({t} · n + {t_class} · classes unpacked) · M"),
             format!("rest {joint} · J + {e} · n M"),
-            format!("contacts {c} · the smaller of n and {MOST_VOTERS}"),
+            format!(
+                "contacts {c} · the smaller of n and {}",
+                gestus_core::methods::mixture::contact_votes::MOST_VOTERS
+            ),
             format!("lock {l}"),
         ];
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PORTING.md");
@@ -203,25 +79,29 @@ mod tests {
         assert_eq!(request.mixes(3), [1, 2]);
         request.group_styles.extend([(0, own(&[4])), (2, own(&[4, 5, 6]))]);
         assert_eq!(request.mixes(3), [1, 2, 3]);
-        let [_, follow] = Shape { mixes: request.mixes(3), ..Shape::new(21, 40, 28) }.work();
-        assert_eq!((follow.mixes, follow.rows), (3.0, (5.0 + 8.0 + 11.0) / 5.0));
     }
 
     #[test]
     fn the_bound_grows_with_the_settings_and_falls_with_labels() {
-        let most = |shape: &Shape| shape.bound(Isa::Armv7MFpu).expect("it was calibrated");
-        let all = Shape::new(21, 40, 28);
+        let size = |joints: f64| Size { joints, dofs: 3.0 * joints + 4.0, features: 32.0, window: 5.0 };
+        let most = |joints: f64, config: &Config, classes: usize, mixes: u32, outputs: u32| {
+            let work = Work::of_mixture(config, std::iter::repeat_n(1000, classes), mixes, outputs);
+            bound_of(Isa::Armv7MFpu, &size(joints), &work).expect("it was calibrated")
+        };
+        let config = Config::new().k(40);
+        let all = most(21.0, &config, 28, 1, 2);
         for more in [
-            Shape { k: 48, ..all.clone() },
-            Shape { visits: 400, ..all.clone() },
-            Shape { joints: 22, ..all.clone() },
-            Shape { mixes: vec![3], ..all.clone() },
-            Shape { mixes: vec![2, 2], ..all.clone() },
-            Shape::new(21, 40, 29),
+            most(21.0, &config.k(48), 28, 1, 2),
+            most(21.0, &config.visits(400), 28, 1, 2),
+            most(22.0, &config, 28, 1, 2),
+            most(21.0, &config, 28, 1, 3),
+            most(21.0, &config, 28, 2, 4),
+            most(21.0, &config, 29, 1, 2),
         ] {
-            assert!(most(&more) > most(&all), "{more:?}");
+            assert!(more > all, "{more} {all}");
         }
-        assert!(most(&Shape { searched: vec![1000; 7], ..all.clone() }) < 0.7 * most(&all));
-        assert!(all.bound(Isa::Armv6M).is_none());
+        assert!(most(21.0, &config, 2, 1, 2) < 0.7 * all);
+        let work = Work::of_mixture(&config, std::iter::repeat_n(1000, 28), 1, 2);
+        assert!(bound_of(Isa::Armv6M, &size(21.0), &work).is_none());
     }
 }

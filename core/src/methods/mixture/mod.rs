@@ -10,3 +10,4 @@ pub mod step_time;
 pub mod sums;
 pub mod variables;
 pub mod weights;
+mod work;

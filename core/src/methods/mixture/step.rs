@@ -19,23 +19,23 @@ use super::{
     step_time::Steps,
     sums::{Examples, Scratch},
     weights::{self, Share, Width},
+    work::{self, SPARE},
 };
 use crate::{
-    Degraded, Observer, Report,
+    Config, Database, Degraded, Observer, Report,
     blob::layout::dof,
     math::clamp,
-    methods::context::{Context, Frame, Needs, Translate},
+    methods::{
+        context::{Context, Frame, Needs, Translate},
+        work::{Load, Work},
+    },
     observe::Stage,
     search::{
-        graph::{Limits, MAX_VISITS, Searcher},
+        graph::{Limits, Searcher},
         metric::Metric,
         query::{Feature, Window},
     },
 };
-
-/// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew. With it a frame of C
-/// classes takes at most `C · visits + SPARE`.
-const SPARE: u16 = MAX_VISITS;
 
 /// State of the method between frames, and its scratch memory.
 #[derive(Debug, Clone)]
@@ -66,6 +66,10 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
     // It finds frames by their labels; each joint group has a regression of its own.
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
     const SECTION: Option<u16> = None;
+
+    fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
+        work::worst_step(database, config, load)
+    }
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

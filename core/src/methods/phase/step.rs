@@ -11,7 +11,7 @@ use super::{
     track::{Track, WhitenedQuery},
 };
 use crate::{
-    Observer, Report,
+    Config, Observer, Report,
     blob::{
         Database, PhaseTables,
         layout::{dof, phase::CONTACTS, section},
@@ -19,7 +19,8 @@ use crate::{
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        mixture::weights::{self, Share, Width},
+        mixture::weights::{self, MAX_KEPT, Share, Width},
+        work::{Load, Work, as_u32},
     },
     observe::Stage,
     search::{
@@ -73,6 +74,23 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
     };
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
     const SECTION: Option<u16> = Some(section::PHASE);
+
+    /// Every class is compared with the input at each of its knots; the classes that are kept are read whole.
+    fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
+        let mut work = Work { mixes: load.mixes, outputs: load.styles, ..Work::default() };
+        let mut largest = 0;
+        for (class, _) in load.classes(database) {
+            let tables = database.phase_tables(class);
+            let parts = tables.parts();
+            work.searched += 1;
+            work.distances += as_u32(tables.feature_knots);
+            work.bytes_read += as_u32(parts.input);
+            largest = as_u32(parts.contacts - parts.input).max(largest);
+        }
+        work.classes = u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(work.searched);
+        work.bytes_read += work.classes * largest;
+        work
+    }
 
     #[inline(never)]
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {

@@ -1,0 +1,98 @@
+//! The most work of a step of the mixture.
+
+use crate::{
+    Config,
+    blob::{Database, layout::block},
+    methods::{
+        mixture::{
+            contact_votes::MOST_VOTERS,
+            weights::{MAX_KEPT, MAX_KEPT_ANEW},
+        },
+        work::{Load, Work, as_u32},
+    },
+    search::{
+        graph::{MAX_VISITS, MOST_FOLLOWED},
+        visited::PATIENCE,
+    },
+};
+
+/// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew.
+pub(super) const SPARE: u16 = MAX_VISITS;
+/// Bytes of a frame's edges in the graph, and of its squared length.
+const EDGES: u32 = 16;
+const NORM: u32 = 4;
+/// Rows that an example unpacks of the input, and the most that it unpacks of an output: two about either moment.
+const ROWS_INPUT: u32 = 2;
+const ROWS_OUTPUT: u32 = 4;
+
+impl Work {
+    /// The most work of a step of the mixture, but for the bytes that it reads.
+    ///
+    /// `rows` are those of each class that is searched, `mixes` and `outputs` as in [`Work`]. With C classes of more rows
+    /// than `V = config.visits`, a step computes at most `C V + 448` distances: after a jump a class is searched again,
+    /// with the visits that the others have not used and 448 more. Smaller classes are compared whole, once. Of the
+    /// classes `config.classes` are unpacked, at most; in a stream's first frame two, and the nearest once more.
+    pub fn of_mixture(config: &Config, rows: impl Iterator<Item = usize>, mixes: u32, outputs: u32) -> Self {
+        let visits = u32::from(config.visits);
+        let (mut searched, mut large, mut distances) = (0_u32, 0_u32, 0_u32);
+        for rows in rows {
+            let rows = as_u32(rows);
+            searched += 1;
+            large += u32::from(rows > visits);
+            distances += rows.min(visits);
+        }
+        // What small classes leave of their visits is there for the others, which use at most as many again as their own.
+        let spare = u32::from(SPARE) + searched * visits - distances;
+        let kept = u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(searched);
+        let first = if searched > 0 { kept.min(MAX_KEPT_ANEW as u32) + 1 } else { 0 };
+        let classes = kept.max(first);
+        let examples = classes * u32::from(config.k);
+        Self {
+            searched,
+            distances: distances + spare.min(large * visits),
+            // A search clears its visited set twice at most.
+            collisions: 2 * large * u32::from(PATIENCE),
+            followed: large * u32::from(config.k) * MOST_FOLLOWED as u32,
+            classes,
+            examples,
+            voters: examples.min(MOST_VOTERS as u32),
+            mixes,
+            outputs,
+            bytes_read: 0,
+        }
+    }
+}
+
+/// See [`Translate::worst_step`](crate::methods::context::Translate::worst_step).
+pub(super) fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
+    let counts = database.counts();
+    let rows = load.classes(database).map(|(_, class)| class.rows);
+    let outputs = load.styles * as_u32(database.outputs());
+    let work = Work::of_mixture(config, rows, load.mixes, outputs);
+    let row_bytes = as_u32(block::header(counts.dofs) + (counts.dofs * block::MAX_WIDTH).div_ceil(8));
+    let rows = work.examples * (ROWS_INPUT * work.mixes + ROWS_OUTPUT * work.outputs);
+    // Every frame that is measured may be expanded.
+    let bytes_read =
+        work.distances * (as_u32(counts.features) + NORM + EDGES) + rows.saturating_mul(row_bytes);
+    Work { bytes_read, ..work }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_follows_from_classes_and_settings() {
+        let config = Config::new().k(40).classes(8);
+        let work = |config: &Config, rows: &[usize]| Work::of_mixture(config, rows.iter().copied(), 1, 2);
+        let all = work(&config, &[1000; 28]);
+        assert_eq!((all.searched, all.distances), (28, 28 * 256 + 448));
+        assert_eq!((all.classes, all.examples, all.voters), (8, 320, MOST_VOTERS as u32));
+        let labelled = work(&config, &[1000; 2]);
+        assert_eq!((labelled.distances, labelled.classes), (2 * 256 + 448, 3), "the nearest comes twice");
+        // A class of 100 rows is compared whole. Its other visits go to the large one, which uses as many again as its own.
+        let small = work(&config, &[100, 1000]);
+        assert_eq!((small.distances, small.collisions), (100 + 2 * 256, 2 * u32::from(PATIENCE)));
+        assert_eq!(work(&config, &[]), Work { mixes: 1, outputs: 2, ..Work::default() });
+    }
+}
