@@ -74,5 +74,6 @@ pub use report::{Degraded, Report};
 pub use stylizer::{
     BLEND_BACK_S, Fit, Stylizer,
     effort_dial::Effort,
+    step_many,
     style_mix::{MAX_OWN, STRENGTH_S},
 };

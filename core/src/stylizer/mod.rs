@@ -4,10 +4,12 @@ mod configure;
 pub mod effort_dial;
 mod fallback;
 mod faults;
+mod many;
 mod settings;
 pub mod style_mix;
 
 pub use fallback::BLEND_BACK_S;
+pub use many::step_many;
 
 use faults::FaultState;
 

@@ -7,6 +7,7 @@
 //! gestus_database_open    blob in flash  --> GestusDatabase   in the caller's memory
 //! gestus_stylizer_init    GestusDatabase --> GestusStylizer   in the caller's memory
 //! gestus_stylizer_step    a pose         --> a pose and a report
+//! gestus_step_many        the same of many stylizers
 //! ```
 //!
 //! Every function checks its pointers before it dereferences one: null, alignment, length, and overlap. No library can
@@ -23,6 +24,7 @@
 extern crate std;
 
 pub mod config;
+pub mod crowd;
 pub mod database;
 mod handle;
 mod memory;

@@ -26,7 +26,7 @@ unsafe impl Plain for f32 {}
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
 /// The range of addresses of an argument or a handle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Region {
     start: usize,
     bytes: usize,

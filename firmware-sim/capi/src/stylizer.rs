@@ -303,7 +303,7 @@ pub unsafe extern "C" fn gestus_stylizer_step(
     status(unsafe { step(stylizer, position, rotations, joints, out_position, out_rotations, report) })
 }
 
-unsafe fn step(
+pub(crate) unsafe fn step(
     stylizer: *mut GestusStylizer,
     position: *const f32,
     rotations: *const f32,

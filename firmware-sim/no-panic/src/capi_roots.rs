@@ -1,6 +1,6 @@
 //! The C interface cannot panic: every function, with arguments that the compiler does not know.
 
-use gestus::{config::*, database::*, pose::*, settings::*, status::*, stylizer::*};
+use gestus::{config::*, crowd::*, database::*, pose::*, settings::*, status::*, stylizer::*};
 
 use crate::Outside;
 
@@ -49,6 +49,7 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
                 out_turns.cast(),
                 report.cast(),
             ),
+            gestus_step_many(memory.cast(), place.cast()),
             gestus_digest(place.cast(), from.cast(), turns.cast(), *length, floats[1]),
         ]
     };

@@ -1,6 +1,7 @@
 //! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
 pub mod cleanup;
+pub mod crowd;
 pub mod trace;
 pub mod translate;
 

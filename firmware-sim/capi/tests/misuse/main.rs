@@ -125,6 +125,7 @@ macro_rules! try_all {
     };
 }
 
+mod crowd;
 mod settings;
 
 #[test]
