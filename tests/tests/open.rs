@@ -2,7 +2,10 @@
 
 use std::sync::OnceLock;
 
-use gestus_core::{BlobError, Config, Database, Effort, Method, Pose, Stylizer, blob::layout::section};
+use gestus_core::{
+    BlobError, Config, Database, Effort, Method, Pose, Stylizer,
+    blob::{Mark, layout::section},
+};
 use gestus_database::{
     blob::assemble::with_section,
     effort::{Source, dial::Dial},
@@ -215,4 +218,30 @@ proptest! {
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..500)) {
         prop_assert!(Database::open(&bytes).is_err());
     }
+}
+
+/// A blob with its mark opens without its sections being read; without it, as ever.
+#[test]
+fn a_blob_with_its_mark_is_not_checked_again() {
+    let blob = motion::tiny();
+    let database = Database::open(blob).unwrap();
+    let mark = Mark::from_bits(database.mark().to_bits());
+    let marked = Database::open_marked(blob, mark).unwrap();
+    assert_eq!(marked.counts(), database.counts());
+    // A bit of the rows: the checksum of their section finds it, but for the mark.
+    let mut damaged = blob.to_vec();
+    damaged[patch::section(blob, section::ROWS).start + 100] ^= 1;
+    assert!(matches!(Database::open(&damaged), Err(BlobError::Checksum { section: section::ROWS })));
+    assert!(Database::open_marked(&damaged, mark).is_ok(), "the caller says that it was checked");
+    let others = [0, u64::MAX, mark.to_bits() ^ 1, mark.to_bits() ^ 1 << 32];
+    let others = others.into_iter().chain([Database::open(motion::small()).unwrap().mark().to_bits()]);
+    for other in others {
+        let opened = Database::open_marked(&damaged, Mark::from_bits(other));
+        assert!(matches!(opened, Err(BlobError::Checksum { section: section::ROWS })), "{other:x}");
+        assert!(Database::open_marked(blob, Mark::from_bits(other)).is_ok(), "{other:x}");
+    }
+    // The table is checked always: it says where the sections are.
+    let mut moved = blob.to_vec();
+    moved[patch::entry_of(blob, section::ROWS) + 8] ^= 8;
+    assert!(Database::open_marked(&moved, mark).is_err());
 }

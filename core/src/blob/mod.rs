@@ -10,12 +10,14 @@ pub(crate) mod check;
 pub mod crc;
 mod database;
 pub mod layout;
+mod mark;
 mod numbers;
 pub mod read;
 mod sections;
 mod validate;
 
 pub use database::{Counts, Database};
+pub use mark::Mark;
 pub use numbers::Numbers;
 pub use sections::{
     Class, Counterpart, DofScale, Joint, Leg, LinearModel, Manifest, Moment, Names, PhaseTables, Table,

@@ -282,6 +282,59 @@ typedef struct GestusConfig {
   uint32_t method;
 } GestusConfig;
 
+// A class of a frame and its proportion.
+typedef struct GestusShare {
+  // Number of the class.
+  uint32_t class_index;
+  // Its proportion; those of a frame sum to 1.
+  float proportion;
+} GestusShare;
+
+// The report of a step.
+typedef struct GestusReport {
+  // Time from the last output pose to this one, seconds, under the timing policy.
+  float step_s;
+  // The predicted time step, regardless of the policy and the strength of the style, seconds.
+  float predicted_step_s;
+  // Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
+  // data.
+  float distance2;
+  // Distances computed.
+  uint32_t visits;
+  // Bytes read from the blob.
+  uint32_t bytes_read;
+  // How the frame was degraded: bits `GESTUS_DEGRADED_...`; 0 if it was not.
+  uint32_t degraded;
+  // 1 if the left foot is in contact with the floor, otherwise 0.
+  uint32_t left_contact;
+  // 1 if the right foot is in contact with the floor, otherwise 0.
+  uint32_t right_contact;
+  // Number of entries of `classes` in use.
+  uint32_t class_count;
+  // The classes used, largest proportion first.
+  struct GestusShare classes[GESTUS_MOST_CLASSES];
+} GestusReport;
+
+// Characters that step together. The arrays hold them one after the other.
+typedef struct GestusCrowd {
+  // One handle each. They may be of one database or of several.
+  struct GestusStylizer *const *stylizers;
+  // Number of characters.
+  size_t count;
+  // Positions of the roots, 3 numbers each.
+  const float *positions;
+  // Rotations of the joints, 4 times `joints` numbers each.
+  const float *rotations;
+  // Joints of each pose, at least the databases'.
+  size_t joints;
+  // Where the output goes; may be `positions`.
+  float *out_positions;
+  // Where the output goes; may be `rotations`. Of joints beyond the database's nothing is written.
+  float *out_rotations;
+  // One report each; may be null.
+  struct GestusReport *reports;
+} GestusCrowd;
+
 // Where in a blob the error is. Fields that do not apply are 0.
 typedef struct GestusBlobDetail {
   // Number of bytes, or the format version, that is expected.
@@ -332,39 +385,6 @@ typedef struct GestusClass {
   uint32_t frames;
 } GestusClass;
 
-// A class of a frame and its proportion.
-typedef struct GestusShare {
-  // Number of the class.
-  uint32_t class_index;
-  // Its proportion; those of a frame sum to 1.
-  float proportion;
-} GestusShare;
-
-// The report of a step.
-typedef struct GestusReport {
-  // Time from the last output pose to this one, seconds, under the timing policy.
-  float step_s;
-  // The predicted time step, regardless of the policy and the strength of the style, seconds.
-  float predicted_step_s;
-  // Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
-  // data.
-  float distance2;
-  // Distances computed.
-  uint32_t visits;
-  // Bytes read from the blob.
-  uint32_t bytes_read;
-  // How the frame was degraded: bits `GESTUS_DEGRADED_...`; 0 if it was not.
-  uint32_t degraded;
-  // 1 if the left foot is in contact with the floor, otherwise 0.
-  uint32_t left_contact;
-  // 1 if the right foot is in contact with the floor, otherwise 0.
-  uint32_t right_contact;
-  // Number of entries of `classes` in use.
-  uint32_t class_count;
-  // The classes used, largest proportion first.
-  struct GestusShare classes[GESTUS_MOST_CLASSES];
-} GestusReport;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -376,6 +396,22 @@ extern "C" {
 // # Safety
 // `config` points at memory for a `GestusConfig`.
 enum GestusStatus gestus_config_default(uint32_t profile, struct GestusConfig *config);
+
+// Steps each character of a crowd once, in order, to the bits of `gestus_stylizer_step`.
+//
+// An output array may be its input array. Otherwise no memory that is written may overlap anything else that is named
+// here, the characters' databases included. To use several threads, make a crowd of a part of the arrays for each.
+//
+// Returns the status of the first character that could not step, as `gestus_stylizer_step` does, and writes its place to
+// `stepped`: those before it have stepped, it and those behind it have not. `stepped` is `count` where all have; it may
+// be null. If an array is at fault (`GESTUS_STATUS_NULL`, `_MISALIGNED`, `_SHORT`, `_OVERLAP`), no character has stepped,
+// and `stepped` stays as it is.
+//
+// # Safety
+// `crowd` is null or points at a crowd whose arrays are as long as it says; each handle came from
+// `gestus_stylizer_init`; `stepped` is null or points at a number.
+enum GestusStatus gestus_step_many(const struct GestusCrowd *crowd,
+                                   size_t *stepped);
 
 // The version of this library, as a zero-terminated string that stays valid forever: "0.1.0".
 const char *gestus_version(void);
@@ -409,6 +445,32 @@ enum GestusStatus gestus_database_open(void *memory,
                                        size_t blob_bytes,
                                        struct GestusBlobDetail *detail,
                                        struct GestusDatabase **database);
+
+// Opens a blob as `gestus_database_open` does, but without checking what is in it where `mark` is that of the blob
+// (`gestus_database_mark`): for a board that checks a blob once, after flashing, and can store eight bytes. With another
+// mark, such as 0, it is `gestus_database_open`. With the mark it takes some 10,000 instructions, whatever the size.
+//
+// Flash that has changed since the blob was checked is not found then: a step still writes only where it may, but poses
+// can be wrong.
+//
+// # Safety
+// As for `gestus_database_open`.
+enum GestusStatus gestus_database_open_marked(void *memory,
+                                              size_t bytes,
+                                              const uint8_t *blob,
+                                              size_t blob_bytes,
+                                              uint64_t mark,
+                                              struct GestusBlobDetail *detail,
+                                              struct GestusDatabase **database);
+
+// Writes the mark of a database, which is checked, to `*mark`: to be stored, for `gestus_database_open_marked`.
+//
+// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `mark` points at memory for a number.
+enum GestusStatus gestus_database_mark(const struct GestusDatabase *database,
+                                       uint64_t *mark);
 
 // Makes a database's handle invalid, so that later use of it is detected. Calling this is optional: the memory may be
 // reused in any case. Stylizers made from the database stay valid: they refer to the blob only.

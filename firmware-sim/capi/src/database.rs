@@ -7,7 +7,7 @@ use core::{
 
 use gestus_core::{
     Database,
-    blob::{Names, layout},
+    blob::{Mark, Names, layout},
 };
 
 use crate::{
@@ -76,14 +76,55 @@ pub unsafe extern "C" fn gestus_database_open(
     database: *mut *mut GestusDatabase,
 ) -> GestusStatus {
     // SAFETY: the caller's contract is passed on.
-    status(unsafe { open(memory, bytes, blob, blob_bytes, detail, database) })
+    status(unsafe { open(memory, bytes, (blob, blob_bytes), 0, detail, database) })
+}
+
+/// Opens a blob as `gestus_database_open` does, but without checking what is in it where `mark` is that of the blob
+/// (`gestus_database_mark`): for a board that checks a blob once, after flashing, and can store eight bytes. With another
+/// mark, such as 0, it is `gestus_database_open`. With the mark it takes some 10,000 instructions, whatever the size.
+///
+/// Flash that has changed since the blob was checked is not found then: a step still writes only where it may, but poses
+/// can be wrong.
+///
+/// # Safety
+/// As for `gestus_database_open`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_database_open_marked(
+    memory: *mut c_void,
+    bytes: usize,
+    blob: *const u8,
+    blob_bytes: usize,
+    mark: u64,
+    detail: *mut GestusBlobDetail,
+    database: *mut *mut GestusDatabase,
+) -> GestusStatus {
+    // SAFETY: the caller's contract is passed on.
+    status(unsafe { open(memory, bytes, (blob, blob_bytes), mark, detail, database) })
+}
+
+/// Writes the mark of a database, which is checked, to `*mark`: to be stored, for `gestus_database_open_marked`.
+///
+/// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+///
+/// # Safety
+/// `database` came from `gestus_database_open`; `mark` points at memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_database_mark(
+    database: *const GestusDatabase,
+    mark: *mut u64,
+) -> GestusStatus {
+    // SAFETY: by the caller's contract.
+    status(unsafe { opened(database) }.and_then(|(db, regions)| {
+        // SAFETY: by the caller's contract.
+        unsafe { write_value(mark, regions, db.mark().to_bits()) }
+    }))
 }
 
 unsafe fn open(
     memory: *mut c_void,
     bytes: usize,
-    blob: *const u8,
-    blob_bytes: usize,
+    (blob, blob_bytes): (*const u8, usize),
+    mark: u64,
     detail: *mut GestusBlobDetail,
     database: *mut *mut GestusDatabase,
 ) -> StatusResult {
@@ -97,7 +138,7 @@ unsafe fn open(
     // SAFETY: by the caller's contract there are `blob_bytes` bytes, which do not change while the database is in use.
     // `'static` is longer than that, but no reference leaves this library.
     let content: &'static [u8] = unsafe { memory::slice(blob, blob_bytes) }?;
-    match Database::open(content) {
+    match Database::open_marked(content, Mark::from_bits(mark)) {
         Ok(opened) => {
             // SAFETY: `own` is aligned and long enough, and overlaps nothing that is read here.
             unsafe { Cell::make(place, DATABASE, read, || opened) };

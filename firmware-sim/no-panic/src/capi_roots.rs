@@ -20,6 +20,16 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
         [
             gestus_config_default(n[3], place.cast()),
             gestus_database_open(memory, *length, *bytes, n[4] as usize, report.cast(), place.cast()),
+            gestus_database_open_marked(
+                memory,
+                *length,
+                *bytes,
+                n[4] as usize,
+                u64::from(n[19]),
+                report.cast(),
+                place.cast(),
+            ),
+            gestus_database_mark(memory.cast(), place.cast()),
             gestus_database_close(memory.cast()),
             gestus_database_counts(memory.cast(), place.cast()),
             gestus_database_name(memory.cast(), n[5], n[6], text.cast(), *length, place.cast()),

@@ -3,6 +3,7 @@
 
 use gestus_core::{
     Config, Database, Digest, Effort, Pose, Report, Stylizer,
+    blob::Mark,
     config::parameters,
     retarget::Map,
     robot::{Drive, Robot},
@@ -11,8 +12,9 @@ use gestus_core::{
 /// Calls every function and combines the results into one number, so that no call is optimised away.
 #[inline(never)]
 pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
-    let Ok(database) = Database::open(blob) else { return 1 };
-    let mut sum = profile::<22, 40, 28>(database, numbers, floats);
+    let mark = Mark::from_bits(u64::from(numbers[29]));
+    let Ok(database) = Database::open_marked(blob, mark) else { return 1 };
+    let mut sum = database.mark().to_bits() as u32 ^ profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
     sum ^= profile::<64, 64, 256>(database, numbers, floats);
     if let Ok(manifest) = database.manifest() {
@@ -120,6 +122,13 @@ fn stepped<const J: usize, const K: usize, const C: usize>(
     output: &mut Pose<J>,
 ) -> Report {
     match numbers[23].wrapping_add(frame) & 3 {
+        0 if numbers[25] == 1 => {
+            let mut reports = [Report::default()];
+            let (one, outputs) = (core::slice::from_mut(stylizer), core::slice::from_mut(output));
+            gestus_core::step_many(one, core::slice::from_ref(input), outputs, &mut reports);
+            let [report] = reports;
+            report
+        }
         0 => stylizer.step(input, output),
         1 => stylizer.step_observed(input, output, &mut ()),
         2 => stylizer.tick(None, output),

@@ -41,10 +41,15 @@ impl<'db> Database<'db> {
     /// [`BlobError`] says which section and record is wrong.
     #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
-        let database = sections(bytes)?;
+        let database = Self::located(bytes)?;
         checksums(bytes)?;
         contents(&database)?;
         Ok(database)
+    }
+
+    /// The first pass alone: where the sections are.
+    pub(in crate::blob) fn located(bytes: &'db [u8]) -> Result<Self, BlobError> {
+        sections(bytes)
     }
 }
 

@@ -178,7 +178,27 @@ fn opening() {
         "as it should be, at any alignment of the blob": (m, size, off(s).cast(), length, d, out) => S::Ok;
     }
     assert_eq!(handle.cast(), m, "the handle is the memory");
-    table.end(22);
+    let mut mark = 0;
+    let k: *mut u64 = &mut mark;
+    try_all! { table, gestus_database_mark,
+        "no database": (ptr::null(), k) => S::Null;
+        "nowhere to answer": (handle, ptr::null_mut()) => S::Null;
+        "database misaligned": (off(handle), k) => S::Misaligned;
+        "answer misaligned": (handle, off(k)) => S::Misaligned;
+        "answer in the database": (handle, m.wrapping_byte_add(16).cast()) => S::Overlap;
+        "as it should be": (handle, k) => S::Ok;
+    }
+    try_all! { table, gestus_database_open_marked,
+        "no blob": (m, size, ptr::null(), length, mark, d, out) => S::Null;
+        "memory short": (m, size - 1, data, length, mark, d, out) => S::Short;
+        "memory in the blob": (s, size, s.cast(), length, mark, d, out) => S::Overlap;
+        "blob cut": (m, size, data, length - 1, mark, d, out) => S::BlobTruncated;
+        "blob damaged, with another mark": (m, size, damaged.as_ptr(), length, mark ^ 1, d, out) => S::BlobChecksum;
+        "blob damaged since it was marked": (m, size, damaged.as_ptr(), length, mark, d, out) => S::Ok;
+        "as it should be": (m, size, data, length, mark, d, out) => S::Ok;
+        "as it should be, at the first start": (m, size, data, length, 0, d, out) => S::Ok;
+    }
+    table.end(36);
     assert_ne!(detail, GestusBlobDetail::default(), "a refused blob leaves its detail");
 }
 
@@ -464,7 +484,7 @@ fn every_status_has_a_message_and_every_number_an_answer() {
 fn no_function_is_left_out() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let header = std::fs::read_to_string(folder.join("include/gestus.h")).unwrap();
-    let tests = [include_str!("main.rs"), include_str!("settings.rs")].concat();
+    let tests = [include_str!("main.rs"), include_str!("crowd.rs"), include_str!("settings.rs")].concat();
     let mut functions = BTreeSet::new();
     for line in header.lines().filter(|l| !l.starts_with("//")) {
         if let Some(at) = line.find("gestus_") {

@@ -1,0 +1,62 @@
+//! A mark: the note that a blob was checked.
+
+use super::{Database, layout::VERSION};
+use crate::BlobError;
+
+/// Grows when `open` checks more than it did: marks of before no longer hold.
+const CHECKS: u32 = 1;
+
+/// The note that [`Database::open`] has checked a blob, for [`Database::open_marked`]. A board that can store eight bytes
+/// checks a blob once, when it was flashed, and not at every start.
+///
+/// A mark is of one blob, by the checksum of its header and section table, which holds the sections' checksums; and of
+/// the checks of one version of the core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mark(u64);
+
+impl Mark {
+    /// The number to store. No mark is 0, nor all ones, which erased flash is.
+    pub const fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// A mark from storage; any number will do, and those that are no mark hold for no blob.
+    pub const fn from_bits(bits: u64) -> Self {
+        Self(bits)
+    }
+}
+
+impl<'db> Database<'db> {
+    /// The mark of this blob, which is checked.
+    pub fn mark(&self) -> Mark {
+        let checks = (VERSION as u32) << 16 | CHECKS;
+        Mark(u64::from(checks) << 32 | u64::from(self.identity))
+    }
+
+    /// Opens a blob, without its checks where it has the mark: header, section table and the places of sections are still
+    /// checked, not what is in them. A blob without the mark is opened as by [`open`](Self::open), so the first start
+    /// may pass [`Mark::from_bits`]`(0)`; afterwards store [`mark`](Self::mark).
+    ///
+    /// Takes some 10,000 instructions with the mark, whatever the size. Flash that has changed since then is not found: a
+    /// step still does not panic or write outside its memory, but poses may be wrong, and the bounds of
+    /// [`worst_step`](Self::worst_step) are no longer certain.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_marked(bytes: &'db [u8], mark: Mark) -> Result<Self, BlobError> {
+        let database = Self::located(bytes)?;
+        if database.mark() == mark { Ok(database) } else { Self::open(bytes) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn erased_storage_is_no_mark() {
+        let checks = (VERSION as u32) << 16 | CHECKS;
+        assert!(checks != 0 && checks != u32::MAX);
+    }
+}
