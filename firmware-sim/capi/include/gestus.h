@@ -282,6 +282,44 @@ typedef struct GestusConfig {
   uint32_t method;
 } GestusConfig;
 
+// The counts of a database.
+typedef struct GestusCounts {
+  // Joints of the skeleton; joint 0 is the root.
+  uint32_t joints;
+  // Styles.
+  uint32_t styles;
+  // Actions.
+  uint32_t actions;
+  // Classes: combinations of action and style that hold frames.
+  uint32_t classes;
+  // Joint groups.
+  uint32_t groups;
+  // Captured frames.
+  uint32_t frames;
+  // Input rate that a stylizer expects, poses a second.
+  float rate_hz;
+} GestusCounts;
+
+// A joint of the database's skeleton.
+typedef struct GestusJoint {
+  // Number of the parent, which is smaller than the joint's own; -1 for the root.
+  int32_t parent;
+  // Joint group.
+  uint32_t group;
+  // Position in the parent's frame, metres.
+  float offset[3];
+} GestusJoint;
+
+// A class of a database: the frames of one action in one style.
+typedef struct GestusClass {
+  // Number of the action.
+  uint32_t action;
+  // Number of the style.
+  uint32_t style;
+  // Frames.
+  uint32_t frames;
+} GestusClass;
+
 // A class of a frame and its proportion.
 typedef struct GestusShare {
   // Number of the class.
@@ -347,44 +385,6 @@ typedef struct GestusBlobDetail {
   uint32_t record;
 } GestusBlobDetail;
 
-// The counts of a database.
-typedef struct GestusCounts {
-  // Joints of the skeleton; joint 0 is the root.
-  uint32_t joints;
-  // Styles.
-  uint32_t styles;
-  // Actions.
-  uint32_t actions;
-  // Classes: combinations of action and style that hold frames.
-  uint32_t classes;
-  // Joint groups.
-  uint32_t groups;
-  // Captured frames.
-  uint32_t frames;
-  // Input rate that a stylizer expects, poses a second.
-  float rate_hz;
-} GestusCounts;
-
-// A joint of the database's skeleton.
-typedef struct GestusJoint {
-  // Number of the parent, which is smaller than the joint's own; -1 for the root.
-  int32_t parent;
-  // Joint group.
-  uint32_t group;
-  // Position in the parent's frame, metres.
-  float offset[3];
-} GestusJoint;
-
-// A class of a database: the frames of one action in one style.
-typedef struct GestusClass {
-  // Number of the action.
-  uint32_t action;
-  // Number of the style.
-  uint32_t style;
-  // Frames.
-  uint32_t frames;
-} GestusClass;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -396,6 +396,65 @@ extern "C" {
 // # Safety
 // `config` points at memory for a `GestusConfig`.
 enum GestusStatus gestus_config_default(uint32_t profile, struct GestusConfig *config);
+
+// Writes the counts of a database to `*counts`.
+//
+// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `counts` points at memory for a `GestusCounts`.
+enum GestusStatus gestus_database_counts(const struct GestusDatabase *database, struct GestusCounts *counts);
+
+// Copies the name of a joint, style, action or group to `text`, zero-terminated.
+//
+// `length` may be null; otherwise the name's length without the zero is written to it, even if `text` is too short, so
+// that the call can be repeated with more memory. `text` may be null if `bytes` is 0.
+//
+// Returns `GESTUS_STATUS_NOT_FOUND` (no such kind or index), `_SHORT` (`bytes` is not enough: nothing is copied),
+// `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `text` points at `bytes` bytes; `length` is null or points at memory
+// for a `size_t`.
+enum GestusStatus gestus_database_name(const struct GestusDatabase *database,
+                                       uint32_t kind,
+                                       uint32_t index,
+                                       char *text,
+                                       size_t bytes,
+                                       size_t *length);
+
+// Writes the number of the joint, style, action or group of that name to `*index`.
+//
+// Returns `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
+// `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `name` points at a zero-terminated string; `index` points at
+// memory for a `uint32_t`.
+enum GestusStatus gestus_database_find(const struct GestusDatabase *database,
+                                       uint32_t kind,
+                                       const char *name,
+                                       uint32_t *index);
+
+// Writes joint `index` to `*joint`.
+//
+// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `joint` points at memory for a `GestusJoint`.
+enum GestusStatus gestus_database_joint(const struct GestusDatabase *database,
+                                        uint32_t index,
+                                        struct GestusJoint *joint);
+
+// Writes class `index` to `*value`.
+//
+// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
+//
+// # Safety
+// `database` came from `gestus_database_open`; `value` points at memory for a `GestusClass`.
+enum GestusStatus gestus_database_class(const struct GestusDatabase *database,
+                                        uint32_t index,
+                                        struct GestusClass *value);
 
 // Steps each character of a crowd once, in order, to the bits of `gestus_stylizer_step`.
 //
@@ -480,65 +539,6 @@ enum GestusStatus gestus_database_mark(const struct GestusDatabase *database,
 // # Safety
 // `database` came from `gestus_database_open`.
 enum GestusStatus gestus_database_close(struct GestusDatabase *database);
-
-// Writes the counts of a database to `*counts`.
-//
-// Returns `GESTUS_STATUS_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-//
-// # Safety
-// `database` came from `gestus_database_open`; `counts` points at memory for a `GestusCounts`.
-enum GestusStatus gestus_database_counts(const struct GestusDatabase *database, struct GestusCounts *counts);
-
-// Copies the name of a joint, style, action or group to `text`, zero-terminated.
-//
-// `length` may be null; otherwise the name's length without the zero is written to it, even if `text` is too short, so
-// that the call can be repeated with more memory. `text` may be null if `bytes` is 0.
-//
-// Returns `GESTUS_STATUS_NOT_FOUND` (no such kind or index), `_SHORT` (`bytes` is not enough: nothing is copied),
-// `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-//
-// # Safety
-// `database` came from `gestus_database_open`; `text` points at `bytes` bytes; `length` is null or points at memory
-// for a `size_t`.
-enum GestusStatus gestus_database_name(const struct GestusDatabase *database,
-                                       uint32_t kind,
-                                       uint32_t index,
-                                       char *text,
-                                       size_t bytes,
-                                       size_t *length);
-
-// Writes the number of the joint, style, action or group of that name to `*index`.
-//
-// Returns `GESTUS_STATUS_NOT_FOUND`, `_TEXT` (longer than `GESTUS_NAME_BYTES`, or not UTF-8), `_NULL`,
-// `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-//
-// # Safety
-// `database` came from `gestus_database_open`; `name` points at a zero-terminated string; `index` points at
-// memory for a `uint32_t`.
-enum GestusStatus gestus_database_find(const struct GestusDatabase *database,
-                                       uint32_t kind,
-                                       const char *name,
-                                       uint32_t *index);
-
-// Writes joint `index` to `*joint`.
-//
-// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-//
-// # Safety
-// `database` came from `gestus_database_open`; `joint` points at memory for a `GestusJoint`.
-enum GestusStatus gestus_database_joint(const struct GestusDatabase *database,
-                                        uint32_t index,
-                                        struct GestusJoint *joint);
-
-// Writes class `index` to `*value`.
-//
-// Returns `GESTUS_STATUS_NOT_FOUND`, `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
-//
-// # Safety
-// `database` came from `gestus_database_open`; `value` points at memory for a `GestusClass`.
-enum GestusStatus gestus_database_class(const struct GestusDatabase *database,
-                                        uint32_t index,
-                                        struct GestusClass *value);
 
 // Adds a pose and its time step to the digest of a stream. `*digest` is 0 before the first pose. Digests are equal on
 // all machines on which every bit of every pose is equal.

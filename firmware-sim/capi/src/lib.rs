@@ -24,6 +24,7 @@
 extern crate std;
 
 pub mod config;
+pub mod contents;
 pub mod crowd;
 pub mod database;
 mod handle;

@@ -1,6 +1,6 @@
 //! The C interface cannot panic: every function, with arguments that the compiler does not know.
 
-use gestus::{config::*, crowd::*, database::*, pose::*, settings::*, status::*, stylizer::*};
+use gestus::{config::*, contents::*, crowd::*, database::*, pose::*, settings::*, status::*, stylizer::*};
 
 use crate::Outside;
 

@@ -10,6 +10,7 @@ use std::{
 
 use gestus::{
     config::{GestusConfig, gestus_config_default},
+    contents::*,
     database::*,
     parameter::GestusParameter,
     pose::gestus_digest,
