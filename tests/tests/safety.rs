@@ -124,6 +124,24 @@ fn input_out_of_order_is_ignored() {
     }
 }
 
+/// A sender that starts anew, or whose number was wrong once, is taken up again after eight poses.
+#[test]
+fn a_counter_that_starts_anew_is_taken_up() {
+    let restarted = |t: usize| if t < 60 { 1_000_000 + t as u32 } else { t as u32 - 60 };
+    let far = |t: usize| if t == 60 { 500_000_000 } else { t as u32 };
+    let counters: [(&str, &dyn Fn(usize) -> u32); 2] = [("starts anew", &restarted), ("one is wrong", &far)];
+    for (name, number) in counters {
+        for safety in [Safety::Follow, Safety::Hold] {
+            let outputs = run(safety, |t, p| Some((p, number(t))));
+            let late: Vec<usize> =
+                (0..150).filter(|&t| outputs[t].1.degraded.contains(Degraded::ORDER)).collect();
+            assert_eq!(late.len(), 7, "{name}, {safety:?}: {late:?}");
+            assert!(late.iter().all(|t| (60..68).contains(t)), "{name}, {safety:?}: {late:?}");
+            assert!(outputs.iter().all(|o| o.0.is_valid(21)));
+        }
+    }
+}
+
 #[test]
 fn a_glitch_is_ignored_and_a_new_place_is_accepted() {
     let shift = |mut pose: Pose<22>| {
@@ -152,7 +170,8 @@ fn a_glitch_is_ignored_and_a_new_place_is_accepted() {
         }
     }
     let followed = run(Safety::Follow, |t, p| Some((if t == 70 { shift(p) } else { p }, t as u32)));
-    assert!(!followed[70].1.degraded.contains(Degraded::LEAP));
+    assert!(followed[70].1.degraded.contains(Degraded::LEAP), "it is followed, and reported");
+    assert_ne!(followed[70].0, followed[69].0);
 }
 
 #[test]

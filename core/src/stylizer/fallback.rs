@@ -12,6 +12,11 @@
 //! | not a pose: NaN, a rotation without length, a position out of range | [`Degraded::INPUT`] | the pose |
 //! | faster than any body | [`Degraded::LEAP`] | joints over 40 rad/s, root over 15 m/s, heading over 20 rad/s |
 //!
+//! Poses that are out of order, but in order among themselves, are those of a counter that has started anew, or whose last
+//! number was wrong: after eight of them the stream goes on with their numbers.
+//!
+//! Under [`Safety::Follow`] a leap is taken up at once, but for its speed over the ground.
+//!
 //! A leap that lasts longer than [`PATIENCE`] frames is not a glitch: the body is in another place. The stream then
 //! continues there, without the speed that the leap would imply.
 
@@ -102,7 +107,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Accepts the input. Its velocities are divided by the number of frames since the last accepted one; after a leap
-    /// they are 0.
+    /// they are 0, under every policy: no body moved that fast, and what is predicted from such a speed would stay for
+    /// seconds.
     pub(super) fn accept(&mut self, leapt: bool) {
         let frames = self.faults.frames();
         if leapt || frames > 1.0 {
@@ -112,7 +118,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
                 }
             }
         }
-        if leapt {
+        if leapt && self.config.safety != Safety::Follow {
             self.faults.blend_back_s = BLEND_BACK_S;
             // No motion led there: neither between the frames nor within the window.
             self.signals.x_prev = self.signals.x;

@@ -1,11 +1,16 @@
 //! The state of fault handling: see [`super::fallback`].
 
+/// Poses that follow each other, all out of order, after which the counter has started anew.
+pub(super) const RESTARTED: u8 = 8;
+
 /// The state of fault handling between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct FaultState {
     /// Number of the last input that was a pose, accepted or a glitch.
     pub number: Option<u32>,
+    /// Number of the last pose that came out of order, and how many such poses have followed each other.
+    rejected: (u32, u8),
     /// Frames from the last accepted input to this one, by their numbers.
     pub gap: u16,
     pub leaps: u8,
@@ -17,7 +22,7 @@ pub(super) struct FaultState {
 
 impl FaultState {
     pub const fn new() -> Self {
-        Self { number: None, gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
+        Self { number: None, rejected: (0, 0), gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
     }
 
     /// Frames from the last accepted input to this one: by their numbers, or by the glitches between them.
@@ -26,13 +31,26 @@ impl FaultState {
         f32::from(if glitches > self.gap { glitches } else { self.gap })
     }
 
-    /// Frames from the last pose to number `number`; `None` where it is not after that.
-    pub fn gap(&self, number: u32) -> Option<u16> {
+    /// Frames from the last pose to number `number`; `None` where it is not after that. A counter that has started anew
+    /// is taken up when [`RESTARTED`] poses in a row were not.
+    pub fn gap(&mut self, number: u32) -> Option<u16> {
         let Some(last) = self.number else { return Some(1) };
         // Numbers wrap; the nearer way round says which is later.
         match number.wrapping_sub(last) {
-            0 | 0x8000_0000.. => None,
-            gap => Some(u16::try_from(gap).unwrap_or(u16::MAX)),
+            0 | 0x8000_0000.. => {
+                let (before, count) = self.rejected;
+                let follows = count > 0 && (1..=u32::from(RESTARTED)).contains(&number.wrapping_sub(before));
+                self.rejected = (number, if follows { count.saturating_add(1) } else { 1 });
+                if self.rejected.1 < RESTARTED {
+                    return None;
+                }
+                self.rejected.1 = 0;
+                Some(1)
+            }
+            gap => {
+                self.rejected.1 = 0;
+                Some(u16::try_from(gap).unwrap_or(u16::MAX))
+            }
         }
     }
 }

@@ -176,15 +176,14 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let first = self.last.is_none();
         let anchor = self.input_anchor;
         self.extract_dofs(input, first);
-        if self.config.safety != Safety::Follow && !first && self.leaps() {
-            report.degraded.set(Degraded::LEAP, true);
-            if self.is_glitch() {
-                self.input_anchor = anchor;
-                return self.fallback_output(Degraded::LEAP, output);
-            }
+        let leaps = !first && self.leaps();
+        report.degraded.set(Degraded::LEAP, leaps);
+        if leaps && self.config.safety != Safety::Follow && self.is_glitch() {
+            self.input_anchor = anchor;
+            return self.fallback_output(Degraded::LEAP, output);
         }
         let frames = self.faults.frames();
-        self.accept(report.degraded.contains(Degraded::LEAP));
+        self.accept(leaps);
         if !first && self.config.speed_limit > 0.0 {
             let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
             self.limit.see(x, x_prev, frames * input_step);

@@ -17,6 +17,8 @@ const SETTLE_SPEED: f32 = 0.25;
 const STRETCH: f32 = 0.995;
 /// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
 const SOFT_M: f32 = 0.01;
+/// A foot that is further below the floor is not lifted: the body is elsewhere. Metres.
+const DEEPEST_M: f32 = 0.4;
 /// The other joint carries the foot when it is lower by this much, metres.
 const HANDOVER_M: f32 = 0.0005;
 /// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.
@@ -191,7 +193,7 @@ pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
 /// How much a foot that is this far over the floor, and lifted already, has to be lifted more, metres.
 pub(super) fn too_deep(over: [f32; 2], lifted: f32) -> f32 {
     let deep = -SOFT_M - lower(over) - lifted;
-    if deep > 0.0 { deep } else { 0.0 }
+    if deep > 0.0 && deep < DEEPEST_M { deep } else { 0.0 }
 }
 
 pub(super) fn lower(over: [f32; 2]) -> f32 {

@@ -47,6 +47,8 @@ use crate::{
 const FLOOR_SPEED: f32 = 0.8;
 /// A foot predicted this high over the floor does not stand, whatever the votes. Metres.
 const UP_M: f32 = 0.06;
+/// Nor does a foot this far below the floor: the body is elsewhere, and is left there. Metres.
+const BELOW_M: f32 = 0.4;
 
 /// The locks of both feet: all that is kept between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,7 +118,10 @@ impl Lock {
         for ((stands, &floor), (leg, chain)) in
             contacts.iter_mut().zip(&self.floor).zip(legs.iter().zip(&chains))
         {
-            *stands = *stands && lower(over_floor(leg, chain, floor - self.root.lift)) < UP_M;
+            // Over the floor as the root is lifted, or as it was predicted: a lift that is wrong has to end.
+            let over = lower(over_floor(leg, chain, floor));
+            let least = over + if self.root.lift < 0.0 { self.root.lift } else { 0.0 };
+            *stands = *stands && least < UP_M && over > -BELOW_M;
         }
         let stands = contacts.map(|stands| stands && tuning.on);
         let standing =
