@@ -85,16 +85,22 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // Rates of the root are over one frame, however many lie between.
         let frames = self.faults.frames();
         let seconds = frames / self.database.rate_hz();
-        let mut values = x.iter().zip(x_prev).enumerate().take(self.database.counts().dofs);
-        values.any(|(d, (&now, &before))| match d {
-            dof::FORWARD | dof::LEFT => abs(now) > ROOT_SPEED * frames,
-            dof::YAW => abs(now) > HEADING_SPEED * frames,
-            dof::HEIGHT => abs(now - before) > ROOT_SPEED * seconds,
-            _ => {
-                abs(now - before) > JOINT_SPEED * seconds
-                    && joint_turned(x, x_prev, d) > JOINT_SPEED * seconds
-            }
-        })
+        let most = JOINT_SPEED * seconds;
+        let turns = |d: usize, change: f32| change > most && joint_turned(x, x_prev, d) > most;
+        let changes = x.iter().zip(x_prev).map(|(&now, &before)| abs(now - before));
+        let changes = changes.enumerate().take(self.database.counts().dofs);
+        // Of the joints the largest first, without branches: almost no frame leaps.
+        let joints = changes.clone().skip(dof::JOINTS);
+        let largest = joints.clone().fold(0.0, |most, (_, change)| if change > most { change } else { most });
+        let at = |d: usize| abs(x.get(d).copied().unwrap_or(0.0));
+        at(dof::FORWARD) > ROOT_SPEED * frames
+            || at(dof::LEFT) > ROOT_SPEED * frames
+            || at(dof::YAW) > HEADING_SPEED * frames
+            || changes.take(dof::FORWARD).any(|(d, change)| match d {
+                dof::HEIGHT => change > ROOT_SPEED * seconds,
+                _ => turns(d, change),
+            })
+            || (largest > most && joints.clone().any(|(d, change)| turns(d, change)))
     }
 
     /// Whether a leap still counts as a glitch; counts it.
