@@ -80,6 +80,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// True where no body could have moved from `signals.x_prev` to `signals.x`.
+    // Not inlined: its caller's frame is the deepest.
+    #[inline(never)]
     pub(super) fn leaps(&self) -> bool {
         let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
         // Rates of the root are over one frame, however many lie between.
