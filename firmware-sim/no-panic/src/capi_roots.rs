@@ -25,7 +25,7 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
                 *length,
                 *bytes,
                 n[4] as usize,
-                u64::from(n[19]),
+                u64::from(n[19]) << 32 | u64::from(n[20]),
                 report.cast(),
                 place.cast(),
             ),

@@ -12,7 +12,7 @@ use gestus_core::{
 /// Calls every function and combines the results into one number, so that no call is optimised away.
 #[inline(never)]
 pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
-    let mark = Mark::from_bits(u64::from(numbers[29]));
+    let mark = Mark::from_bits(u64::from(numbers[28]) << 32 | u64::from(numbers[29]));
     let Ok(database) = Database::open_marked(blob, mark) else { return 1 };
     let mut sum = database.mark().to_bits() as u32 ^ profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
