@@ -1,7 +1,6 @@
 //! A mark: the note that a blob was checked.
 
 use super::{Database, layout::VERSION};
-use crate::BlobError;
 
 /// Grows when `open` checks more than it did: marks of before no longer hold.
 const CHECKS: u32 = 1;
@@ -27,26 +26,11 @@ impl Mark {
     }
 }
 
-impl<'db> Database<'db> {
+impl Database<'_> {
     /// The mark of this blob, which is checked.
     pub fn mark(&self) -> Mark {
         let checks = (VERSION as u32) << 16 | CHECKS;
         Mark(u64::from(checks) << 32 | u64::from(self.identity))
-    }
-
-    /// Opens a blob, without its checks where it has the mark: header, section table and the places of sections are still
-    /// checked, not what is in them. A blob without the mark is opened as by [`open`](Self::open), so the first start
-    /// may pass [`Mark::from_bits`]`(0)`; afterwards store [`mark`](Self::mark).
-    ///
-    /// Takes some 10,000 instructions with the mark, whatever the size. Flash that has changed since then is not found: a
-    /// step still does not panic or write outside its memory, but poses may be wrong, and the bounds of
-    /// [`worst_step`](Self::worst_step) are no longer certain.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub fn open_marked(bytes: &'db [u8], mark: Mark) -> Result<Self, BlobError> {
-        let database = Self::located(bytes)?;
-        if database.mark() == mark { Ok(database) } else { Self::open(bytes) }
     }
 }
 

@@ -507,7 +507,7 @@ enum GestusStatus gestus_database_open(void *memory,
 
 // Opens a blob as `gestus_database_open` does, but without checking what is in it where `mark` is that of the blob
 // (`gestus_database_mark`): for a board that checks a blob once, after flashing, and can store eight bytes. With another
-// mark, such as 0, it is `gestus_database_open`. With the mark it takes some 10,000 instructions, whatever the size.
+// mark, such as 0, it is `gestus_database_open`. With the mark its time does not depend on the size of the sections.
 //
 // Flash that has changed since the blob was checked is not found then: a step still writes only where it may, but poses
 // can be wrong.

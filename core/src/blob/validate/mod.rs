@@ -13,7 +13,7 @@ mod query;
 mod statistic;
 
 use super::{
-    Database,
+    Database, Mark,
     check::{Checked, Envelope, as_u32, reserved},
     crc::crc32c,
     layout::{
@@ -41,15 +41,30 @@ impl<'db> Database<'db> {
     /// [`BlobError`] says which section and record is wrong.
     #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
-        let database = Self::located(bytes)?;
+        let database = sections(bytes)?;
         checksums(bytes)?;
         contents(&database)?;
         Ok(database)
     }
 
-    /// The first pass alone: where the sections are.
-    pub(in crate::blob) fn located(bytes: &'db [u8]) -> Result<Self, BlobError> {
-        sections(bytes)
+    /// Opens a blob, without its checks where it has the mark: header, section table and the places of sections are still
+    /// checked, not what is in them. A blob without the mark is opened as by [`open`](Self::open), so the first start
+    /// may pass [`Mark::from_bits`]`(0)`; afterwards store [`mark`](Self::mark).
+    ///
+    /// With the mark the time does not depend on the size of the sections. Flash that has changed since then is not found: a
+    /// step still does not panic or write outside its memory, but poses may be wrong, and the bounds of
+    /// [`worst_step`](Self::worst_step) are no longer certain.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    #[inline]
+    pub fn open_marked(bytes: &'db [u8], mark: Mark) -> Result<Self, BlobError> {
+        let database = sections(bytes)?;
+        if database.mark() != mark {
+            checksums(bytes)?;
+            contents(&database)?;
+        }
+        Ok(database)
     }
 }
 
