@@ -6,12 +6,17 @@
 
 use heapless::Vec;
 
-use crate::{math::exp, search::top_k::insert};
+use crate::{Config, math::exp, search::top_k::insert};
 
 /// Most classes of a mixture.
 pub const MAX_KEPT: usize = 8;
 /// Most classes of a frame in which the classes are searched anew: what bounds the slowest frame.
 pub const MAX_KEPT_ANEW: usize = 2;
+/// Most classes that a frame keeps of so many.
+pub fn most_kept(config: &Config, classes: u32) -> u32 {
+    u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(classes)
+}
+
 /// What the sum of all shares may be short of 1.
 const ROUNDING: f32 = 1e-6;
 

@@ -2,11 +2,14 @@
 
 use crate::{
     Config,
-    blob::{Database, layout::block},
+    blob::{
+        Database,
+        layout::{DEGREE, block},
+    },
     methods::{
         mixture::{
             contact_votes::MOST_VOTERS,
-            weights::{MAX_KEPT, MAX_KEPT_ANEW},
+            weights::{MAX_KEPT_ANEW, most_kept},
         },
         work::{Load, Work, as_u32},
     },
@@ -19,7 +22,7 @@ use crate::{
 /// Visits that a frame has to spare beyond those of its classes, for searches that are begun anew.
 pub(super) const SPARE: u16 = MAX_VISITS;
 /// Bytes of a frame's edges in the graph, and of its squared length.
-const EDGES: u32 = 16;
+const EDGES: u32 = 2 * DEGREE as u32;
 const NORM: u32 = 4;
 /// Rows that an example unpacks of the input, and the most that it unpacks of an output: two about either moment.
 const ROWS_INPUT: u32 = 2;
@@ -43,7 +46,7 @@ impl Work {
         }
         // What small classes leave of their visits is there for the others, which use at most as many again as their own.
         let spare = u32::from(SPARE) + searched * visits - distances;
-        let kept = u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(searched);
+        let kept = most_kept(config, searched);
         let first = if searched > 0 { kept.min(MAX_KEPT_ANEW as u32) + 1 } else { 0 };
         let classes = kept.max(first);
         let examples = classes * u32::from(config.k);

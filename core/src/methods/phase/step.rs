@@ -19,7 +19,7 @@ use crate::{
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        mixture::weights::{self, MAX_KEPT, Share, Width},
+        mixture::weights::{self, Share, Width, most_kept},
         work::{Load, Work, as_u32},
     },
     observe::Stage,
@@ -87,7 +87,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             work.bytes_read += as_u32(parts.input);
             largest = as_u32(parts.contacts - parts.input).max(largest);
         }
-        work.classes = u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(work.searched);
+        work.classes = most_kept(config, work.searched);
         work.bytes_read += work.classes * largest;
         work
     }

@@ -17,8 +17,8 @@ const SETTLE_SPEED: f32 = 0.25;
 const STRETCH: f32 = 0.995;
 /// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
 const SOFT_M: f32 = 0.01;
-/// A foot that is further below the floor is not lifted: the body is elsewhere. Metres.
-const DEEPEST_M: f32 = 0.4;
+/// A foot that is further below the floor neither stands nor is lifted: the body is elsewhere, and is left there. Metres.
+pub(super) const DEEPEST_M: f32 = 0.4;
 /// The other joint carries the foot when it is lower by this much, metres.
 const HANDOVER_M: f32 = 0.0005;
 /// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.

@@ -15,7 +15,8 @@
 //! 4. At foot-up the offset is eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. A foot
 //!    that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted a little,
 //!    does not count as standing meanwhile, and is held again when it has come down.
-//! 5. No foot sinks through the floor, in the air or held: a foot more than 1 cm too low is lifted.
+//! 5. No foot sinks through the floor, in the air or held: a foot more than 1 cm too low is lifted. A body
+//!    that is further than 40 cm below is elsewhere, and is left there.
 //! 6. Each leg reaches its target by [`crate::body::two_bone_ik`].
 //!
 //! The prediction that is fed back stays unchanged: the lock changes the output alone.
@@ -29,7 +30,7 @@ pub use foot::Tuning;
 pub(crate) use foot::lowest;
 
 use self::{
-    foot::{Foot, Phase, lower, over_floor, reach, too_deep},
+    foot::{DEEPEST_M, Foot, Phase, lower, over_floor, reach, too_deep},
     root::RootShift,
 };
 use crate::{
@@ -47,8 +48,6 @@ use crate::{
 const FLOOR_SPEED: f32 = 0.8;
 /// A foot predicted this high over the floor does not stand, whatever the votes. Metres.
 const UP_M: f32 = 0.06;
-/// Nor does a foot this far below the floor: the body is elsewhere, and is left there. Metres.
-const BELOW_M: f32 = 0.4;
 
 /// The locks of both feet: all that is kept between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,7 +120,7 @@ impl Lock {
             // Over the floor as the root is lifted, or as it was predicted: a lift that is wrong has to end.
             let over = lower(over_floor(leg, chain, floor));
             let least = over + if self.root.lift < 0.0 { self.root.lift } else { 0.0 };
-            *stands = *stands && least < UP_M && over > -BELOW_M;
+            *stands = *stands && least < UP_M && over > -DEEPEST_M;
         }
         let stands = contacts.map(|stands| stands && tuning.on);
         let standing =
