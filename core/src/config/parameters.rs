@@ -211,6 +211,10 @@ parameters! {
     /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the dof
     /// over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example.
     24 OUTPUT_KAPPA output_kappa: f32 = 2.0, [0.0 to 1e6], &[Method::Mar];
+    /// A body stands where its fastest joint turns slower than this, rad/s, and its root moves by less than 0.2 m times
+    /// that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More stops
+    /// slow motion of the style, less takes the noise of a sensor for motion.
+    25 STILL_SPEED still_speed: f32 = 0.1, [0 or 1e-3 to 1.0], &Method::ALL;
 }
 
 impl Parameter {
@@ -285,8 +289,8 @@ mod tests {
             let refused = Err(ConfigError::Parameter { number });
             assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 25, have: 25 };
-        assert_eq!(set(Config::new(), 25, 0.0), Err(unknown));
-        assert_eq!(value(&Config::new(), 25), None);
+        let unknown = ConfigError::Unknown { id: 26, have: 26 };
+        assert_eq!(set(Config::new(), 26, 0.0), Err(unknown));
+        assert_eq!(value(&Config::new(), 26), None);
     }
 }

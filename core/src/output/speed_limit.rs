@@ -8,9 +8,10 @@
 //! angle(q[t-1], q[t]) <= limit · ω · Δt,     q[t] moved towards q[t-1] along the short way where it would be more
 //! ```
 //!
-//! with Δt the output's own time step. In each frame ω is the angle of the joint whose exponential map changed most; the
-//! limit uses the maximum over the last [`WINDOW_S`] to twice as many seconds, so that a long stream forgets. A joint that
-//! was held back catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its bits.
+//! with Δt the output's own time step. In each frame ω is the angle of the joint whose exponential map changed most, and
+//! the least such angle of three frames counts: one wrong pose, which is two jumps, teaches nothing. The limit uses the
+//! maximum over the last [`WINDOW_S`] to twice as many seconds, so that a long stream forgets. A joint that was held back
+//! catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its bits.
 //!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
 //! in all of its window; none where there is no limit.
@@ -33,12 +34,40 @@ const FIRST: f32 = 7.5;
 /// The fastest joint assumed at least, rad/s: a body that stands may start to move.
 const LEAST: f32 = 1.0;
 
+/// The joint of a frame of the input whose exponential map changed most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fastest {
+    /// Squared change of the map, square radians.
+    pub apart2: f32,
+    now: Vector,
+    before: Vector,
+}
+
+impl Fastest {
+    /// Of the dofs of a frame and of the one before; the root's tilt is a joint too.
+    #[inline(never)]
+    pub fn of(x: &[f32], x_prev: &[f32]) -> Self {
+        let mut fastest = Self { apart2: 0.0, now: [0.0; 3], before: [0.0; 3] };
+        // Exponential maps among the dofs: the root's tilt and, behind its rates, the joints'.
+        for (d, (now, before)) in maps(x).iter().zip(maps(x_prev)).enumerate() {
+            let apart = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
+            let apart2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2];
+            if apart2 > fastest.apart2 && d != RATES {
+                fastest = Self { apart2, now: *now, before: *before };
+            }
+        }
+        fastest
+    }
+}
+
 /// The input's fastest joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Limit {
     /// Of this window and of the one before, rad/s.
     shown: [f32; 2],
+    /// Of the last two frames, rad/s; 0 where it was not above what was shown.
+    recent: [f32; 2],
     /// Seconds of this window.
     age_s: f32,
 }
@@ -46,35 +75,31 @@ pub(crate) struct Limit {
 impl Limit {
     /// The state before the first frame.
     pub const fn new() -> Self {
-        Self { shown: [LEAST, FIRST], age_s: 0.0 }
+        Self { shown: [LEAST, FIRST], recent: [0.0; 2], age_s: 0.0 }
     }
 
-    /// Measures a frame of the input: its dofs, and those `seconds` ago. The body's turning counts as its first joint's.
+    /// Measures a frame of the input that lasts for `seconds`. The body's turning, rad/s, counts as its first joint's.
     #[inline(never)]
-    pub fn see(&mut self, x: &[f32], x_prev: &[f32], seconds: f32) {
+    pub fn see(&mut self, fastest: &Fastest, turning: f32, seconds: f32) {
         self.age_s += seconds;
         if self.age_s > WINDOW_S {
             (self.shown, self.age_s) = ([LEAST, self.shown[0]], 0.0);
         }
-        let turning = abs(x.get(dof::YAW).copied().unwrap_or(0.0));
-        if turning > self.shown[0] {
-            self.shown[0] = turning;
-        }
-        let mut furthest = (0.0, [0.0; 3], [0.0; 3]);
-        // Exponential maps among the dofs: the root's tilt and, behind its rates, the joints'.
-        for (d, (now, before)) in maps(x).iter().zip(maps(x_prev)).enumerate() {
-            let apart = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
-            let apart2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2];
-            if apart2 > furthest.0 && d != RATES {
-                furthest = (apart2, *now, *before);
-            }
-        }
+        let shown = self.shown[0];
+        let turning = abs(turning);
+        let mut speed = if turning > shown { turning } else { 0.0 };
         // Rotations are no further apart than their maps are: most frames show nothing new.
-        let most = self.shown[0] * seconds;
-        let (apart2, now, before) = furthest;
-        if apart2 > most * most {
-            let turned = turned(&before, &now);
-            self.shown[0] = if turned > most { turned } else { most } / seconds;
+        let most = (if speed > shown { speed } else { shown }) * seconds;
+        if fastest.apart2 > most * most {
+            let turned = turned(&fastest.before, &fastest.now);
+            speed = if turned > most { turned / seconds } else { speed };
+        }
+        let [a, b] = self.recent;
+        self.recent = [b, speed];
+        let least = if a < b { a } else { b };
+        let least = if speed < least { speed } else { least };
+        if least > shown {
+            self.shown[0] = least;
         }
     }
 
@@ -132,16 +157,23 @@ mod tests {
 
     const FRAME: f32 = 1.0 / 30.0;
 
+    /// Shows three frames, each of which turns the joint by as much.
+    fn show(limit: &mut Limit, now: &[f32], before: &[f32]) {
+        for _ in 0..3 {
+            limit.see(&Fastest::of(now, before), 0.0, FRAME);
+        }
+    }
+
     /// A limit that has seen still frames for so long that nothing is taken for granted.
     fn knowing() -> Limit {
-        Limit { shown: [LEAST; 2], age_s: 0.0 }
+        Limit { shown: [LEAST; 2], ..Limit::new() }
     }
 
     #[test]
     fn a_joint_turns_at_the_limit_until_it_is_there() {
         let mut limit = knowing();
         // 0.1 rad in a frame: 3 rad/s.
-        limit.see(&dofs([0.1, 0.0, 0.0]), &dofs([0.0; 3]), FRAME);
+        show(&mut limit, &dofs([0.1, 0.0, 0.0]), &dofs([0.0; 3]));
         let (target, mut at) = (pose([0.0, 0.5, 0.0]), pose([0.0; 3]));
         let mut turned = Vec::new();
         for _ in 0..7 {
@@ -158,9 +190,27 @@ mod tests {
     }
 
     #[test]
+    fn one_wrong_pose_teaches_nothing() {
+        let mut limit = knowing();
+        let slow = |t: usize| 0.01 * t as f32;
+        let input: Vec<[f32; 10]> =
+            (0..20).map(|t| dofs([if t == 10 { 1.5 } else { slow(t) }, 0.0, 0.0])).collect();
+        for pair in input.windows(2) {
+            limit.see(&Fastest::of(&pair[1], &pair[0]), 0.0, FRAME);
+        }
+        assert_eq!(limit.shown[0], LEAST);
+        // A turn of three frames does.
+        for turning in [2.0, -3.0, 4.0] {
+            assert_eq!(limit.shown[0], LEAST);
+            limit.see(&Fastest::of(&input[0], &input[0]), turning, FRAME);
+        }
+        assert_eq!(limit.shown[0], 2.0);
+    }
+
+    #[test]
     fn what_is_slower_stays_to_the_bit() {
         let mut limit = knowing();
-        limit.see(&dofs([0.1, 0.0, 0.0]), &dofs([0.0; 3]), FRAME);
+        show(&mut limit, &dofs([0.1, 0.0, 0.0]), &dofs([0.0; 3]));
         for way in [[0.0; 3], [0.05, -0.05, 0.02], [0.0, 0.0, 0.119]] {
             let (mut next, wanted) = (pose(way), pose(way));
             limit.hold(1.2, FRAME, &pose([0.0; 3]), &mut next);
@@ -178,25 +228,25 @@ mod tests {
         // Far from the mean a map goes further than its rotation turns.
         let (a, b) = ([2.5, 0.0, 0.0], [2.5, 0.3, 0.0]);
         let mut limit = knowing();
-        limit.see(&dofs(b), &dofs(a), FRAME);
+        show(&mut limit, &dofs(b), &dofs(a));
         let turned = angle(exp(a), exp(b));
         assert!(turned < 0.25, "{turned}");
         assert!((limit.shown[0] * FRAME - turned).abs() < 1e-5, "{}", limit.shown[0]);
         // On the other side of a whole turn a map is far off, and its rotation near.
         let mut limit = knowing();
-        limit.see(&dofs([-3.1, 0.0, 0.0]), &dofs([3.1, 0.0, 0.0]), FRAME);
+        show(&mut limit, &dofs([-3.1, 0.0, 0.0]), &dofs([3.1, 0.0, 0.0]));
         assert!((limit.shown[0] * FRAME - 0.0832).abs() < 1e-3, "{}", limit.shown[0]);
     }
 
     #[test]
     fn what_was_shown_is_forgotten_after_two_windows() {
         let mut limit = knowing();
-        limit.see(&dofs([0.2, 0.0, 0.0]), &dofs([0.0; 3]), FRAME);
+        show(&mut limit, &dofs([0.2, 0.0, 0.0]), &dofs([0.0; 3]));
         let still = dofs([0.2, 0.0, 0.0]);
         let shown = |l: &Limit| if l.shown[0] > l.shown[1] { l.shown[0] } else { l.shown[1] };
         let mut known = 0;
         while shown(&limit) > 5.9 {
-            limit.see(&still, &still, FRAME);
+            limit.see(&Fastest::of(&still, &still), 0.0, FRAME);
             known += 1;
         }
         assert!((60..=122).contains(&known), "{known} frames");
@@ -214,7 +264,7 @@ mod tests {
         };
         assert!((most(&limit) - 1.2 * FIRST).abs() < 1e-3, "{}", most(&limit));
         for _ in 0..70 {
-            limit.see(&still, &still, FRAME);
+            limit.see(&Fastest::of(&still, &still), 0.0, FRAME);
         }
         assert!((most(&limit) - 1.2 * LEAST).abs() < 1e-3, "{}", most(&limit));
     }

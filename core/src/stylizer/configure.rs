@@ -32,6 +32,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             self.reset();
             (self.settings.action, self.settings.input_style) = (None, None);
         }
+        // A cap on visits changes with the load, not with what is wanted.
+        if self.config.visits(config.visits) != config {
+            self.stillness.settings_changed();
+        }
         self.config = config;
         Ok(())
     }

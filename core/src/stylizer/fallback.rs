@@ -140,6 +140,11 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.faults.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
     }
 
+    /// The feet that the last output stands on.
+    pub(super) fn standing(&self) -> [bool; 2] {
+        [1, 2].map(|foot| self.faults.stands & foot != 0)
+    }
+
     /// The output of a frame without a usable input.
     #[inline(never)]
     pub(super) fn fallback_output(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
@@ -158,7 +163,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         } else {
             (report.held, report.held_m) = (self.lock.held(), self.lock.offsets());
         }
-        report.contacts = [1, 2].map(|foot| self.faults.stands & foot != 0);
+        report.contacts = self.standing();
         if self.config.safety != Safety::Follow {
             self.faults.blend_back_s = BLEND_BACK_S;
         }

@@ -27,7 +27,8 @@ use crate::{
     observe::Stage,
     output::{
         foot_lock::{self, Lock},
-        speed_limit::Limit,
+        speed_limit::{Fastest, Limit},
+        stillness::Stillness,
     },
     stylizer::style_mix::Settings,
 };
@@ -82,6 +83,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             output_anchor: Anchor::ORIGIN,
             lock: Lock::new(),
             limit: Limit::new(),
+            stillness: Stillness::new(),
             faults: FaultState::new(),
             last: None,
         }
@@ -102,6 +104,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     output_anchor: Anchor,
     lock: Lock,
     limit: Limit,
+    stillness: Stillness,
     faults: FaultState,
     last: Option<Pose<J>>,
 }
@@ -149,6 +152,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.engine.reset();
         self.lock.reset();
         self.limit = Limit::new();
+        self.stillness = Stillness::new();
         self.faults = FaultState::new();
         self.last = None;
     }
@@ -184,9 +188,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         }
         let frames = self.faults.frames();
         self.accept(leaps);
-        if !first && self.config.speed_limit > 0.0 {
-            let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
-            self.limit.see(x, x_prev, frames * input_step);
+        if !first {
+            self.see_motion(leaps, frames * input_step);
         }
         self.settings.glide(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
@@ -205,6 +208,20 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         signals.x_prev = signals.x;
         self.last = Some(*output);
         report
+    }
+
+    /// Measures how the input has moved in `seconds`.
+    #[inline(never)]
+    fn see_motion(&mut self, leaps: bool, seconds: f32) {
+        let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
+        let at = |dofs: &[f32], d: usize| dofs.get(d).copied().unwrap_or(0.0);
+        let fastest = Fastest::of(x, x_prev);
+        if self.config.speed_limit > 0.0 {
+            self.limit.see(&fastest, at(x, dof::YAW), seconds);
+        }
+        // What leaps is no rest, though its speeds are set to 0.
+        let least = if leaps { 0.0 } else { self.config.still_speed };
+        self.stillness.see(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
     }
 
     /// Input pose to dofs.
@@ -237,6 +254,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             *rate = own;
         }
         let output = signals.output.as_flattened_mut();
+        let keeps = !first && self.stillness.is_engaged();
+        let offset = signals.scratch.as_flattened_mut();
+        if keeps {
+            let last = output.iter().zip(signals.x_prev.as_flattened());
+            offset.iter_mut().zip(last).for_each(|(offset, (y, x))| *offset = y - x);
+        }
         let held_back = apply_strength(&self.database, &self.settings, x, predicted, output);
         report.degraded.set(Degraded::PREDICTION, held_back);
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
@@ -247,6 +270,13 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
                 signals.correction.as_flattened_mut(),
                 !held_back,
             );
+        }
+        if keeps {
+            let (x, offset) = (signals.x.as_flattened(), signals.scratch.as_flattened());
+            self.stillness.keep(x, offset, signals.output.as_flattened_mut());
+        }
+        if self.stillness.stands() {
+            report.contacts = self.standing();
         }
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
@@ -271,8 +301,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
         let on = self.config.contacts && root_strength > 0.0;
         if on || self.lock.is_engaged() {
-            let tuning =
-                foot_lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
+            let tuning = foot_lock::Tuning {
+                on,
+                release_m: self.config.release_m,
+                ease_s: self.config.ease_s,
+                moving: self.stillness.moving(),
+            };
             observer.stage(Stage::Lock);
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
             observer.stage(Stage::Rest);

@@ -29,7 +29,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return Err(ConfigError::Weights);
         }
         used.iter_mut().for_each(|w| *w /= total);
-        self.settings.styles = styles;
+        if self.settings.styles != styles {
+            self.settings.styles = styles;
+            self.stillness.settings_changed();
+        }
         Ok(())
     }
 
@@ -65,7 +68,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return Err(ConfigError::Weights);
         }
         own.weights = own.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
-        self.settings.set_own(usize::from(group), own);
+        if self.settings.set_own(usize::from(group), own) {
+            self.stillness.settings_changed();
+        }
         Ok(())
     }
 
@@ -112,7 +117,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         if !(0..features).any(|f| (mask & all) >> self.database.feature_group(f) & 1 == 1) {
             return Err(ConfigError::OutOfRange);
         }
-        self.settings.mask = mask;
+        if self.settings.mask != mask {
+            self.settings.mask = mask;
+            self.stillness.settings_changed();
+        }
         Ok(())
     }
 
@@ -131,8 +139,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         if !(0.0..=MOST_STRENGTH).contains(&strength) {
             return Err(ConfigError::OutOfRange);
         }
-        if let Some(slot) = self.settings.strength.get_mut(usize::from(group)) {
+        if let Some(slot) = self.settings.strength.get_mut(usize::from(group)).filter(|s| **s != strength) {
             *slot = strength;
+            self.stillness.settings_changed();
         }
         Ok(())
     }
@@ -171,7 +180,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         {
             return Err(ConfigError::NoClass);
         }
-        (self.settings.action, self.settings.input_style) = (action, style);
+        if self.labels() != (action, style) {
+            (self.settings.action, self.settings.input_style) = (action, style);
+            self.stillness.settings_changed();
+        }
         Ok(())
     }
 }

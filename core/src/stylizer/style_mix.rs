@@ -133,15 +133,15 @@ impl Settings {
         self.mixes.get(group).copied().map_or(0, usize::from)
     }
 
-    /// Gives a group its own styles, or none.
-    pub fn set_own(&mut self, group: usize, own: Own) {
-        if let Some(slot) = self.own.get_mut(group) {
-            *slot = own;
-        }
+    /// Gives a group its own styles, or none. True where it had others.
+    pub fn set_own(&mut self, group: usize, own: Own) -> bool {
+        let Some(slot) = self.own.get_mut(group).filter(|slot| **slot != own) else { return false };
+        *slot = own;
         for (mix, own) in self.mixes.iter_mut().zip(&self.own) {
             let first = self.own.iter().position(|o| o == own).filter(|_| own.count > 0);
             *mix = first.map_or(0, |first| first as u8 + 1);
         }
+        true
     }
 
     /// True where a joint group has styles of its own.

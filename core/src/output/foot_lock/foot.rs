@@ -43,6 +43,8 @@ pub struct Tuning {
     pub release_m: f32,
     /// Shortest time in which an offset is eased out, seconds.
     pub ease_s: f32,
+    /// Part of the learnt correction of the root's speed that is applied: 0 where the body stands.
+    pub moving: f32,
 }
 
 /// What a foot does.

@@ -107,7 +107,7 @@ impl Lock {
         let Some(legs) = database.legs() else { return };
         let ahead =
             heading(rotate(pose.rotations.first().copied().unwrap_or(IDENTITY), database.hips_line()));
-        self.root.apply_drift(ahead, step_s, pose);
+        self.root.apply_drift(ahead, step_s * tuning.moving, pose);
         // Not by `map`, whose copies would take half of this function's stack.
         let [left, right] = &legs;
         let chains = [Chain::of(database, left, pose), Chain::of(database, right, pose)];

@@ -53,7 +53,7 @@ impl RootShift {
         [self.lift, self.rise, self.hip_drop, self.drift[0], self.drift[1]].iter().any(|v| *v != 0.0)
     }
 
-    /// Moves the root by the learnt correction of its speed.
+    /// Moves the root by the learnt correction of its speed in `step_s`, 0 where the body stands.
     pub fn apply_drift<const J: usize>(&mut self, [fx, fz]: [f32; 2], step_s: f32, pose: &mut Pose<J>) {
         let [forward, left] = self.drift_speed;
         // Left of (x, z) is (z, -x): facing +Z it is +X.
