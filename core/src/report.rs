@@ -5,7 +5,7 @@ use crate::methods::mixture::weights::Shares;
 /// The ways in which a frame was degraded; a set of flags.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Degraded(u8);
+pub struct Degraded(u16);
 
 impl Degraded {
     /// The input was not a pose (NaN, a quaternion whose length is not within 1% of 1, a position over 100 km away): the
@@ -27,9 +27,12 @@ impl Degraded {
     pub const ORDER: Self = Self(64);
     /// The input moved faster than any body; the output follows the safety policy.
     pub const LEAP: Self = Self(128);
+    /// The input is unlike the database: at least half of it is passed on unchanged
+    /// ([`Config::trust`](crate::Config::trust)).
+    pub const FAR: Self = Self(256);
 
     /// The flags, by name.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 9] = [
         (Self::INPUT, "input"),
         (Self::VISITS, "visits"),
         (Self::CLASSES, "classes"),
@@ -38,6 +41,7 @@ impl Degraded {
         (Self::STALE, "stale"),
         (Self::ORDER, "order"),
         (Self::LEAP, "leap"),
+        (Self::FAR, "far"),
     ];
 
     /// True where nothing was degraded.
@@ -51,7 +55,7 @@ impl Degraded {
     }
 
     /// The flags as bits.
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 
@@ -73,6 +77,11 @@ pub struct Report {
     /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
     /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
+    /// The same over what frames of the nearest class have that the builder left out: about 1 at most for input of the
+    /// database's kind. Mixture and tables by phase; 0 where the blob does not say it, and for other methods.
+    pub distance_ratio: f32,
+    /// Part of the input that is passed on because it is unlike the database, 0 to 1.
+    pub passed: f32,
     /// Distances computed.
     pub visits: u32,
     /// Bytes of the blob's features, graph and rows that were read.

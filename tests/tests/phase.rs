@@ -19,7 +19,7 @@ use gestus_tests::{
 };
 
 // The foot lock is off, so that the predictions are compared.
-const PHASE: Config = Config::new().method(Method::Phase).contacts(false);
+const PHASE: Config = Config::new().method(Method::Phase).contacts(false).trust(0.0).still_speed(0.0);
 
 fn run(blob: &[u8], request: &Request, clip: &Clip) -> (Trace, Streamed) {
     let database = Database::open(blob).unwrap();
@@ -161,7 +161,6 @@ impl<'db> Reference<'db> {
         self.frames += 1;
         let phase = self.tracks[class][0];
         let off = [0, 1].map(|k| self.drift[k] - f64::from(tables.drift[k]));
-        let far = ((self.tracks[class][2] / f64::from(tables.far) - 8.0) / 16.0).clamp(0.0, 1.0);
         let walks = f64::from(tables.drift[0]);
         let stands = if walks > 0.3 { 1.0 - (2.0 * self.drift[0].abs() / walks).min(1.0) } else { 0.0 };
         let dofs = self.database.counts().dofs;
@@ -179,7 +178,7 @@ impl<'db> Reference<'db> {
                 };
                 let kept = beyond + f64::from(tables.gain) * (own - beyond);
                 let y = kept + self.value(output, self.tables[output].parts().output, d, phase, off);
-                let passed = if d == dof::FORWARD || d == dof::LEFT { far.max(stands) } else { far };
+                let passed = if d == dof::FORWARD || d == dof::LEFT { stands } else { 0.0 };
                 y + passed * (x - y)
             })
             .collect()

@@ -73,6 +73,8 @@ impl Case {
         // The prediction, before the foot lock.
         let config = Config::new()
             .contacts(false)
+            .trust(0.0)
+            .still_speed(0.0)
             .k(self.k)
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)

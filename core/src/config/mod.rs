@@ -18,9 +18,17 @@ impl Config {
     }
 
     /// The constants that Xia 2015 states (K 40, δ 0.7, ρ 0.7), κ 2, every class that has any weight, and no rest for a body
-    /// that stands.
+    /// that stands; every input is given the style.
     pub const fn paper() -> Self {
-        Self::new().k(40).delta(0.7).prune(0.001).kappa(2.0).rho(0.7).output_kappa(1e6).still_speed(0.0)
+        Self::new()
+            .k(40)
+            .delta(0.7)
+            .prune(0.001)
+            .kappa(2.0)
+            .rho(0.7)
+            .output_kappa(1e6)
+            .still_speed(0.0)
+            .trust(0.0)
     }
 
     /// The ridge on normalised variables, for pairs that were recorded or made as pairs. A small λ lets the slopes among

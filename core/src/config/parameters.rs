@@ -215,6 +215,11 @@ parameters! {
     /// that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More stops
     /// slow motion of the style, less takes the noise of a sensor for motion.
     25 STILL_SPEED still_speed: f32 = 0.1, [0 or 1e-3 to 1.0], &Method::ALL;
+    /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
+    /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part from
+    /// here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less passes unusual
+    /// motion of known actions on, more gives unknown actions a style that spoils them.
+    26 TRUST trust: f32 = 6.0, [0 or 1.0 to 100.0], &Method::ALL;
 }
 
 impl Parameter {
@@ -289,8 +294,8 @@ mod tests {
             let refused = Err(ConfigError::Parameter { number });
             assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 26, have: 26 };
-        assert_eq!(set(Config::new(), 26, 0.0), Err(unknown));
-        assert_eq!(value(&Config::new(), 26), None);
+        let unknown = ConfigError::Unknown { id: 27, have: 27 };
+        assert_eq!(set(Config::new(), 27, 0.0), Err(unknown));
+        assert_eq!(value(&Config::new(), 27), None);
     }
 }

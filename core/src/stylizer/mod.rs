@@ -29,6 +29,7 @@ use crate::{
         foot_lock::{self, Lock},
         speed_limit::{Fastest, Limit},
         stillness::Stillness,
+        trust::Trust,
     },
     stylizer::style_mix::Settings,
 };
@@ -84,6 +85,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             lock: Lock::new(),
             limit: Limit::new(),
             stillness: Stillness::new(),
+            trust: Trust::new(),
             faults: FaultState::new(),
             last: None,
         }
@@ -105,6 +107,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     lock: Lock,
     limit: Limit,
     stillness: Stillness,
+    trust: Trust,
     faults: FaultState,
     last: Option<Pose<J>>,
 }
@@ -153,6 +156,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.lock.reset();
         self.limit = Limit::new();
         self.stillness = Stillness::new();
+        self.trust = Trust::new();
+        self.settings.passed = 0.0;
         self.faults = FaultState::new();
         self.last = None;
     }
@@ -196,6 +201,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let signals = &mut self.signals;
         self.engine.predict(&mut Context { frame, input, signals, report: &mut report, observer });
         self.engine.contacts(&mut report);
+        self.see_kind(leaps, &mut report);
         self.compose_output(first, &mut report, output, observer);
         self.set_standing(report.contacts);
         self.blend_back(report.step_s, output);
@@ -222,6 +228,22 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         // What leaps is no rest, though its speeds are set to 0.
         let least = if leaps { 0.0 } else { self.config.still_speed };
         self.stillness.see(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
+    }
+
+    /// Measures whether the input is of the database's kind, and passes it on where it is not.
+    #[inline(never)]
+    fn see_kind(&mut self, leaps: bool, report: &mut Report) {
+        if leaps {
+            self.trust.leapt();
+        }
+        let x = self.signals.x.as_flattened();
+        let velocity = [dof::FORWARD, dof::LEFT].map(|d| x.get(d).copied().unwrap_or(0.0));
+        let class = report.classes.first().map(|share| usize::from(share.class));
+        let seen = (class, report.distance_ratio);
+        self.trust.see(&self.database, seen, velocity, self.config.trust, 1.0 / self.database.rate_hz());
+        report.passed = self.trust.passed();
+        self.settings.passed = report.passed;
+        report.degraded.set(Degraded::FAR, report.passed >= 0.5);
     }
 
     /// Input pose to dofs.

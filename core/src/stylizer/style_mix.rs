@@ -88,6 +88,8 @@ pub(crate) struct Settings {
     pub strength: [f32; MAX_GROUPS],
     /// Where the strengths are on their way, and how fast they go, 1/s.
     glide: [[f32; 2]; MAX_GROUPS],
+    /// Part of the input that is passed on: strengths are less by it.
+    pub passed: f32,
 }
 
 impl Settings {
@@ -104,12 +106,13 @@ impl Settings {
             mixes: [0; MAX_GROUPS],
             strength: [1.0; MAX_GROUPS],
             glide: [[1.0, 0.0]; MAX_GROUPS],
+            passed: 0.0,
         }
     }
 
-    /// Strength of a joint group in this frame: that which was set, or on its way there.
+    /// Strength of a joint group in this frame: that which was set, or on its way there, less what is passed on.
     pub fn strength_of(&self, group: usize) -> f32 {
-        self.glide.get(group).map_or(1.0, |[strength, _]| *strength)
+        self.glide.get(group).map_or(1.0, |[strength, _]| *strength) * (1.0 - self.passed)
     }
 
     /// Leads the strengths on by a frame; a first frame begins with them as they were set.

@@ -84,4 +84,15 @@ pub enum GestusParameter {
     /// dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0
     /// to 1000000. Default 2.
     OutputKappa = 24,
+    /// A body stands where its fastest joint turns slower than this, rad/s, and its root moves by less than 0.2 m times
+    /// that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More
+    /// stops slow motion of the style, less takes the noise of a sensor for motion. 0.001 to 1, or 0 for none. Default
+    /// 0.1.
+    StillSpeed = 25,
+    /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
+    /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part
+    /// from here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less
+    /// passes unusual motion of known actions on, more gives unknown actions a style that spoils them. 1 to 100, or 0
+    /// for none. Default 6.
+    Trust = 26,
 }

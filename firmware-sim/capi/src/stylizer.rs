@@ -210,6 +210,8 @@ pub struct GestusReport {
     /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
     /// data.
     pub distance2: f32,
+    /// Part of the input that was passed on because it is unlike the database, 0 to 1.
+    pub passed: f32,
     /// Distances computed.
     pub visits: u32,
     /// Bytes read from the blob.
@@ -239,6 +241,8 @@ pub const GESTUS_DEGRADED_PREDICTION: u32 = 8;
 pub const GESTUS_DEGRADED_JUMP: u32 = 16;
 /// The input moved faster than any body can; reported if `GESTUS_PARAMETER_SAFETY` is not 0.
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
+/// The input is unlike the database: at least half of it was passed on unchanged.
+pub const GESTUS_DEGRADED_FAR: u32 = 256;
 
 const _: () = {
     use gestus_core::Degraded as D;
@@ -248,6 +252,7 @@ const _: () = {
     assert!(GESTUS_DEGRADED_PREDICTION == D::PREDICTION.bits() as u32);
     assert!(GESTUS_DEGRADED_JUMP == D::JUMP.bits() as u32);
     assert!(GESTUS_DEGRADED_LEAP == D::LEAP.bits() as u32);
+    assert!(GESTUS_DEGRADED_FAR == D::FAR.bits() as u32);
 };
 
 impl From<&gestus_core::Report> for GestusReport {
@@ -260,6 +265,7 @@ impl From<&gestus_core::Report> for GestusReport {
             step_s: report.step_s,
             predicted_step_s: report.predicted_step_s,
             distance2: report.distance2,
+            passed: report.passed,
             visits: report.visits,
             bytes_read: report.bytes_read,
             degraded: report.degraded.bits().into(),

@@ -35,7 +35,9 @@ pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
         })
     });
     let mut sections = required.collect::<Result<Vec<Section>>>()?;
-    let optional = database.optional_sections().filter(|(id, _)| section::is_kept_by_cut(*id));
+    // What is said of classes goes with them.
+    let is_kept = |id: u16| section::is_kept_by_cut(id) && (by_phase || id != section::TRUST);
+    let optional = database.optional_sections().filter(|(id, _)| is_kept(*id));
     sections.extend(optional.map(|(id, bytes)| (id, bytes.to_vec())));
     let have = *database.counts();
     let only = |count: usize| if by_phase { count } else { 0 };

@@ -12,3 +12,4 @@ pub mod rows;
 pub(crate) mod search;
 pub(crate) mod skeleton;
 pub(crate) mod timing;
+pub(crate) mod trust;

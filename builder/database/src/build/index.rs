@@ -1,6 +1,9 @@
 //! Fourth stage: rows packed, features and graph for the search.
 
-use gestus_core::blob::layout::{self, MAX_TIMING, NONE, distances::FALLS, flag};
+use gestus_core::blob::{
+    Familiar,
+    layout::{self, MAX_TIMING, NONE, distances::FALLS, dof, flag},
+};
 use gestus_motion::{
     body::Body,
     corpus::{Cycle, Example},
@@ -14,6 +17,7 @@ use crate::{
     pairing::Pairing,
     search::{
         falls::falls,
+        familiar::familiar,
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
     },
@@ -30,6 +34,8 @@ pub(super) struct Index {
     pub packed: PackedRows,
     /// How fast the distance of a far class falls.
     pub falls: [f32; FALLS],
+    /// What input of each class is like; zeros for a draft.
+    pub familiar: Vec<Familiar>,
     /// The features as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
@@ -134,7 +140,16 @@ impl Index {
             counts.push(searchable.iter().filter(|s| **s).count());
         }
         let falls = if is_draft { [0.0; FALLS] } else { falls(&clip_table[..examples.len()], &by_class) };
+        let familiar = if is_draft {
+            vec![Familiar { far: 0.0, speeds: [0.0; 2] }; frames.classes.len()]
+        } else {
+            let of_class = frames.classes.iter().map(|c| c.action).zip(by_class).collect::<Vec<_>>();
+            let velocities: Vec<[f64; 2]> =
+                dofs.iter().flatten().map(|row| [row[dof::FORWARD], row[dof::LEFT]]).collect();
+            familiar(&clip_table[..examples.len()], &of_class, &velocities, clips.corpus.rate_hz)
+        };
         Ok(Self {
+            familiar,
             clips: clip_table,
             cycles,
             rows: rows.len(),

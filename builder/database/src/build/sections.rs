@@ -12,7 +12,7 @@ use super::{
 };
 use crate::blob::{
     assemble::{Section, assemble},
-    classes, cycles, dofs, feet, manifest, search, skeleton, timing,
+    classes, cycles, dofs, feet, manifest, search, skeleton, timing, trust,
 };
 use crate::models;
 
@@ -75,6 +75,7 @@ pub(super) fn encode(
         statistic: models.statistic.clone(),
         phase: estimates.phase.map(<[u8]>::to_vec),
         distances: Some(search::encode_distances(&index.falls, &index.codes, &space.scales)),
+        trust: Some(trust::encode(&index.familiar)),
         // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
         effort: None,
         retarget: None,

@@ -66,7 +66,7 @@ fn query(classes: &[(usize, ClassFeatures<'_>)], t: usize) -> Vec<f32> {
 
 /// Mean squared distance of the `k` nearest frames of a class to a query, without those of a clip; infinite where there are
 /// none.
-fn mean_distance2(
+pub(super) fn mean_distance2(
     (first, class): &(usize, ClassFeatures<'_>),
     (own, rows): (usize, usize),
     query: &[f32],

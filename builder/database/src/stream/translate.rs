@@ -300,6 +300,7 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
         "visits_max": steps.iter().map(|s| s.report.visits).max(),
         "bytes_read_mean": mean(&|r| f64::from(r.bytes_read)),
         "distance2_mean": mean(&|r| f64::from(r.distance2)),
+        "passed_mean": mean(&|r| f64::from(r.passed)),
         "degraded": steps.iter().filter(|s| !s.report.degraded.is_empty()).count(),
         "degraded_by": by,
         "ram_bytes": streamed.ram_bytes,

@@ -16,6 +16,7 @@ pub mod phase;
 pub mod query;
 pub mod section;
 pub mod statistic;
+pub mod trust;
 
 mod body;
 mod frames;

@@ -130,6 +130,8 @@ sections! {
         phase: PHASE = 38, kept true;
         /// How fast distances fall, and norms of the features: see [`distances`](super::distances).
         distances: DISTANCES = 39, kept false;
+        /// How near and how fast input of each class is: see [`trust`](super::trust).
+        trust: TRUST = 40, kept true;
     }
     separate {
         /// A robot, always a file of its own: see [`robot::layout`](crate::robot::layout). The number is what its

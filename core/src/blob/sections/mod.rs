@@ -13,6 +13,7 @@ mod search;
 mod skeleton;
 mod statistic;
 mod timing;
+mod trust;
 
 pub use classes::Class;
 pub use feet::Leg;
@@ -23,6 +24,7 @@ pub use phase::{DofScale, PhaseTables};
 pub use skeleton::Joint;
 pub use statistic::Table;
 pub use timing::TimingDof;
+pub use trust::Familiar;
 
 use super::layout::NONE;
 

@@ -5,7 +5,7 @@ use super::{labels::Labels, lengths::blocks_of};
 use crate::blob::{
     Class, Database,
     check::{Checked, check, length, reserved},
-    layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing},
+    layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing, trust},
     read::{Record, u16_at, u32_at},
 };
 use crate::search::metric::MOST_NORM2;
@@ -181,6 +181,19 @@ pub(super) fn distances(db: &Database<'_>, bytes: &[u8]) -> Checked {
             u32::from_le_bytes(*number) <= MOST_NORM2
         };
         check(section::DISTANCES, i, fits)?;
+    }
+    Ok(())
+}
+
+/// Distances and speeds are those of a body.
+pub(super) fn trust(db: &Database<'_>, bytes: &[u8]) -> Checked {
+    length(section::TRUST, trust::LENGTH * db.counts.classes, bytes.len())?;
+    for class in 0..db.counts.classes {
+        let fits = db.familiar(class).is_some_and(|familiar| {
+            let [slowest, fastest] = familiar.speeds;
+            (0.0..=1e6).contains(&familiar.far) && 0.0 <= slowest && slowest <= fastest && fastest <= 1e3
+        });
+        check(section::TRUST, class, fits)?;
     }
     Ok(())
 }

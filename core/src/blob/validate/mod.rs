@@ -157,7 +157,7 @@ fn contents(db: &Database<'_>) -> Checked {
     frames::blocks(db)?;
     frames::timing_metric(db)?;
     // A retargeting map is checked where it is opened.
-    let Optional { lti, statistic, effort, retarget: _, feet, phase, distances } = db.optional;
+    let Optional { lti, statistic, effort, retarget: _, feet, phase, distances, trust } = db.optional;
     if let Some(bytes) = lti {
         lti::linear_models(db, bytes)?;
     }
@@ -175,6 +175,9 @@ fn contents(db: &Database<'_>) -> Checked {
     }
     if let Some(bytes) = distances {
         frames::distances(db, bytes)?;
+    }
+    if let Some(bytes) = trust {
+        frames::trust(db, bytes)?;
     }
     // Without frames only tables by phase have classes.
     if db.counts.frames == 0 && db.counts.classes > 0 && phase.is_none() {

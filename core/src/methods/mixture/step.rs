@@ -168,8 +168,11 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let jumped =
             report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
         report.degraded.set(Degraded::JUMP, jumped);
-        report.distance2 =
-            report.classes.first().map_or(0.0, |share| self.reach.last(usize::from(share.class)).0);
+        let Some(nearest) = report.classes.first().map(|share| usize::from(share.class)) else { return };
+        report.distance2 = self.reach.last(nearest).0;
+        if let Some(familiar) = database.familiar(nearest).filter(|familiar| familiar.far > 0.0) {
+            report.distance_ratio = report.distance2 / familiar.far;
+        }
     }
 
     /// A first pose has no frame before it: the means of the nearest class's neighbors stand in for it.

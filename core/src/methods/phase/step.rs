@@ -39,8 +39,8 @@ const DRIFT_HALF_LIFE_S: f32 = 0.25;
 const SLOPE_KEPT: f32 = 0.5;
 /// Distance of a class that the labels do not allow.
 const NOT_TRACKED: f32 = -1.0;
-/// The input comes through from the first multiple of the class's own distance on, and is passed on whole at the second.
-const FAR: [f32; 2] = [8.0, 24.0];
+/// Streams are this much further from a class than the cycles are that it was made of.
+const FURTHER: f32 = 2.0;
 /// Mean speed above which a class moves from place to place, m/s.
 const WALKS: f32 = 0.3;
 /// Part of the class's mean speed below which the body is taken to stop.
@@ -213,7 +213,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         let root_mix = settings.mix_of(database.joint_group(0));
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let (mut step_s, mut likelihood) = (0.0, [0.0; 2]);
-        let (mut far, mut stands) = (0.0, 0.0);
+        let (mut far, mut stands) = (0.0, 0.0f32);
         let mut mixed = self.memory.begin(database, x);
         let mut i = 0;
         while let Some(&Share { class, proportion }) = report.classes.get(i) {
@@ -259,22 +259,13 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
-        // A body that stands goes nowhere, and a body that is far from every class is passed on.
-        let beyond = (report.distance2 - FAR[0] * far) / ((FAR[1] - FAR[0]) * far);
-        let passed = clamp(beyond, 0.0, 1.0);
-        if passed > 0.0 || stands > 0.0 {
-            pass_input(x, passed, stands, predicted);
+        report.distance_ratio = if far > 0.0 { report.distance2 / (FURTHER * far) } else { 0.0 };
+        // A body that stands goes nowhere.
+        for d in [dof::FORWARD, dof::LEFT] {
+            if let Some((predicted, x)) = predicted.get_mut(d).zip(x.get(d)) {
+                *predicted += stands * (x - *predicted);
+            }
         }
-    }
-}
-
-/// Gives way to the input: by `passed`, and where it is more, the root's speed by `stands`.
-#[inline(never)]
-fn pass_input(x: &[f32], passed: f32, stands: f32, predicted: &mut [f32]) {
-    for (d, (predicted, &x)) in predicted.iter_mut().zip(x).enumerate() {
-        let is_speed = d == dof::FORWARD || d == dof::LEFT;
-        let part = if is_speed && stands > passed { stands } else { passed };
-        *predicted += part * (x - *predicted);
     }
 }
 

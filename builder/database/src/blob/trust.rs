@@ -1,0 +1,9 @@
+//! The section of what input of each class is like.
+
+use gestus_core::blob::Familiar;
+
+/// Encodes it, class after class.
+pub fn encode(classes: &[Familiar]) -> Vec<u8> {
+    let numbers = |class: &Familiar| [class.far, class.speeds[0], class.speeds[1]];
+    classes.iter().flat_map(numbers).flat_map(f32::to_le_bytes).collect()
+}
