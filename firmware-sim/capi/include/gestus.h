@@ -67,6 +67,9 @@
 // The input moved faster than any body can; reported if `GESTUS_PARAMETER_SAFETY` is not 0.
 #define GESTUS_DEGRADED_LEAP 128
 
+// The input is unlike the database: at least half of it was passed on unchanged.
+#define GESTUS_DEGRADED_FAR 256
+
 // The result of a function. With any status but `GESTUS_STATUS_OK` nothing was changed, unless the function's docs say
 // so.
 typedef enum GestusStatus {
@@ -257,6 +260,17 @@ typedef enum GestusParameter {
   // dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0
   // to 1000000. Default 2.
   GESTUS_PARAMETER_OUTPUT_KAPPA = 24,
+  // A body stands where its fastest joint turns slower than this, rad/s, and its root moves by less than 0.2 m times
+  // that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More
+  // stops slow motion of the style, less takes the noise of a sensor for motion. 0.001 to 1, or 0 for none. Default
+  // 0.1.
+  GESTUS_PARAMETER_STILL_SPEED = 25,
+  // Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
+  // whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part
+  // from here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less
+  // passes unusual motion of known actions on, more gives unknown actions a style that spoils them. 1 to 100, or 0
+  // for none. Default 6.
+  GESTUS_PARAMETER_TRUST = 26,
 } GestusParameter;
 
 // A checked blob. It is in memory that the caller provided, and refers to the blob, which has to stay valid as long.
@@ -337,6 +351,8 @@ typedef struct GestusReport {
   // Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
   // data.
   float distance2;
+  // Part of the input that was passed on because it is unlike the database, 0 to 1.
+  float passed;
   // Distances computed.
   uint32_t visits;
   // Bytes read from the blob.
