@@ -12,8 +12,6 @@
 //! p, the part of the input that is passed on, goes to p* within [`CHANGE_S`]: the strength of every joint group is
 //! multiplied by 1 - p. The first [`LEAD_S`] of a stream and after a leap are not measured, since the search's window is
 //! not full yet.
-//!
-//! Cost: some 200 instructions a frame on a Cortex-M4F.
 
 use crate::{
     blob::Database,
@@ -46,31 +44,41 @@ pub(crate) struct Trust {
     speed: f32,
     /// Seconds of the stream that were measured, up to [`SMOOTHED_S`]; below 0 before.
     age_s: f32,
-    /// Part of the input that is passed on.
-    passed: f32,
+    /// Least and greatest speed of all classes: read once a stream, for methods that know no class.
+    speeds: Option<[f32; 2]>,
 }
 
 impl Trust {
-    /// Before the first frame.
+    /// Knows no database; [`begin`](Self::begin) a stream with one.
     pub const fn new() -> Self {
-        Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, passed: 0.0 }
+        Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: None }
+    }
+
+    /// Begins a stream.
+    pub fn begin(&mut self, database: &Database<'_>) {
+        let classes = (0..database.counts().classes).filter_map(|class| database.familiar(class));
+        let speeds = classes.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
+            [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
+        });
+        *self = Self { speeds, ..Self::new() };
     }
 
     /// The input has leapt: the frames before say nothing of those that follow.
     pub fn leapt(&mut self) {
-        *self = Self { passed: self.passed, ..Self::new() };
+        *self = Self { speeds: self.speeds, ..Self::new() };
     }
 
-    /// Takes a frame of `seconds`: the nearest class, where the method knows one, the frame's squared distance over that of the class, 0 where the
-    /// method has none, and the root's speed over the ground, m/s. `most` is [`Config::trust`](crate::Config::trust).
+    /// Takes a frame of `seconds`: the nearest class, where the method knows one; the frame's squared distance over that of
+    /// the class, 0 where the method has none; and the root's velocity over the ground, m/s. `most` is
+    /// [`Config::trust`](crate::Config::trust). Moves `passed`, the part of the input that is passed on, 0 to 1.
     #[inline(never)]
     pub fn see(
         &mut self,
         database: &Database<'_>,
         (class, ratio): (Option<usize>, f32),
         velocity: [f32; 2],
-        most: f32,
-        seconds: f32,
+        (most, seconds): (f32, f32),
+        passed: &mut f32,
     ) {
         self.age_s = clamp(self.age_s + seconds, -LEAD_S, SMOOTHED_S);
         if self.age_s <= 0.0 {
@@ -86,11 +94,12 @@ impl Trust {
         let target =
             if self.age_s < JUDGED_S || most <= 0.0 { 0.0 } else { self.target(database, class, most) };
         let change = seconds / CHANGE_S;
-        self.passed += clamp(target - self.passed, -change, change);
+        *passed += clamp(target - *passed, -change, change);
     }
 
     fn target(&self, database: &Database<'_>, class: Option<usize>, most: f32) -> f32 {
-        let Some([slowest, fastest]) = speeds(database, class) else { return 0.0 };
+        let of_class = |class| database.familiar(class).map(|familiar| familiar.speeds);
+        let Some([slowest, fastest]) = class.map_or(self.speeds, of_class) else { return 0.0 };
         let by_distance = 2.0 * (self.ratio / most - 1.0);
         let fast = self.speed / (fastest + FASTER);
         let beyond = if self.speed < IN_PLACE {
@@ -103,20 +112,4 @@ impl Trust {
         let by_speed = (beyond - BEYOND) / WIDTH;
         clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
     }
-
-    /// Part of the input that is passed on, 0 to 1.
-    pub fn passed(&self) -> f32 {
-        self.passed
-    }
-}
-
-/// Least and greatest speed of a class; of all classes where the method knows none.
-fn speeds(database: &Database<'_>, class: Option<usize>) -> Option<[f32; 2]> {
-    if let Some(class) = class {
-        return database.familiar(class).map(|familiar| familiar.speeds);
-    }
-    let all = (0..database.counts().classes).filter_map(|class| database.familiar(class));
-    all.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
-        [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
-    })
 }

@@ -156,7 +156,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.lock.reset();
         self.limit = Limit::new();
         self.stillness = Stillness::new();
-        self.trust = Trust::new();
         self.settings.passed = 0.0;
         self.faults = FaultState::new();
         self.last = None;
@@ -240,9 +239,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let velocity = [dof::FORWARD, dof::LEFT].map(|d| x.get(d).copied().unwrap_or(0.0));
         let class = report.classes.first().map(|share| usize::from(share.class));
         let seen = (class, report.distance_ratio);
-        self.trust.see(&self.database, seen, velocity, self.config.trust, 1.0 / self.database.rate_hz());
-        report.passed = self.trust.passed();
-        self.settings.passed = report.passed;
+        let limits = (self.config.trust, 1.0 / self.database.rate_hz());
+        self.trust.see(&self.database, seen, velocity, limits, &mut self.settings.passed);
+        report.passed = self.settings.passed;
         report.degraded.set(Degraded::FAR, report.passed >= 0.5);
     }
 
@@ -251,6 +250,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     fn extract_dofs(&mut self, input: &Pose<J>, first: bool) {
         if first {
             self.engine.begin(self.config.method);
+            self.trust.begin(&self.database);
             let root = input.rotations.first().copied().unwrap_or(crate::math::quaternion::IDENTITY);
             self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
         }

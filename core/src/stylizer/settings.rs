@@ -151,7 +151,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.settings.strength.get(group).copied().unwrap_or(1.0)
     }
 
-    /// Strength of a joint group in the last frame: on its way to what was set.
+    /// Strength of a joint group in the last frame: on its way to what was set, less what was passed on of the input.
     pub fn strength_now(&self, group: usize) -> f32 {
         self.settings.strength_of(group)
     }

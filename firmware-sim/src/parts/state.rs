@@ -3,7 +3,7 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes that do not depend on the capacities.
-pub const FIXED_BYTES: usize = 2756;
+pub const FIXED_BYTES: usize = 2764;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 628;
 /// Bytes that a neighbor adds.

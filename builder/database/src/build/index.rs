@@ -139,22 +139,23 @@ impl Index {
             graphs.push(if is_draft { ClassGraph::empty(class.rows) } else { build_graph(&of_class) });
             counts.push(searchable.iter().filter(|s| **s).count());
         }
-        let falls = if is_draft { [0.0; FALLS] } else { falls(&clip_table[..examples.len()], &by_class) };
-        let familiar = if is_draft {
-            vec![Familiar { far: 0.0, speeds: [0.0; 2] }; frames.classes.len()]
+        let (falls, familiar) = if is_draft {
+            ([0.0; FALLS], vec![Familiar { far: 0.0, speeds: [0.0; 2] }; frames.classes.len()])
         } else {
-            let of_class = frames.classes.iter().map(|c| c.action).zip(by_class).collect::<Vec<_>>();
+            let captured = &clip_table[..examples.len()];
+            let falls = falls(captured, &by_class);
+            let of_class: Vec<_> = frames.classes.iter().map(|c| c.action).zip(by_class).collect();
             let velocities: Vec<[f64; 2]> =
                 dofs.iter().flatten().map(|row| [row[dof::FORWARD], row[dof::LEFT]]).collect();
-            familiar(&clip_table[..examples.len()], &of_class, &velocities, clips.corpus.rate_hz)
+            (falls, familiar(captured, &of_class, &velocities, clips.corpus.rate_hz))
         };
         Ok(Self {
-            familiar,
             clips: clip_table,
             cycles,
             rows: rows.len(),
             packed,
             falls,
+            familiar,
             codes,
             flags,
             graphs,

@@ -6,6 +6,7 @@ use gestus_core::{
     blob::Familiar,
     output::trust::{LEAD_S, SMOOTHED_S},
 };
+use gestus_motion::statistics::{quantile, sorted};
 use rayon::prelude::*;
 
 use super::{falls::mean_distance2, graph::ClassFeatures};
@@ -44,7 +45,7 @@ pub fn familiar(
                     (start + lead.min(count)..start + count).map(move |t| (t, (start, count)))
                 })
                 .collect();
-            let mut distances: Vec<f64> = frames
+            let distances = frames
                 .iter()
                 .step_by(frames.len().div_ceil(FRAMES).max(1))
                 .map(|&(t, clip)| {
@@ -53,22 +54,15 @@ pub fn familiar(
                     let nearest = same.map(|(_, class)| mean_distance2(class, clip, &query, k));
                     f64::from(nearest.fold(f32::INFINITY, f32::min))
                 })
-                .filter(|distance| distance.is_finite())
-                .collect();
-            let mut speeds: Vec<f64> = own
-                .iter()
-                .flat_map(|&(start, count)| {
-                    smoothed(&velocities[start + lead.min(count)..start + count], rate_hz)
-                })
-                .collect();
-            let quantile = |values: &mut Vec<f64>, part: f64| {
-                values.sort_by(f64::total_cmp);
-                values.get((values.len().saturating_sub(1) as f64 * part) as usize).copied().unwrap_or(0.0)
-                    as f32
-            };
+                .filter(|distance| distance.is_finite());
+            let distances = sorted(distances);
+            let speeds = sorted(own.iter().flat_map(|&(start, count)| {
+                smoothed(&velocities[start + lead.min(count)..start + count], rate_hz)
+            }));
+            let at = |ascending: &[f64], part: f64| quantile(ascending, part).unwrap_or(0.0) as f32;
             Familiar {
-                far: quantile(&mut distances, NEARER),
-                speeds: [BEYOND, 1.0 - BEYOND].map(|part| quantile(&mut speeds, part)),
+                far: at(&distances, NEARER),
+                speeds: [BEYOND, 1.0 - BEYOND].map(|part| at(&speeds, part)),
             }
         })
         .collect();
