@@ -44,23 +44,14 @@ pub(crate) struct Trust {
     speed: f32,
     /// Seconds of the stream that were measured, up to [`SMOOTHED_S`]; below 0 before.
     age_s: f32,
-    /// Least and greatest speed of all classes: read once a stream, for methods that know no class.
+    /// Least and greatest speed of all classes: read once a stream, by methods that know no class.
     speeds: Option<[f32; 2]>,
 }
 
 impl Trust {
-    /// Knows no database; [`begin`](Self::begin) a stream with one.
+    /// Before the first frame.
     pub const fn new() -> Self {
         Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: None }
-    }
-
-    /// Begins a stream.
-    pub fn begin(&mut self, database: &Database<'_>) {
-        let classes = (0..database.counts().classes).filter_map(|class| database.familiar(class));
-        let speeds = classes.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
-            [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
-        });
-        *self = Self { speeds, ..Self::new() };
     }
 
     /// The input has leapt: the frames before say nothing of those that follow.
@@ -97,9 +88,15 @@ impl Trust {
         *passed += clamp(target - *passed, -change, change);
     }
 
-    fn target(&self, database: &Database<'_>, class: Option<usize>, most: f32) -> f32 {
-        let of_class = |class| database.familiar(class).map(|familiar| familiar.speeds);
-        let Some([slowest, fastest]) = class.map_or(self.speeds, of_class) else { return 0.0 };
+    fn target(&mut self, database: &Database<'_>, class: Option<usize>, most: f32) -> f32 {
+        let speeds = match class {
+            Some(class) => database.familiar(class).map(|familiar| familiar.speeds),
+            None => {
+                self.speeds = self.speeds.or_else(|| all_speeds(database));
+                self.speeds
+            }
+        };
+        let Some([slowest, fastest]) = speeds else { return 0.0 };
         let by_distance = 2.0 * (self.ratio / most - 1.0);
         let fast = self.speed / (fastest + FASTER);
         let beyond = if self.speed < IN_PLACE {
@@ -112,4 +109,14 @@ impl Trust {
         let by_speed = (beyond - BEYOND) / WIDTH;
         clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
     }
+}
+
+/// Least and greatest speed of all classes.
+#[cold]
+#[inline(never)]
+fn all_speeds(database: &Database<'_>) -> Option<[f32; 2]> {
+    let classes = (0..database.counts().classes).filter_map(|class| database.familiar(class));
+    classes.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
+        [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
+    })
 }

@@ -156,6 +156,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.lock.reset();
         self.limit = Limit::new();
         self.stillness = Stillness::new();
+        self.trust = Trust::new();
         self.settings.passed = 0.0;
         self.faults = FaultState::new();
         self.last = None;
@@ -250,7 +251,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     fn extract_dofs(&mut self, input: &Pose<J>, first: bool) {
         if first {
             self.engine.begin(self.config.method);
-            self.trust.begin(&self.database);
             let root = input.rotations.first().copied().unwrap_or(crate::math::quaternion::IDENTITY);
             self.input_anchor = Anchor::of(&self.database, input.position, root, Anchor::ORIGIN);
         }

@@ -64,7 +64,7 @@
 // A class with weight was searched again from the start: the input has jumped, or is far from the data.
 #define GESTUS_DEGRADED_JUMP 16
 
-// The input moved faster than any body can; reported if `GESTUS_PARAMETER_SAFETY` is not 0.
+// The input moved faster than any body can; reported under every policy of safety.
 #define GESTUS_DEGRADED_LEAP 128
 
 // The input is unlike the database: at least half of it was passed on unchanged.

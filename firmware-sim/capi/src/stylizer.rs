@@ -239,7 +239,7 @@ pub const GESTUS_DEGRADED_CLASSES: u32 = 4;
 pub const GESTUS_DEGRADED_PREDICTION: u32 = 8;
 /// A class with weight was searched again from the start: the input has jumped, or is far from the data.
 pub const GESTUS_DEGRADED_JUMP: u32 = 16;
-/// The input moved faster than any body can; reported if `GESTUS_PARAMETER_SAFETY` is not 0.
+/// The input moved faster than any body can; reported under every policy of safety.
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
 /// The input is unlike the database: at least half of it was passed on unchanged.
 pub const GESTUS_DEGRADED_FAR: u32 = 256;
