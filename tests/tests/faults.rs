@@ -9,10 +9,7 @@ use gestus_database::{
     stream::{Request, Streamed, stream, to_pose},
     synth::{Options, corpus},
 };
-use gestus_evaluate::{
-    measures::skate::skate_cm_s,
-    metrics::{performance::Performance, speed::peak_speeds},
-};
+use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance, speed::peak_speeds};
 use gestus_firmware_sim::faults::{Arrival, Arrivals, Disturbance, Faults, RECOVERED_M};
 use gestus_motion::{body::database_skeleton, clip::Clip};
 

@@ -8,12 +8,10 @@ use gestus_database::{
     stream::{Request, Streamed, cleanup::clean_up, from_pose, stream, to_pose},
     synth::{Options, corpus},
 };
-use gestus_evaluate::{
-    measures::skate::{deepest_cm, skate_cm_s},
-    metrics::{
-        performance::Performance,
-        speed::{fastest, peak_speeds},
-    },
+use gestus_evaluate::metrics::{
+    feet::{deepest_cm, skate_cm_s},
+    performance::Performance,
+    speed::{fastest, peak_speeds},
 };
 use gestus_motion::{
     body::{Body, database_skeleton},

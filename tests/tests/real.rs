@@ -176,11 +176,12 @@ fn a_change_of_style_is_over_in_thirty_frames() {
 fn standing_feet_do_not_slide_on_real_clips() {
     use gestus_database::registration::contact::contacts;
     use gestus_evaluate::{
-        measures::{
-            contacts::Score,
-            skate::{deepest_cm, skate_cm_s},
+        measures::contacts::Score,
+        metrics::{
+            feet::{deepest_cm, skate_cm_s},
+            performance::Performance,
+            speed::fastest,
         },
-        metrics::{performance::Performance, speed::fastest},
     };
     let gaits = ["walk", "run", "walk-turn-left", "walk-turn-right"];
     let Some(corpus) = corpus(&gaits) else { return };
@@ -225,10 +226,7 @@ fn transferred_real_clips_stand_without_a_pop() {
         models::statistic::transfer::{Options, transfer},
         stream::cleanup::Limbs,
     };
-    use gestus_evaluate::{
-        measures::skate::skate_cm_s,
-        metrics::{performance::Performance, speed::fastest},
-    };
+    use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance, speed::fastest};
     let Some(corpus) = corpus(&["walk", "run", "walk-turn-left"]) else { return };
     let body = Body::of(&corpus).unwrap();
     let pairs = [

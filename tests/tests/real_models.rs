@@ -24,7 +24,7 @@ fn linear_models_beat_the_affine_map_on_walk() {
     let methods = Methods { configs: Vec::new(), ..Methods::default() };
     let rows = loo::run(&experiment, &methods, &|| ()).unwrap();
     let mean = |method: &str| {
-        let of: Vec<f64> = rows.iter().filter(|r| r.method == method).map(|r| r.joint_error_cm).collect();
+        let of: Vec<f64> = rows.iter().filter(|r| r.method == method).map(|r| r.predicted.error_cm).collect();
         assert_eq!(of.len(), 4, "{method}");
         of.iter().sum::<f64>() / 4.0
     };

@@ -8,7 +8,7 @@ use gestus_database::{
     stream::{from_pose, to_pose},
     synth,
 };
-use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
+use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::clip::Clip;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;

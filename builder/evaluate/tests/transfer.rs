@@ -5,10 +5,7 @@ use gestus_database::{
     stream::cleanup::Limbs,
     synth,
 };
-use gestus_evaluate::{
-    measures::skate::skate_cm_s,
-    metrics::{performance::Performance, speed::peak_speeds},
-};
+use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance, speed::peak_speeds};
 use gestus_motion::{body::Body, clip::Clip};
 
 fn clips() -> (Body, Clip, Clip) {

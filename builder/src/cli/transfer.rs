@@ -8,7 +8,7 @@ use gestus_database::{
     models::statistic::transfer::{self, mean_offset},
     stream::cleanup::Limbs,
 };
-use gestus_evaluate::{measures::skate::skate_cm_s, metrics::performance::Performance};
+use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::{
     binding::{Binding, Options, to_clip},
     body::Body,

@@ -67,19 +67,16 @@ impl OnClips for Args {
                 // A known action alone or a known style alone is not a number.
                 let Some((method, variant)) = result.method.split_once(MARK) else { continue };
                 let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
-                rows.push(row(json!({
+                let mut measured = row(json!({
                     "parameter": variant.parameter,
                     "value": variant.value,
                     "method": method,
                     "action": corpus.actions[result.action],
                     "style": corpus.styles[result.style],
                     "clip": result.clip,
-                    "joint_error_cm": result.joint_error_cm,
-                    "step_error_ms": result.step_error_ms,
-                    "duration_error": result.duration_error,
-                    "third_difference": result.third_difference,
-                    "variability": result.variability,
-                })));
+                }));
+                measured.extend(result.measured());
+                rows.push(measured);
             }
         }
         bar.finish_and_clear();
@@ -166,13 +163,13 @@ fn trade_off(rows: &[table::Row]) -> Figure {
         .map(|r| {
             let name = format!("{} {}", table::text(r.get("parameter")), table::text(r.get("value")));
             let number = |key: &str| r.get(key).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
-            (name, number("variability"), number("joint_error_cm"))
+            (name, number("delivered_variability"), number("delivered_error_cm"))
         })
         .collect();
     let labels = Labels {
-        title: "Error against variability, unlabelled",
+        title: "Delivered error against variability, unlabelled",
         x: "variability, real motion = 1",
-        y: "joint error, cm",
+        y: "delivered error, cm",
     };
     Figure {
         name: "trade-off".into(),

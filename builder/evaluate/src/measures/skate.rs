@@ -9,8 +9,10 @@ use serde_json::json;
 use crate::{
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut},
+    fold::Fold,
     measures::{OnClips, Uses},
     metrics::{
+        feet::{deepest_cm, heights_cm, skate_cm_s, stillest_cm_s},
         performance::Performance,
         speed::{self, fastest, peak_speeds},
     },
@@ -22,74 +24,7 @@ use gestus_database::{
     command_line::progress,
     stream::{Request, Streamed, stream},
 };
-use gestus_motion::{
-    body::Body,
-    clip::{Frame, Skeleton},
-    corpus::Corpus,
-    statistics::{mean, quantile, sorted},
-};
-
-/// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
-/// the one before. Shape `[frames][side]`.
-pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> Vec<[Option<f64>; 2]> {
-    let positions: Vec<Vec<Vector3<f64>>> = of.frames.iter().map(|f| f.positions(skeleton)).collect();
-    (0..positions.len())
-        .map(|t| {
-            [0, 1].map(|side| {
-                let before = t.checked_sub(1).filter(|&b| of.stands[b][side] && of.stands[t][side])?;
-                let leg = &legs[side];
-                let over = |joint: usize, height: f32| positions[t][joint].y - f64::from(height);
-                let joint = match leg.toe {
-                    Some(toe) if over(toe, leg.heights[1]) <= over(leg.ankle, leg.heights[0]) => toe,
-                    _ => leg.ankle,
-                };
-                let way = positions[t][joint] - positions[before][joint];
-                Some(way.x.hypot(way.z) / of.steps_s[t])
-            })
-        })
-        .collect()
-}
-
-/// Mean speed on the ground of standing feet, cm/s. Not a number where no foot stands, which tables leave empty: 0 would be
-/// perfect.
-pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
-    mean(standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v))
-}
-
-/// Lowest and highest place of standing feet over the floor, cm: 5% and 95% quantiles over frames.
-fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
-    let heights = of
-        .frames
-        .iter()
-        .zip(&of.stands)
-        .flat_map(|(frame, stands)| {
-            let p = frame.positions(skeleton);
-            [0, 1].map(|side| {
-                stands[side].then(|| {
-                    let leg = &legs[side];
-                    let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
-                    100.0 * leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
-                })
-            })
-        })
-        .flatten();
-    let heights = sorted(heights);
-    [0.05, 0.95].map(|share| quantile(&heights, share))
-}
-
-/// Lowest height of ankle or toes of either foot, relative to their height while the foot stands, over all frames, cm: 0 or
-/// less.
-pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
-    let over = |frame: &Frame| {
-        let p = frame.positions(skeleton);
-        let of_leg = |leg: &Leg| {
-            let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
-            leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
-        };
-        of_leg(&legs[0]).min(of_leg(&legs[1]))
-    };
-    100.0 * of.frames.iter().map(over).fold(0.0, f64::min)
-}
+use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Options of `gestus evaluate skate`.
 #[derive(clap::Args, Debug)]
@@ -168,6 +103,9 @@ fn one(
         .filter(|e| e.style == fold.style && e.action == corpus.examples[fold.test].action)
         .map(|e| fastest(&Performance::of_clip(&e.clip, body)))
         .fold(0.0, f64::max);
+    let counterpart = Fold::of(experiment, body, *fold);
+    let of_counterpart =
+        |of: &Performance| Performance { stands: counterpart.counterpart_stands().to_vec(), ..of.clone() };
     let rows = performances
         .iter()
         .map(|(method, performance)| {
@@ -182,6 +120,9 @@ fn one(
                 "style": corpus.styles[fold.style],
                 "clip": if *method == "real" { &truth.name } else { &clip.name },
                 "skate_cm_s": skate_cm_s(skeleton, &legs, performance),
+                "skate_counterpart_cm_s": (*method != "real")
+                    .then(|| skate_cm_s(skeleton, &legs, &of_counterpart(performance))),
+                "skate_stillest_cm_s": stillest_cm_s(skeleton, &legs, performance),
                 "joint_speed_ratio": fastest(performance) / input_fastest,
                 "joint_speed_over_raw": fastest(performance) / raw_fastest,
                 "fastest_rad_s": fastest(performance),

@@ -1,6 +1,8 @@
 //! The figures, from poses as dofs. See `docs/METRICS.md`.
 
 pub mod annotator;
+pub mod feet;
+pub mod figures;
 pub mod performance;
 pub mod speed;
 

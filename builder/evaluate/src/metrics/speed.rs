@@ -1,4 +1,4 @@
-//! Angular speeds of joints, and whether the style or the foot lock causes those that are faster than the input's.
+//! Speed on the ground; angular speeds of joints, and whether the style or the foot lock causes those that are faster than the input's.
 //!
 //! A joint is **over** in a frame where it turns faster than 1.2 times the fastest joint of the input clip. Where it is over
 //! without the lock too, the style is the cause; else the lock, counted by what it does with that leg in the frame.
@@ -22,6 +22,18 @@ pub fn speeds(of: &Performance) -> Vec<Vec<f64>> {
         .zip(of.steps_s.get(1..).unwrap_or(&[]))
         .map(|(w, s)| w[0].rotations.iter().zip(&w[1].rotations).map(|(a, b)| a.angle_to(b) / s).collect())
         .collect()
+}
+
+/// Mean speed of the root on the ground, m/s: the length of its way over the time, in the frames that are `inside`. Not a
+/// number where none is.
+pub fn ground_speed(of: &Performance, inside: &[bool]) -> f64 {
+    let (mut way, mut time) = (0.0, 0.0);
+    for t in (1..of.frames.len()).filter(|&t| inside[t]) {
+        let step = of.frames[t].root - of.frames[t - 1].root;
+        way += step.x.hypot(step.z);
+        time += of.steps_s[t];
+    }
+    way / time
 }
 
 /// Fastest angular speed of each joint, rad/s. Shape `[joints]`.

@@ -65,7 +65,7 @@ impl OnClips for Args {
         }
         bar.finish_and_clear();
         let mut figures = vec![
-            verdict::bars(&rows, "joint_error_cm", "Joint error", "cm"),
+            verdict::bars(&rows, "delivered_error_cm", "Delivered error", "cm"),
             verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
         ];
         figures.extend(loo::figures::one_dof(experiment)?);

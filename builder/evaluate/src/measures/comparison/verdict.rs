@@ -70,12 +70,12 @@ fn better(mixture: f64, lti: f64, which: &str) -> String {
 /// The verdict in words: every number in it is in the table.
 pub(super) fn verdict(rows: &[table::Row]) -> String {
     let mut text = String::from(
-        "Every method translates clips that it has never seen; errors are mean joint distances, hips-centred and \
+        "Every method translates clips that it has never seen; errors are mean joint distances of the poses that leave, hips-centred and \
          facing ahead, to a held-out clip of the output style at equal canonical time, or to the exact answer. That \
          answer is one affine map for all actions, which is what linear models can say and mixtures have to learn.",
     );
     for set in SETS {
-        let of = |method: &str| mean_of(rows, set, method, "joint_error_cm");
+        let of = |method: &str| mean_of(rows, set, method, "delivered_error_cm");
         let (Some(mixture), Some(lti)) = (of("mixture"), of("lti")) else { continue };
         text += &format!(
             " {set}: mixture {mixture:.2} cm, linear model {lti:.2} cm; {}",

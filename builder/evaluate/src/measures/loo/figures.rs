@@ -56,17 +56,18 @@ pub(super) fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
         .map(|m| {
             let of = |a| {
                 finite_mean(
-                    results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.joint_error_cm),
+                    results.iter().filter(|r| r.method == m && r.action == a).map(|r| r.delivered.error_cm),
                 )
             };
             let values = (0..corpus.actions.len()).map(of).collect();
             (m, values)
         })
         .collect();
-    let labels = Labels { title: "Joint error of each method", x: "action", y: "cm" };
+    let labels = Labels { title: "Delivered error of each method", x: "action", y: "cm" };
     Figure {
         name: "errors".into(),
-        caption: "Mean joint error by action, leave one clip out (Xia 2015, Figure 6).".into(),
+        caption: "Mean error of the poses that leave, by action, leave one clip out (Xia 2015, Figure 6)."
+            .into(),
         svg: plots::bars(labels, &corpus.actions, &series),
     }
 }
@@ -80,15 +81,15 @@ pub(super) fn trade_off(results: &[Row]) -> Figure {
             let of = || results.iter().filter(|r| r.method == m);
             (
                 m.clone(),
-                finite_mean(of().filter_map(|r| r.variability)),
-                finite_mean(of().map(|r| r.joint_error_cm)),
+                finite_mean(of().filter_map(|r| r.delivered.variability)),
+                finite_mean(of().map(|r| r.delivered.error_cm)),
             )
         })
         .collect();
     let labels = Labels {
-        title: "Error against variability",
+        title: "Delivered error against variability",
         x: "cycle-to-cycle variability, real motion = 1",
-        y: "joint error, cm",
+        y: "delivered error, cm",
     };
     Figure {
         name: "trade-off".into(),

@@ -108,7 +108,9 @@ fn evaluate(experiment: &Experiment, methods: &Methods) -> Result<Evaluation, Bu
     Ok(Evaluation {
         what: "loo",
         about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
-                hips-centred and facing ahead, to a held-out clip of the output style at equal canonical time. Mean \
+                hips-centred and facing ahead, to a held-out clip of the output style at equal canonical time: \
+                `delivered_error_cm` is of the pose that leaves the core, after foot lock and limits, `joint_error_cm` of \
+                the prediction, and so for every key that begins with `delivered_`. Mean \
                 error rewards averaging: read it beside variability and third difference, which are relative to the \
                 truth clip's."
             .into(),

@@ -1,0 +1,206 @@
+//! A fold: a test clip, the clip that is its truth, and the database without either.
+
+mod row;
+
+use gestus_core::Database;
+use gestus_database::{
+    build::{BuildError, BuildOptions, build},
+    stream::Streamed,
+};
+use gestus_motion::{
+    body::Body,
+    corpus::{Corpus, Cycle},
+};
+
+use crate::{
+    experiment::{Experiment, HeldOut, Truth},
+    metrics::{best_shift, figures::Reference, matched},
+};
+pub use row::Row;
+
+/// A test clip and the clip that it is compared with.
+pub(crate) struct Fold<'a> {
+    pub(crate) corpus: &'a Corpus,
+    pub(crate) body: Body,
+    pub(crate) test: usize,
+    pub(crate) truth: usize,
+    pub(crate) other: Option<usize>,
+    pub(crate) style: usize,
+    pub(crate) shift: usize,
+    pub(crate) x: Vec<Vec<f64>>,
+    pub(crate) truth_rows: Vec<Vec<f64>>,
+    reference: Reference,
+}
+
+impl<'a> Fold<'a> {
+    /// A fold, and the database that is built from all other clips.
+    pub(crate) fn new(
+        experiment: &'a Experiment,
+        body: &Body,
+        held: HeldOut,
+        build_options: &BuildOptions,
+    ) -> Result<(Self, Vec<u8>), BuildError> {
+        let built = build(&experiment.corpus.without(&[held.test, held.truth]), build_options)?;
+        Ok((Self::of(experiment, body, held), built.bytes))
+    }
+
+    /// A fold without its database.
+    pub(crate) fn of(experiment: &'a Experiment, body: &Body, held: HeldOut) -> Self {
+        let corpus = &experiment.corpus;
+        let HeldOut { test, truth, other, style } = held;
+        let (x, truth_rows) =
+            (body.clip_dofs(&corpus.examples[test].clip), body.clip_dofs(&corpus.examples[truth].clip));
+        let shift = match experiment.truth {
+            Truth::SameTake => 0,
+            Truth::NearestContent => {
+                best_shift(&x, &corpus.examples[test].cycles, &truth_rows, &corpus.examples[truth].cycles)
+            }
+        };
+        let reference = Reference::of(corpus, body, [test, truth], &truth_rows, shift);
+        let body = body.clone();
+        Self { corpus, body, test, truth, other, style, shift, x, truth_rows, reference }
+    }
+
+    /// Which feet of the truth stand at the moments that match the test clip's frames; none outside of cycles. Shape
+    /// `[frames]`.
+    pub(crate) fn counterpart_stands(&self) -> &[[bool; 2]] {
+        &self.reference.stands
+    }
+
+    /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
+    pub(crate) fn true_steps(&self) -> Vec<Option<f64>> {
+        let (cycles, truth_cycles) = self.cycles();
+        let at = |t: usize| matched(cycles, t, truth_cycles, self.shift);
+        (0..self.x.len())
+            .map(|t| {
+                let (now, before) = (at(t)?, at(t.checked_sub(1)?)?);
+                (now > before).then_some((now - before) / self.corpus.rate_hz)
+            })
+            .collect()
+    }
+
+    pub(crate) fn cycles(&self) -> (&[Cycle], &[Cycle]) {
+        (&self.corpus.examples[self.test].cycles, &self.corpus.examples[self.truth].cycles)
+    }
+
+    /// The figures of a method's output, one pose a frame of the test clip.
+    pub(crate) fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
+        let reference = &self.reference;
+        let predicted = reference.figures(&reference.predicted(output, streamed));
+        let example = &self.corpus.examples[self.test];
+        Row {
+            method: method.to_owned(),
+            action: example.action,
+            style: self.style,
+            clip: example.clip.name.clone(),
+            truth: self.corpus.examples[self.truth].clip.name.clone(),
+            predicted,
+            delivered: streamed.map_or(predicted, |s| reference.figures(&reference.delivered(s))),
+            contact_f1: streamed.and_then(|s| reference.contact_f1(s)),
+        }
+    }
+}
+
+/// Dofs relative to the database's means as dofs relative to the evaluation's.
+pub(crate) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let theirs = fold.body.with_means_of(database);
+    rows.iter()
+        .map(|row| {
+            let frame = theirs.pose(row, [0.0; 2], 0.0);
+            let mut own = row.clone();
+            for j in 0..frame.rotations.len() {
+                let map = gestus_motion::body::log(&(fold.body.means[j].inverse() * frame.rotations[j]));
+                let at = if j == 0 { 1 } else { 4 + 3 * j };
+                own[at..at + 3].copy_from_slice(map.as_slice());
+            }
+            own
+        })
+        .collect()
+}
+
+/// The classes of a style, of whatever action.
+pub(crate) fn classes_of(database: &Database<'_>, style: usize) -> Vec<usize> {
+    database.classes().enumerate().filter(|(_, c)| usize::from(c.style) == style).map(|c| c.0).collect()
+}
+
+pub(crate) fn class_of(database: &Database<'_>, action: usize, style: usize) -> Option<usize> {
+    database.classes().position(|c| usize::from(c.action) == action && usize::from(c.style) == style)
+}
+
+#[cfg(test)]
+mod tests {
+    use gestus_core::Config;
+    use gestus_database::{
+        stream::{Request, stream},
+        synth,
+    };
+
+    use super::*;
+    use crate::{
+        baselines::outputs::Record,
+        metrics::{feet, performance::Performance},
+    };
+
+    fn walks() -> Experiment {
+        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 3, 5.0)).unwrap();
+        Experiment::new(corpus, BuildOptions { models: false, ..BuildOptions::default() })
+    }
+
+    #[test]
+    fn the_truth_itself_has_no_error_and_every_ratio_is_one() {
+        let experiment = walks();
+        let body = Body::of(&experiment.corpus).unwrap();
+        let held = HeldOut { test: 0, truth: 0, other: None, style: 0 };
+        let fold = Fold::of(&experiment, &body, held);
+        let found = fold.row("truth", &fold.x, None).delivered;
+        let real = Performance::of_clip(&experiment.corpus.examples[0].clip, &body);
+        let skate =
+            feet::skate_cm_s(&body.skeleton, &feet::legs(&body, &[&experiment.corpus.examples[0]]), &real);
+        assert!(found.error_cm < 1e-9, "{found:?}");
+        for ratio in [Some(found.third_difference), found.variability, found.speed] {
+            assert!((ratio.unwrap() - 1.0).abs() < 1e-3, "{found:?}");
+        }
+        // Its own contacts, where cycles are; and a way made of velocities is the clip's own.
+        assert!((found.skate_counterpart_cm_s - skate).abs() < 0.5, "{found:?} {skate}");
+        assert!(found.duration.is_none() && found.skate_stillest_cm_s < 6.0, "{found:?}");
+    }
+
+    #[test]
+    fn delivered_figures_are_those_of_the_poses_that_leave() {
+        let experiment = walks();
+        let body = Body::of(&experiment.corpus).unwrap();
+        let (folds, _) = experiment.held_out(&body);
+        let held = folds[0];
+        let left_out = experiment.corpus.without(&[held.test, held.truth]);
+        let bytes = build(&left_out, &experiment.build).unwrap().bytes;
+        let database = Database::open(&bytes).unwrap();
+        let fold = Fold::of(&experiment, &body, held);
+        let run = |config: Config, strength: f32| {
+            let groups = database.counts().groups as u16;
+            let strength = (0..groups).map(|group| (group, strength)).collect();
+            let request = Request { config, strength, ..Request::style(held.style as u16) };
+            let clip = &experiment.corpus.examples[held.test].clip;
+            let mut record = Record::of(&database);
+            let streamed = stream(&database, clip, &request, &mut record).unwrap();
+            fold.row("mixture", &own_dofs(&fold, &database, &record.predicted), Some(&streamed))
+        };
+        let plain = Config::new().contacts(false).speed_limit(0.0);
+        let (bare, locked, none) = (run(plain, 1.0), run(Config::new(), 1.0), run(plain, 0.0));
+        // Without lock and limit the prediction leaves as it is.
+        assert!((bare.delivered.error_cm - bare.predicted.error_cm).abs() < 0.02, "{bare:?}");
+        assert!((bare.delivered.speed.unwrap() - bare.predicted.speed.unwrap()).abs() < 0.01, "{bare:?}");
+        // The lock is in what is delivered alone.
+        assert!(
+            locked.delivered.skate_counterpart_cm_s < 0.5 * locked.predicted.skate_counterpart_cm_s,
+            "{locked:?}"
+        );
+        assert!((locked.predicted.error_cm - bare.predicted.error_cm).abs() < 1e-6, "{locked:?}");
+        // At strength 0 the input leaves; strength is part of what the core calls its prediction.
+        let unchanged = fold.row("unchanged", &fold.x, None);
+        assert!(
+            (none.delivered.error_cm - unchanged.delivered.error_cm).abs() < 0.01,
+            "{none:?} {unchanged:?}"
+        );
+        assert!((none.predicted.error_cm - none.delivered.error_cm).abs() < 0.01, "{none:?}");
+    }
+}
