@@ -5,11 +5,7 @@
 //! that it shows. To prove it, the page streams the input a second time with the settings of the command, and compares
 //! the digest with the one that this command computed with the core on the host.
 
-use std::{
-    env, fs,
-    path::{Path, PathBuf},
-    process::{Command, Stdio},
-};
+use std::{fs, path::PathBuf};
 
 use anyhow::{Context, Result, bail};
 // With padding, as JavaScript's `atob` reads it (RFC 4648).
@@ -22,6 +18,7 @@ use gestus_database::{
     command_line::{
         options::UnitArgs,
         outputs::{check_outputs, say, tell},
+        wasm::WasmCrate,
     },
     list,
     retarget::MapFile,
@@ -33,10 +30,9 @@ use crate::recording::{Recording, Settings};
 
 /// Seconds of each action where no input is given.
 const SECONDS: f64 = 8.0;
-/// Folder of the page's sources, in the repository in which this command was built.
-const WEB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/web");
-const TARGET: &str = "wasm32-unknown-unknown";
-const MODULE: &str = "wasm32-unknown-unknown/release/gestus_web.wasm";
+/// The core as a wasm module.
+const MODULE: WasmCrate =
+    WasmCrate { folder: concat!(env!("CARGO_MANIFEST_DIR"), "/web"), file: "gestus_web.wasm" };
 
 /// Write an HTML page that runs the core in a browser, to try out a database.
 #[derive(clap::Args, Debug)]
@@ -92,7 +88,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         None => Recording::sample(&database, settings, SECONDS)?,
     };
     let digest = recording.digest(&database).with_context(|| args.db.display().to_string())?;
-    let module = module(args.wasm.as_deref())?;
+    let module = MODULE.bytes(args.wasm.as_deref())?;
     let name = args.db.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let html = page(&format!("Gestus live: {name}"), &what, &module, &blob, &recording.to_bytes(digest));
     fs::write(&args.output, &html).with_context(|| format!("{} can't be written", args.output.display()))?;
@@ -147,50 +143,6 @@ fn page(title: &str, about: &str, module: &[u8], blob: &[u8], recording: &[u8]) 
     let style = [STYLE, include_str!("../web/view.css")].concat();
     let script = [DRAW, include_str!("../web/gestus.js"), include_str!("../web/view.js")].concat();
     document(include_str!("../web/view.html"), title, &style, &data.to_string(), &script)
-}
-
-/// The wasm module: the given file, otherwise built now, otherwise an earlier build.
-fn module(named: Option<&Path>) -> Result<Vec<u8>> {
-    let read = |path: &Path| fs::read(path).with_context(|| format!("{} can't be read", path.display()));
-    if let Some(path) = named {
-        return read(path);
-    }
-    let target = env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(WEB).join("../../target"), PathBuf::from)
-        .join("wasm");
-    let path = target.join(MODULE);
-    if let Err(why) = build(&target) {
-        if !path.is_file() {
-            bail!(
-                "the wasm module can't be built ({why}): run `cargo xtask wasm --setup`, or give a module with --wasm FILE"
-            );
-        }
-        eprintln!("note: using the earlier build {}, because it can't be rebuilt ({why})", path.display());
-    }
-    read(&path)
-}
-
-/// Builds the module, if its sources have changed. The error is the reason why it can't be built.
-fn build(target: &Path) -> Result<(), String> {
-    let manifest = Path::new(WEB).join("Cargo.toml");
-    if !manifest.is_file() {
-        return Err(format!("{} does not exist", manifest.display()));
-    }
-    let libdir = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
-    let libdir =
-        libdir.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
-    if !libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
-        return Err(format!("the target {TARGET} is not installed"));
-    }
-    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"]).arg(&manifest);
-    // The same flags as in `cargo xtask wasm`, so that both share one build.
-    cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
-    match cargo.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("cargo: {status}")),
-        Err(error) => Err(format!("cargo: {error}")),
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,15 @@
-//! Shared by the commands `gestus` and `gestus-sim`: options of a stylizer, checks of output files, progress.
+//! Shared by the commands `gestus` and `gestus-sim`: options of a stylizer, checks of output files, progress, wasm modules.
+//!
+//! Without the feature `command-line`, as in a wasm module, there is only a progress that shows nothing.
 
+#[cfg(feature = "command-line")]
 pub mod options;
+#[cfg(feature = "command-line")]
 pub mod outputs;
+#[cfg(feature = "command-line")]
 pub mod parameters;
 pub mod progress;
+#[cfg(feature = "command-line")]
 pub mod stylizer_args;
+#[cfg(feature = "command-line")]
+pub mod wasm;

@@ -5,8 +5,6 @@ pub mod crowd;
 pub mod trace;
 pub mod translate;
 
-use std::time::Instant;
-
 use gestus_core::{
     Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,
     blob::layout,
@@ -284,9 +282,7 @@ fn run<const J: usize, const K: usize, const C: usize>(
         }
         let input = to_pose::<J>(frame);
         let mut adapter = Adapter { watcher, features: counts.features, dofs: counts.dofs };
-        let start = Instant::now();
-        let report = stylizer.step_observed(&input, &mut output, &mut adapter);
-        let micros = start.elapsed().as_secs_f64() * 1e6;
+        let (report, micros) = timed(|| stylizer.step_observed(&input, &mut output, &mut adapter));
         digest.add(&output, counts.joints, report.step_s);
         watcher.done(&report);
         if let Some(playback) = &mut playback {
@@ -296,6 +292,18 @@ fn run<const J: usize, const K: usize, const C: usize>(
     }
     let retimed = playback.map(|p| p.finish(&output, steps.len(), counts.joints));
     Ok(Streamed { steps, digest: digest.value(), ram_bytes: size_of::<Stylizer<'_, J, K, C>>(), retimed })
+}
+
+/// The result of some work, and the microseconds that it took: 0 in a wasm module, which has no clock.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    #[cfg(target_family = "wasm")]
+    return (work(), 0.0);
+    #[cfg(not(target_family = "wasm"))]
+    {
+        let start = std::time::Instant::now();
+        let result = work();
+        (result, start.elapsed().as_secs_f64() * 1e6)
+    }
 }
 
 /// Poses that a retimer on the host keeps: enough for bounds of seconds at usual rates.

@@ -1,0 +1,80 @@
+//! Crates of this repository that are built as wasm modules, for pages.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, bail};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+
+/// A crate that is built as a module.
+pub struct WasmCrate {
+    /// Its folder, in the repository in which this command was built.
+    pub folder: &'static str,
+    /// The module's name.
+    pub file: &'static str,
+}
+
+impl WasmCrate {
+    /// The module: the given file, otherwise built now, otherwise an earlier build.
+    ///
+    /// # Errors
+    /// A message that says what is missing, and how to get it.
+    pub fn bytes(&self, named: Option<&Path>) -> Result<Vec<u8>> {
+        let read = |path: &Path| fs::read(path).with_context(|| format!("{} can't be read", path.display()));
+        if let Some(path) = named {
+            return read(path);
+        }
+        let target = env::var_os("CARGO_TARGET_DIR")
+            .map_or_else(
+                || {
+                    let above = Path::new(self.folder).ancestors();
+                    above.map(|folder| folder.join("target")).find(|t| t.is_dir()).unwrap_or_default()
+                },
+                PathBuf::from,
+            )
+            .join("wasm");
+        let path = target.join(TARGET).join("release").join(self.file);
+        if let Err(why) = self.build(&target) {
+            if !path.is_file() {
+                bail!(
+                    "the wasm module can't be built ({why}): run `rustup target add {TARGET}` (or, without rustup, `cargo \
+                     xtask wasm --setup`), or give a module with --wasm FILE"
+                );
+            }
+            eprintln!(
+                "note: using the earlier build {}, because it can't be rebuilt ({why})",
+                path.display()
+            );
+        }
+        read(&path)
+    }
+
+    /// Builds the module, if its sources have changed. The error is the reason why it can't be built.
+    fn build(&self, target: &Path) -> Result<(), String> {
+        let manifest = Path::new(self.folder).join("Cargo.toml");
+        if !manifest.is_file() {
+            return Err(format!("{} does not exist", manifest.display()));
+        }
+        let libdir = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+        let libdir = libdir
+            .ok()
+            .filter(|o| o.status.success())
+            .map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
+        if !libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
+            return Err(format!("the target {TARGET} is not installed"));
+        }
+        let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"]).arg(&manifest);
+        // The same flags as in `cargo xtask wasm`, so that both share one build.
+        cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
+        match cargo.status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(format!("cargo: {status}")),
+            Err(error) => Err(format!("cargo: {error}")),
+        }
+    }
+}
