@@ -18,7 +18,7 @@ fn no_input_is_written_over() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command");
     fs::create_dir_all(folder.join("data")).unwrap();
     let [db, clip, robot, page] =
-        ["k.gestus", "data/walk_a_1.bvh", "toy.urdf", "page.html"].map(|n| folder.join(n));
+        ["k.gestus", "data/walk_a_1.bvh", "toy.urdf", "page.bvh"].map(|n| folder.join(n));
     fs::write(&db, common::blob()).unwrap();
     let text = Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text();
     fs::write(&clip, &text).unwrap();

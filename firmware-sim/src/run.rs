@@ -8,7 +8,7 @@ use gestus_core::Database;
 use gestus_database::{
     command_line::{
         options::UnitArgs,
-        outputs::{check_outputs, say, tell},
+        outputs::{check_clip, check_outputs, say, tell},
         stylizer_args::StylizerArgs,
     },
     retarget::MapFile,
@@ -47,7 +47,7 @@ pub struct RunArgs {
     /// a frame, `delay` with the longest delay in frames
     #[arg(long)]
     faults: Option<Faults>,
-    /// BVH file to write the output to, at the database's rate
+    /// File for the output, at the database's rate: BVH, or glTF where the input is
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Print one JSON object
@@ -65,6 +65,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Some(name) => vec![table::find(name)?],
         None => Vec::new(),
     };
+    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     check_outputs([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
     let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&bytes) {
@@ -85,9 +86,8 @@ pub fn run(args: &RunArgs) -> Result<()> {
         ),
     };
     if let Some(path) = &args.output {
-        let document = input.document(&input.output(&streamed))?;
-        std::fs::write(path, document.to_text())
-            .with_context(|| format!("{} can't be written", path.display()))?;
+        let bytes = input.written(&input.output(&streamed), path, None)?;
+        std::fs::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     }
     let stream = Stream { database: &database, blob_bytes: bytes.len() as u64, request: &request };
     let reports = || streamed.steps.iter().map(|s| &s.report);

@@ -206,7 +206,17 @@ impl Binding {
         self.above.iter().fold(Isometry3::identity(), |sum, &j| sum * poses[j])
     }
 
-    pub(crate) fn check_rig(&self, theirs: &[Joint]) -> Result<(), ConvertError> {
+    /// Checks that a clip can be written like a document of that rig and name.
+    pub(crate) fn check(&self, rig: &[Joint], file: &str, clip: &Clip) -> Result<(), ConvertError> {
+        self.check_rig(rig)?;
+        if let Some(difference) = difference(&clip.skeleton, &self.skeleton) {
+            let (clip, file) = (clip.name.clone(), file.to_owned());
+            return Err(ConvertError::OtherSkeleton { clip, file, difference });
+        }
+        check_clip(clip)
+    }
+
+    fn check_rig(&self, theirs: &[Joint]) -> Result<(), ConvertError> {
         let ours = &self.rig;
         let same = |a: &Joint, b: &Joint| {
             a.name == b.name && a.parent == b.parent && a.moves == b.moves && a.degrees == b.degrees
@@ -235,7 +245,7 @@ pub fn same_skeleton(a: &Skeleton, b: &Skeleton) -> bool {
     difference(a, b).is_none()
 }
 
-pub(crate) fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
+fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
     if a.joints() != b.joints() {
         return Some(format!("{} joints against {}", a.joints(), b.joints()));
     }

@@ -9,6 +9,7 @@ use std::{
     borrow::Cow,
     fs,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use rayon::prelude::*;
@@ -18,9 +19,13 @@ use walkdir::WalkDir;
 use crate::animation::{Animation, Recording};
 use crate::formats::{
     bvh::{AsBvh, Bvh, BvhError, BvhErrorKind},
-    gltf::{self, GltfError, GltfErrorKind},
+    gltf::{self, Gltf, GltfError, GltfErrorKind},
 };
-use crate::{binding::ConvertError, unit::Unit};
+use crate::{
+    binding::{Binding, ConvertError},
+    clip::Clip,
+    unit::Unit,
+};
 
 /// Deepest nesting of folders that is followed.
 const MAX_FOLDERS: usize = 32;
@@ -51,7 +56,9 @@ impl CaptureError {
 pub enum Document {
     /// BVH, with its channels.
     Bvh(Bvh),
-    /// An animation of any other format.
+    /// glTF, with the whole file.
+    Gltf(Box<Gltf>),
+    /// An animation alone.
     Animation(Animation),
 }
 
@@ -60,6 +67,7 @@ impl Document {
     pub fn name(&self) -> &str {
         match self {
             Self::Bvh(document) => document.name(),
+            Self::Gltf(document) => &document.animation.name,
             Self::Animation(animation) => &animation.name,
         }
     }
@@ -68,15 +76,62 @@ impl Document {
     pub fn unit(&self) -> Option<Unit> {
         match self {
             Self::Bvh(_) => None,
+            Self::Gltf(document) => document.animation.unit,
             Self::Animation(animation) => animation.unit,
         }
     }
+
+    /// A clip in the form of this document, for the file `to`: glTF or BVH, by its ending ([`Format::of_output`]). In glTF
+    /// it replaces the animation that was read, or is added under `name`.
+    ///
+    /// # Errors
+    /// [`WriteError`] if it is not on the document's skeleton, or can't be represented.
+    pub fn write(
+        &self,
+        binding: &Binding,
+        clip: &Clip,
+        to: &Path,
+        name: Option<&str>,
+    ) -> Result<Vec<u8>, WriteError> {
+        match self {
+            Self::Gltf(document) if is_gltf(to) => {
+                let real = |folder: &Path| Path::new(".").join(folder).canonicalize().ok();
+                let elsewhere = real(document.folder()) != to.parent().and_then(real);
+                Ok(document.write(binding, clip, name, elsewhere)?)
+            }
+            _ => Ok(binding.write(self, clip)?.to_text().into_bytes()),
+        }
+    }
+}
+
+/// A clip that could not be written.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WriteError {
+    /// As BVH.
+    #[error(transparent)]
+    Bvh(#[from] ConvertError),
+    /// As glTF.
+    #[error(transparent)]
+    Gltf(#[from] GltfErrorKind),
+}
+
+/// An output whose ending can't be written.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{}: {reason}: choose a name that ends in {endings}", .file.display())]
+pub struct EndingError {
+    /// The output.
+    pub file: PathBuf,
+    /// Why it can't be written.
+    pub reason: &'static str,
+    /// The endings that can be written.
+    pub endings: String,
 }
 
 impl Recording for Document {
     fn animation(&self) -> Cow<'_, Animation> {
         match self {
             Self::Bvh(document) => document.animation(),
+            Self::Gltf(document) => Cow::Borrowed(&document.animation),
             Self::Animation(animation) => Cow::Borrowed(animation),
         }
     }
@@ -86,6 +141,7 @@ impl AsBvh for Document {
     fn as_bvh(&self) -> Result<Cow<'_, Bvh>, ConvertError> {
         match self {
             Self::Bvh(document) => document.as_bvh(),
+            Self::Gltf(document) => document.animation.as_bvh(),
             Self::Animation(animation) => animation.as_bvh(),
         }
     }
@@ -117,12 +173,31 @@ impl Format {
         }
     }
 
-    /// True if clips are written in this format too.
-    pub const fn is_written(self) -> bool {
-        match self {
-            Self::Bvh => true,
-            Self::Gltf => false,
+    /// The format in which a clip is written to a file, by the ending of its name: BVH, also where it has none, or glTF if
+    /// the clip comes from a file with the same ending. `input`: that file; `None` for a clip on another skeleton.
+    ///
+    /// # Errors
+    /// [`EndingError`] names the endings that can be written.
+    pub fn of_output(output: &Path, input: Option<&Path>) -> Result<Self, EndingError> {
+        let Some(ending) = output.extension() else { return Ok(Self::Bvh) };
+        let format = Self::of(output);
+        let input = input.map(file_of).filter(|path| is_gltf(path)).and_then(Path::extension);
+        if format == Some(Self::Bvh) {
+            return Ok(Self::Bvh);
         }
+        if input.is_some_and(|input| input.eq_ignore_ascii_case(ending)) {
+            return Ok(Self::Gltf);
+        }
+        let reason = match (format, input) {
+            (Some(_), Some(_)) => "glTF is written with the ending of the input",
+            (Some(_), None) => {
+                "glTF is read and not written, except where the clip comes from glTF and stays on its nodes"
+            }
+            _ => "this ending can't be written",
+        };
+        let own = input.map(|e| format!(" or .{}", e.to_string_lossy().to_ascii_lowercase()));
+        let endings = format!(".bvh{}", own.unwrap_or_default());
+        Err(EndingError { file: output.to_owned(), reason, endings })
     }
 
     const fn endings(self) -> &'static [&'static str] {
@@ -131,6 +206,12 @@ impl Format {
             Self::Gltf => &["glb", "gltf"],
         }
     }
+}
+
+/// The file of a clip's path, without the name of an animation after a `#`.
+pub fn file_of(path: &Path) -> &Path {
+    let file = path.to_str().and_then(|text| text.split_once('#')).map(|(file, _)| Path::new(file));
+    file.filter(|file| !path.exists() && is_gltf(file)).unwrap_or(path)
 }
 
 /// Whether a file is glTF, by its name.
@@ -219,6 +300,20 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     Ok(folder)
 }
 
+/// The documents in the bytes of a file, each with the name of its animation, which BVH does not have. The file's name
+/// says the format.
+///
+/// # Errors
+/// As [`read`]; a glTF file has to hold all its data itself.
+pub fn documents(file: &Path, bytes: &Arc<[u8]>) -> Result<Vec<(String, Document)>, CaptureError> {
+    let name = file.to_string_lossy();
+    if !is_gltf(file) {
+        return Ok(vec![(String::new(), Document::Bvh(Bvh::parse(bytes, &name)?))]);
+    }
+    let animations = Gltf::of(bytes.clone(), &name, Path::new(""))?;
+    Ok(animations.into_iter().map(|one| (one.name().to_owned(), Document::Gltf(Box::new(one)))).collect())
+}
+
 /// The documents of a file, with their paths in [`Folder::documents`].
 fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
     let animations = match Format::of(path) {
@@ -233,7 +328,7 @@ fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
     };
     Ok(animations
         .into_iter()
-        .map(|(name, animation)| (place(&name), Document::Animation(animation)))
+        .map(|document| (place(document.name()), Document::Animation(document.animation)))
         .collect())
 }
 
@@ -242,16 +337,14 @@ fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
 /// # Errors
 /// [`CaptureError`] if it can't be read, or holds several animations and none is named.
 pub fn read(path: &Path) -> Result<Document, CaptureError> {
+    let file = file_of(path);
     let text = path.to_string_lossy();
-    let (file, wanted) = match text.split_once('#') {
-        Some((file, name)) if !path.exists() && is_gltf(Path::new(file)) => (Path::new(file), Some(name)),
-        _ => (path, None),
-    };
+    let wanted = text.split_once('#').map(|(_, name)| name).filter(|_| file != path);
     let mut animations = match Format::of(file) {
         Some(Format::Gltf) => gltf::read(file)?,
         Some(Format::Bvh) | None => return Ok(Document::Bvh(read_bvh(path)?)),
     };
-    let names: Vec<String> = animations.iter().map(|(name, _)| name.clone()).collect();
+    let names: Vec<String> = animations.iter().map(|animation| animation.name().to_owned()).collect();
     let file = file.to_string_lossy().into_owned();
     let at = match wanted {
         Some(wanted) => names
@@ -262,7 +355,7 @@ pub fn read(path: &Path) -> Result<Document, CaptureError> {
         None => Ok(0),
     };
     match at {
-        Ok(at) => Ok(Document::Animation(animations.swap_remove(at).1)),
+        Ok(at) => Ok(Document::Gltf(Box::new(animations.swap_remove(at)))),
         Err(kind) => Err(GltfError { file, kind }.into()),
     }
 }

@@ -17,7 +17,7 @@ mod translate;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
-    outputs::{check_outputs, say, tell},
+    outputs::{check_animation, check_clip, check_outputs, say, tell},
     stylizer_args::lenient,
 };
 

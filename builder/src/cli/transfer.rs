@@ -41,9 +41,13 @@ pub struct Args {
     /// Leave foot skate in the output: feet that stand in the clip may slide
     #[arg(long)]
     no_clean_up: bool,
-    /// The output, a BVH file
+    /// The output: BVH, or glTF where the input is, with its meshes and with the ending of its name
     #[arg(short, long)]
     output: PathBuf,
+    /// Name of the animation in a glTF output: another one than the input's is added, or replaced if it is there.
+    /// Default: the input's is replaced
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
     #[command(flatten)]
     report: ReportArgs,
 }
@@ -72,6 +76,8 @@ fn skate(body: &Body, source: &Clip, out: &transfer::Transferred) -> Option<f64>
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    super::check_clip("-o", Some(&args.output), Some(&args.input))?;
+    super::check_animation(args.animation.as_deref(), &args.output)?;
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     let (document, binding, source) = read(&args.input, args.unit.unit)?;
     let (_, _, reference) = read(&args.reference, args.unit.unit)?;
@@ -89,8 +95,10 @@ pub fn run(args: &Args) -> Result<()> {
         transfer::Options { rounds: args.rounds, euler: args.euler, clean_up, ..Default::default() };
     let out = transfer::transfer(&body, &source, &reference, &options)
         .with_context(|| args.input.display().to_string())?;
-    let text = binding.write(&document, &out.clip)?.to_text();
-    open::write(&args.output, text)?;
+    let bytes = document
+        .write(&binding, &out.clip, &args.output, args.animation.as_deref())
+        .with_context(|| args.output.display().to_string())?;
+    open::write(&args.output, bytes)?;
     let skate = skate(&body, &source, &out);
     let offset = mean_offset(&body, &reference);
     args.report.print(

@@ -27,7 +27,7 @@ use gestus_database::{
     },
 };
 use gestus_evaluate::pages::{self, view};
-use gestus_motion::{formats::urdf, statistics::mean_or_zero};
+use gestus_motion::{clip::Clip, formats::urdf, statistics::mean_or_zero};
 use serde_json::{Value, json};
 
 use super::open;
@@ -60,9 +60,13 @@ struct CommonArgs {
     db: PathBuf,
     #[command(flatten)]
     clip: ClipArgs,
-    /// The output, a BVH file at the database's rate
+    /// The output at the database's rate: BVH, or glTF where the input is, with its meshes and with the ending of its name
     #[arg(short, long)]
     output: PathBuf,
+    /// Name of the animation in a glTF output: another one than the input's is added, or replaced if it is there.
+    /// Default: the input's is replaced
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
     /// Efforts that people gave, for `--method effort`: a filled-in table of `gestus effort sheet` whose clips are in
     /// the database; estimates where left out
     #[arg(long)]
@@ -72,6 +76,19 @@ struct CommonArgs {
     page: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+}
+
+impl CommonArgs {
+    /// Refuses an output that can't be written, and a name without use.
+    fn check(&self) -> Result<()> {
+        super::check_clip("-o", Some(&self.output), Some(&self.clip.input))?;
+        super::check_animation(self.animation.as_deref(), &self.output)
+    }
+
+    /// The output in the form of the input.
+    fn written(&self, input: &Input, output: &Clip) -> Result<Vec<u8>> {
+        input.written(output, &self.output, self.animation.as_deref())
+    }
 }
 
 /// The options for streams alone that were given with another value than their default, with their dashes.
@@ -196,6 +213,7 @@ pub fn run(args: &Args) -> Result<()> {
     if !whole_clip && common.labels.is_some() {
         bail!("--labels does nothing without --method effort: give both, or neither");
     }
+    common.check()?;
     super::check_outputs(
         [Some(&common.db), Some(&common.clip.input), common.clip.map.as_ref(), common.labels.as_ref()]
             .into_iter()
@@ -237,7 +255,7 @@ pub fn run(args: &Args) -> Result<()> {
         cleanup::clean_up(&database, &mut streamed, window as usize);
     }
     let output = input.output(&streamed);
-    open::write(&common.output, input.document(&output)?.to_text())?;
+    open::write(&common.output, common.written(&input, &output)?)?;
     if let Some(path) = &common.page {
         let wanted = args
             .stylizer_args
@@ -292,7 +310,7 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
     }
     let output = synthesize::translate(&model, &input.mapped, &factors);
     let clip = input.carried(&output.frames, &output.sources);
-    open::write(&args.output, input.document(&clip)?.to_text())?;
+    open::write(&args.output, args.written(input, &clip)?)?;
     let library = &model.library;
     let skeleton = &library.body.skeleton;
     let track = |label: &str, frames| {

@@ -8,7 +8,7 @@ use gestus_core::{Database, robot::Robot};
 use gestus_database::{
     command_line::{
         options::UnitArgs,
-        outputs::{check_outputs, say, tell},
+        outputs::{check_clip, check_outputs, say, tell},
         progress,
         stylizer_args::StylizerArgs,
     },
@@ -46,7 +46,7 @@ pub struct LinkArgs {
     unit: UnitArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
-    /// BVH file to write the board's output to, at the database's rate
+    /// File for the board's output, at the database's rate: BVH, or glTF where the input is
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Send frames at the database's rate, instead of each as soon as the previous one is answered
@@ -161,6 +161,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise works with the line `loopback` only");
     }
+    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     check_outputs(
         [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
         [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
@@ -232,9 +233,8 @@ fn stream_clip<'t, L: Line>(
     bar.finish_and_clear();
     let statistics = named(&session.board().statistics()?);
     if let Some(path) = &args.output {
-        let document = input.document(&input.output(&linked.streamed))?;
-        std::fs::write(path, document.to_text())
-            .with_context(|| format!("{} can't be written", path.display()))?;
+        let bytes = input.written(&input.output(&linked.streamed), path, None)?;
+        std::fs::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     }
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);

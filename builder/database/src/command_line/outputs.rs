@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Result, bail};
 
 use crate::data_folder::config::FILE_NAME;
-use gestus_motion::capture::Format;
+use gestus_motion::capture::{EndingError, Format, file_of};
 
 /// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist. Call it before
 /// any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
@@ -20,15 +20,15 @@ pub fn check_outputs<'a>(
     read: impl IntoIterator<Item = Option<&'a PathBuf>>,
     written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
 ) -> Result<()> {
-    let read: Vec<PathBuf> = read.into_iter().flatten().filter_map(|p| p.canonicalize().ok()).collect();
+    let read: Vec<PathBuf> =
+        read.into_iter().flatten().filter_map(|p| file_of(p).canonicalize().ok()).collect();
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
-        if let Some(format) = Format::of(path).filter(|format| !format.is_written()) {
-            bail!(
-                "{option} {}: {} is read and not written: choose a name with another ending, .bvh for a clip",
-                path.display(),
-                format.name()
-            );
+        // A clip keeps the ending of its input (`check_clip`).
+        if Format::of(path) == Some(Format::Gltf)
+            && let Some(error) = refused(path, &read)
+        {
+            bail!("{option} {error}");
         }
         let Some(place) = place(path) else {
             let folder = path.parent().unwrap_or(path);
@@ -51,6 +51,39 @@ pub fn check_outputs<'a>(
         taken.push((option, place));
     }
     Ok(())
+}
+
+/// Why no clip of these inputs can be written to a file.
+fn refused(output: &Path, read: &[PathBuf]) -> Option<EndingError> {
+    let of = |input| Format::of_output(output, input).err();
+    let none = of(None)?;
+    if read.iter().any(|input| of(Some(input)).is_none()) { None } else { Some(none) }
+}
+
+/// Refuses a file for a clip whose ending can't be written. `input`: the file that the clip comes from and on whose
+/// skeleton it is; `None` for a clip on another one.
+///
+/// # Errors
+/// A message with the option, the file, and the endings that can be written.
+pub fn check_clip(option: &str, output: Option<&PathBuf>, input: Option<&PathBuf>) -> Result<()> {
+    match output.map(|output| Format::of_output(output, input.map(PathBuf::as_path))) {
+        Some(Err(error)) => bail!("{option} {error}"),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a name of an animation for an output that has none.
+///
+/// # Errors
+/// A message with the option.
+pub fn check_animation(name: Option<&str>, output: &Path) -> Result<()> {
+    match name {
+        Some("") => bail!("--animation: the name is empty"),
+        Some(name) if Format::of(output) != Some(Format::Gltf) => {
+            bail!("--animation {name} does nothing for {}: only glTF has names", output.display())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// True if a file is that input, or is read as part of that folder.
@@ -97,6 +130,43 @@ mod tests {
     use super::*;
 
     #[test]
+    fn endings_that_cannot_be_written_are_refused_with_those_that_can() {
+        let check = |output: &str, input: Option<&str>| {
+            let (output, input) = (PathBuf::from(output), input.map(PathBuf::from));
+            check_clip("-o", Some(&output), input.as_ref()).err().map(|e| e.to_string())
+        };
+        for (output, input) in [
+            ("a.bvh", None),
+            ("a.BVH", Some("b.glb")),
+            ("a", Some("b.bvh")),
+            ("/dev/null", None),
+            ("a.glb", Some("b.glb")),
+            ("a.GLB", Some("b.glb#walk")),
+            ("a.gltf", Some("b.gltf#walk 1.5")),
+        ] {
+            assert_eq!(check(output, input), None, "{output} from {input:?}");
+        }
+        for (output, input, said) in [
+            ("a.glb", Some("b.bvh"), "glTF is read and not written, except where the clip comes from glTF"),
+            ("a.glb", None, "name that ends in .bvh"),
+            (
+                "a.gltf",
+                Some("b.glb#walk"),
+                "the ending of the input: choose a name that ends in .bvh or .glb",
+            ),
+            (
+                "a.fbx",
+                Some("b.bvh"),
+                "-o a.fbx: this ending can't be written: choose a name that ends in .bvh",
+            ),
+            ("a.fbx", Some("b.gltf"), ".bvh or .gltf"),
+        ] {
+            let message = check(output, input).unwrap();
+            assert!(message.contains(said), "{output} from {input:?}: {message}");
+        }
+    }
+
+    #[test]
     fn outputs_are_neither_inputs_nor_each_other() {
         let folder = std::env::temp_dir().join(format!("gestus-outputs-{}", std::process::id()));
         fs::create_dir_all(folder.join("data/sub")).unwrap();
@@ -120,7 +190,6 @@ mod tests {
         }
         let message = refused(&[&db], &[("--page", &new), ("-o", &new)]).unwrap();
         assert!(message.contains("--page goes there too"), "{message}");
-        // The message fits outputs that are not clips too.
         let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
         assert!(message.contains("glTF is read and not written"), "{message}");
         let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
@@ -131,6 +200,11 @@ mod tests {
         let message = refused(&[&db], &[("--page", &data)]).unwrap();
         assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
         // Allowed: new files, other files in the folder, and devices.
+        // An animation of a file is the file.
+        let hero = folder.join("hero.glb");
+        fs::write(&hero, "x").unwrap();
+        let message = refused(&[&db, &folder.join("hero.glb#walk")], &[("-o", &hero)]).unwrap();
+        assert!(message.contains("over an input"), "{message}");
         let null = PathBuf::from("/dev/null");
         let fresh = data.join("b.bvh");
         let table = data.join("t.csv");

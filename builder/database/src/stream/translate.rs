@@ -20,7 +20,6 @@ use gestus_motion::{
     capture::{self, Document},
     clip::{Clip, Frame, Skeleton},
     corpus::Corpus,
-    formats::bvh::Bvh,
     unit::Unit,
 };
 
@@ -61,18 +60,27 @@ pub fn read_clip(
     database: &Database<'_>,
     unit: Option<Unit>,
 ) -> Result<(Document, Binding, Clip)> {
-    let document = capture::read(path)?;
+    bind(capture::read(path)?, path, database, unit)
+}
+
+/// The same for a document that was read before.
+fn bind(
+    document: Document,
+    path: &Path,
+    database: &Database<'_>,
+    unit: Option<Unit>,
+) -> Result<(Document, Binding, Clip)> {
     let name = path.display();
     let animation = document.animation();
-    let bind = |unit| {
+    let bound = |unit| {
         let options = Options { unit, ..Options::default() };
         Binding::new(&*animation, &options).with_context(|| name.to_string())
     };
-    let mut binding = bind(unit)?;
+    let mut binding = bound(unit)?;
     if unit.is_none()
         && let Some(own) = own_unit(&binding, &database_skeleton(database))
     {
-        binding = bind(Some(own))?;
+        binding = bound(Some(own))?;
     }
     let mut clip = binding.to_clip(&*animation).with_context(|| name.to_string())?;
     drop(animation);
@@ -109,7 +117,21 @@ impl Input {
         map: &MapFile,
         unit: Option<Unit>,
     ) -> Result<Self> {
-        let (document, binding, clip) = read_clip(path, database, unit)?;
+        Self::of_document(capture::read(path)?, path, database, map, unit)
+    }
+
+    /// The same, of a document that was read before from a file of that name.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of_document(
+        document: Document,
+        path: &Path,
+        database: &Database<'_>,
+        map: &MapFile,
+        unit: Option<Unit>,
+    ) -> Result<Self> {
+        let (document, binding, clip) = bind(document, path, database, unit)?;
         Self::of(document, binding, &clip, database, map).with_context(|| path.display().to_string())
     }
 
@@ -205,12 +227,13 @@ impl Input {
         frames.iter().zip(inputs).map(carry).collect()
     }
 
-    /// The output in the form of the input's file.
+    /// The output in the form of the input's file, for the file `to`; an animation of glTF under `name`, or in the place
+    /// of the input's.
     ///
     /// # Errors
-    /// A clip that is not on the input's skeleton.
-    pub fn document(&self, output: &Clip) -> Result<Bvh> {
-        Ok(self.binding.write(&self.document, output)?)
+    /// A clip that is not on the input's skeleton, or that the format can't represent.
+    pub fn written(&self, output: &Clip, to: &Path, name: Option<&str>) -> Result<Vec<u8>> {
+        self.document.write(&self.binding, output, to, name).with_context(|| to.display().to_string())
     }
 }
 
@@ -336,6 +359,7 @@ mod tests {
         build::{BuildOptions, build},
         synth,
     };
+    use gestus_motion::formats::bvh::Bvh;
 
     /// A corpus of a walk whose bodies are that many times as large.
     fn corpus(scale: f64) -> Corpus {

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::{
     animation::Animation,
-    binding::{Binding, ConvertError, check_clip, difference},
+    binding::{Binding, ConvertError, check_clip},
     clip::Clip,
     euler,
     formats::bvh::{
@@ -56,12 +56,7 @@ impl Binding {
     /// positions to a micrometre or finer.
     pub fn write(&self, document: &impl AsBvh, clip: &Clip) -> Result<Bvh, ConvertError> {
         let document = &*document.as_bvh()?;
-        self.check_rig(&rig(document))?;
-        if let Some(difference) = difference(&clip.skeleton, &self.skeleton) {
-            let (clip, file) = (clip.name.clone(), document.name().to_string());
-            return Err(ConvertError::OtherSkeleton { clip, file, difference });
-        }
-        check_clip(clip)?;
+        self.check(&rig(document), document.name(), clip)?;
         let all = document.joints();
         let scale = self.unit.metres();
         let carrier = self.carrier(&poses(document, 0)).inverse();

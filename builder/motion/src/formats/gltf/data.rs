@@ -21,8 +21,8 @@ use crate::formats::gltf::error::GltfErrorKind;
 /// Reads a file by its path relative to the glTF file.
 pub type Open<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
-/// Accepts data URIs with and without padding.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
+/// Accepts data URIs with and without padding, and writes padding.
+pub const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
@@ -59,8 +59,7 @@ impl<'a> Buffers<'a> {
             let text = data.split_once(";base64,").map_or("", |(_, text)| text);
             return BASE64.decode(text).map_err(|e| GltfErrorKind::DataUri { buffer, reason: e.to_string() });
         }
-        let path = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-        (self.open)(&path).map_err(|e| GltfErrorKind::Buffer {
+        fetch(uri, self.open).map_err(|e| GltfErrorKind::Buffer {
             buffer,
             uri: uri.to_owned(),
             reason: e.to_string(),
@@ -107,6 +106,11 @@ impl<'a> Buffers<'a> {
         }
         Ok(rows)
     }
+}
+
+/// The file at a relative URI.
+pub fn fetch(uri: &str, open: &Open<'_>) -> io::Result<Vec<u8>> {
+    open(&percent_encoding::percent_decode_str(uri).decode_utf8_lossy())
 }
 
 /// A component of that type; integers are divided by their largest value.

@@ -55,6 +55,10 @@ pub enum GltfErrorKind {
     TooLong { animation: String, seconds: f64, joints: usize, rate_hz: f64 },
     #[error("{0}")]
     Convert(ConvertError),
+    #[error("it needs {uri}, which can't be copied: {reason}; write the output into the folder of the input")]
+    NotCopied { uri: String, reason: String },
+    #[error("it would become larger than the 4 GB of a .glb file; cut the clip, or write .bvh")]
+    TooLarge,
     #[error("it holds {} animations: {}; name one, as in `{file}#{}`", .names.len(), .names.join(", "), .names[0])]
     Several { file: String, names: Vec<String> },
     #[error("no animation is called `{wanted}`; it holds {}", .names.join(", "))]

@@ -11,23 +11,33 @@
 //! 4. Here: poses at a fixed rate. Transforms of nodes above the body are applied to its first joint; scales are applied
 //!    to the lengths of the bones.
 //!
-//! The result is an [`Animation`](crate::animation::Animation); stylized motion is written as BVH on the same joints.
+//! The result is an [`Animation`](crate::animation::Animation). `write` puts a clip back into the file: its animation is
+//! replaced, all else stays. It can also be written as BVH on the same joints.
 //!
 //! glTF has no frame rate. Keys at 20 to 240 Hz give the clip's rate; with fewer keys, which exporters reduce, it is
 //! 60 Hz.
 
+mod container;
 mod curve;
 mod data;
 mod document;
 mod error;
+mod toy;
 mod tree;
+mod write;
 
-use std::{collections::HashMap, fs, io, path::Path};
+use std::{
+    collections::HashMap,
+    fs, io,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use gltf::animation::{Animation, Property};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
 pub use error::{GltfError, GltfErrorKind};
+pub use toy::toy;
 
 use crate::{
     animation::{Animation as Motion, Joint},
@@ -52,18 +62,58 @@ const STILL_M: f64 = 1e-6;
 /// Change of a scale that is noted, as a fraction.
 const RESCALED: f64 = 0.01;
 
-/// Reads the animations of a file that move a body, in the file's order, each with its name.
+/// An animation, with the file that it is in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gltf {
+    /// Its motion.
+    pub animation: Motion,
+    /// Its name.
+    name: String,
+    /// The whole file.
+    bytes: Arc<[u8]>,
+    /// The folder that the file is in.
+    folder: PathBuf,
+}
+
+/// Reads the animations of a file that move a body, in the file's order.
 ///
-/// Documents are named `FILE#ANIMATION`, or `FILE` if there is only one.
+/// They are named `FILE#ANIMATION`, or `FILE` if there is only one.
 ///
 /// # Errors
 /// [`GltfError`] if the file, or one of its animations, can't be used.
-pub fn read(path: &Path) -> Result<Vec<(String, Motion)>, GltfError> {
+pub fn read(path: &Path) -> Result<Vec<Gltf>, GltfError> {
     let file = path.to_string_lossy();
     let error = |kind| GltfError { file: file.clone().into_owned(), kind };
     let bytes = fs::read(path).map_err(|e| error(GltfErrorKind::Io(e.to_string())))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    parse(&bytes, &file, &|uri| fs::read(folder.join(uri)))
+    Gltf::of(bytes.into(), &file, path.parent().unwrap_or(Path::new("")))
+}
+
+impl Gltf {
+    /// The animations in the bytes of a file, with the folder that its other files are in.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn of(bytes: Arc<[u8]>, file: &str, folder: &Path) -> Result<Vec<Self>, GltfError> {
+        let found = parse(&bytes, file, &|uri| beside(folder, uri))?;
+        let with_file =
+            |(name, animation)| Self { animation, name, bytes: bytes.clone(), folder: folder.to_owned() };
+        Ok(found.into_iter().map(with_file).collect())
+    }
+
+    /// The folder that the file is in.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The animation's name in the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// Reads a file in the folder of a glTF file.
+fn beside(folder: &Path, uri: &str) -> io::Result<Vec<u8>> {
+    fs::read(folder.join(uri))
 }
 
 /// The animations in the bytes of a file. `open` reads a file beside it.
@@ -189,23 +239,18 @@ impl Curves {
         (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
     }
 
-    /// A node's translation in its parent, the parent's units.
-    fn translation(&self, tree: &Tree, node: usize, time: f64) -> Vector3<f64> {
-        self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time))
-    }
-
-    /// A node's rotation in its parent.
-    fn rotation(&self, tree: &Tree, node: usize, time: f64) -> UnitQuaternion<f64> {
-        self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time))
+    /// A node's pose in its parent, metres.
+    fn pose(&self, tree: &Tree, rigging: &Rigging, node: usize, time: f64) -> Isometry3<f64> {
+        let place = self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time));
+        let rotation = self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time));
+        Isometry3::from_parts(Translation3::from(place * rigging.unit(tree, node)), rotation)
     }
 
     /// The body's motion as a document.
     fn document(self, tree: &Tree, name: &str, title: &str) -> Result<Motion, GltfErrorKind> {
-        let body = tree.body(&self.moved);
-        let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
-        let mut above: Vec<usize> = tree.up(top).skip(1).collect();
-        above.reverse();
-        let nodes: Vec<usize> = above.iter().chain(&body).copied().collect();
+        let rigging = Rigging::of(tree, &self.moved)?;
+        let (above, body, top) = (&rigging.above, &rigging.body, rigging.body[0]);
+        let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
         let (start, end, rate_hz) = self.timeline(&nodes);
         if !start.is_finite() {
             return Err(GltfErrorKind::NoMotion);
@@ -220,24 +265,13 @@ impl Curves {
         }
         let frames = frames as usize + 1;
 
-        // Scale of each node's children, metres per unit.
-        let mut scales: HashMap<usize, f64> = HashMap::new();
-        let is_parent = |node: usize| nodes.iter().any(|&n| tree.nodes[n].parent == Some(node));
-        for &node in nodes.iter().filter(|&&n| is_parent(n)) {
-            let outer = tree.nodes[node].parent.map_or(1.0, |p| scales[&p]);
-            scales.insert(node, outer * tree.scale(node)?);
-        }
-        let outer = |node: usize| tree.nodes[node].parent.map_or(1.0, |p| scales[&p]);
         let time = |frame: usize| (start + frame as f64 / rate_hz).min(end);
-        let place = |node: usize, frame: usize| self.translation(tree, node, time(frame)) * outer(node);
+        let pose = |node: usize, frame: usize| self.pose(tree, &rigging, node, time(frame));
+        let place = |node: usize, frame: usize| pose(node, frame).translation.vector;
         let moves = |node: usize| {
             let first = place(node, 0);
             self.translations.contains_key(&node)
                 && (1..frames).any(|f| (place(node, f) - first).amax() > STILL_M)
-        };
-        let pose = |node: usize, frame: usize| {
-            let rotation = self.rotation(tree, node, time(frame));
-            Isometry3::from_parts(Translation3::from(place(node, frame)), rotation)
         };
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(frames * body.len());
         for f in 0..frames {
@@ -261,6 +295,39 @@ impl Curves {
         check(title, &joints, &poses).map_err(GltfErrorKind::Convert)?;
         let name = title.to_owned();
         Ok(Motion { name, unit: Some(Unit::Metres), rate_hz, notes: self.notes, joints, poses })
+    }
+}
+
+/// The nodes that carry a body.
+struct Rigging {
+    /// The nodes above the body, from the top of the file.
+    above: Vec<usize>,
+    /// The body's joints, depth first.
+    body: Vec<usize>,
+    /// Metres per unit in the frame of each of those nodes that has children among them.
+    scales: HashMap<usize, f64>,
+}
+
+impl Rigging {
+    /// The nodes of the body that an animation of `moved` moves.
+    fn of(tree: &Tree, moved: &[usize]) -> Result<Self, GltfErrorKind> {
+        let body = tree.body(moved);
+        let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
+        let mut above: Vec<usize> = tree.up(top).skip(1).collect();
+        above.reverse();
+        let nodes: Vec<usize> = above.iter().chain(&body).copied().collect();
+        let mut rigging = Self { above, body, scales: HashMap::new() };
+        let is_parent = |node: usize| nodes.iter().any(|&n| tree.nodes[n].parent == Some(node));
+        for &node in nodes.iter().filter(|&&n| is_parent(n)) {
+            let scale = rigging.unit(tree, node) * tree.scale(node)?;
+            rigging.scales.insert(node, scale);
+        }
+        Ok(rigging)
+    }
+
+    /// Metres per unit of a node's translation.
+    fn unit(&self, tree: &Tree, node: usize) -> f64 {
+        tree.nodes[node].parent.map_or(1.0, |p| self.scales[&p])
     }
 }
 

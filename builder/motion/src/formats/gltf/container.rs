@@ -1,0 +1,94 @@
+//! A file's JSON and binary part, for writing it again: `.glb` or `.gltf`, as it came in.
+
+use serde_json::Value;
+
+use crate::formats::gltf::error::GltfErrorKind;
+
+const GLB: &[u8] = b"glTF";
+const JSON: &[u8] = b"JSON";
+const BIN: &[u8] = b"BIN\0";
+
+/// A file's parts.
+pub struct Container<'a> {
+    /// All of its JSON.
+    pub json: Value,
+    /// Its binary part, if it has one.
+    pub bin: Option<Vec<u8>>,
+    is_glb: bool,
+    /// Chunks of other kinds, with their headers.
+    others: Vec<&'a [u8]>,
+}
+
+impl<'a> Container<'a> {
+    /// The parts of a file that was read before.
+    pub fn of(bytes: &'a [u8]) -> Result<Self, GltfErrorKind> {
+        let wrong = |e: serde_json::Error| GltfErrorKind::NotGltf(e.to_string());
+        let cut = || GltfErrorKind::NotGltf("a part of it is cut".to_owned());
+        if !bytes.starts_with(GLB) {
+            let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            let json = serde_json::from_slice(text).map_err(wrong)?;
+            return Ok(Self { json, bin: None, is_glb: false, others: Vec::new() });
+        }
+        let (mut json, mut bin, mut others) = (None, None, Vec::new());
+        let length = bytes.get(8..12).and_then(number).ok_or_else(cut)?;
+        let mut rest = bytes.get(12..length.min(bytes.len())).ok_or_else(cut)?;
+        while let Some(length) = rest.get(..4).and_then(number) {
+            let end = length.checked_add(8).ok_or_else(cut)?;
+            let (kind, chunk) = (rest.get(4..8).ok_or_else(cut)?, rest.get(8..end).ok_or_else(cut)?);
+            match kind {
+                JSON if json.is_none() => json = Some(serde_json::from_slice(chunk).map_err(wrong)?),
+                BIN if bin.is_none() => bin = Some(chunk.to_vec()),
+                _ => others.push(&rest[..end]),
+            }
+            rest = &rest[end..];
+        }
+        Ok(Self { json: json.ok_or_else(cut)?, bin, is_glb: true, others })
+    }
+
+    /// A new `.glb` file.
+    pub fn glb(json: Value, bin: Vec<u8>) -> Self {
+        Self { json, bin: Some(bin), is_glb: true, others: Vec::new() }
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// [`GltfErrorKind::TooLarge`]: a `.glb` counts its bytes in 32 bits.
+    pub fn bytes(self) -> Result<Vec<u8>, GltfErrorKind> {
+        if !self.is_glb {
+            let mut text = serde_json::to_vec_pretty(&self.json).expect("its keys are text");
+            text.push(b'\n');
+            return Ok(text);
+        }
+        let mut json = serde_json::to_vec(&self.json).expect("its keys are text");
+        json.resize(aligned(json.len()), b' ');
+        let bin = self.bin.unwrap_or_default();
+        let others: usize = self.others.iter().map(|chunk| chunk.len()).sum();
+        let total = 12 + 8 + json.len() + if bin.is_empty() { 0 } else { 8 + aligned(bin.len()) } + others;
+        let small = |n: usize| u32::try_from(n).map(u32::to_le_bytes).map_err(|_| GltfErrorKind::TooLarge);
+        let mut bytes = Vec::with_capacity(total);
+        bytes.extend(GLB);
+        bytes.extend(2u32.to_le_bytes());
+        bytes.extend(small(total)?);
+        for (kind, mut chunk) in [(JSON, json), (BIN, bin)] {
+            if !chunk.is_empty() {
+                chunk.resize(aligned(chunk.len()), 0);
+                bytes.extend(small(chunk.len())?);
+                bytes.extend(kind);
+                bytes.append(&mut chunk);
+            }
+        }
+        self.others.iter().for_each(|chunk| bytes.extend(*chunk));
+        Ok(bytes)
+    }
+}
+
+/// The next multiple of four.
+pub fn aligned(length: usize) -> usize {
+    length.next_multiple_of(4)
+}
+
+/// A length of 32 bits.
+fn number(bytes: &[u8]) -> Option<usize> {
+    usize::try_from(u32::from_le_bytes(bytes.try_into().ok()?)).ok()
+}
