@@ -5,6 +5,7 @@
 //! environment, to skip is to fail.
 
 mod bare_metal;
+mod browser;
 mod budget;
 mod capi;
 mod ci;
@@ -12,6 +13,7 @@ mod firmware;
 mod fuzz;
 mod log_lines;
 mod no_panic;
+mod page;
 mod real_data;
 mod recording;
 mod same;

@@ -2,17 +2,20 @@
 //!
 //! 1. builds `firmware-sim/web`, which `gestus-sim view` puts into its pages;
 //! 2. runs a recording of 10,000 frames, in which styles and labels change, through it in node: the host's digest;
-//! 3. makes a page, opens it in a headless Chromium, and lets it play: no error, and the host's digest.
+//! 3. makes a page, opens it in a headless Chromium, and lets it play: no error, and the host's digest;
+//! 4. tries the page of `gestus page` ([`page`]).
 //!
 //! What is missing is said, and the rest is done.
 
-use std::{fs, path::Path, process::Command, time::Duration};
+use std::fs;
 
 use anyhow::{Context, Result, bail};
 
 use crate::{
+    browser::{attribute, document},
+    page,
     recording::{Recorded, record},
-    shell::{Outcome, cargo, command, root, run as run_command, run_within, sim, target_dir},
+    shell::{Outcome, cargo, command, root, run as run_command, sim, target_dir},
     target, tools,
 };
 
@@ -22,7 +25,6 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const FRAMES: u32 = 10_000;
 /// Frames that a page plays at the least in ten seconds of its own time.
 const LEAST_PLAYED: u32 = 100;
-const PATIENCE: Duration = Duration::from_secs(120);
 
 /// What is missing to build the module, after trying to install it where that is wanted.
 pub fn missing(setup: bool) -> Option<String> {
@@ -58,6 +60,7 @@ pub fn run(setup: bool) -> Result<Outcome> {
     if let Some(browser) = tools::browser() {
         in_browser(browser, &recorded)?;
     }
+    let missing = missing.into_iter().chain(page::run(source, setup)?);
     Ok(Outcome::passed_but_for(missing))
 }
 
@@ -66,50 +69,18 @@ fn in_browser(browser: &str, recorded: &Recorded) -> Result<()> {
     let folder = target_dir().join("recorded");
     let page = folder.join("view.html");
     run_command(sim()?.args(["view", "--db"]).arg(&recorded.blob).arg("-o").arg(&page))?;
-    let profile = folder.join(format!("chromium-{}", std::process::id()));
-    let (done, dom) = run_within(&mut headless(browser, &profile, &page), PATIENCE)?;
-    fs::remove_dir_all(&profile).ok();
-    if !done {
-        bail!("{browser} does not open {} in time:\n{dom}", page.display());
-    }
-    let state = attribute(&dom, "data-state").context("the page does not say how it is")?;
-    let frames: u32 = attribute(&dom, "data-frames").and_then(|f| f.parse().ok()).unwrap_or(0);
-    let (digest, expected) = (attribute(&dom, "data-digest"), attribute(&dom, "data-expected"));
-    let tried = attribute(&dom, "data-tried").unwrap_or("nothing");
+    // `#check` begins to play at once, and uses the controls on the way.
+    let dom = document(browser, &folder, &page, "check", 10_000)?;
+    let attribute = |name| attribute(&dom, name);
+    let state = attribute("data-state").context("the page does not say how it is")?;
+    let frames: u32 = attribute("data-frames").and_then(|f| f.parse().ok()).unwrap_or(0);
+    let (digest, expected) = (attribute("data-digest"), attribute("data-expected"));
+    let tried = attribute("data-tried").unwrap_or_else(|| "nothing".into());
     println!("{browser}: the page is `{state}`: {frames} frames played, digest {digest:?}, tried {tried}");
     let plays = state == "playing" && frames >= LEAST_PLAYED && tried == "style, strength, label";
     if !plays || digest.is_none() || digest != expected {
-        let error = attribute(&dom, "data-error").unwrap_or("no error is said");
+        let error = attribute("data-error").unwrap_or_else(|| "no error is said".into());
         bail!("{} does not play, or not with the host's digest {expected:?}: {error}", page.display());
     }
     Ok(())
-}
-
-/// A browser that opens a page, lets it run for ten seconds of its own time, and writes what has become of it.
-fn headless(browser: &str, profile: &Path, page: &Path) -> Command {
-    let mut chromium = command(browser);
-    chromium.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]);
-    chromium.args(["--disable-background-networking", "--disable-component-update", "--disable-sync"]);
-    chromium.arg(format!("--user-data-dir={}", profile.display()));
-    // `#check` begins to play at once, and uses the controls on the way.
-    chromium
-        .args(["--virtual-time-budget=10000", "--dump-dom"])
-        .arg(format!("file://{}#check", page.display()));
-    chromium
-}
-
-/// The value of the first attribute of that name.
-fn attribute<'a>(html: &'a str, name: &str) -> Option<&'a str> {
-    let rest = html.split_once(&format!("{name}=\""))?.1;
-    rest.split_once('"').map(|(value, _)| value)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn attributes_are_found() {
-        let html = r#"<html data-state="playing" data-digest="00c0ffee"><p>data-frames</p>"#;
-        assert_eq!(super::attribute(html, "data-digest"), Some("00c0ffee"));
-        assert_eq!(super::attribute(html, "data-frames"), None);
-    }
 }

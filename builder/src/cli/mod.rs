@@ -9,6 +9,7 @@ mod effort;
 mod evaluate;
 mod inspect;
 mod open;
+mod page;
 mod retarget;
 mod selection;
 mod transfer;
@@ -47,6 +48,8 @@ enum Command {
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),
+    /// Write a page that translates clips in the browser
+    Page(page::Args),
     /// Give a clip the style of another clip, without a database
     Transfer(transfer::Args),
     /// Make an endless walk with a given style and speed
@@ -79,6 +82,7 @@ pub fn run() -> Result<()> {
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Export(args) => inspect::export(&args),
         Command::Translate(args) => translate::run(&args),
+        Command::Page(args) => page::run(&args),
         Command::Transfer(args) => transfer::run(&args),
         Command::Loop(args) => cycle::run(&args),
         Command::Retarget(args) => retarget::run(&args),

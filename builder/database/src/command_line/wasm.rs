@@ -28,15 +28,8 @@ impl WasmCrate {
         if let Some(path) = named {
             return read(path);
         }
-        let target = env::var_os("CARGO_TARGET_DIR")
-            .map_or_else(
-                || {
-                    let above = Path::new(self.folder).ancestors();
-                    above.map(|folder| folder.join("target")).find(|t| t.is_dir()).unwrap_or_default()
-                },
-                PathBuf::from,
-            )
-            .join("wasm");
+        let target =
+            env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.target(), PathBuf::from).join("wasm");
         let path = target.join(TARGET).join("release").join(self.file);
         if let Err(why) = self.build(&target) {
             if !path.is_file() {
@@ -51,6 +44,13 @@ impl WasmCrate {
             );
         }
         read(&path)
+    }
+
+    /// Where build products go: the nearest `target` above the crate, or its own.
+    fn target(&self) -> PathBuf {
+        let own = Path::new(self.folder).join("target");
+        let mut above = Path::new(self.folder).ancestors().skip(1).map(|folder| folder.join("target"));
+        above.find(|target| target.is_dir()).unwrap_or(own)
     }
 
     /// Builds the module, if its sources have changed. The error is the reason why it can't be built.

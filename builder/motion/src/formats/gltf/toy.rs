@@ -176,7 +176,9 @@ fn rest(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
 fn cuboid(from: Vector3<f64>, to: Vector3<f64>) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let along = to - from;
     let length = along.norm().max(THICK_M / 2.0);
-    let turn = Rotation3::rotation_between(&Vector3::y(), &along).unwrap_or_else(Rotation3::identity);
+    // Of opposite directions, none is between.
+    let upside_down = || Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let turn = Rotation3::rotation_between(&Vector3::y(), &along).unwrap_or_else(upside_down);
     let mut corners = Vec::new();
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {

@@ -1,0 +1,51 @@
+"use strict";
+// What `cargo xtask wasm` adds to a copy of the page: drops files on it, uses its settings, and lists what came of it in
+// `data-results`. CHECKS: files, [{ name, bytes }].
+(async () => {
+  const page = document.documentElement, $ = (id) => document.getElementById(id);
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+  const results = [];
+
+  // Waits for the next translation, and keeps what it says.
+  async function settled(what, change) {
+    delete page.dataset.digest;
+    change();
+    for (let i = 0; i < 400 && !page.dataset.digest && page.dataset.state !== "error"; i++) await wait(10);
+    results.push({ what, state: page.dataset.state, error: page.dataset.error, digest: page.dataset.digest, mix: page.dataset.mix });
+    page.dataset.results = JSON.stringify(results);
+    page.dataset.state = "checked";
+  }
+
+  const choose = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event("change")); };
+  const corner = (name) => [...document.querySelectorAll("#polygon text")].find((t) => t.textContent === name).dispatchEvent(new Event("click"));
+  // Drags the point to a place of the polygon, in units of its radius.
+  function drag(x, y) {
+    const view = $("polygon"), at = new DOMPoint(x, y).matrixTransform(view.getScreenCTM());
+    for (const kind of ["pointerdown", "pointermove", "pointerup"]) {
+      view.dispatchEvent(new PointerEvent(kind, { clientX: at.x, clientY: at.y, bubbles: true }));
+    }
+  }
+  function drop({ name, bytes }) {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(bytes)], name));
+    dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, cancelable: true }));
+  }
+
+  for (let i = 0; i < 1000 && page.dataset.state === "loading"; i++) await wait(10);
+  // The page translates once more after the point was put.
+  await wait(500);
+  const saved = [];
+  for (const file of CHECKS) {
+    await settled(`${file.name}: as it is`, () => drop(file));
+    await settled(`${file.name}: dragged`, () => drag(0.25, -0.4));
+    await settled(`${file.name}: phase, sync`, () => { choose("method", "phase"); choose("timing", "sync"); });
+    await settled(`${file.name}: corner`, () => { choose("method", "mar"); choose("timing", "free"); corner("proud"); });
+    $("download").dispatchEvent(new Event("click"));
+    saved.push(Number(page.dataset.saved));
+  }
+  drop({ name: "broken.bvh", bytes: [...new TextEncoder().encode("HIERARCHY\nROOT")] });
+  await wait(200);
+  results.push({ what: "broken", error: page.dataset.error });
+  page.dataset.saved = JSON.stringify(saved);
+  page.dataset.results = JSON.stringify(results);
+})();
