@@ -31,6 +31,27 @@ impl Evaluation {
         table::means(&self.rows, &self.keys)
     }
 
+    /// Medians over the keys.
+    pub fn medians(&self) -> Vec<Row> {
+        table::medians(&self.rows, &self.keys)
+    }
+
+    /// Standard errors of the means.
+    pub fn standard_errors(&self) -> Vec<Row> {
+        table::standard_errors(&self.rows, &self.keys)
+    }
+
+    /// All as one object: what `--json` prints and the JSON file holds.
+    pub fn to_json(&self) -> serde_json::Value {
+        json!({
+            "what": self.what,
+            "rows": self.rows,
+            "means": self.means(),
+            "standard_errors": self.standard_errors(),
+            "medians": self.medians(),
+        })
+    }
+
     /// Means as text.
     pub fn summary(&self) -> String {
         table::plain(&self.means())
@@ -45,16 +66,17 @@ impl Evaluation {
             let path = folder.join(name);
             fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
         };
-        let object = json!({ "what": self.what, "rows": self.rows });
-        save(format!("{}.json", self.what), serde_json::to_string_pretty(&object)?)?;
+        save(format!("{}.json", self.what), serde_json::to_string_pretty(&self.to_json())?)?;
         save(format!("{}.csv", self.what), table::csv(&self.rows)?)?;
         for figure in &self.figures {
             save(format!("{}-{}.svg", self.what, figure.name), figure.svg.clone())?;
         }
         let title = format!("gestus evaluate {}", self.what);
+        let means = table::with_errors(&self.means(), &self.standard_errors());
+        let summaries = [("Means ± standard errors", means), ("Medians", self.medians())];
         save(
             format!("{}.html", self.what),
-            report(&title, &self.about, &self.means(), &self.figures, &self.rows),
+            report(&title, &self.about, &summaries, &self.figures, &self.rows),
         )
     }
 }

@@ -1,7 +1,12 @@
 //! An experiment: the clips, those that are held out as tests, and how databases are built from the others.
 
+use std::collections::BTreeSet;
+
 use gestus_core::blob::layout::dof;
-use gestus_database::build::BuildOptions;
+use gestus_database::{
+    build::BuildOptions,
+    data_folder::split::{Set, Split, SplitError},
+};
 use gestus_motion::{
     body::Body,
     corpus::{Corpus, Example},
@@ -20,6 +25,9 @@ pub struct Experiment {
     pub to: Vec<usize>,
     /// Test clips of each action.
     pub folds: usize,
+    /// Names of the clips that may be test and truth clips; all where it is `None`. Folds that have one test clip of each
+    /// action between them then share a database.
+    pub among: Option<BTreeSet<String>>,
     /// How databases are built.
     pub build: BuildOptions,
     /// Which clip is the truth for a test clip.
@@ -54,7 +62,26 @@ impl Experiment {
     pub fn new(corpus: Corpus, build: BuildOptions) -> Self {
         let from = corpus.plain_style();
         let to = (0..corpus.styles.len()).filter(|&s| s != from).collect();
-        Self { corpus, from, to, folds: 1, build, truth: Truth::NearestContent }
+        Self { corpus, from, to, folds: 1, among: None, build, truth: Truth::NearestContent }
+    }
+
+    /// The same experiment on one set of a split: test and truth clips are of that set, all of them are test clips, and for
+    /// `development` the clips of the test set are not there at all.
+    ///
+    /// # Errors
+    /// [`SplitError`] for a clip in both sets.
+    pub fn on(self, split: &Split, set: Set) -> Result<Self, SplitError> {
+        let sets: Vec<Option<Set>> =
+            self.corpus.examples.iter().map(|e| split.set_of(&e.clip.name)).collect::<Result<_, _>>()?;
+        let of = |wanted: Set| (0..sets.len()).filter(|&i| sets[i] == Some(wanted)).collect::<Vec<_>>();
+        let among = of(set).into_iter().map(|i| self.corpus.examples[i].clip.name.clone()).collect();
+        let hidden: Vec<usize> = if set == Set::Development { of(Set::Test) } else { Vec::new() };
+        let corpus = self.corpus.without(&hidden);
+        Ok(Self { corpus, among: Some(among), folds: usize::MAX, ..self })
+    }
+
+    fn may_be_tested(&self, clip: usize) -> bool {
+        self.among.as_ref().is_none_or(|names| names.contains(&self.corpus.examples[clip].clip.name))
     }
 
     /// Build options with linear models and statistics, of each action and of all together.
@@ -74,11 +101,44 @@ impl Experiment {
         for action in 0..self.corpus.actions.len() {
             let mut clips: Vec<usize> = (0..examples.len())
                 .filter(|&i| (examples[i].action, examples[i].style) == (action, self.from))
+                .filter(|&i| self.may_be_tested(i))
                 .collect();
             clips.sort_by(|&a, &b| examples[a].clip.name.cmp(&examples[b].clip.name));
             tests.extend(clips.into_iter().take(self.folds));
         }
         tests
+    }
+
+    /// Most test clips that an action has.
+    pub fn most_tests(&self) -> usize {
+        let tests = self.test_clips();
+        let of = |action| tests.iter().filter(|&&i| self.corpus.examples[i].action == action).count();
+        (0..self.corpus.actions.len()).map(of).max().unwrap_or(0)
+    }
+
+    /// Folds that share a database, which leaves out all of their tests and truths: of a split, those that are
+    /// [`grouped`](Self::grouped); else each is alone.
+    pub fn sharing(&self, folds: &[HeldOut]) -> Vec<Vec<HeldOut>> {
+        if self.among.is_some() { self.grouped(folds) } else { folds.iter().map(|&f| vec![f]).collect() }
+    }
+
+    /// Folds with the first test clip of each action, those with the second, and so on. Without the clips of a group, each
+    /// class lacks one.
+    pub fn grouped(&self, folds: &[HeldOut]) -> Vec<Vec<HeldOut>> {
+        let tests = self.test_clips();
+        let action = |test: usize| self.corpus.examples[test].action;
+        let number = |f: &HeldOut| {
+            let own = tests.iter().filter(|&&t| action(t) == action(f.test));
+            own.take_while(|&&t| t != f.test).count()
+        };
+        let mut groups: Vec<Vec<HeldOut>> = Vec::new();
+        for &fold in folds {
+            let number = number(&fold);
+            groups.resize_with(groups.len().max(number + 1), Vec::new);
+            groups[number].push(fold);
+        }
+        groups.retain(|g| !g.is_empty());
+        groups
     }
 
     /// Number of folds, those that are left out included.
@@ -119,14 +179,16 @@ impl Experiment {
         let (clip, action, to) = (&example.clip.name, &corpus.actions[example.action], &corpus.styles[style]);
         let truths = match self.truth {
             Truth::SameTake => self.same_take(test, style),
-            Truth::NearestContent => self.nearest_content(body, test, style),
+            Truth::NearestContent => self.counterparts(body, test, style),
         };
-        let Some(&truth) = truths.first() else {
+        let truth = truths.iter().copied().find(|&i| self.may_be_tested(i));
+        let Some(truth) = truth else {
             return Err(format!("left out: {clip} to {to}: no clip of {action} in {to} to compare with"));
         };
         let missing = self.lacking(example.action, &[test, truth]);
         if missing.is_empty() {
-            return Ok(HeldOut { test, truth, other: truths.get(1).copied(), style });
+            let other = truths.iter().copied().find(|&i| i != truth);
+            return Ok(HeldOut { test, truth, other, style });
         }
         let (truth, missing) = (&corpus.examples[truth].clip.name, missing.join(", "));
         Err(format!(
@@ -148,7 +210,7 @@ impl Experiment {
     }
 
     /// The clips of a test clip's action in a style, nearest first in mean speed (m/s) and yaw rate (rad/s).
-    fn nearest_content(&self, body: &Body, test: usize, style: usize) -> Vec<usize> {
+    pub(crate) fn counterparts(&self, body: &Body, test: usize, style: usize) -> Vec<usize> {
         let examples = &self.corpus.examples;
         let content = |i: usize| {
             let rows = body.clip_dofs(&examples[i].clip);
@@ -177,10 +239,20 @@ impl Experiment {
     }
 }
 
+/// The clips of some actions, but for those that are left out. Actions are numbered anew, styles are not.
+pub(crate) fn only(corpus: &Corpus, actions: &[usize], left_out: &[usize]) -> Corpus {
+    let is_out = |&i: &usize| left_out.contains(&i) || !actions.contains(&corpus.examples[i].action);
+    let out: Vec<usize> = (0..corpus.examples.len()).filter(is_out).collect();
+    let mut some = corpus.without(&out);
+    some.actions = actions.iter().map(|&a| corpus.actions[a].clone()).collect();
+    for example in &mut some.examples {
+        example.action = actions.iter().position(|&a| a == example.action).unwrap_or_default();
+    }
+    some
+}
+
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
     use crate::measures::loo::{self, Methods};
     use gestus_database::synth;
@@ -205,6 +277,37 @@ mod tests {
             left_out.len() == 1 && left_out[0].contains("no clip of punch is left in neutral"),
             "{left_out:?}"
         );
+    }
+
+    #[test]
+    fn a_split_hides_the_test_set_from_development_and_shares_databases() {
+        let actions = synth::Options::of(&["walk", "run"], &["neutral", "proud"], 4, 4.0);
+        let corpus = synth::corpus(&actions).unwrap();
+        let text = r#"
+            development = ["{action}_{style}_000", "{action}_{style}_001"]
+            test = ["{action}_{style}_002", "{action}_{style}_003"]
+        "#;
+        let split = Split::parse(text, "split").unwrap();
+        let new = || Experiment::new(corpus.clone(), BuildOptions::default());
+        for (set, takes, clips) in [(Set::Development, ["000", "001"], 8), (Set::Test, ["002", "003"], 16)] {
+            let experiment = new().on(&split, set).unwrap();
+            assert_eq!(experiment.corpus.examples.len(), clips, "{set:?}");
+            let (folds, _) = experiment.held_out(&Body::of(&experiment.corpus).unwrap());
+            assert_eq!((folds.len(), experiment.most_tests()), (4, 2));
+            let name = |clip: usize| experiment.corpus.examples[clip].clip.name.clone();
+            for clip in folds.iter().flat_map(|f| [f.test, f.truth]) {
+                assert!(takes.iter().any(|take| name(clip).ends_with(take)), "{set:?}: {}", name(clip));
+            }
+            // One test clip of each action in each group.
+            let groups = experiment.sharing(&folds);
+            assert_eq!(groups.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2]);
+            for group in groups {
+                let actions: BTreeSet<usize> =
+                    group.iter().map(|f| experiment.corpus.examples[f.test].action).collect();
+                assert_eq!(actions.len(), 2);
+            }
+        }
+        assert_eq!(new().sharing(&new().held_out(&Body::of(&corpus).unwrap()).0).len(), 2);
     }
 
     #[test]

@@ -1,18 +1,24 @@
 //! `gestus evaluate`.
 
-use std::path::PathBuf;
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{build::BuildOptions, command_line::options::ReportArgs};
+use gestus_database::{
+    build::BuildOptions,
+    command_line::options::ReportArgs,
+    data_folder::split::{Set, Split},
+};
 use gestus_evaluate::{
     evaluation::Evaluation,
     experiment::Experiment,
     measures::{
-        OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, effort,
-        growth, knn, loo, retarget, servo, skate, timing,
+        OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
+        effort, growth, knn, loo, retarget, servo, skate, timing,
     },
 };
-use serde_json::json;
 
 use super::{
     open,
@@ -53,6 +59,8 @@ enum Measure {
     Contacts(Clips<contacts::Args>),
     /// How far standing feet slide
     Skate(Clips<skate::Args>),
+    /// Motion of actions that the database lacks: no worse than the input, and flagged
+    Cross(Clips<cross::Args>),
     /// The output's time under each timing policy
     Timing(Clips<timing::Args>),
     /// Clips of other skeletons to the database of --db and back
@@ -75,6 +83,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::GaussianProcess(measure) => measure.run(),
         Measure::Contacts(measure) => measure.run(),
         Measure::Skate(measure) => measure.run(),
+        Measure::Cross(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
         Measure::Retarget(measure) => measure.run(),
         Measure::Servo(measure) => measure.run(),
@@ -103,6 +112,13 @@ struct Common {
     /// Test clips of each action; 2 where left out
     #[arg(long)]
     folds: Option<usize>,
+    /// File that says which clips are for choosing constants and which for publishing figures: all test and truth clips are
+    /// then of --set, and --folds limits them. Folds share databases
+    #[arg(long, requires = "set")]
+    split: Option<PathBuf>,
+    /// The set of --split to measure. `development` leaves the clips of the test set out of everything
+    #[arg(long, requires = "split")]
+    set: Option<Set>,
     /// The database, for measures of an existing one
     #[arg(long)]
     db: Option<PathBuf>,
@@ -113,7 +129,7 @@ impl Common {
     fn report(&self, evaluation: &Evaluation) -> Result<()> {
         evaluation.write(&self.output)?;
         self.report.print(
-            || json!({ "what": evaluation.what, "rows": evaluation.rows }),
+            || evaluation.to_json(),
             || {
                 format!(
                     "{}\ntables, plots and the report are in {}",
@@ -152,6 +168,7 @@ impl<M: OnClips> Clips<M> {
             ("--from", common.from.is_some(), M::USES.from),
             ("--to", !common.to.is_empty(), M::USES.to),
             ("--folds", common.folds.is_some(), M::USES.folds),
+            ("--split", common.split.is_some(), M::USES.folds),
             ("--groups", !frames.groups.is_empty(), M::USES.groups),
             ("--db", common.db.is_some(), false),
         ]);
@@ -183,12 +200,15 @@ impl<M: OnClips> Clips<M> {
         };
         // Measures that need models build them.
         let build = BuildOptions { models: false, ..config.build };
-        let experiment = Experiment {
-            from,
-            to,
-            folds: common.folds.unwrap_or(2),
-            ..Experiment::new(loaded.corpus, build)
+        let experiment = Experiment { from, to, folds: 2, ..Experiment::new(loaded.corpus, build) };
+        let split = common.split.as_ref().zip(common.set).filter(|_| folds);
+        let mut experiment = match split {
+            Some((file, set)) => on_set(experiment, file, set)?,
+            None => experiment,
         };
+        if let Some(folds) = common.folds {
+            experiment.folds = folds;
+        }
         if folds {
             if experiment.folds == 0 {
                 bail!("--folds 0: at least one test clip of each action");
@@ -197,6 +217,18 @@ impl<M: OnClips> Clips<M> {
         }
         Ok(experiment)
     }
+}
+
+/// An experiment on one set of a split.
+fn on_set(experiment: Experiment, file: &Path, set: Set) -> Result<Experiment> {
+    let experiment = experiment.on(&Split::read(file)?, set)?;
+    if experiment.among.as_ref().is_some_and(BTreeSet::is_empty) {
+        bail!(
+            "{}: no clip of the folder is in this set: do its patterns fit the files' names?",
+            file.display()
+        );
+    }
+    Ok(Experiment { folds: experiment.most_tests(), ..experiment })
 }
 
 /// A measure of an existing database.
@@ -217,6 +249,7 @@ impl<M: OnDatabase> OfDatabase<M> {
             ("--from", common.from.is_some(), false),
             ("--to", !common.to.is_empty(), false),
             ("--folds", common.folds.is_some(), false),
+            ("--split", common.split.is_some(), false),
         ]);
         let path = common.db.as_ref().context("this measures a database: give --db DB.gestus")?;
         let bytes = open::read_blob(path)?;

@@ -84,6 +84,15 @@ pub enum Outputs {
     Mean,
 }
 
+impl Outputs {
+    /// What a baseline can be fitted to, with the ending of its rows' name. Where a database has one output an example, its
+    /// mean is that.
+    pub fn each(database: &Database<'_>) -> &'static [(Self, &'static str)] {
+        const ALL: [(Outputs, &str); 2] = [(Outputs::One, ""), (Outputs::Mean, "-both")];
+        if database.outputs() > 1 { &ALL } else { &ALL[..1] }
+    }
+}
+
 /// `y[t]` and `y[t-1]` of a row of a class, in a style.
 pub fn output(
     database: &Database<'_>,

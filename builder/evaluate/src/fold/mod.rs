@@ -2,15 +2,17 @@
 
 mod row;
 
-use gestus_core::Database;
+use gestus_core::{Database, Degraded};
 use gestus_database::{
     build::{BuildError, BuildOptions, build},
-    stream::Streamed,
+    stream::{Step, Streamed},
 };
 use gestus_motion::{
-    body::Body,
+    body::{Body, row_at},
     corpus::{Corpus, Cycle},
+    statistics::mean,
 };
+use rayon::prelude::*;
 
 use crate::{
     experiment::{Experiment, HeldOut, Truth},
@@ -30,6 +32,30 @@ pub(crate) struct Fold<'a> {
     pub(crate) x: Vec<Vec<f64>>,
     pub(crate) truth_rows: Vec<Vec<f64>>,
     reference: Reference,
+}
+
+/// Runs a measure on every fold, with the database that lacks its clips; folds may share one
+/// ([`Experiment::sharing`]).
+///
+/// # Errors
+/// Where the remaining clips make no database, or those of the measure.
+pub(crate) fn each<T: Send, E: From<BuildError> + Send>(
+    experiment: &Experiment,
+    folds: &[HeldOut],
+    options: &BuildOptions,
+    of: impl Fn(HeldOut, &Database<'_>) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
+    let groups: Vec<Vec<T>> = experiment
+        .sharing(folds)
+        .par_iter()
+        .map(|group| {
+            let left_out: Vec<usize> = group.iter().flat_map(|f| [f.test, f.truth]).collect();
+            let bytes = build(&experiment.corpus.without(&left_out), options)?.bytes;
+            let database = Database::open(&bytes).map_err(BuildError::from)?;
+            group.par_iter().map(|&held| of(held, &database)).collect()
+        })
+        .collect::<Result<_, E>>()?;
+    Ok(groups.into_iter().flatten().collect())
 }
 
 impl<'a> Fold<'a> {
@@ -67,6 +93,17 @@ impl<'a> Fold<'a> {
         &self.reference.stands
     }
 
+    /// Another real clip of the output style at the moments that match the test clip's frames, if there is one; where none
+    /// matches, its first frame.
+    pub(crate) fn other_clip(&self) -> Option<Vec<Vec<f64>>> {
+        let example = &self.corpus.examples[self.other?];
+        let rows = self.body.clip_dofs(&example.clip);
+        let cycles = self.cycles().0;
+        let shift = best_shift(&self.x, cycles, &rows, &example.cycles);
+        let at = |t: usize| matched(cycles, t, &example.cycles, shift);
+        Some((0..self.x.len()).map(|t| at(t).map_or_else(|| rows[0].clone(), |p| row_at(&rows, p))).collect())
+    }
+
     /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
     pub(crate) fn true_steps(&self) -> Vec<Option<f64>> {
         let (cycles, truth_cycles) = self.cycles();
@@ -97,8 +134,16 @@ impl<'a> Fold<'a> {
             predicted,
             delivered: streamed.map_or(predicted, |s| reference.figures(&reference.delivered(s))),
             contact_f1: streamed.and_then(|s| reference.contact_f1(s)),
+            far: streamed.map(far),
+            floor_cm: None,
         }
     }
+}
+
+/// Share of the frames in which the report says that the input is unlike the database.
+pub(crate) fn far(streamed: &Streamed) -> f64 {
+    let said = |s: &Step| f64::from(u8::from(s.report.degraded.contains(Degraded::FAR)));
+    mean(streamed.steps.iter().map(said))
 }
 
 /// Dofs relative to the database's means as dofs relative to the evaluation's.

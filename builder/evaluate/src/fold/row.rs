@@ -24,6 +24,10 @@ pub struct Row {
     pub delivered: Figures,
     /// F1 of standing feet against the truth's; of methods that say which foot stands.
     pub contact_f1: Option<f64>,
+    /// Share of the frames that the core flags as unlike the database; of methods that stream.
+    pub far: Option<f64>,
+    /// Error of another real clip of the style in the same fold, centimetres: what no method has to be better than.
+    pub floor_cm: Option<f64>,
 }
 
 impl Row {
@@ -47,6 +51,7 @@ impl Row {
         evaluation::row(json!({
             "delivered_error_cm": d.error_cm,
             "joint_error_cm": p.error_cm,
+            "delivered_over_floor": self.floor_cm.map(|floor| d.error_cm / floor),
             "delivered_speed": d.speed,
             "speed": p.speed,
             "delivered_variability": d.variability,
@@ -64,6 +69,7 @@ impl Row {
             "delivered_skate_stillest_cm_s": d.skate_stillest_cm_s,
             "skate_stillest_cm_s": p.skate_stillest_cm_s,
             "contact_f1": self.contact_f1,
+            "far": self.far,
         }))
     }
 }

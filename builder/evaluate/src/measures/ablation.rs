@@ -1,6 +1,6 @@
 //! The effect of one parameter at a time.
 
-use gestus_core::{Config, config::Ridge};
+use gestus_core::{Config, Method, config::Ridge};
 use serde_json::json;
 
 use crate::{
@@ -31,15 +31,24 @@ struct Variant {
 
 /// Options of `gestus evaluate ablation`.
 #[derive(clap::Args, Debug)]
-pub struct Args;
+pub struct Args {
+    /// Parameters to vary, besides the default; all where left out
+    #[arg(long, value_delimiter = ',', value_parser = PARAMETERS)]
+    parameters: Vec<String>,
+}
+
+/// What can be varied.
+const PARAMETERS: [&str; 9] =
+    ["bias", "kappa-rho", "k", "ridge", "delta", "lti-kc", "pairing", "window", "frame-rate"];
 
 impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
-    // Runs the ablations: bias, ρ, K, ridge, δ, pairing, window, frame rate.
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         // Variants of one build follow each other, and share its databases.
-        let variants = variants(&experiment.build);
+        let mut variants = variants(experiment);
+        let wanted = |name: &str| self.parameters.is_empty() || self.parameters.iter().any(|p| p == name);
+        variants.retain(|v| v.parameter == "default" || wanted(v.parameter));
         let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
         let bar = progress::bar(variants.chunk_by(same).count() * experiment.most_folds(), "ablation");
         let mut rows: Vec<table::Row> = Vec::new();
@@ -53,7 +62,7 @@ impl OnClips for Args {
             let corpus = &experiment.corpus;
             let configs =
                 group.iter().enumerate().map(|(i, v)| (format!("mixture{MARK}{i}"), v.config)).collect();
-            let methods = Methods { configs, baselines: false, gaussian_process: false };
+            let methods = Methods { configs, partly_labelled: false, ..Methods::none() };
             let body = Body::of(corpus)?;
             let (folds, left_out) = experiment.held_out(&body);
             // The same folds every time, but for frame rates that leave a class without a cycle.
@@ -64,7 +73,6 @@ impl OnClips for Args {
                 }
             }
             for result in run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1))? {
-                // A known action alone or a known style alone is not a number.
                 let Some((method, variant)) = result.method.split_once(MARK) else { continue };
                 let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
                 let mut measured = row(json!({
@@ -93,8 +101,8 @@ impl OnClips for Args {
     }
 }
 
-fn variants(build: &BuildOptions) -> Vec<Variant> {
-    let base = Config::new();
+fn variants(experiment: &Experiment) -> Vec<Variant> {
+    let (base, build) = (Config::new(), &experiment.build);
     let mut variants = Vec::new();
     let mut add = |parameter, value: String, config, changed: Option<BuildOptions>, every| {
         let build = changed.unwrap_or_else(|| build.clone());
@@ -104,7 +112,7 @@ fn variants(build: &BuildOptions) -> Vec<Variant> {
     add("bias", "off".into(), base.kappa(1e6), None, 1);
     for kappa in [0.25, 1.0, 2.0] {
         for rho in [0.0, 0.3, 0.7, 1.0] {
-            add("kappa, rho", format!("{kappa}, {rho}"), base.kappa(kappa).rho(rho), None, 1);
+            add("kappa-rho", format!("{kappa}, {rho}"), base.kappa(kappa).rho(rho), None, 1);
         }
     }
     for k in [8, 12, 20, 30, 40] {
@@ -122,6 +130,11 @@ fn variants(build: &BuildOptions) -> Vec<Variant> {
     for delta in [0.05, 0.1, 0.2, 0.35, 0.7] {
         add("delta", delta.to_string(), base.delta(delta), None, 1);
     }
+    let models = BuildOptions { models_by_action: false, ..experiment.build_with_models() };
+    for kc in [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 1e6] {
+        let config = base.method(Method::Lti).confidence(kc);
+        add("lti-kc", kc.to_string(), config, Some(models.clone()), 1);
+    }
     for (name, pairing) in Scheme::ALL {
         add("pairing", name.into(), base, Some(BuildOptions { pairing, ..build.clone() }), 1);
     }
@@ -129,7 +142,7 @@ fn variants(build: &BuildOptions) -> Vec<Variant> {
         add("window", window.to_string(), base, Some(BuildOptions { window, ..build.clone() }), 1);
     }
     for every in [2, 3] {
-        add("frame rate", format!("1/{every}"), base, None, every);
+        add("frame-rate", format!("1/{every}"), base, None, every);
     }
     variants
 }

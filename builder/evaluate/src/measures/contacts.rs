@@ -4,19 +4,19 @@
 //! truth. The labels that vote come from other clips.
 
 use gestus_core::{Database, methods::mixture::contact_votes::DELAY_FRAMES};
-use rayon::prelude::*;
 use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut},
+    fold::each,
     measures::{OnClips, Uses},
     metrics::matched,
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 use gestus_database::{
-    build::{BuildError, build},
+    build::BuildError,
     command_line::progress,
     registration::contact::{GAUSSIAN_S, contacts, smoothed},
     stream::{Request, Streamed, stream},
@@ -75,24 +75,19 @@ impl OnClips for Args {
         let corpus = &experiment.corpus;
         let (body, folds) = experiment.folds()?;
         let bar = progress::bar(folds.len(), "contacts");
-        let rows: Vec<Vec<table::Row>> = folds
-            .par_iter()
-            .enumerate()
-            .map(|(i, fold)| {
-                let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
-                let database = Database::open(&built.bytes)?;
-                let mut rows = Vec::new();
-                // One row a clip: the same one is in several folds, and would count as often.
-                for clip in [fold.test, fold.truth] {
-                    if folds[..i].iter().all(|f| f.test != clip && f.truth != clip) {
-                        own_style(corpus, &body, &database, clip, &mut rows);
-                    }
+        let rows = each(experiment, &folds, &experiment.build, |fold, database| {
+            let mut rows = Vec::new();
+            // One row a clip: the same one is in several folds, and would count as often.
+            for clip in [fold.test, fold.truth] {
+                let mut earlier = folds.iter().take_while(|f| **f != fold);
+                if earlier.all(|f| f.test != clip && f.truth != clip) {
+                    own_style(corpus, &body, database, clip, &mut rows);
                 }
-                rows.extend(other_style(corpus, &body, &database, fold));
-                bar.inc(1);
-                Ok(rows)
-            })
-            .collect::<Result<_, BuildError>>()?;
+            }
+            rows.extend(other_style(corpus, &body, database, &fold));
+            bar.inc(1);
+            Ok::<_, BuildError>(rows)
+        })?;
         bar.finish_and_clear();
         let rows: Vec<table::Row> = rows.into_iter().flatten().collect();
         let figures = vec![by_action(corpus, &rows)];

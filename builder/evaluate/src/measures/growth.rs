@@ -3,7 +3,10 @@
 use gestus_core::Database;
 
 use crate::{
-    baselines::gaussian_process::{self, Editor, Pairs},
+    baselines::{
+        gaussian_process::{self, Editor, Pairs},
+        outputs::Outputs,
+    },
     evaluation::Evaluation,
     experiment::Experiment,
     fold::{Fold, Row, class_of, classes_of, own_dofs},
@@ -39,7 +42,10 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
         for most in sizes {
             let gp = gaussian_process::Options { most, ..gaussian_process::Options::default() };
             bar.inc(1);
-            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp, true) else { continue };
+            let Some((row, editor, seconds)) = gaussian(&fold, &database, &gp, true, (Outputs::One, ""))
+            else {
+                continue;
+            };
             // The class holds no more than it does.
             if editor.examples() < most {
                 continue;
@@ -87,6 +93,7 @@ pub(super) fn gaussian(
     database: &Database<'_>,
     options: &gaussian_process::Options,
     labelled: bool,
+    (outputs, ending): (Outputs, &str),
 ) -> Option<(Row, Editor, f64)> {
     let example = &fold.corpus.examples[fold.test];
     let (name, classes) = if labelled {
@@ -94,11 +101,11 @@ pub(super) fn gaussian(
     } else {
         ("gaussian-process-unlabelled", classes_of(database, example.style))
     };
-    let pairs = Pairs::of(database, &classes, fold.style).thinned(options.most);
+    let pairs = Pairs::of(database, &classes, fold.style, outputs).thinned(options.most);
     let editor = Editor::fit(&pairs, options)?;
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
     let start = std::time::Instant::now();
     let predicted = editor.run(&x);
     let seconds = start.elapsed().as_secs_f64() / x.len() as f64;
-    Some((fold.row(name, &own_dofs(fold, database, &predicted), None), editor, seconds))
+    Some((fold.row(&format!("{name}{ending}"), &own_dofs(fold, database, &predicted), None), editor, seconds))
 }

@@ -13,6 +13,7 @@ pub mod comparison;
 pub mod compression;
 pub mod contacts;
 pub mod correspondence;
+pub mod cross;
 pub mod effort;
 pub mod growth;
 pub mod knn;

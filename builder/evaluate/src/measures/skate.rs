@@ -3,13 +3,12 @@
 
 use gestus_core::{Config, Database, blob::Leg};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut},
-    fold::Fold,
+    fold::{Fold, each},
     measures::{OnClips, Uses},
     metrics::{
         feet::{deepest_cm, heights_cm, skate_cm_s, stillest_cm_s},
@@ -20,7 +19,7 @@ use crate::{
     report::{html::Figure, table},
 };
 use gestus_database::{
-    build::{BuildError, build},
+    build::BuildError,
     command_line::progress,
     stream::{Request, Streamed, stream},
 };
@@ -36,15 +35,12 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         let (body, folds) = experiment.folds()?;
         let bar = progress::bar(folds.len(), "skate");
-        let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
-            .par_iter()
-            .enumerate()
-            .map(|(i, fold)| {
-                let result = one(experiment, &body, fold, i)?;
-                bar.inc(1);
-                Ok(result)
-            })
-            .collect::<Result<_, BuildError>>()?;
+        let results = each(experiment, &folds, &experiment.build, |held, database| {
+            let number = folds.iter().position(|f| *f == held).unwrap_or_default();
+            let result = one(experiment, &body, &held, number, database);
+            bar.inc(1);
+            Ok::<_, BuildError>(result)
+        })?;
         bar.finish_and_clear();
         let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
         Ok(Evaluation {
@@ -67,21 +63,20 @@ fn one(
     body: &Body,
     fold: &HeldOut,
     number: usize,
-) -> Result<(Vec<table::Row>, Option<Figure>), BuildError> {
+    database: &Database<'_>,
+) -> (Vec<table::Row>, Option<Figure>) {
     let corpus = &experiment.corpus;
-    let built = build(&corpus.without(&[fold.test, fold.truth]), &experiment.build)?;
-    let database = Database::open(&built.bytes)?;
-    let Some(legs) = database.legs() else { return Ok((Vec::new(), None)) };
+    let Some(legs) = database.legs() else { return (Vec::new(), None) };
     let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
     let run = |config: Config| {
         let request = Request { config, ..Request::style(fold.style as u16) };
-        stream(&database, clip, &request, &mut ())
+        stream(database, clip, &request, &mut ())
     };
     let unlimited = Config::new().speed_limit(0.0);
     let (Ok(raw), Ok(unlimited), Ok(locked)) =
         (run(unlimited.contacts(false)), run(unlimited), run(Config::new()))
     else {
-        return Ok((Vec::new(), None));
+        return (Vec::new(), None);
     };
     let performances = [
         ("input", Performance::of_clip(clip, body)),
@@ -152,7 +147,7 @@ fn one(
         })
         .collect();
     let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &performances));
-    Ok((rows, figure))
+    (rows, figure)
 }
 
 /// How often the lock releases a foot that should stand by its neighbors' votes, since it is too far off.

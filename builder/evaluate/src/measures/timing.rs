@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use gestus_core::{Database, output::retime::Bounds};
-use rayon::prelude::*;
+use gestus_core::output::retime::Bounds;
 use serde_json::json;
 
 use crate::{
     evaluation::{Evaluation, row},
     experiment::Experiment,
-    fold::Fold,
+    fold::{Fold, each},
     measures::{OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
@@ -49,19 +48,15 @@ fn evaluate(experiment: &Experiment, bounds: Bounds) -> Result<Evaluation> {
     let corpus = &experiment.corpus;
     let (body, folds) = experiment.folds()?;
     let bar = progress::bar(folds.len(), "timing");
-    let results: Vec<(Vec<table::Row>, Option<Figure>)> = folds
-        .par_iter()
-        .map(|&held| {
-            let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build)?;
-            let database = Database::open(&bytes)?;
-            let request = Request { bounds: Some(bounds), ..Request::style(held.style as u16) };
-            bar.inc(1);
-            let streamed = stream(&database, &corpus.examples[held.test].clip, &request, &mut ())
-                .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;
-            let rows = rows(corpus, &fold, held.style, &streamed, bounds);
-            Ok((rows, figure(corpus, held.test, held.style, &streamed)))
-        })
-        .collect::<Result<_>>()?;
+    let results = each(experiment, &folds, &experiment.build, |held, database| {
+        let fold = Fold::of(experiment, &body, held);
+        let request = Request { bounds: Some(bounds), ..Request::style(held.style as u16) };
+        bar.inc(1);
+        let streamed = stream(database, &corpus.examples[held.test].clip, &request, &mut ())
+            .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;
+        let rows = rows(corpus, &fold, held.style, &streamed, bounds);
+        anyhow::Ok((rows, figure(corpus, held.test, held.style, &streamed)))
+    })?;
     bar.finish_and_clear();
     let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
     Ok(Evaluation {

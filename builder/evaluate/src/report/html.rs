@@ -37,13 +37,20 @@ fn cells(rows: &[Row]) -> Value {
     context! { rows => rows.iter().map(cells).collect::<Vec<_>>(), columns => columns.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>() }
 }
 
-/// Renders a report: what was measured, means first, pictures, then every row.
-pub fn report(title: &str, about: &str, summary: &[Row], figures: &[Figure], rows: &[Row]) -> String {
+/// Renders a report: what was measured, summaries with their headings first, pictures, then every row.
+pub fn report(
+    title: &str,
+    about: &str,
+    summaries: &[(&str, Vec<Row>)],
+    figures: &[Figure],
+    rows: &[Row],
+) -> String {
+    let summary = |(name, rows): &(&str, Vec<Row>)| context! { name => *name, table => cells(rows) };
     let figure = |f: &Figure| context! { svg => f.svg.as_str(), caption => prose(&f.caption) };
     render(
         include_str!("report.html"),
         context! {
-            title, about => prose(about), summary => cells(summary), rows => cells(rows),
+            title, about => prose(about), summaries => summaries.iter().map(summary).collect::<Vec<_>>(), rows => cells(rows),
             figures => figures.iter().map(figure).collect::<Vec<_>>(),
         },
     )

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use gestus_motion::statistics::mean;
+use gestus_motion::statistics::{mean, quantile, sorted, variance};
 
 /// A row: names and values, in order.
 pub type Row = Map<String, Value>;
@@ -61,9 +61,8 @@ pub fn plain(rows: &[Row]) -> String {
         .collect()
 }
 
-/// The mean of every number over the rows that agree in `keys`, in order of their first use, and the number of these rows,
-/// since means are comparable only over the same rows.
-pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
+/// Rows that agree in `keys`, in order of their first use, under the values of the keys.
+fn groups<'a>(rows: &'a [Row], keys: &[&str]) -> Vec<(Row, Vec<&'a Row>)> {
     let mut groups: Vec<(Row, Vec<&Row>)> = Vec::new();
     for row in rows {
         let key: Row =
@@ -74,18 +73,72 @@ pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
         }
     }
     groups
+}
+
+/// One number for the rows that agree in `keys`, of every column with numbers; and how many rows these are, since such
+/// numbers are comparable only over the same rows.
+fn summary(rows: &[Row], keys: &[&str], of: impl Fn(&[&Row], &str) -> Option<f64>) -> Vec<Row> {
+    let columns = columns(rows);
+    groups(rows, keys)
         .into_iter()
         .map(|(mut key, members)| {
             key.insert("rows".into(), members.len().into());
-            for column in columns(rows) {
-                let mean = mean(members.iter().filter_map(|m| m.get(column).and_then(Value::as_f64)));
-                if !mean.is_nan() && !keys.contains(&column) {
-                    key.insert(column.to_owned(), mean.into());
+            for column in columns.iter().filter(|c| !keys.contains(c)) {
+                if let Some(number) = of(&members, column) {
+                    key.insert((*column).to_owned(), number.into());
                 }
             }
             key
         })
         .collect()
+}
+
+fn numbers<'a>(rows: &'a [&Row], column: &'a str) -> impl Iterator<Item = f64> + 'a {
+    rows.iter().filter_map(move |r| r.get(column).and_then(Value::as_f64))
+}
+
+/// The mean of every number over the rows that agree in `keys`.
+pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
+    summary(rows, keys, |members, column| Some(mean(numbers(members, column))).filter(|m| !m.is_nan()))
+}
+
+/// The median of every number over the rows that agree in `keys`.
+pub fn medians(rows: &[Row], keys: &[&str]) -> Vec<Row> {
+    summary(rows, keys, |members, column| quantile(&sorted(numbers(members, column)), 0.5))
+}
+
+/// The standard error of each of the [`means`]. Rows of one `clip` are not independent: their mean counts once. None where
+/// fewer than two clips have the number.
+pub fn standard_errors(rows: &[Row], keys: &[&str]) -> Vec<Row> {
+    summary(rows, keys, |members, column| {
+        let mut clips: Vec<(Option<&Value>, Vec<f64>)> = Vec::new();
+        for row in members {
+            let Some(number) = row.get(column).and_then(Value::as_f64) else { continue };
+            let clip = row.get("clip");
+            match clips.iter_mut().find(|(c, _)| clip.is_some() && *c == clip) {
+                Some((_, of)) => of.push(number),
+                None => clips.push((clip, vec![number])),
+            }
+        }
+        let of_clips: Vec<f64> = clips.into_iter().map(|(_, of)| mean(of)).collect();
+        let count = of_clips.len() as f64;
+        let spread = variance(of_clips.iter().copied()) * count / (count - 1.0);
+        (count > 1.0).then(|| (spread / count).sqrt())
+    })
+}
+
+/// Means with their standard errors, as text: `2.0600 ± 0.0400`.
+pub fn with_errors(means: &[Row], errors: &[Row]) -> Vec<Row> {
+    let join = |mean: &Row, error: &Row| {
+        let cell = |(column, value): (&String, &Value)| {
+            let plain = || value.clone();
+            let known = error.get(column).filter(|e| e.is_f64() && value.is_f64());
+            let both = |e| Value::String(format!("{} ± {}", text(Some(value)), text(Some(e))));
+            (column.clone(), known.map_or_else(plain, both))
+        };
+        mean.iter().map(cell).collect()
+    };
+    means.iter().zip(errors).map(|(mean, error)| join(mean, error)).collect()
 }
 
 #[cfg(test)]
@@ -112,5 +165,15 @@ mod tests {
         assert_eq!(means.len(), 2);
         assert_eq!(means[1]["rows"], 2);
         assert_eq!((means[1]["n"].as_f64(), means[1]["e"].as_f64()), (Some(4.0), Some(2.0)));
+    }
+
+    #[test]
+    fn rows_of_one_clip_count_once_in_a_standard_error() {
+        let row = |clip: &str, e: f64| json!({"m": "a", "clip": clip, "e": e}).as_object().unwrap().clone();
+        let rows = [row("x", 1.0), row("x", 3.0), row("y", 4.0)];
+        // Means 2 and 4: deviation sqrt(2), over sqrt(2).
+        assert_eq!(standard_errors(&rows, &["m"])[0]["e"].as_f64(), Some(1.0));
+        assert!(standard_errors(&rows[..2], &["m"])[0].get("e").is_none());
+        assert_eq!(medians(&rows, &["m"])[0]["e"].as_f64(), Some(3.0));
     }
 }

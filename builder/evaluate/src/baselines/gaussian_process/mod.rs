@@ -71,7 +71,7 @@ pub struct Pairs {
 
 impl Pairs {
     /// Every searchable row of the classes with its output.
-    pub fn of(database: &Database<'_>, classes: &[usize], style: usize) -> Self {
+    pub fn of(database: &Database<'_>, classes: &[usize], style: usize, outputs: Outputs) -> Self {
         let mut pairs = Self::default();
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         for &class in classes {
@@ -81,7 +81,7 @@ impl Pairs {
                     continue;
                 }
                 let (x, x_prev) = (row(database, r), row(database, r - 1));
-                let Some((y, y_prev)) = output(database, class, r, style, Outputs::One) else { continue };
+                let Some((y, y_prev)) = output(database, class, r, style, outputs) else { continue };
                 pairs.differences.push([less(&y, &x), less(&y_prev, &x_prev)]);
                 pairs.inputs.push([x, x_prev]);
             }

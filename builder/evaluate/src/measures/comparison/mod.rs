@@ -18,7 +18,7 @@ use serde_json::json;
 
 use crate::{
     evaluation::{self, Evaluation},
-    experiment::{Experiment, Truth},
+    experiment::{Experiment, Truth, only},
     measures::{
         OnClips, Uses,
         loo::{self, Methods, exact_pairs},
@@ -31,7 +31,6 @@ use gestus_database::{
     pairing::Scheme,
     synth,
 };
-use gestus_motion::corpus::Corpus;
 
 /// Generated clips of an action in a style.
 const GENERATED: usize = 8;
@@ -81,12 +80,19 @@ fn sets(experiment: &Experiment) -> Result<Vec<(&'static str, Experiment)>, Buil
         // The generator knows all of these names.
         let corpus = synth::corpus(&options).map_err(|e| BuildError::Unpaired(e.to_string()))?;
         let build = BuildOptions { pairing: Scheme::Take, ..experiment.build.clone() };
-        let folds = experiment.folds;
-        Ok::<_, BuildError>(Experiment { corpus, from: 0, to: vec![1], folds, build, truth: Truth::SameTake })
+        Ok::<_, BuildError>(Experiment {
+            corpus,
+            from: 0,
+            to: vec![1],
+            among: None,
+            build,
+            truth: Truth::SameTake,
+            ..experiment.clone()
+        })
     };
     let corpus = &experiment.corpus;
     let walk = corpus.action("walk").unwrap_or(0);
-    let one = Experiment { corpus: only(corpus, walk), ..experiment.clone() };
+    let one = Experiment { corpus: only(corpus, &[walk], &[]), ..experiment.clone() };
     let several = (corpus.actions.len() > 1).then_some(experiment);
     let mut sets = vec![("homogeneous", one.clone())];
     sets.extend(several.map(|e| ("heterogeneous", e.clone())));
@@ -103,14 +109,4 @@ fn labelled(set: &str, row: table::Row) -> table::Row {
     let mut with = evaluation::row(json!({ "set": set }));
     with.extend(row);
     with
-}
-
-/// The clips of one action.
-fn only(corpus: &Corpus, action: usize) -> Corpus {
-    let others: Vec<usize> =
-        (0..corpus.examples.len()).filter(|&i| corpus.examples[i].action != action).collect();
-    let mut one = corpus.without(&others);
-    one.actions = vec![corpus.actions[action].clone()];
-    one.examples.iter_mut().for_each(|e| e.action = 0);
-    one
 }

@@ -134,24 +134,30 @@ impl Stream<'_> {
     /// right class are among them.
     fn neighbors(&mut self, record: &Record, k: usize) {
         let (database, style) = (&self.database, self.style);
-        let all = record
-            .each(|near| interpolated(database, &near.iter().collect::<Vec<_>>(), k, style, Outputs::One));
-        let of_action = |most: usize| {
+        let all = |outputs: Outputs| {
+            record.each(|near| interpolated(database, &near.iter().collect::<Vec<_>>(), k, style, outputs))
+        };
+        let of_action = |most: usize, outputs: Outputs| {
             let mut output = record.x.clone();
             for Part { frames, action, .. } in &self.parts {
                 let class = class_of(database, *action, self.experiment.from);
                 let own = record.each(|near| {
                     let of: Vec<&ClassNeighbors> = near.iter().filter(|n| Some(n.0) == class).collect();
-                    interpolated(database, &of, most, style, Outputs::One)
+                    interpolated(database, &of, most, style, outputs)
                 });
                 output[frames.clone()].clone_from_slice(&own[frames.clone()]);
             }
             output
         };
-        let (nearest, several) = (of_action(1), of_action(k));
-        self.add("knn-unlabelled", &all, None);
-        self.add("nearest", &nearest, None);
-        self.add("knn", &several, None);
+        let mut found = Vec::new();
+        for &(outputs, ending) in Outputs::each(database) {
+            found.push((format!("knn-unlabelled{ending}"), all(outputs)));
+            found.push((format!("nearest{ending}"), of_action(1, outputs)));
+            found.push((format!("knn{ending}"), of_action(k, outputs)));
+        }
+        for (name, output) in found {
+            self.add(&name, &output, None);
+        }
     }
 
     /// Affine maps and Gaussian processes: one of all actions, and one of each action for its part.
@@ -160,13 +166,6 @@ impl Stream<'_> {
         let x = body.with_means_of(database).clip_dofs(&self.clip);
         let every = classes_of(database, from);
         let settings = gaussian_process::Options::default();
-        let process = |classes: &[usize], x: &[Vec<f64>]| {
-            let pairs = Pairs::of(database, classes, style).thinned(settings.most);
-            Editor::fit(&pairs, &settings).map(|editor| editor.run(x))
-        };
-        let affine = |classes: &[usize], x: &[Vec<f64>]| {
-            Some(GlobalModel::fit(database, classes, style, false, Outputs::One).run(x, &x[0]))
-        };
         // A method that can't be fitted for one part has no rows.
         let each = |method: OfClasses<'_>| {
             let mut output = x.clone();
@@ -176,15 +175,25 @@ impl Stream<'_> {
             }
             Some(output)
         };
-        let outputs = [
-            ("global-affine-unlabelled", affine(&every, &x)),
-            ("gaussian-process-unlabelled", process(&every, &x)),
-            ("global-affine", each(&affine)),
-            ("gaussian-process", each(&process)),
-        ];
-        for (name, output) in outputs {
+        let mut found = Vec::new();
+        for &(outputs, ending) in Outputs::each(database) {
+            let process = |classes: &[usize], x: &[Vec<f64>]| {
+                let pairs = Pairs::of(database, classes, style, outputs).thinned(settings.most);
+                Editor::fit(&pairs, &settings).map(|editor| editor.run(x))
+            };
+            let affine = |classes: &[usize], x: &[Vec<f64>]| {
+                Some(GlobalModel::fit(database, classes, style, false, outputs).run(x, &x[0]))
+            };
+            found.extend([
+                (format!("global-affine-unlabelled{ending}"), affine(&every, &x)),
+                (format!("gaussian-process-unlabelled{ending}"), process(&every, &x)),
+                (format!("global-affine{ending}"), each(&affine)),
+                (format!("gaussian-process{ending}"), each(&process)),
+            ]);
+        }
+        for (name, output) in found {
             if let Some(output) = output {
-                self.add(name, &output, None);
+                self.add(&name, &output, None);
             }
         }
     }

@@ -3,7 +3,6 @@
 pub(super) mod figures;
 
 use gestus_core::{Config, Database};
-use rayon::prelude::*;
 
 use crate::{
     baselines::{
@@ -12,9 +11,8 @@ use crate::{
     },
     evaluation::Evaluation,
     experiment::{Experiment, HeldOut, Truth},
-    fold::{Fold, Row, class_of, classes_of, own_dofs},
+    fold::{Fold, Row, class_of, classes_of, each, own_dofs},
     measures::{OnClips, Uses, growth},
-    metrics::{best_shift, matched},
     report::table,
 };
 use gestus_database::{
@@ -24,7 +22,7 @@ use gestus_database::{
     stream::{Request, stream},
     synth::affine,
 };
-use gestus_motion::body::{Body, row_at};
+use gestus_motion::body::Body;
 
 /// Options of `gestus evaluate loo`.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -46,6 +44,8 @@ pub struct ExactArgs {
 pub struct Methods {
     /// Configurations of the mixture, by name: the shipped one, that of Xia 2015, and the normalised ridge.
     pub configs: Vec<(String, Config)>,
+    /// Whether the configurations are also run with the action alone known, and with the style alone.
+    pub partly_labelled: bool,
     /// Whether baselines, linear models and statistics are among them.
     pub baselines: bool,
     /// Whether Gaussian process regression is among them.
@@ -60,7 +60,14 @@ impl Default for Methods {
             ("mixture-normalised", Config::normalised()),
         ];
         let configs = configs.map(|(name, config)| (name.to_owned(), config)).to_vec();
-        Self { configs, baselines: true, gaussian_process: false }
+        Self { configs, partly_labelled: true, baselines: true, gaussian_process: false }
+    }
+}
+
+impl Methods {
+    /// No configuration and no baseline.
+    pub fn none() -> Self {
+        Self { configs: Vec::new(), partly_labelled: false, baselines: false, gaussian_process: false }
     }
 }
 
@@ -92,8 +99,14 @@ impl OnClips for ExactArgs {
 pub(super) fn exact_pairs(experiment: &Experiment) -> Result<Experiment, BuildError> {
     let pairs = affine::pairs(&experiment.corpus, experiment.from, &affine::Options::default())?;
     let build = BuildOptions { pairing: Scheme::Take, ..experiment.build.clone() };
-    let folds = experiment.folds;
-    Ok(Experiment { corpus: pairs.corpus, from: 0, to: vec![1], folds, build, truth: Truth::SameTake })
+    Ok(Experiment {
+        corpus: pairs.corpus,
+        from: 0,
+        to: vec![1],
+        build,
+        truth: Truth::SameTake,
+        ..experiment.clone()
+    })
 }
 
 /// Runs the evaluation and draws its plots.
@@ -141,14 +154,12 @@ pub(super) fn run_folds(
     methods: &Methods,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Row>, BuildError> {
-    let rows: Vec<Vec<Row>> = folds
-        .par_iter()
-        .map(|&held| {
-            let rows = fold(experiment, body, held, methods);
-            progress();
-            rows
-        })
-        .collect::<Result<_, _>>()?;
+    let options = if methods.baselines { experiment.build_with_models() } else { experiment.build.clone() };
+    let rows = each(experiment, folds, &options, |held, database| {
+        let rows = fold(experiment, body, held, methods, database);
+        progress();
+        Ok::<_, BuildError>(rows)
+    })?;
     Ok(rows.into_iter().flatten().collect())
 }
 
@@ -157,120 +168,116 @@ fn fold(
     body: &Body,
     held: HeldOut,
     methods: &Methods,
-) -> Result<Vec<Row>, BuildError> {
-    let build = if methods.baselines { experiment.build_with_models() } else { experiment.build.clone() };
-    let (fold, bytes) = Fold::new(experiment, body, held, &build)?;
-    let database = Database::open(&bytes)?;
+    database: &Database<'_>,
+) -> Vec<Row> {
+    let fold = Fold::of(experiment, body, held);
     let mut rows = Vec::new();
     if methods.baselines {
-        baselines(&fold, &database, &mut rows);
-        crate::baselines::models::rows(&fold, &database, &mut rows);
+        baselines(&fold, database, &mut rows);
+        crate::baselines::models::rows(&fold, database, &mut rows);
     }
     if methods.gaussian_process {
         let settings = gaussian_process::Options::default();
-        let own = growth::gaussian(&fold, &database, &settings, true).map(|g| g.0);
-        // Of one action both are the same.
-        let all = (experiment.corpus.actions.len() > 1)
-            .then(|| growth::gaussian(&fold, &database, &settings, false))
-            .flatten();
-        rows.extend(own.into_iter().chain(all.map(|g| g.0)));
+        for &outputs in Outputs::each(database) {
+            let process =
+                |labelled| growth::gaussian(&fold, database, &settings, labelled, outputs).map(|g| g.0);
+            rows.extend(process(true));
+            // Of one action both are the same.
+            if experiment.corpus.actions.len() > 1 {
+                rows.extend(process(false));
+            }
+        }
     }
     for (name, config) in &methods.configs {
         let compared = name == "mixture" && methods.baselines;
-        mixtures(&fold, &database, name, config, compared, &mut rows);
+        for condition in CONDITIONS.iter().filter(|c| methods.partly_labelled || c.1 == c.2) {
+            mixture(&fold, database, name, config, *condition, compared, &mut rows);
+        }
     }
-    Ok(rows)
+    let floor = fold.other_clip().map(|other| fold.row("other-clip", &other, None).delivered.error_cm);
+    rows.iter_mut().for_each(|row| row.floor_cm = floor);
+    rows
 }
 
-/// The rows of a configuration under each labelling condition; and of interpolation of its neighbors, where they are to
-/// be compared.
-fn mixtures(
+/// What is known of the input: an ending of the method's name, whether the action is, whether the style is.
+type Condition = (&'static str, bool, bool);
+
+const CONDITIONS: [Condition; 4] = [
+    ("", false, false),
+    ("-action-known", true, false),
+    ("-style-known", false, true),
+    ("-labelled", true, true),
+];
+
+/// The row of a configuration under a condition; and of interpolation of its neighbors, where they are to be compared.
+fn mixture(
     fold: &Fold<'_>,
     database: &Database<'_>,
     name: &str,
     config: &Config,
+    (suffix, action, style): Condition,
     compared: bool,
     rows: &mut Vec<Row>,
 ) {
     let example = &fold.corpus.examples[fold.test];
-    let (action, from) = (Some(example.action as u16), Some(example.style as u16));
-    let conditions = [
-        ("", None, None),
-        ("-action-known", action, None),
-        ("-style-known", None, from),
-        ("-labelled", action, from),
-    ];
-    for (suffix, action, input_style) in conditions {
-        let method = if suffix == "-labelled" {
-            name.replace("mixture", "local-ar")
-        } else {
-            format!("{name}{suffix}")
-        };
-        let request = Request { config: *config, action, input_style, ..Request::style(fold.style as u16) };
-        let mut record = Record::of(database);
-        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
-        let predicted = own_dofs(fold, database, &record.predicted);
-        rows.push(fold.row(&method, &predicted, Some(&streamed)));
-        if compared {
-            neighbors(fold, database, &record, suffix, rows);
-        }
+    let (action, input_style) =
+        (action.then_some(example.action as u16), style.then_some(example.style as u16));
+    let method =
+        if suffix == "-labelled" { name.replace("mixture", "local-ar") } else { format!("{name}{suffix}") };
+    let request = Request { config: *config, action, input_style, ..Request::style(fold.style as u16) };
+    let mut record = Record::of(database);
+    let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { return };
+    let predicted = own_dofs(fold, database, &record.predicted);
+    rows.push(fold.row(&method, &predicted, Some(&streamed)));
+    if compared {
+        neighbors(fold, database, &record, suffix, rows);
     }
 }
 
 fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     rows.push(fold.row("unchanged", &fold.x, None));
-    if let Some(other) = fold.other {
-        let example = &fold.corpus.examples[other];
-        let theirs = fold.body.clip_dofs(&example.clip);
-        let cycles = &fold.corpus.examples[fold.test].cycles;
-        let shift = best_shift(&fold.x, cycles, &theirs, &example.cycles);
-        let matched_rows: Vec<Vec<f64>> = (0..fold.x.len())
-            .map(|t| {
-                matched(cycles, t, &example.cycles, shift)
-                    .map_or_else(|| theirs[0].clone(), |p| row_at(&theirs, p))
-            })
-            .collect();
-        rows.push(fold.row("other-clip", &matched_rows, None));
+    if let Some(other) = fold.other_clip() {
+        rows.push(fold.row("other-clip", &other, None));
     }
     let example = &fold.corpus.examples[fold.test];
     let Some(class) = class_of(database, example.action, example.style) else { return };
     // The models live in the database's dofs.
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
-    let affine = GlobalModel::fit(database, &[class], fold.style, false, Outputs::One);
-    let autoregressive = GlobalModel::fit(database, &[class], fold.style, true, Outputs::One);
-    let first = affine.run(&x[..1], &x[0]);
-    let means = (database.outputs() > 1)
-        .then(|| GlobalModel::fit(database, &[class], fold.style, false, Outputs::Mean));
-    let models = [("global-ar", &autoregressive), ("global-affine", &affine)];
-    for (name, model) in models.into_iter().chain(means.as_ref().map(|m| ("global-affine-both", m))) {
-        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
-        rows.push(fold.row(name, &predicted, None));
-    }
-    // Of one action both are the same.
-    if fold.corpus.actions.len() > 1 {
-        let classes = classes_of(database, example.style);
-        let model = GlobalModel::fit(database, &classes, fold.style, false, Outputs::One);
-        let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
-        rows.push(fold.row("global-affine-unlabelled", &predicted, None));
+    let own = [class];
+    let all = classes_of(database, example.style);
+    for &(outputs, ending) in Outputs::each(database) {
+        let fit = |classes: &[usize], autoregressive: bool| {
+            GlobalModel::fit(database, classes, fold.style, autoregressive, outputs)
+        };
+        let affine = fit(&own, false);
+        let first = affine.run(&x[..1], &x[0]);
+        let mut models = vec![("global-ar", fit(&own, true)), ("global-affine", affine)];
+        // Of one action both are the same.
+        if fold.corpus.actions.len() > 1 {
+            models.push(("global-affine-unlabelled", fit(&all, false)));
+        }
+        for (name, model) in models {
+            let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
+            rows.push(fold.row(&format!("{name}{ending}"), &predicted, None));
+        }
     }
 }
 
 /// Interpolation of the neighbors that were found: of the labelled class, or of all together.
 fn neighbors(fold: &Fold<'_>, database: &Database<'_>, record: &Record, suffix: &str, rows: &mut Vec<Row>) {
     let most = usize::from(Config::new().k);
-    let ways: &[(&str, usize, Outputs)] = match suffix {
-        "-labelled" => {
-            &[("nearest", 1, Outputs::One), ("knn", most, Outputs::One), ("knn-both", most, Outputs::Mean)]
-        }
+    let ways: &[(&str, usize)] = match suffix {
+        "-labelled" => &[("nearest", 1), ("knn", most)],
         // Of one action both are the same.
-        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most, Outputs::One)],
+        "" if fold.corpus.actions.len() > 1 => &[("knn-unlabelled", most)],
         _ => &[],
     };
-    // The mean of one output is that.
-    for &(name, most, outputs) in ways.iter().filter(|w| w.2 == Outputs::One || database.outputs() > 1) {
+    for (&(name, most), &(outputs, ending)) in
+        ways.iter().flat_map(|way| Outputs::each(database).iter().map(move |outputs| (way, outputs)))
+    {
         let of = |classes: &[ClassNeighbors]| {
             interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, outputs)
         };
-        rows.push(fold.row(name, &own_dofs(fold, database, &record.each(of)), None));
+        rows.push(fold.row(&format!("{name}{ending}"), &own_dofs(fold, database, &record.each(of)), None));
     }
 }
