@@ -72,7 +72,15 @@ impl OnClips for Args {
                     said.push(line);
                 }
             }
-            for result in run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1))? {
+            let results = match run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1)) {
+                // Clips that one scheme of pairing can't pair, others can.
+                Err(error) if first.parameter == "pairing" => {
+                    eprintln!("left out: pairing {}: {error}", first.value);
+                    continue;
+                }
+                results => results?,
+            };
+            for result in results {
                 let Some((method, variant)) = result.method.split_once(MARK) else { continue };
                 let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
                 let mut measured = row(json!({

@@ -121,12 +121,10 @@ impl OnClips for Args {
     }
 }
 
-/// The clips of a folder whose action the experiment lacks, in its input and output styles.
+/// The clips of a folder whose action the experiment lacks.
 fn load_unseen(folder: &Path, experiment: &Experiment) -> Result<Experiment> {
     let known = &experiment.corpus;
     let mut config = config::Config::of_folder(folder)?;
-    config.styles =
-        [experiment.from].iter().chain(&experiment.to).map(|&s| known.styles[s].clone()).collect();
     config.rate_hz = known.rate_hz;
     let loaded = load(&config)?.corpus;
     if loaded.skeleton.names != known.skeleton.names {
