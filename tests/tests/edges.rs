@@ -84,6 +84,30 @@ fn a_body_that_is_elsewhere_has_its_legs_under_it() {
 }
 
 #[test]
+fn an_output_that_walks_out_of_the_world_goes_on_where_the_input_is() {
+    let db = Database::open(motion::small()).unwrap();
+    let mut clip = walk(0, 0, 120);
+    // Half a metre before the end of the world, and back at the origin in the next frame: the output stays out there.
+    let axis = |i: usize| clip[119].position[i] - clip[0].position[i];
+    let i = if axis(0).abs() > axis(2).abs() { 0 } else { 2 };
+    clip[0].position[i] = 99_999.5 * axis(i).signum();
+    for method in Method::ALL {
+        let mut stylizer = styled(db, Config::new().method(method));
+        let (mut output, mut left) = (Pose::IDENTITY, None);
+        for (t, pose) in clip.iter().enumerate() {
+            let report = stylizer.step(pose, &mut output);
+            assert!(output.is_valid(21), "{method:?}, frame {t}: {:?}", output.position);
+            if report.degraded.contains(Degraded::PREDICTION) {
+                left = left.or(Some(t));
+            }
+            let away = (output.position[i] - pose.position[i]).abs();
+            assert_eq!(away < 10.0, left.is_some() || t == 0, "{method:?}, frame {t}: {away} m away");
+        }
+        assert!(left.is_some(), "{method:?} did not get there");
+    }
+}
+
+#[test]
 fn a_statue_that_turns_is_not_held_back() {
     let db = Database::open(motion::small()).unwrap();
     let still = walk(0, 0, 10)[5];

@@ -80,6 +80,18 @@ impl Chain {
         norm(subtract(self.knee, self.hip)) + norm(subtract(self.ankle, self.knee))
     }
 
+    /// The direction up, in the foot's own frame.
+    pub fn up_in_foot(&self) -> Vector {
+        rotate(conjugate(self.turns[2]), [0.0, 1.0, 0.0])
+    }
+
+    /// How far a point `height` metres over the one that the foot rolls about has moved on the ground since the direction
+    /// up was further by `tipped` in the foot's own frame ([`up_in_foot`](Self::up_in_foot)): `[x, 0, z]`, metres.
+    pub fn rolled(&self, tipped: Vector, height: f32) -> Vector {
+        let [x, _, z] = rotate(self.turns[2], tipped);
+        [height * x, 0.0, height * z]
+    }
+
     /// Turns hip, knee and ankle of `pose`, which this is a leg of, so that the ankle lies at `target`, or as near to it
     /// as a leg of at most `reach` metres from hip to ankle comes.
     #[inline(never)]

@@ -83,11 +83,6 @@ impl Stillness {
         self.speed > 0.0 || self.posture > 0.0
     }
 
-    /// Part of what moves the root without the input that is left, 1 to 0.
-    pub fn moving(&self) -> f32 {
-        1.0 - self.speed
-    }
-
     /// True where nothing changes: contacts are those of before.
     pub fn stands(&self) -> bool {
         self.posture >= 1.0

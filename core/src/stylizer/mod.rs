@@ -209,11 +209,25 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
         }
 
+        self.keep_valid(input, &mut report, output);
+
         let signals = &mut self.signals;
         signals.y_prev = signals.predicted;
         signals.x_prev = signals.x;
         self.last = Some(*output);
         report
+    }
+
+    /// Whatever has gone wrong, what is put out is a pose: the input, where nothing else is left.
+    #[inline(never)]
+    fn keep_valid(&mut self, input: &Pose<J>, report: &mut Report, output: &mut Pose<J>) {
+        if output.is_valid(self.database.counts().joints) {
+            return;
+        }
+        *output = *input;
+        self.output_anchor = self.input_anchor;
+        self.lock.reset();
+        report.degraded.set(Degraded::PREDICTION, true);
     }
 
     /// Measures how the input has moved in `seconds`.
@@ -323,12 +337,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
         let on = self.config.contacts && root_strength > 0.0;
         if on || self.lock.is_engaged() {
-            let tuning = foot_lock::Tuning {
-                on,
-                release_m: self.config.release_m,
-                ease_s: self.config.ease_s,
-                moving: self.stillness.moving(),
-            };
+            let tuning =
+                foot_lock::Tuning { on, release_m: self.config.release_m, ease_s: self.config.ease_s };
             observer.stage(Stage::Lock);
             self.lock.hold(&self.database, &mut report.contacts, report.step_s, tuning, pose);
             observer.stage(Stage::Rest);

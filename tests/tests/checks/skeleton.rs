@@ -88,10 +88,8 @@ fn legs_are_chains_at_heights_of_a_body() {
         bad("height", 1, foot::TOE_HEIGHT.start, &float(v));
         bad("height", 0, foot::ANKLE_HEIGHT.start, &float(v));
     }
-    for at in foot::RESERVED {
-        let changed = patched(blob(), section::FEET, at, &[1]);
-        refuses("reserved", &changed, BlobError::Reserved { section: section::FEET });
-    }
+    let rolled = patched(blob(), section::FEET, foot::LENGTH + foot::ANKLE_ROLL.start, &[0xe8, 0x03]);
+    assert_eq!(Database::open(&rolled).unwrap().legs().unwrap()[1].rolls[0], 1000.0 * foot::ROLL_STEP_M);
     let no_toes = patched(blob(), section::FEET, foot::TOE, &[foot::NO_TOE]);
     assert_eq!(Database::open(&no_toes).unwrap().legs().unwrap()[0].toe, None);
     let short = patch::with_section(blob(), section::FEET, |bytes| bytes.truncate(foot::LENGTH));

@@ -5,10 +5,11 @@ use gestus_motion::{body::Body, corpus::Example};
 
 use crate::registration::contact;
 
-/// Encodes the legs, and the heights of ankles and toes above the floor in a standing foot.
+/// Encodes the legs, the heights of ankles and toes above the floor in a standing foot, and how the foot rolls.
 pub fn encode(body: &Body, examples: &[&Example]) -> Vec<u8> {
     let marks = &body.landmarks;
     let heights = contact::sole_heights(examples, marks);
+    let rolls = contact::rolls(examples, marks, heights);
     let mut bytes = Vec::new();
     for side in [0, 1] {
         let mut record = [0; foot::LENGTH];
@@ -20,6 +21,9 @@ pub fn encode(body: &Body, examples: &[&Example]) -> Vec<u8> {
         let [ankle, toe] = heights[side].map(|h| h as f32);
         record[foot::ANKLE_HEIGHT].copy_from_slice(&ankle.to_le_bytes());
         record[foot::TOE_HEIGHT].copy_from_slice(&if toes { toe } else { 0.0 }.to_le_bytes());
+        let [ankle, toe] = rolls[side].map(|r| (r / f64::from(foot::ROLL_STEP_M)).round() as u16);
+        record[foot::ANKLE_ROLL].copy_from_slice(&ankle.to_le_bytes());
+        record[foot::TOE_ROLL].copy_from_slice(&if toes { toe } else { 0 }.to_le_bytes());
         bytes.extend(record);
     }
     bytes

@@ -4,10 +4,10 @@
 //! scale with the size of the body. The slower joint is used since it carries the foot; the lower one does as well in
 //! gaits, jumps and kicks, and worse when a foot pivots on its ball (generated punches: F1 0.986 instead of 0.989).
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use gestus_motion::{
-    clip::Clip,
+    clip::{Clip, Frame, Skeleton},
     corpus::{Cycle, Example},
     landmarks::Landmarks,
     statistics::sorted,
@@ -72,6 +72,50 @@ pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 
             heights.get(heights.len() / 2).copied().unwrap_or(0.0)
         })
     })
+}
+
+/// How far ankle and toes are over the point that a standing foot rolls about, metres, `[side][ankle, toe]`: where the
+/// foot turns by a small rotation, its joint moves on the ground by this times the tip of the vertical. Least squares over
+/// the frames, within contacts, in which the joint carries the foot; 0 to the joint's height.
+pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let mut moved = [[0.0; 2]; 2];
+    let mut turned = [[0.0; 2]; 2];
+    for example in examples {
+        let clip = &example.clip;
+        let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
+        for side in [0, 1] {
+            let joints = [landmarks.feet[side], landmarks.toes[side]];
+            let turns: Vec<_> =
+                clip.frames.iter().map(|f| orientation(&clip.skeleton, f, joints[0])).collect();
+            for (t, stands) in example.contacts.windows(3).enumerate() {
+                // The frames about foot-down and foot-up are those of a foot that moves.
+                if !stands.iter().all(|s| s[side]) {
+                    continue;
+                }
+                let over = [0, 1].map(|i| positions[t + 1][joints[i]].y - heights[side][i]);
+                let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
+                let way = positions[t + 1][joints[lower]] - positions[t][joints[lower]];
+                let tip = turns[t + 1] * turns[t].inverse() * Vector3::y();
+                moved[side][lower] += way.x * tip.x + way.z * tip.z;
+                turned[side][lower] += tip.x * tip.x + tip.z * tip.z;
+            }
+        }
+    }
+    let roll = |side: usize, i: usize| {
+        let roll = moved[side][i] / turned[side][i].max(1e-9);
+        roll.clamp(0.0, heights[side][i].max(0.0))
+    };
+    [0, 1].map(|side| [0, 1].map(|i| roll(side, i)))
+}
+
+/// Orientation of a joint in the world.
+fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuaternion<f64> {
+    let (mut turn, mut above) = (frame.rotations[joint], skeleton.parents[joint]);
+    while let Some(parent) = above {
+        turn = frame.rotations[parent] * turn;
+        above = skeleton.parents[parent];
+    }
+    turn
 }
 
 /// A joint's lowest height: its 5% quantile, so that a bad frame does not matter.

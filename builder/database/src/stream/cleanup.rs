@@ -22,7 +22,7 @@ use gestus_core::{
 use nalgebra::Vector3;
 
 use crate::{
-    registration::contact::{GAUSSIAN_S, contacts, smoothed, sole_heights},
+    registration::contact::{GAUSSIAN_S, contacts, rolls, smoothed, sole_heights},
     stream::{Streamed, from_pose, to_pose},
 };
 use gestus_motion::{
@@ -75,12 +75,14 @@ impl Limbs {
         let mut corpus = Corpus::of_clip(clip);
         corpus.examples[0].contacts.clone_from(&stands);
         let heights = sole_heights(&[&corpus.examples[0]], marks);
+        let rolls = rolls(&[&corpus.examples[0]], marks, heights);
         let legs = [0, 1].map(|side| Leg {
             hip: marks.hip_joints[side],
             knee: marks.knees[side],
             ankle: marks.feet[side],
             toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
             heights: heights[side].map(|h| h as f32),
+            rolls: rolls[side].map(|r| r as f32),
         });
         let limbs = Self {
             legs,
@@ -185,10 +187,17 @@ fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
     [height(chain.ankle, 0), if leg.toe.is_some() { height(chain.toe, 1) } else { f64::INFINITY }]
 }
 
-/// The joint that carries a foot in this frame, the lower of ankle and toes, in two frames.
-fn carrier(at: &Chain, leg: &Leg, before: &Chain) -> [Vector3<f64>; 2] {
+/// How far the point that a foot stands on has moved since the frame before: the joint that carries the foot, the lower
+/// of ankle and toes, less what the foot's roll moves it by.
+fn slid(at: &Chain, leg: &Leg, before: &Chain) -> Vector3<f64> {
     let [ankle, toe] = over(at, leg);
-    if toe <= ankle { [vector(before.toe), vector(at.toe)] } else { [vector(before.ankle), vector(at.ankle)] }
+    let (way, roll) = if toe <= ankle {
+        (vector(at.toe) - vector(before.toe), leg.rolls[1])
+    } else {
+        (vector(at.ankle) - vector(before.ankle), leg.rolls[0])
+    };
+    let (up, now) = (before.up_in_foot(), at.up_in_foot());
+    way - vector(at.rolled([up[0] - now[0], up[1] - now[1], up[2] - now[2]], roll))
 }
 
 /// Offsets that take each standing foot to its plant's place: what carries it does not move on the ground, the offset
@@ -205,8 +214,7 @@ fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offse
             let mut plant = Vec::with_capacity(end - start);
             for t in start..end {
                 if t > start {
-                    let [from, to] = carrier(&chains[t][side], leg, &chains[t - 1][side]);
-                    offset += from - to;
+                    offset -= slid(&chains[t][side], leg, &chains[t - 1][side]);
                 }
                 let [ankle, toe] = over(&chains[t][side], leg);
                 plant.push(Vector3::new(offset.x, -ankle.min(toe), offset.z));

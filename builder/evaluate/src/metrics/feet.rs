@@ -2,14 +2,14 @@
 //! clip, and by no contacts at all.
 
 use gestus_core::blob::Leg;
-use gestus_database::registration::contact::sole_heights;
+use gestus_database::registration::contact::{rolls, sole_heights};
 use gestus_motion::{
     body::Body,
     clip::{Frame, Skeleton},
     corpus::Example,
     statistics::{mean, quantile, sorted},
 };
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::metrics::performance::Performance;
 
@@ -17,17 +17,30 @@ use crate::metrics::performance::Performance;
 pub fn legs(body: &Body, examples: &[&Example]) -> [Leg; 2] {
     let marks = &body.landmarks;
     let heights = sole_heights(examples, marks);
+    let rolls = rolls(examples, marks, heights);
     [0, 1].map(|side| Leg {
         hip: marks.hip_joints[side],
         knee: marks.knees[side],
         ankle: marks.feet[side],
         toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
         heights: heights[side].map(|h| h as f32),
+        rolls: rolls[side].map(|r| r as f32),
     })
 }
 
-/// Speeds on the ground, m/s, of the joint that carries a foot; `None` where the foot does not stand in this frame and
-/// the one before. Shape `[frames][side]`.
+/// Orientation of a joint in the world.
+fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuaternion<f64> {
+    let (mut turn, mut above) = (frame.rotations[joint], skeleton.parents[joint]);
+    while let Some(parent) = above {
+        turn = frame.rotations[parent] * turn;
+        above = skeleton.parents[parent];
+    }
+    turn
+}
+
+/// Speeds on the ground, m/s, of the point that a foot stands on: of the joint that carries the foot, less what the roll
+/// of the sole moves it by ([`Leg::rolls`]). `None` where the foot does not stand in this frame and the one before. Shape
+/// `[frames][side]`.
 pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> Vec<[Option<f64>; 2]> {
     let positions: Vec<Vec<Vector3<f64>>> = of.frames.iter().map(|f| f.positions(skeleton)).collect();
     (0..positions.len())
@@ -36,11 +49,15 @@ pub fn standing_speeds(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -
                 let before = t.checked_sub(1).filter(|&b| of.stands[b][side] && of.stands[t][side])?;
                 let leg = &legs[side];
                 let over = |joint: usize, height: f32| positions[t][joint].y - f64::from(height);
-                let joint = match leg.toe {
-                    Some(toe) if over(toe, leg.heights[1]) <= over(leg.ankle, leg.heights[0]) => toe,
-                    _ => leg.ankle,
+                let (joint, roll) = match leg.toe {
+                    Some(toe) if over(toe, leg.heights[1]) <= over(leg.ankle, leg.heights[0]) => {
+                        (toe, leg.rolls[1])
+                    }
+                    _ => (leg.ankle, leg.rolls[0]),
                 };
-                let way = positions[t][joint] - positions[before][joint];
+                let turn = |t: usize| orientation(skeleton, &of.frames[t], leg.ankle);
+                let rolled = (turn(t) * turn(before).inverse() * Vector3::y()) * f64::from(roll);
+                let way = positions[t][joint] - positions[before][joint] - rolled;
                 Some(way.x.hypot(way.z) / of.steps_s[t])
             })
         })

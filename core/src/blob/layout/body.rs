@@ -73,6 +73,11 @@ pub mod foot {
     pub const ANKLE_HEIGHT: Range<usize> = 4..8;
     /// Height of the toes over the floor where the foot stands on them or flat, metres, f32; 0 without toes.
     pub const TOE_HEIGHT: Range<usize> = 8..12;
-    /// Zero.
-    pub const RESERVED: Range<usize> = 12..16;
+    /// How far over the point that a standing foot rolls about the ankle is, and the toes, 0.1 mm, u16; 0 where the joint
+    /// itself stands still.
+    pub const ANKLE_ROLL: Range<usize> = 12..14;
+    /// See [`ANKLE_ROLL`].
+    pub const TOE_ROLL: Range<usize> = 14..16;
+    /// Metres of one step of a roll.
+    pub const ROLL_STEP_M: f32 = 1e-4;
 }

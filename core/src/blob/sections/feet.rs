@@ -16,6 +16,9 @@ pub struct Leg {
     pub toe: Option<usize>,
     /// Heights of ankle and toes over the floor that they stand on, metres.
     pub heights: [f32; 2],
+    /// How far ankle and toes are over the point that the standing foot rolls about, metres: a foot that turns by an angle
+    /// moves the joint by that times the angle. 0 where the joint itself stands still.
+    pub rolls: [f32; 2],
 }
 
 impl Leg {
@@ -27,6 +30,7 @@ impl Leg {
             ankle: joint(foot::ANKLE),
             toe: (record.u8(foot::TOE) != foot::NO_TOE).then(|| joint(foot::TOE)),
             heights: [record.f32(foot::ANKLE_HEIGHT), record.f32(foot::TOE_HEIGHT)],
+            rolls: [foot::ANKLE_ROLL, foot::TOE_ROLL].map(|at| foot::ROLL_STEP_M * f32::from(record.u16(at))),
         }
     }
 }

@@ -59,8 +59,6 @@ pub(super) fn feet(db: &Database<'_>, bytes: &[u8]) -> Checked {
             && leg.toe.is_none_or(|toe| child(toe, leg.ankle));
         let heights = leg.heights.iter().all(|h| (-10.0..=10.0).contains(h));
         check(section::FEET, side, chain && heights)?;
-        let record = Record::of(bytes, side, foot::LENGTH);
-        reserved(section::FEET, record.zero(foot::RESERVED))?;
     }
     Ok(())
 }

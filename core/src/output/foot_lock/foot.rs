@@ -30,6 +30,8 @@ const STEP_LIFT: f32 = 0.15;
 const STEP_LIFT_M: f32 = 0.03;
 /// A body that is further from its held foot than this was moved, and did not walk: the foot follows at once, metres.
 const TELEPORT_M: f32 = 1.0;
+/// Parts of a direction's length that it is kept in.
+const UP: f32 = 32_767.0;
 /// Height over the floor of the toes of a skeleton without toes.
 const NEVER_M: f32 = 1e3;
 
@@ -43,8 +45,6 @@ pub struct Tuning {
     pub release_m: f32,
     /// Shortest time in which an offset is eased out, seconds.
     pub ease_s: f32,
-    /// Part of the learnt correction of the root's speed that is applied: 0 where the body stands.
-    pub moving: f32,
 }
 
 /// What a foot does.
@@ -73,11 +73,19 @@ pub(super) struct Foot {
     other: [f32; 2],
     /// Seconds since the release.
     age_s: f32,
+    /// The direction up in the foot's own frame, in the last frame, in parts of which [`UP`] are 1.
+    up: [i16; 3],
 }
 
 impl Foot {
-    pub const FREE: Self =
-        Self { phase: Phase::Free, offset: [0.0; 3], held: [0.0; 3], other: [0.0; 2], age_s: 0.0 };
+    pub const FREE: Self = Self {
+        phase: Phase::Free,
+        offset: [0.0; 3],
+        held: [0.0; 3],
+        other: [0.0; 2],
+        age_s: 0.0,
+        up: [0; 3],
+    };
 
     pub fn is_held(&self) -> bool {
         matches!(self.phase, Phase::Heel | Phase::Toe)
@@ -85,6 +93,22 @@ impl Foot {
 }
 
 impl Foot {
+    /// A sole rolls: the joint that carries a standing foot moves on over the point that stands. Before
+    /// [`advance`](Self::advance).
+    #[inline(never)]
+    pub fn roll(&mut self, leg: &Leg, chain: &Chain) {
+        // Whole numbers take half the memory; and where nothing turns, nothing rolls.
+        let before = self.up;
+        self.up = chain.up_in_foot().map(|v| (v * UP) as i16);
+        let tipped = subtract(before.map(f32::from), self.up.map(f32::from));
+        let [ankle, toe] = leg.rolls.map(|roll| chain.rolled(tipped, roll / UP));
+        let (carrier, other) = if self.phase == Phase::Toe { (toe, ankle) } else { (ankle, toe) };
+        if self.is_held() {
+            self.held = add(self.held, carrier);
+        }
+        self.other = [self.other[0] + other[0], self.other[1] + other[2]];
+    }
+
     /// Advances by a frame: foot-down, hold, roll from heel to toes, foot-up, or ease out. `over` are the heights of ankle
     /// and toes over where they would stand. Returns how far a foot that was held before slides in the prediction: `[x, 1,
     /// z]`; zeros for other feet.

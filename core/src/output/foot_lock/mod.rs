@@ -7,9 +7,11 @@
 //!
 //! 1. At foot-down the position of the foot is stored; nothing moves yet. From then on the foot's **offset** moves it back
 //!    there. When the weight rolls from heel to toes, the toes are held where they were.
-//! 2. The root follows its feet. Standing feet that keep sliding, forward or sideways, show that the root's speed does not
-//!    match the legs. The error is learnt over a few steps and subtracted from the root's speed, all of it in a stream's
-//!    first frames; the legs take the rest. Where a held foot is out of reach, the root stays behind.
+//!    A sole rolls: a joint r over the point of contact moves on by r times the angle that the foot turns by. The place that
+//!    it is held at moves so too, with the rolls that the builder has measured ([`crate::blob::Leg`]); the point of contact
+//!    stays.
+//! 2. The root goes as fast as predicted. Legs are predicted as means of many steps, which are shorter; held feet lengthen
+//!    them. In a stream's first frames, and where a held foot is out of reach, the root goes with its feet.
 //! 3. The root takes the height that all standing feet have in common, slowly (a critically damped spring), and the hips
 //!    drop where a leg would be stretched beyond its length; the legs take the rest.
 //! 4. At foot-up the offset is eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. A foot
@@ -38,8 +40,6 @@ use crate::{
     body::{pose::Pose, two_bone_ik::Chain},
     math::{
         clamp,
-        quaternion::{IDENTITY, Vector, rotate},
-        sqrt,
         vector::{add, norm, subtract},
     },
 };
@@ -105,9 +105,7 @@ impl Lock {
         pose: &mut Pose<J>,
     ) {
         let Some(legs) = database.legs() else { return };
-        let ahead =
-            heading(rotate(pose.rotations.first().copied().unwrap_or(IDENTITY), database.hips_line()));
-        self.root.apply_drift(ahead, step_s * tuning.moving, pose);
+        self.root.apply_shift(&mut pose.position);
         // Not by `map`, whose copies would take half of this function's stack.
         let [left, right] = &legs;
         let chains = [Chain::of(database, left, pose), Chain::of(database, right, pose)];
@@ -130,12 +128,13 @@ impl Lock {
         let feet = self.feet.iter_mut().zip(self.floor.iter().zip(stands));
         for ((foot, (&floor, stands)), (leg, chain)) in feet.zip(legs.iter().zip(&chains)) {
             let over = over_floor(leg, chain, floor - self.root.lift);
+            foot.roll(leg, chain);
             slid = add(slid, foot.advance(chain, over, stands, step_s, tuning, self.root.hip_drop));
         }
         for (stands, foot) in contacts.iter_mut().zip(&self.feet) {
             *stands = *stands && foot.phase != Phase::Step;
         }
-        let way = self.root.learn_drift(&self.feet, slid, ahead, step_s, tuning.on);
+        let way = self.root.start(slid, step_s);
         self.root.move_on_ground(&mut self.feet, way, &mut pose.position);
         if self.root.drop_hips(&self.feet, &chains, step_s) {
             let way = self.root.out_of_reach(&self.feet, &chains, step_s);
@@ -165,10 +164,4 @@ impl Default for Lock {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Direction ahead on the ground, x and z, of a body whose hips line points there.
-fn heading(line: Vector) -> [f32; 2] {
-    let length = sqrt(line[0] * line[0] + line[2] * line[2]);
-    if length > 1e-3 { [-line[2] / length, line[0] / length] } else { [0.0, 1.0] }
 }

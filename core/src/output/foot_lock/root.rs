@@ -1,10 +1,10 @@
 //! How the lock moves the root: it follows its feet over the ground, takes the height that they have in common, and drops
 //! where a held foot stretches its leg.
 
-use super::foot::{Foot, Phase, lower, over_floor, reach};
+use super::foot::{Foot, lower, over_floor, reach};
 use crate::{
     blob::Leg,
-    body::{pose::Pose, two_bone_ik::Chain},
+    body::two_bone_ik::Chain,
     math::{
         clamp, exp,
         quaternion::Vector,
@@ -13,9 +13,8 @@ use crate::{
     },
 };
 
-/// Time constant of the correction of the root's speed, seconds of standing, and its maximum, m/s.
-const LEARN_S: f32 = 0.25;
-const DRIFT_SPEED: f32 = 0.8;
+/// Seconds of standing at the start of a stream in which the root goes with its feet.
+const START_S: f32 = 0.25;
 /// Rate of the spring that moves the root's height, 1/s.
 const ROOT_RATE: f32 = 6.0;
 /// Largest drop of the hips for a stretched leg, metres.
@@ -36,67 +35,41 @@ pub(super) struct RootShift {
     rise: f32,
     /// How far the hips have dropped for a stretched leg, metres, 0 or less.
     pub hip_drop: f32,
-    /// What is added to the root's speed, forward and left, m/s.
-    drift_speed: [f32; 2],
-    /// Its integral, x and z, metres.
-    drift: [f32; 2],
-    /// How long the correction has been learnt, seconds, at most [`LEARN_S`].
-    learnt_s: f32,
+    /// How far the root is from its prediction on the ground, x and z, metres.
+    shift: [f32; 2],
+    /// How long a foot has stood in this stream, seconds, at most [`START_S`].
+    stood_s: f32,
 }
 
 impl RootShift {
-    pub const NONE: Self =
-        Self { lift: 0.0, rise: 0.0, hip_drop: 0.0, drift_speed: [0.0; 2], drift: [0.0; 2], learnt_s: 0.0 };
+    pub const NONE: Self = Self { lift: 0.0, rise: 0.0, hip_drop: 0.0, shift: [0.0; 2], stood_s: 0.0 };
 
     /// Whether the root is moved at all.
     pub fn is_engaged(&self) -> bool {
-        [self.lift, self.rise, self.hip_drop, self.drift[0], self.drift[1]].iter().any(|v| *v != 0.0)
+        [self.lift, self.rise, self.hip_drop, self.shift[0], self.shift[1]].iter().any(|v| *v != 0.0)
     }
 
-    /// Moves the root by the learnt correction of its speed in `step_s`, 0 where the body stands.
-    pub fn apply_drift<const J: usize>(&mut self, [fx, fz]: [f32; 2], step_s: f32, pose: &mut Pose<J>) {
-        let [forward, left] = self.drift_speed;
-        // Left of (x, z) is (z, -x): facing +Z it is +X.
-        self.drift[0] += (forward * fx + left * fz) * step_s;
-        self.drift[1] += (forward * fz - left * fx) * step_s;
-        pose.position[0] += self.drift[0];
-        pose.position[2] += self.drift[1];
+    /// Moves the root of a prediction to where it is on the ground.
+    pub fn apply_shift(&self, root: &mut Vector) {
+        *root = add(*root, [self.shift[0], 0.0, self.shift[1]]);
     }
 
-    /// Learns the error of the root's speed from how far held feet slide in the prediction: `[sum of x, number of feet, sum
-    /// of z]`. Returns the root's way in this frame, x and z, metres.
-    pub fn learn_drift(
-        &mut self,
-        feet: &[Foot; 2],
-        [x, count, z]: Vector,
-        [fx, fz]: [f32; 2],
-        step_s: f32,
-        on: bool,
-    ) -> [f32; 2] {
-        if !on || feet.iter().any(|foot| foot.phase == Phase::Step) {
-            // The correction has moved a foot too far.
-            let left = exp(-step_s / LEARN_S);
-            (self.drift_speed, self.learnt_s) = (self.drift_speed.map(|v| v * left), 0.0);
+    /// The root's way in this frame, x and z, metres, from how far held feet slide in the prediction: `[sum of x, number of
+    /// feet, sum of z]`. All of the first frame's, half of the second's, none after [`START_S`]: at a start nothing better
+    /// is known.
+    pub fn start(&mut self, [x, count, z]: Vector, step_s: f32) -> [f32; 2] {
+        if count == 0.0 || self.stood_s >= START_S {
             return [0.0; 2];
         }
-        if count == 0.0 {
-            return [0.0; 2];
-        }
+        self.stood_s = clamp(self.stood_s + step_s, 1e-3, START_S);
+        let part = clamp(step_s / self.stood_s, 0.0, 1.0);
         let most = PULL_SPEED * step_s;
-        let [x, z] = [x, z].map(|way| clamp(way / count, -most, most));
-        for (speed, slid) in self.drift_speed.iter_mut().zip([x * fx + z * fz, x * fz - z * fx]) {
-            // A way of a frame, over the frame's time, times the frame's time over the constant.
-            *speed = clamp(*speed + slid / LEARN_S, -DRIFT_SPEED, DRIFT_SPEED);
-        }
-        // All of the first frame's way, half of the second's: at a start nothing better is known.
-        self.learnt_s = clamp(self.learnt_s + step_s, 1e-3, LEARN_S);
-        let part = clamp(step_s / self.learnt_s, 0.0, 1.0);
-        [x * part, z * part]
+        [x, z].map(|way| part * clamp(way / count, -most, most))
     }
 
     /// Moves the root on the ground, x and z; held feet stay.
     pub fn move_on_ground(&mut self, feet: &mut [Foot; 2], [x, z]: [f32; 2], root: &mut Vector) {
-        self.drift = [self.drift[0] + x, self.drift[1] + z];
+        self.shift = [self.shift[0] + x, self.shift[1] + z];
         *root = add(*root, [x, 0.0, z]);
         for foot in feet.iter_mut().filter(|foot| foot.is_held()) {
             foot.offset = subtract(foot.offset, [x, 0.0, z]);
