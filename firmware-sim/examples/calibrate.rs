@@ -17,7 +17,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Method, Stage};
-use gestus_database::stream::{Request, translate::Input};
+use gestus_database::stream::{Request, input::Input};
 use gestus_firmware_sim::{
     board::{
         boards, generated, image,

@@ -7,14 +7,14 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
-        options::UnitArgs,
+        options::{GroundArgs, UnitArgs},
         outputs::{check_clip, check_outputs, say, tell},
         stylizer_args::StylizerArgs,
     },
-    retarget::MapFile,
     stream::{
         Request, Streamed,
-        translate::{Input, degraded_words, figures, translate},
+        input::Input,
+        translate::{degraded_words, figures, translate},
     },
 };
 use gestus_motion::body::database_skeleton;
@@ -37,6 +37,8 @@ pub struct RunArgs {
     input: PathBuf,
     #[command(flatten)]
     unit: UnitArgs,
+    #[command(flatten)]
+    ground: GroundArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, or `all`.
@@ -72,7 +74,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
     };
-    let mut input = Input::read_with(&args.input, &database, &MapFile::default(), args.unit.unit)?;
+    let mut input = Input::read_with(&args.input, &database, &args.ground.reading(None, args.unit.unit)?)?;
     tell(&args.input, input.notes());
     let request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
     let (streamed, disturbed) = match &args.faults {

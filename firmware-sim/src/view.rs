@@ -21,8 +21,7 @@ use gestus_database::{
         wasm::WasmCrate,
     },
     list,
-    retarget::MapFile,
-    stream::translate::Input,
+    stream::input::{Input, Reading},
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
 
@@ -81,7 +80,8 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let settings = settings(args, &database.manifest()?).with_context(|| args.db.display().to_string())?;
     let (recording, what) = match &args.input {
         Some(path) => {
-            let input = Input::read_with(path, &database, &MapFile::default(), args.unit.unit)?;
+            let input =
+                Input::read_with(path, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
             tell(path, input.notes());
             (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
         }

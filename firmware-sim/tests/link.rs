@@ -13,7 +13,7 @@ use common::{json as figures, sim};
 use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
 use gestus_database::{
     robot::{Machine, RobotMap},
-    stream::{Request, stream, translate::Input},
+    stream::{Request, input::Input, stream},
 };
 use gestus_firmware_sim::link::serve::with_board;
 use gestus_motion::formats::urdf::TOY;

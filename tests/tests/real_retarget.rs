@@ -7,10 +7,7 @@ use gestus_core::{Config, Database, config::Timing};
 use gestus_database::{
     build::{BuildOptions, build},
     data_folder::{config::Config as Clips, load::load},
-    stream::{
-        Request,
-        translate::{Input, translate},
-    },
+    stream::{Request, input::Input, translate::translate},
 };
 use gestus_evaluate::{
     measures::{OnDatabase, retarget, servo},

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use gestus_core::{Config, Database, Method, Pose, Report, Stylizer, step_many};
-use gestus_database::stream::{crowd, to_pose, translate::Input};
+use gestus_database::stream::{crowd, input::Input, to_pose};
 
 /// Frames that are timed.
 const FRAMES: usize = 100;

@@ -4,12 +4,11 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Database, Method};
-use gestus_database::{
-    retarget::MapFile,
-    stream::{
-        Streamed,
-        translate::{Input, degraded_words, figures, translate},
-    },
+use gestus_database::stream::{
+    Streamed,
+    input::{Input, Reading},
+    translate::{degraded_words, figures, translate},
+    verdict::Verdict,
 };
 use gestus_motion::{
     capture::{Document, documents},
@@ -87,7 +86,7 @@ impl Page {
         let (_, document) = self.documents.get(index).context("there is no such animation")?;
         let path = Path::new(&self.file);
         self.streamed = None;
-        let input = Input::of_document(document.clone(), path, &database, &MapFile::default(), None)?;
+        let input = Input::of_document(document.clone(), path, &database, &Reading::default())?;
         self.data = places(&input.clip);
         let skeleton = &input.clip.skeleton;
         let answer = json!({
@@ -115,6 +114,7 @@ impl Page {
         answer["output_frames"] = json!(output.frames.len());
         answer["output_rate"] = json!(output.rate_hz);
         answer["degraded_words"] = json!(degraded_words(&answer));
+        answer["verdict"] = Verdict::of(&database, input, &streamed).json();
         self.streamed = Some(streamed);
         Ok(answer)
     }

@@ -152,7 +152,14 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     }
     let scenes: Vec<view::Scene<'_>> = shown
         .iter()
-        .map(|(title, input, streamed)| view::Scene { title: title.clone(), input: &input.clip, streamed })
+        .map(|(title, input, streamed)| view::Scene {
+            title: title.clone(),
+            words: String::new(),
+            given: input.clip.clone(),
+            output: streamed.clip(&input.clip, input.clip.rate_hz),
+            body: &input.clip.skeleton,
+            streamed,
+        })
         .collect();
     let page = folder.join("index.html");
     open::write(&page, view::page(&database, "Gestus", &scenes)?)?;

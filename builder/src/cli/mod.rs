@@ -11,6 +11,7 @@ mod inspect;
 mod open;
 mod page;
 mod retarget;
+mod robot;
 mod selection;
 mod transfer;
 mod translate;
@@ -21,6 +22,7 @@ use gestus_database::command_line::{
     outputs::{check_animation, check_clip, check_outputs, say, tell},
     stylizer_args::lenient,
 };
+use serde_json::Value;
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
 #[derive(Parser)]
@@ -88,6 +90,13 @@ pub fn run() -> Result<()> {
         Command::Retarget(args) => retarget::run(&args),
         Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+    }
+}
+
+/// Adds the figures of one object to another.
+fn add(figures: &mut Value, more: Value) {
+    if let (Some(figures), Value::Object(more)) = (figures.as_object_mut(), more) {
+        figures.extend(more);
     }
 }
 

@@ -5,8 +5,11 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_database::{
     command_line::options::{ClipArgs, ReportArgs},
-    retarget::{MapFile, Retarget, check},
-    stream::translate::read_clip,
+    retarget::{Retarget, check},
+    stream::{
+        input::{Input, read_clip},
+        verdict,
+    },
 };
 use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 use serde_json::json;
@@ -46,11 +49,11 @@ pub fn run(args: &Args) -> Result<()> {
     )?;
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
-    let file = args.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
+    let reading = args.clip.reading()?;
     let (_, binding, clip) = read_clip(&args.clip.input, &database, args.clip.unit.unit)?;
     super::tell(&args.clip.input, binding.notes());
     let place = || args.clip.input.display().to_string();
-    let retarget = Retarget::new(&database, &clip, &file).with_context(place)?;
+    let retarget = Retarget::new(&database, &clip, &reading.map).with_context(place)?;
     if let Some(path) = &args.output {
         let mapped = retarget.to_target(&clip);
         open::write(path, Bvh::from_clip(&mapped, Unit::Centimetres)?.to_text())?;
@@ -62,9 +65,20 @@ pub fn run(args: &Args) -> Result<()> {
         let mut object = check::json(&retarget);
         object["input"] = json!(place());
         object["frames"] = json!(clip.frames.len());
+        if args.check {
+            let input = Input::read_with(&args.clip.input, &database, &reading)?;
+            object["verdict"] = verdict::before(&database, &input).with_context(place)?.json();
+            object["root"] = input.json()["root"].clone();
+            object["speed_m_s"] = input.json()["speed_m_s"].clone();
+        }
         super::say(&object)
     } else if args.check {
-        super::say(check::text(&retarget).trim_end())
+        super::say(check::text(&retarget).trim_end())?;
+        let input = Input::read_with(&args.clip.input, &database, &reading)?;
+        if let Some(course) = input.course() {
+            super::say(format_args!("walks in place, at {:.2} m/s by its feet", course.speed_m_s))?;
+        }
+        super::say(verdict::before(&database, &input).with_context(place)?.sentences().join("\n"))
     } else {
         let doubts = retarget.doubts();
         for doubt in &doubts {

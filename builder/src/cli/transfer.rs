@@ -32,6 +32,9 @@ pub struct Args {
     reference: PathBuf,
     #[command(flatten)]
     unit: UnitArgs,
+    /// Height of the floor in the clip, metres. Where left out: the height at which its feet stand
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    floor: Option<f64>,
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
     #[arg(long, default_value_t = 0)]
     rounds: usize,
@@ -91,8 +94,13 @@ pub fn run(args: &Args) -> Result<()> {
     let reference = reference.fitted(source.rate_hz).with_context(|| args.reference.display().to_string())?;
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
     let clean_up = !args.no_clean_up;
-    let options =
-        transfer::Options { rounds: args.rounds, euler: args.euler, clean_up, ..Default::default() };
+    let options = transfer::Options {
+        rounds: args.rounds,
+        euler: args.euler,
+        clean_up,
+        floor_m: args.floor,
+        ..Default::default()
+    };
     let out = transfer::transfer(&body, &source, &reference, &options)
         .with_context(|| args.input.display().to_string())?;
     let bytes = document
@@ -105,7 +113,7 @@ pub fn run(args: &Args) -> Result<()> {
         || json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(),
-            "clean_up": clean_up, "skate_cm_s": skate, "output": args.output,
+            "clean_up": clean_up, "floor_m": out.floor_m, "skate_cm_s": skate, "output": args.output,
         }),
         || format!(
             "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms; the recursive mean is {:.2} degrees off the geodesic one at most",

@@ -18,19 +18,19 @@ use gestus_database::{
         sheet::caveat,
         synthesize,
     },
-    retarget::MapFile,
-    robot::{Machine, RobotMap, play},
     stream::{
-        Streamed, cleanup,
+        Request, Streamed, Watcher,
+        input::{Input, Reading},
         trace::Trace,
-        translate::{Input, degraded_words, figures, translate},
+        translate::{degraded_words, figures, translate, translate_clean},
+        verdict::Verdict,
     },
 };
-use gestus_evaluate::pages::{self, view};
-use gestus_motion::{clip::Clip, formats::urdf, statistics::mean_or_zero};
-use serde_json::{Value, json};
+use gestus_evaluate::pages::{self, Track, view};
+use gestus_motion::{clip::Clip, statistics::mean_or_zero};
+use serde_json::json;
 
-use super::open;
+use super::{add, open, robot::RobotArgs};
 
 /// Translate a clip into another style.
 #[derive(clap::Args)]
@@ -45,7 +45,10 @@ pub struct Args {
     /// Remove foot skate from the whole clip afterwards, with later frames known, instead of locking feet while streaming
     #[arg(long, conflicts_with = "no_contact")]
     clean_up: bool,
-    /// File for everything that the steps computed, .npz
+    /// The clip is a loop: so is the output. Where its ends do not meet, the longest part of it whose ends do is taken
+    #[arg(long = "loop")]
+    looped: bool,
+    /// File for everything that the steps computed, .npz; of a loop, in all the rounds in which it settles
     #[arg(long)]
     trace: Option<PathBuf>,
     #[command(flatten)]
@@ -124,74 +127,43 @@ impl clap::FromArgMatches for Given {
     }
 }
 
-/// A robot that follows the output.
-#[derive(clap::Args)]
-struct RobotArgs {
-    /// A robot, a URDF file: the output also becomes its joint angles
-    #[arg(long, value_name = "FILE.urdf")]
-    robot: Option<PathBuf>,
-    /// What the robot's joint names don't say, and its servos, as TOML
-    #[arg(long, requires = "robot", value_name = "FILE.toml")]
-    robot_map: Option<PathBuf>,
-    /// CSV file for the robot's joint angles, radians
-    #[arg(long, requires = "robot")]
-    csv: Option<PathBuf>,
-    /// JSON file for the joint angles as a ROS JointTrajectory
-    #[arg(long, requires = "robot", value_name = "OUT.json")]
-    trajectory: Option<PathBuf>,
-    /// CSV file for the servos' pulses, microseconds
-    #[arg(long, requires = "robot", value_name = "OUT.csv")]
-    servo: Option<PathBuf>,
-    /// File for the robot's tables, which a board needs to drive it
-    #[arg(long, requires = "robot", value_name = "OUT.gestus")]
-    robot_section: Option<PathBuf>,
-}
-
-impl RobotArgs {
-    /// Refuses a robot without an output for it.
-    fn check(&self, json: bool) -> Result<()> {
-        if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
-            bail!(
-                "--robot has no output: give --csv, --trajectory, --servo or --robot-section, or --json for its \
-                 figures"
-            );
+impl Args {
+    /// Streams the input and, if asked to, cleans it up.
+    fn stream(
+        &self,
+        database: &Database<'_>,
+        input: &Input,
+        request: &Request,
+        watcher: &mut impl Watcher,
+    ) -> Result<Streamed> {
+        if self.clean_up {
+            translate_clean(database, input, request, watcher)
+        } else {
+            translate(database, input, request, watcher)
         }
-        Ok(())
     }
 
-    /// The robot's outputs, by option.
-    fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 4] {
-        [
-            ("--csv", self.csv.as_ref()),
-            ("--trajectory", self.trajectory.as_ref()),
-            ("--servo", self.servo.as_ref()),
-            ("--robot-section", self.robot_section.as_ref()),
-        ]
-    }
-
-    /// Drives the robot and writes its outputs; returns its figures.
-    fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
-        let Some(path) = &self.robot else { return Ok(None) };
-        let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
-        let machine = Machine::new(database, urdf::Robot::read(path)?, &map)
-            .with_context(|| path.display().to_string())?;
-        for doubt in &machine.doubts {
-            eprintln!("{}: doubt: {doubt}", path.display());
-        }
-        let played = play(&machine, &input.body(streamed, machine.tick_hz));
-        let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
-            let Some(path) = path else { return Ok(()) };
-            open::write(path, bytes()?)
+    /// The page of what was delivered.
+    fn page(
+        &self,
+        database: &Database<'_>,
+        input: &Input,
+        output: &Clip,
+        streamed: &Streamed,
+        verdict: &Verdict,
+    ) -> Result<String> {
+        let args = &self.stylizer_args;
+        let in_style = || format!("in the style {}", args.style);
+        let wanted = args.method.effort.as_ref().map_or_else(in_style, |e| format!("with effort {e}"));
+        let scene = view::Scene {
+            title: format!("{} {wanted}", input.clip.name),
+            words: verdict.sentences().join(" "),
+            given: input.shown(&input.clip),
+            output: input.shown(output),
+            body: &input.mapped.skeleton,
+            streamed,
         };
-        write(&self.csv, &|| Ok(played.csv().into_bytes()))?;
-        write(&self.trajectory, &|| Ok(serde_json::to_vec(&played.trajectory())?))?;
-        write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
-        write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
-        let mut figures = machine.json();
-        if let (Some(object), Value::Object(more)) = (figures.as_object_mut(), played.figures(&machine)) {
-            object.extend(more);
-        }
-        Ok(Some(figures))
+        view::page(database, "Gestus", &[scene])
     }
 }
 
@@ -224,8 +196,8 @@ pub fn run(args: &Args) -> Result<()> {
     )?;
     let bytes = open::read_blob(&common.db)?;
     let database = open::open(&common.db, &bytes)?;
-    let map = common.clip.map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-    let input = Input::read_with(&common.clip.input, &database, &map, common.clip.unit.unit)?;
+    let reading = Reading { looped: args.looped, ..common.clip.reading()? };
+    let input = Input::read_with(&common.clip.input, &database, &reading)?;
     super::tell(&common.clip.input, input.notes());
     if let Some(wanted) = args.stylizer_args.method.effort.as_ref().filter(|_| whole_clip) {
         return whole(common, wanted, &database, &input);
@@ -239,33 +211,22 @@ pub fn run(args: &Args) -> Result<()> {
         request.config = request.config.contacts(false);
     }
     let of = || common.db.display().to_string();
-    let mut streamed = match &args.trace {
+    let streamed = match &args.trace {
         Some(path) => {
             let mut trace = Trace::of(&database, &request);
-            let streamed = translate(&database, &input, &request, &mut trace).with_context(of)?;
+            let streamed = args.stream(&database, &input, &request, &mut trace).with_context(of)?;
             trace
                 .write(path, &database, &request)
                 .with_context(|| format!("{} can't be written", path.display()))?;
             streamed
         }
-        None => translate(&database, &input, &request, &mut ()).with_context(of)?,
+        None => args.stream(&database, &input, &request, &mut ()).with_context(of)?,
     };
-    if args.clean_up {
-        let window = cleanup::WINDOW_S * f64::from(database.rate_hz());
-        cleanup::clean_up(&database, &mut streamed, window as usize);
-    }
+    let verdict = Verdict::of(&database, &input, &streamed);
     let output = input.output(&streamed);
     open::write(&common.output, common.written(&input, &output)?)?;
     if let Some(path) = &common.page {
-        let wanted = args
-            .stylizer_args
-            .method
-            .effort
-            .as_ref()
-            .map_or(format!("in the style {}", args.stylizer_args.style), |e| format!("with effort {e}"));
-        let title = format!("{} {wanted}", input.clip.name);
-        let scene = view::Scene { title, input: &input.mapped, streamed: &streamed };
-        open::write(path, view::page(&database, "Gestus", &[scene])?)?;
+        open::write(path, args.page(&database, &input, &output, &streamed, &verdict)?)?;
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
@@ -273,6 +234,8 @@ pub fn run(args: &Args) -> Result<()> {
         figures["robot"] = robot;
     }
     figures["retargeted"] = json!(input.retarget().is_some());
+    figures["verdict"] = verdict.json();
+    add(&mut figures, input.json());
     if common.report.json {
         super::say(&figures)?;
     } else {
@@ -286,6 +249,7 @@ pub fn run(args: &Args) -> Result<()> {
             degraded_words(&figures),
             figures["digest"].as_str().unwrap_or("")
         ))?;
+        super::say(verdict.sentences().join("\n"))?;
     }
     Ok(())
 }
@@ -312,16 +276,12 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
     let clip = input.carried(&output.frames, &output.sources);
     open::write(&args.output, args.written(input, &clip)?)?;
     let library = &model.library;
-    let skeleton = &library.body.skeleton;
-    let track = |label: &str, frames| {
-        let times_s = pages::times_at(library.rate_hz, <[_]>::len(frames));
-        pages::Track { label: label.into(), skeleton, times_s, frames, contacts: &[] }
-    };
     if let Some(path) = &args.page {
+        let (given, delivered) = (input.shown(&input.clip), input.shown(&clip));
         let scene = pages::Scene {
             title: format!("{} with effort {wanted}", input.clip.name),
             subtitle: caveat(model.source).into(),
-            tracks: vec![track("input", &input.mapped.frames), track("output", &output.frames)],
+            tracks: vec![Track::of("input", &given, &[]), Track::of("output", &delivered, &[])],
             ..pages::Scene::default()
         };
         open::write(path, pages::render(&scene.into()))?;
@@ -331,7 +291,7 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
         json!({ "clip": f.span.clip, "from": f.span.from, "to": f.span.to, "style": library.styles[f.style] })
     };
     let mean: [f64; 3] = std::array::from_fn(|k| mean_or_zero(output.choices.iter().map(|c| c.effort[k])));
-    let figures = json!({
+    let mut figures = json!({
         "method": "effort",
         "frames": input.mapped.frames.len(),
         "output_frames": clip.frames.len(),
@@ -345,6 +305,7 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
             "first": name(c.first), "second": name(c.second), "alpha": c.alpha, "predicted": c.effort,
         })).collect::<Vec<_>>(),
     });
+    add(&mut figures, input.json());
     if args.report.json {
         super::say(&figures)
     } else {

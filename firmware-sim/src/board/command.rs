@@ -20,8 +20,10 @@ use gestus_database::{
         progress,
         stylizer_args::StylizerArgs,
     },
-    retarget::MapFile,
-    stream::{Request, translate::Input},
+    stream::{
+        Request,
+        input::{Input, Reading},
+    },
 };
 use serde_json::{Value, json};
 
@@ -200,7 +202,8 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         (Some(path), Some(input)) if !own => {
             let bytes = read(path)?;
             let database = open(path, &bytes)?;
-            let read = Input::read_with(input, &database, &MapFile::default(), args.unit.unit)?;
+            let read =
+                Input::read_with(input, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
             tell(input, read.notes());
             let clip = read.mapped;
             let request =

@@ -12,8 +12,10 @@ use gestus_database::{
         progress,
         stylizer_args::StylizerArgs,
     },
-    retarget::MapFile,
-    stream::{Request, translate::Input},
+    stream::{
+        Request,
+        input::{Input, Reading},
+    },
 };
 use serde_json::{Value, json};
 
@@ -169,7 +171,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let (db, input) = (&args.db, &args.input);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
-    let input = Input::read_with(input, &database, &MapFile::default(), args.unit.unit)?;
+    let input = Input::read_with(input, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
     tell(&args.input, input.notes());
     let request = args.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;

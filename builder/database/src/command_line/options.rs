@@ -1,12 +1,16 @@
 //! Options that several commands have.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use gestus_motion::unit::Unit;
 use serde_json::Value;
 
 use super::outputs::say;
+use crate::{
+    retarget::{MapFile, file::MOST_FLOOR_M},
+    stream::{course::Root, input::Reading},
+};
 
 /// How a command reports its result.
 #[derive(clap::Args, Clone, Copy, Debug)]
@@ -38,6 +42,47 @@ pub struct ClipArgs {
     /// The unit of the clip.
     #[command(flatten)]
     pub unit: UnitArgs,
+    /// Its floor, and how its hips move.
+    #[command(flatten)]
+    pub ground: GroundArgs,
+}
+
+impl ClipArgs {
+    /// What is told about the clip.
+    ///
+    /// # Errors
+    /// A map file that can't be read, and a floor that is too far away.
+    pub fn reading(&self) -> Result<Reading> {
+        self.ground.reading(self.map.as_deref(), self.unit.unit)
+    }
+}
+
+/// Where the floor of a clip is, and whether its hips move as its body does.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct GroundArgs {
+    /// Height of the floor in the clip, metres along its up. Where left out: the height at which its feet stand
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    pub floor: Option<f64>,
+    /// Whether the clip walks or runs in place, or its hips move as its body does. Where left out: found by its feet
+    #[arg(long, value_name = "in-place|motion")]
+    pub root: Option<Root>,
+}
+
+impl GroundArgs {
+    /// What is told about a clip, with a file that says which joint is which body part. `--floor` wins over the file's.
+    ///
+    /// # Errors
+    /// A map file that can't be read, and a floor that is too far away.
+    pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<Reading> {
+        let mut map = map.map(MapFile::read).transpose()?.unwrap_or_default();
+        if let Some(metres) = self.floor {
+            if !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(&metres) {
+                bail!("--floor {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}");
+            }
+            map.floor_m = Some(metres);
+        }
+        Ok(Reading { map, unit, root: self.root, looped: false })
+    }
 }
 
 /// The unit of a clip's lengths.

@@ -61,7 +61,8 @@ pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 
             let lows = joints.map(|j| low(&positions, j));
             for (position, _) in positions.iter().zip(&example.contacts).filter(|(_, c)| c[side]) {
                 let over = [0, 1].map(|i| position[joints[i]].y - lows[i]);
-                let lower = usize::from(over[1] <= over[0]);
+                // Without toes the ankle carries the foot.
+                let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
                 seen[side][lower].push(position[joints[lower]].y);
             }
         }

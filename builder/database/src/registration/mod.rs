@@ -5,6 +5,7 @@
 //! of median length, by iterative motion warping (Hsu 2005, section 3).
 
 pub mod contact;
+pub mod floor;
 pub mod gait_cycles;
 pub mod timeline;
 pub mod warp;

@@ -16,6 +16,7 @@ use thiserror::Error;
 
 use crate::{
     blob::export::row,
+    registration::floor::{self, Floor, Supports},
     retarget::{
         anatomy::Anatomy,
         file::MapFile,
@@ -24,6 +25,9 @@ use crate::{
     },
     stream,
 };
+
+/// Height of an ankle above its sole, in lengths of the leg.
+pub(crate) const ANKLE: f64 = 0.1;
 
 /// Most poses that a body is measured by.
 const SAMPLE: usize = 600;
@@ -55,6 +59,8 @@ pub struct Body {
     pub parts: Parts,
     /// Anatomical frames in the joints' axes.
     pub anatomy: Anatomy,
+    /// The floor that it stands on.
+    pub floor: Floor,
     /// Local rotations of joints without a counterpart: their means.
     pub(super) rest: Vec<UnitQuaternion<f64>>,
 }
@@ -70,7 +76,7 @@ impl Body {
         let parts = Parts::find(&skeleton, &frames, &MapFile::default()).map_err(MapError::Target)?;
         let anatomy = Anatomy::of(&skeleton, &parts, &frames, None);
         let rest = (0..skeleton.joints()).map(|j| quaternion(database.joint(j).mean)).collect();
-        Self { skeleton, parts, anatomy, rest }.checked("database")
+        Self { skeleton, parts, anatomy, floor: Floor::ZERO, rest }.checked("database")
     }
 
     /// An incoming body, measured on a clip, and the rotation of its world to Y up.
@@ -87,9 +93,15 @@ impl Body {
         let world = upright(&skeleton, &raw, file);
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
-        let anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
+        let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
+        let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::told);
+        // Feet that do not stand do not tell how high an ankle is above its sole.
+        let sole_m = anatomy.ankle_m - floor.height_m;
+        if !(-0.06 * anatomy.leg_m..=0.25 * anatomy.leg_m).contains(&sole_m) {
+            anatomy.ankle_m = floor.height_m + ANKLE * anatomy.leg_m;
+        }
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
-        Ok((Self { skeleton, parts, anatomy, rest }.checked("clip")?, world))
+        Ok((Self { skeleton, parts, anatomy, floor, rest }.checked("clip")?, world))
     }
 
     fn checked(self, which: &'static str) -> Result<Self, MapError> {
@@ -169,7 +181,18 @@ fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuatern
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
 }
 
-fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
+/// The floor of a clip whose world is turned to Y up by `world`.
+fn floor_of(clip: &Clip, world: &UnitQuaternion<f64>, parts: &Parts, leg_m: f64) -> Floor {
+    let both = |of: fn(Side) -> Part| Side::BOTH.map(|side| parts.get(of(side)));
+    let [Some(left), Some(right)] = both(Part::Foot) else { return Floor::ZERO };
+    let others = both(Part::LowerLeg).into_iter().flatten().chain([0]).collect();
+    let supports = Supports::unknown([left, right], both(Part::Toes), others, leg_m);
+    let upright = Clip { frames: clip.frames.iter().map(|f| lifted(f, world)).collect(), ..clip.clone() };
+    floor::find(&upright, &supports)
+}
+
+/// A frame in a world that is turned.
+pub(crate) fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
     let mut frame = frame.clone();
     frame.root = world * frame.root;
     frame.rotations[0] = world * frame.rotations[0];

@@ -4,7 +4,10 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::retarget::{body::Body, map::Retarget, parts::Part};
+use crate::{
+    registration::floor::Source,
+    retarget::{body::Body, map::Retarget, parts::Part},
+};
 
 /// The mapping as JSON: `parts`, `joints`, `doubts` and figures.
 pub fn json(retarget: &Retarget) -> Value {
@@ -35,6 +38,8 @@ pub fn json(retarget: &Retarget) -> Value {
         "leg_m": { "input": source.anatomy.leg_m, "database": target.anatomy.leg_m },
         "arm_m": { "input": source.anatomy.arm_m, "database": target.anatomy.arm_m },
         "ankle_height_m": { "input": source.anatomy.ankle_m, "database": target.anatomy.ankle_m },
+        "floor_m": source.floor.height_m,
+        "floor_from": source.floor.source.name(),
         "up": up(retarget),
         "bytes": retarget.bytes().len(),
         "doubts": retarget.doubts(),
@@ -96,6 +101,12 @@ pub fn text(retarget: &Retarget) -> String {
         retarget.scale,
         retarget.bytes().len()
     );
+    let floor = match source.floor.source {
+        Source::Told => ", as told",
+        Source::Zero => "",
+        Source::Body => ", where the feet stand (--floor states another)",
+    };
+    let _ = writeln!(out, "the floor is at {:.2} m{floor}", source.floor.height_m);
     let doubts = retarget.doubts();
     for doubt in &doubts {
         let _ = writeln!(out, "doubt: {doubt}");

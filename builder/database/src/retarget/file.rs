@@ -1,6 +1,7 @@
 //! The map file, in TOML: corrections to the identification by names and shape.
 //!
 //! ```toml
+//! floor = -0.72                  # height of the floor in the clip, metres; found from the motion if left out
 //! up = "z"                       # the incoming world's up: x, y, z, -x, -y, -z; found from the motion if left out
 //! rest = "zero"                  # "zero": with all rotations zero the body stands upright; "motion": it does not
 //! [joints]
@@ -15,11 +16,16 @@ use thiserror::Error;
 
 use crate::retarget::parts::Part;
 
+/// Greatest height of a floor that can be told, metres.
+pub const MOST_FLOOR_M: f64 = 1000.0;
+
 /// The file's content, checked for its words.
 #[derive(Debug, Clone, Default)]
 pub struct MapFile {
     /// Joint of each part that the file names; `None`: the body has none.
     pub joints: BTreeMap<Part, Option<String>>,
+    /// Height of the floor along the clip's up, metres.
+    pub floor_m: Option<f64>,
     /// Up in the incoming world: axis 0 to 2 and sign.
     pub up: Option<(usize, f64)>,
     /// Whether zero rotations are an upright body.
@@ -40,11 +46,14 @@ pub enum MapFileError {
     Up { file: String, word: String },
     #[error("{file}: rest = \"{word}\": zero or motion")]
     Rest { file: String, word: String },
+    #[error("{file}: floor = {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}")]
+    Floor { file: String, metres: f64 },
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    floor: Option<f64>,
     up: Option<String>,
     rest: Option<String>,
     #[serde(default)]
@@ -102,7 +111,10 @@ impl MapFile {
             Some("motion") => Some(false),
             Some(word) => return Err(MapFileError::Rest { file, word: word.to_owned() }),
         };
-        Ok(Self { joints, up, upright })
+        if let Some(metres) = raw.floor.filter(|metres| !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(metres)) {
+            return Err(MapFileError::Floor { file, metres });
+        }
+        Ok(Self { joints, floor_m: raw.floor, up, upright })
     }
 }
 
@@ -114,13 +126,13 @@ mod tests {
     #[test]
     fn parts_axes_and_rest_are_read() {
         let file = MapFile::parse(
-            "up = \"-z\"\nrest = \"motion\"\n[joints]\nleft-upper-arm = \"Arm01\"\nright_toes = \"\"\n",
+            "floor = -0.72\nup = \"-z\"\nrest = \"motion\"\n[joints]\nleft-upper-arm = \"Arm01\"\nright_toes = \"\"\n",
             "m.toml",
         )
         .unwrap();
         assert_eq!(file.joints[&Part::UpperArm(Side::Left)].as_deref(), Some("Arm01"));
         assert_eq!(file.joints[&Part::Toes(Side::Right)], None);
-        assert_eq!((file.up, file.upright), (Some((2, -1.0)), Some(false)));
+        assert_eq!((file.up, file.upright, file.floor_m), (Some((2, -1.0)), Some(false), Some(-0.72)));
     }
 
     #[test]
@@ -130,6 +142,7 @@ mod tests {
             ("up = \"north\"", vec!["m.toml", "north"]),
             ("rest = \"bed\"", vec!["m.toml", "bed"]),
             ("turn = 3", vec!["m.toml", "turn"]),
+            ("floor = nan", vec!["m.toml", "NaN", "1000"]),
             ("[joints\n", vec!["m.toml"]),
         ] {
             let message = MapFile::parse(text, "m.toml").unwrap_err().to_string();

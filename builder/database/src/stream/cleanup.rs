@@ -23,6 +23,7 @@ use nalgebra::Vector3;
 
 use crate::{
     registration::contact::{GAUSSIAN_S, contacts, rolls, smoothed, sole_heights},
+    retarget::body::ANKLE,
     stream::{Streamed, from_pose, to_pose},
 };
 use gestus_motion::{
@@ -36,6 +37,9 @@ const STRETCH: f64 = 0.995;
 
 /// Iterations of moving the root within reach of every leg.
 const REACH_ROUNDS: usize = 8;
+
+/// Height of the toes above their sole, in lengths of the leg.
+const TOE: f64 = 0.025;
 
 type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
 
@@ -91,6 +95,20 @@ impl Limbs {
             side: [body.hips_line.x as f32, body.hips_line.y as f32, body.hips_line.z as f32],
         };
         Some((limbs, stands))
+    }
+
+    /// The same legs with standing heights that fit a floor: those of feet that did not stand on it are an adult foot's,
+    /// for legs of that length, metres.
+    pub fn standing_on(mut self, floor_m: f64, leg_m: f64) -> Self {
+        for leg in &mut self.legs {
+            for (height, sole) in leg.heights.iter_mut().zip([ANKLE, TOE]) {
+                let over = f64::from(*height) - floor_m;
+                if !(-0.06 * leg_m..=0.25 * leg_m).contains(&over) {
+                    *height = (floor_m + sole * leg_m) as f32;
+                }
+            }
+        }
+        self
     }
 
     /// The legs, left and right.

@@ -1,9 +1,14 @@
 //! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
 pub mod cleanup;
+pub mod course;
 pub mod crowd;
+pub mod input;
+pub mod looped;
 pub mod trace;
 pub mod translate;
+pub mod verdict;
+mod way;
 
 use gestus_core::{
     Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,

@@ -1,282 +1,12 @@
 //! Translates a clip to another style, for `gestus translate` and `gestus-sim run`.
 
-use std::{path::Path, sync::Arc};
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 use gestus_core::Database;
 
-use crate::{
-    retarget::{MapFile, Retarget},
-    stream::{
-        Request, Streamed, Watcher,
-        cleanup::{Limbs, above_floor},
-        stream,
-    },
-};
-use gestus_motion::{
-    animation::Recording,
-    binding::{Binding, Options},
-    body::{Body, database_skeleton},
-    capture::{self, Document},
-    clip::{Clip, Frame, Skeleton},
-    corpus::Corpus,
-    unit::Unit,
-};
+use crate::stream::{Request, Streamed, Watcher, cleanup, input::Input, looped, stream};
+use gestus_motion::{body::Body, corpus::Corpus};
 
-/// Depth below its standing height that a foot of another skeleton may reach, metres: as in the core's foot lock.
-const SOFT_M: f64 = 0.01;
-
-/// A clip that is ready to be streamed through a database.
-#[derive(Debug)]
-pub struct Input {
-    /// The file.
-    pub document: Document,
-    /// The conversion between the file's joints and the clip's.
-    pub binding: Binding,
-    /// The clip at the database's rate, on the file's joints.
-    pub clip: Clip,
-    /// The clip on the database's joints.
-    pub mapped: Clip,
-    way: Way,
-}
-
-/// The conversion between the clip's joints and the database's.
-#[derive(Debug)]
-enum Way {
-    /// The same body: for each joint of the database, the clip's joint of the same name and position.
-    Same(Vec<usize>),
-    /// By a retargeting map; with the legs of the file's body, if found, to keep its feet above the floor.
-    Map(Box<Retarget>, Option<Box<Limbs>>),
-}
-
-/// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
-///
-/// Without a unit, the unit is the one in which the body is the database's, or else guessed by an adult's height.
-///
-/// # Errors
-/// Where it can't be read.
-pub fn read_clip(
-    path: &Path,
-    database: &Database<'_>,
-    unit: Option<Unit>,
-) -> Result<(Document, Binding, Clip)> {
-    bind(capture::read(path)?, path, database, unit)
-}
-
-/// The same for a document that was read before.
-fn bind(
-    document: Document,
-    path: &Path,
-    database: &Database<'_>,
-    unit: Option<Unit>,
-) -> Result<(Document, Binding, Clip)> {
-    let name = path.display();
-    let animation = document.animation();
-    let bound = |unit| {
-        let options = Options { unit, ..Options::default() };
-        Binding::new(&*animation, &options).with_context(|| name.to_string())
-    };
-    let mut binding = bound(unit)?;
-    if unit.is_none()
-        && let Some(own) = own_unit(&binding, &database_skeleton(database))
-    {
-        binding = bound(Some(own))?;
-    }
-    let mut clip = binding.to_clip(&*animation).with_context(|| name.to_string())?;
-    drop(animation);
-    clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    Ok((document, binding, clip))
-}
-
-/// The unit in which a body is the database's, if it is not the guessed one.
-fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
-    let is_own = |unit: &Unit| {
-        let scale = unit.metres() / guessed.unit().metres();
-        let offsets = guessed.skeleton().offsets.iter().map(|offset| offset * scale).collect();
-        same_body(&Skeleton { offsets, ..(**guessed.skeleton()).clone() }, database).is_some()
-    };
-    if is_own(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(is_own) }
-}
-
-impl Input {
-    /// Reads a motion file for a database.
-    ///
-    /// # Errors
-    /// A file that can't be read, or whose skeleton can't be mapped to the database's.
-    pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
-        Self::read_with(path, database, &MapFile::default(), None)
-    }
-
-    /// The same, with a file that says which joint is which body part, and the unit of lengths.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_with(
-        path: &Path,
-        database: &Database<'_>,
-        map: &MapFile,
-        unit: Option<Unit>,
-    ) -> Result<Self> {
-        Self::of_document(capture::read(path)?, path, database, map, unit)
-    }
-
-    /// The same, of a document that was read before from a file of that name.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn of_document(
-        document: Document,
-        path: &Path,
-        database: &Database<'_>,
-        map: &MapFile,
-        unit: Option<Unit>,
-    ) -> Result<Self> {
-        let (document, binding, clip) = bind(document, path, database, unit)?;
-        Self::of(document, binding, &clip, database, map).with_context(|| path.display().to_string())
-    }
-
-    fn of(
-        document: Document,
-        binding: Binding,
-        original: &Clip,
-        database: &Database<'_>,
-        map: &MapFile,
-    ) -> Result<Self> {
-        let clip = original.fitted(f64::from(database.rate_hz()))?;
-        let target = Arc::new(database_skeleton(database));
-        if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
-            let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
-            let mapped = Clip { skeleton: target, frames, ..clip.clone() };
-            return Ok(Self { document, binding, clip, mapped, way: Way::Same(joints) });
-        }
-        // Measured at its own rate, which has more poses.
-        let retarget = Retarget::new(database, original, map)?;
-        let mapped = retarget.to_target(&clip);
-        // The floor is known only if the file has Y up.
-        let limbs = (retarget.world.angle() < 1e-3)
-            .then(|| Body::of(&Corpus::of_clip(&clip)).ok())
-            .flatten()
-            .and_then(|body| Limbs::of_clip(&body, &clip))
-            .map(|(limbs, _)| Box::new(limbs));
-        Ok(Self { document, binding, clip, mapped, way: Way::Map(Box::new(retarget), limbs) })
-    }
-
-    /// The output on the database's skeleton, for driving a robot.
-    pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
-        streamed.clip(&self.mapped, rate_hz)
-    }
-
-    /// Notes for the user about the reading: a guessed unit, averaged translations, and doubts about the map between the
-    /// skeletons.
-    pub fn notes(&self) -> impl Iterator<Item = String> {
-        let doubts = self.retarget().map(Retarget::doubts).unwrap_or_default();
-        let doubts = doubts.into_iter().map(|doubt| format!("retargeted; doubt: {doubt}"));
-        self.binding.notes().iter().cloned().chain(doubts)
-    }
-
-    /// The map between the skeletons, if they differ.
-    pub fn retarget(&self) -> Option<&Retarget> {
-        match &self.way {
-            Way::Same(_) => None,
-            Way::Map(map, _) => Some(map),
-        }
-    }
-
-    /// The output as a clip of the input's skeleton, at the database's rate. Joints that the database lacks move as
-    /// in the input.
-    pub fn output(&self, streamed: &Streamed) -> Clip {
-        let mut whole = streamed.clone();
-        let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
-        for (step, frame) in whole.steps.iter_mut().zip(self.on_input_skeleton(&frames, &self.clip.frames)) {
-            step.frame = frame;
-        }
-        if let Some(retimed) = &mut whole.retimed {
-            retimed.frames = self.on_input_skeleton(&retimed.frames, &self.clip.frames);
-        }
-        whole.clip(&self.clip, self.clip.rate_hz)
-    }
-
-    /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
-    /// do in the input at each pose's `sources`, in frames.
-    pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
-        let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
-        Clip { frames: self.on_input_skeleton(frames, &inputs), ..self.clip.clone() }
-    }
-
-    /// Poses of the database's joints on the input's skeleton; what the database lacks is taken from `inputs`.
-    fn on_input_skeleton(&self, frames: &[Frame], inputs: &[Frame]) -> Vec<Frame> {
-        let joints = match &self.way {
-            Way::Same(joints) => joints,
-            Way::Map(map, limbs) => {
-                let back = map.to_source(frames, inputs);
-                // A foot of another shape lands elsewhere: a longer one puts its toes into the floor.
-                return match limbs {
-                    Some(limbs) => above_floor(limbs, &back, SOFT_M),
-                    None => back,
-                };
-            }
-        };
-        let carry = |(pose, input): (&Frame, &Frame)| {
-            let mut frame = input.clone();
-            frame.root = pose.root;
-            for (&joint, rotation) in joints.iter().zip(&pose.rotations) {
-                frame.rotations[joint] = *rotation;
-            }
-            frame
-        };
-        frames.iter().zip(inputs).map(carry).collect()
-    }
-
-    /// The output in the form of the input's file, for the file `to`; an animation of glTF under `name`, or in the place
-    /// of the input's.
-    ///
-    /// # Errors
-    /// A clip that is not on the input's skeleton, or that the format can't represent.
-    pub fn written(&self, output: &Clip, to: &Path, name: Option<&str>) -> Result<Vec<u8>> {
-        self.document.write(&self.binding, output, to, name).with_context(|| to.display().to_string())
-    }
-}
-
-/// A clip on the database's skeleton, whatever skeleton it comes on, at its own rate.
-///
-/// # Errors
-/// A skeleton that can't be mapped.
-pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
-    let target = Arc::new(database_skeleton(database));
-    match same_body(&clip.skeleton, &target) {
-        Some(joints) => {
-            let frames = clip.frames.iter().map(|f| pick(f, &joints)).collect();
-            Ok(Clip { skeleton: target, frames, ..clip.clone() })
-        }
-        None => Ok(Retarget::new(database, clip, &MapFile::default())?.to_target(clip)),
-    }
-}
-
-/// For each joint of the database the clip's, if both have the same body: the same names and parents, and about the same
-/// bones. A copy of the skeleton of another size or with other axes is another body.
-fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
-    let joints: Vec<usize> = database.names.iter().map(|n| clip.find(n)).collect::<Option<_>>()?;
-    if joints.first() != Some(&0) {
-        return None;
-    }
-    let length: f64 = database.offsets.iter().skip(1).map(nalgebra::Vector3::norm).sum();
-    let mut apart = 0.0;
-    for (j, &c) in joints.iter().enumerate().skip(1) {
-        // Joints between them that the database lacks would rotate their children.
-        if clip.parents[c] != database.parents[j].map(|p| joints[p]) {
-            return None;
-        }
-        apart += (clip.offsets[c] - database.offsets[j]).norm();
-    }
-    // Calibrations of one performer differ by a few per cent.
-    (apart < 0.1 * length).then_some(joints)
-}
-
-fn pick(frame: &Frame, joints: &[usize]) -> Frame {
-    Frame { root: frame.root, rotations: joints.iter().map(|&j| frame.rotations[j]).collect() }
-}
-
-/// Streams an input.
+/// Streams an input; of a loop, the last of its rounds.
 ///
 /// # Errors
 /// Refusals of the stylizer.
@@ -286,7 +16,44 @@ pub fn translate(
     request: &Request,
     watcher: &mut impl Watcher,
 ) -> Result<Streamed> {
-    stream(database, &input.mapped, request, watcher).map_err(|e| anyhow::anyhow!("{e}"))
+    let (mut streamed, body) = run(database, input, request, watcher)?;
+    if let (Some(round), Some(body)) = (input.round(), body) {
+        looped::last(&mut streamed, round, &input.mapped, &body);
+    }
+    Ok(streamed)
+}
+
+/// The same, and removes foot skate afterwards, with later frames known ([`cleanup`]).
+///
+/// # Errors
+/// As [`translate`].
+pub fn translate_clean(
+    database: &Database<'_>,
+    input: &Input,
+    request: &Request,
+    watcher: &mut impl Watcher,
+) -> Result<Streamed> {
+    let (mut streamed, body) = run(database, input, request, watcher)?;
+    let window = cleanup::WINDOW_S * f64::from(database.rate_hz());
+    cleanup::clean_up(database, &mut streamed, window as usize);
+    if let (Some(round), Some(body)) = (input.round(), body) {
+        looped::last(&mut streamed, round, &input.mapped, &body);
+    }
+    Ok(streamed)
+}
+
+/// All rounds, and the body of a loop.
+fn run(
+    database: &Database<'_>,
+    input: &Input,
+    request: &Request,
+    watcher: &mut impl Watcher,
+) -> Result<(Streamed, Option<Body>)> {
+    let body = input.round().map(|_| Body::of(&Corpus::of_clip(&input.mapped))).transpose()?;
+    let rounds = body.as_ref().map(|body| looped::repeated(&input.mapped, body));
+    let clip = rounds.as_ref().unwrap_or(&input.mapped);
+    let streamed = stream(database, clip, request, watcher).map_err(|e| anyhow::anyhow!("{e}"))?;
+    Ok((streamed, body))
 }
 
 /// Figures of a stream, as the commands' JSON has them.
@@ -354,12 +121,17 @@ pub fn degraded_words(figures: &serde_json::Value) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use gestus_motion::{formats::bvh::Bvh, unit::Unit};
+
     use super::*;
     use crate::{
         build::{BuildOptions, build},
+        retarget::Retarget,
+        stream::input::Reading,
         synth,
     };
-    use gestus_motion::formats::bvh::Bvh;
 
     /// A corpus of a walk whose bodies are that many times as large.
     fn corpus(scale: f64) -> Corpus {
@@ -393,7 +165,8 @@ mod tests {
         let input = Input::read(&path, &database).unwrap();
         assert!(input.retarget().is_none(), "{:?}", input.retarget().map(Retarget::doubts));
         assert_eq!(input.binding.unit(), Unit::Centimetres);
-        let told = Input::read_with(&path, &database, &MapFile::default(), Some(Unit::Metres)).unwrap();
+        let told = Reading { unit: Some(Unit::Metres), ..Reading::default() };
+        let told = Input::read_with(&path, &database, &told).unwrap();
         assert_eq!(told.binding.unit(), Unit::Metres);
         assert!(told.retarget().is_some());
 

@@ -23,7 +23,7 @@ use gestus_database::{
         Machine, Played, RobotMap,
         play::{end_effectors, play, play_frames},
     },
-    stream::translate::onto,
+    stream::input::onto,
 };
 use gestus_motion::{
     binding::{Binding, Options},

@@ -21,6 +21,7 @@ pub fn page(library: &Library, sheet: &Sheet) -> String {
                 times_s: times_at(library.rate_hz, frames.len()),
                 frames,
                 contacts: &[],
+                over: false,
             }],
             ..Scene::default()
         })

@@ -17,7 +17,7 @@ use minijinja::context;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
 use crate::report::template;
-use gestus_motion::clip::{Frame, Skeleton};
+use gestus_motion::clip::{Clip, Frame, Skeleton};
 
 /// The script that draws skeletons, for other pages too: it defines `Draw`.
 pub const DRAW: &str = include_str!("draw.js");
@@ -38,6 +38,23 @@ pub struct Track<'a> {
     /// Contact of the left and the right foot, one entry a frame; missing ones are no contact. Empty where contacts are
     /// unknown: then no lane is drawn.
     pub contacts: &'a [[bool; 2]],
+    /// Drawn faint over the track before it, its root on that one's.
+    pub over: bool,
+}
+
+impl<'a> Track<'a> {
+    /// A clip from its first frame on, beside the others.
+    pub fn of(label: &str, clip: &'a Clip, contacts: &'a [[bool; 2]]) -> Self {
+        let times_s = times_at(clip.rate_hz, clip.frames.len());
+        Self {
+            label: label.into(),
+            skeleton: &clip.skeleton,
+            times_s,
+            frames: &clip.frames,
+            contacts,
+            over: false,
+        }
+    }
 }
 
 /// Mixing proportions of the classes over time.
@@ -131,17 +148,19 @@ struct TrackData<'a> {
     positions: Vec<i64>,
     /// One digit a frame: left 1, right 2; empty where contacts are not known.
     contacts: String,
+    over: bool,
 }
 
 impl Serialize for TrackData<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(6))?;
+        let mut map = serializer.serialize_map(Some(7))?;
         map.serialize_entry("label", self.label)?;
         map.serialize_entry("names", self.names)?;
         map.serialize_entry("parents", &self.parents)?;
         map.serialize_entry("times", &self.times)?;
         map.serialize_entry("positions", &self.positions)?;
         map.serialize_entry("contacts", &self.contacts)?;
+        map.serialize_entry("over", &self.over)?;
         map.end()
     }
 }
@@ -193,6 +212,7 @@ fn track_data<'a>(track: &'a Track) -> TrackData<'a> {
         times,
         positions,
         contacts: if track.contacts.is_empty() { String::new() } else { (0..count).map(contact).collect() },
+        over: track.over,
     }
 }
 
@@ -238,6 +258,7 @@ mod tests {
             times_s: times_at(30.0, 3),
             frames,
             contacts: &[[true, false], [true, true]],
+            over: false,
         };
         Scene {
             title: "</script><script>alert(1)</script> & {{data}}".into(),

@@ -34,8 +34,9 @@
     const ends = tracks.filter((t) => t.count).map((t) => t.times[t.count - 1]);
     const begin = starts.length ? Math.min(...starts) : 0;
     const end = ends.length ? Math.max(...ends) : 0;
-    const same = tracks.length > 1 && tracks.every((t) => t.count === tracks[0].count);
-    const timed = same && tracks.some((t) => t.times.some((x, i) => Math.abs(x - tracks[0].times[i]) > 2e-3));
+    const outer = [tracks[0], tracks[tracks.length - 1]];
+    const same = tracks.length > 1 && outer[0].count === outer[1].count;
+    const timed = same && outer[1].times.some((x, i) => Math.abs(x - outer[0].times[i]) > 2e-3);
     let shares = null;
     if (raw.proportions && raw.proportions.labels.length) {
       const n = raw.proportions.labels.length, v = raw.proportions.values;
@@ -58,7 +59,8 @@
     while (hi - lo > 1) { const m = (lo + hi) >> 1; if (a[m] <= t) lo = m; else hi = m; }
     return lo + (t - a[lo]) / Math.max(1e-6, a[hi] - a[lo]);
   }
-  const frameOf = (track) => index($("match").checked && scene.timed ? output() : track, time);
+  // Only the input has other times than the output.
+  const frameOf = (track) => index($("match").checked && scene.timed && track === scene.tracks[0] ? output() : track, time);
 
   function pose(track, at) {
     const out = new Float32Array(track.width);
@@ -103,7 +105,10 @@
     g.clearRect(0, 0, w, h);
     if (!scene || !scene.tracks.length) return;
     const over = $("overlay").checked, follow = $("follow").checked;
-    const panels = over ? [scene.tracks] : scene.tracks.map((t) => [t]);
+    const panels = [];
+    for (const t of scene.tracks) {
+      if (panels.length && (over || t.over)) panels[panels.length - 1].push(t); else panels.push([t]);
+    }
     panels.forEach((tracks, i) => {
       const pw = w / panels.length, x = i * pw;
       g.save();
@@ -115,17 +120,22 @@
       const reach = follow ? tall : Math.max(tall, 0.75 * (box.r + 0.6 * tall));
       const see = Draw.projector(camera, [root[0], 0.5 * tall, root[1]], x, 0, pw, h, reach);
       floor(g, see, root[0], root[1], reach);
-      tracks.forEach((t, k) => {
+      // What is laid over another body is drawn behind it, so that it hides nothing.
+      const order = [...tracks.keys()].sort((a, b) => tracks[b].over - tracks[a].over);
+      for (const k of order) {
+        const t = tracks[k];
         // In one view that follows, the roots are laid over one another, so that the poses compare.
-        const shift = over && follow && k ? [poses[k][0] - lead[0], poses[k][2] - lead[2]] : [0, 0];
-        if (!(over && follow && k)) trail(g, see, t, shift);
+        // A body that is laid over another one goes where that one goes.
+        const on = over && follow && k ? lead : t.over && k ? poses[k - 1] : null;
+        const shift = on ? [poses[k][0] - on[0], poses[k][2] - on[2]] : [0, 0];
+        if (!on) trail(g, see, t, shift);
         const touch = Number(t.contacts[Math.min(t.count - 1, Math.floor(frameOf(t) + 1e-6))] || 0);
-        Draw.skeleton(g, see, t, poses[k], shift, touch, over ? tints()[k % 4] : null, over && k === 0);
-      });
+        Draw.skeleton(g, see, t, poses[k], shift, touch, over ? tints()[k % 4] : t.over ? colors.dim : null, t.over || (over && k === 0));
+      }
       g.font = font(14, 600);
       g.textBaseline = "top";
       tracks.forEach((t, k) => {
-        g.fillStyle = over ? tints()[k % 4] : colors.ink;
+        g.fillStyle = over ? tints()[k % 4] : t.over ? colors.dim : colors.ink;
         g.fillText(t.label, x + 16, 14 + 21 * k, pw - 32);
       });
       g.restore();

@@ -1,16 +1,17 @@
-//! The page of a translated clip: input and output side by side, with contacts, class proportions and time steps.
+//! The page of a translated clip: input and output side by side as the files have them, with contacts, class proportions
+//! and time steps. Over the output lies the body of the database that was streamed, faint.
 
 use anyhow::Result;
 use gestus_core::Database;
 
-use crate::pages::{self, Page, Proportions, Track, times_at};
+use crate::pages::{self, Page, Proportions, Track};
 use gestus_database::{
     blob::export::class_names,
     registration::contact::contacts,
     stream::{Streamed, translate::figures},
 };
 use gestus_motion::{
-    clip::{Clip, Frame},
+    clip::{Clip, Frame, Skeleton},
     landmarks::Landmarks,
 };
 
@@ -21,9 +22,15 @@ type Contacts = Vec<[bool; 2]>;
 pub struct Scene<'a> {
     /// Heading.
     pub title: String,
-    /// The input on the database's skeleton.
-    pub input: &'a Clip,
-    /// The output.
+    /// The verdict on the clip; may be empty.
+    pub words: String,
+    /// The input on its own skeleton, Y up, on a floor at zero.
+    pub given: Clip,
+    /// The output that was delivered, likewise.
+    pub output: Clip,
+    /// The database's skeleton.
+    pub body: &'a Skeleton,
+    /// The stream of it.
     pub streamed: &'a Streamed,
 }
 
@@ -41,8 +48,9 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
     let parts: Vec<(Contacts, Vec<Frame>, Contacts)> = scenes
         .iter()
         .map(|scene| {
-            let input =
-                Landmarks::find(&scene.input.skeleton).map(|l| contacts(scene.input, &l)).unwrap_or_default();
+            let input = Landmarks::find(&scene.given.skeleton)
+                .map(|l| contacts(&scene.given, &l))
+                .unwrap_or_default();
             let frames = scene.streamed.steps.iter().map(|s| s.frame.clone()).collect();
             (input, frames, scene.streamed.steps.iter().map(|s| s.report.contacts).collect())
         })
@@ -65,24 +73,20 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
             pages::Scene {
                 title: scene.title.clone(),
                 subtitle: format!(
-                    "input {}, one pose at a time; only the poses of the input are known",
-                    scene.input.name
+                    "input {}, one pose at a time; only the poses of the input are known. {}",
+                    scene.given.name, scene.words
                 ),
                 facts: facts.to_vec(),
                 tracks: vec![
+                    Track::of("input", &scene.given, input_contacts),
+                    Track::of("output", &scene.output, &[]),
                     Track {
-                        label: "input".into(),
-                        skeleton: &scene.input.skeleton,
-                        times_s: times_at(scene.input.rate_hz, scene.input.frames.len()),
-                        frames: &scene.input.frames,
-                        contacts: input_contacts,
-                    },
-                    Track {
-                        label: "output".into(),
-                        skeleton: &scene.input.skeleton,
+                        label: "database's body".into(),
+                        skeleton: scene.body,
                         times_s: scene.streamed.times(),
                         frames,
                         contacts: output_contacts,
+                        over: true,
                     },
                 ],
                 proportions: Some(Proportions { labels: labels.clone(), values: values.collect() }),

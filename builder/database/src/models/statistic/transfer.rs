@@ -30,6 +30,7 @@ use crate::models::statistic::{
 use crate::{
     registration::{
         contact,
+        floor::{self, Supports},
         warp::{
             self, Warp, WarpError,
             imw::{Config, imw},
@@ -61,11 +62,13 @@ pub struct Options {
     pub literal: bool,
     /// Take foot skate out at the end.
     pub clean_up: bool,
+    /// Height of the source's floor, metres; found where not told.
+    pub floor_m: Option<f64>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rounds: 0, euler: false, warp: true, literal: false, clean_up: true }
+        Self { rounds: 0, euler: false, warp: true, literal: false, clean_up: true, floor_m: None }
     }
 }
 
@@ -76,6 +79,8 @@ pub struct Transferred {
     pub clip: Clip,
     /// Which foot stands, as in the source. Shape `[frames]`.
     pub contacts: Vec<[bool; 2]>,
+    /// Height of the source's floor, metres.
+    pub floor_m: f64,
     /// Milliseconds that the correspondence took.
     pub warp_ms: f64,
     /// Milliseconds that statistics and transfer took.
@@ -95,6 +100,10 @@ pub fn transfer(
     if source.frames.is_empty() || reference.frames.is_empty() {
         return Err(WarpError::Empty);
     }
+    // Heights are compared over the floors.
+    let floor_of = |clip: &Clip| floor::find(clip, &Supports::of_landmarks(clip, &body.landmarks)).height_m;
+    let floor_m = options.floor_m.unwrap_or_else(|| floor_of(source));
+    let (source, reference) = (&raised(source, -floor_m), &raised(reference, -floor_of(reference)));
     let (x, y) = (body.clip_dofs(source), body.clip_dofs(reference));
     let start = Instant::now();
     let (own, other) = if options.warp { correspond(&x, &y)? } else { straight(x.len(), y.len()) };
@@ -140,7 +149,15 @@ pub fn transfer(
         frames = cleanup::clean(&limbs, &frames, &stands, window);
         contacts = stands;
     }
-    Ok(Transferred { clip: Clip { frames, ..source.clone() }, contacts, warp_ms, transfer_ms })
+    let clip = raised(&Clip { frames, ..source.clone() }, floor_m);
+    Ok(Transferred { clip, contacts, floor_m, warp_ms, transfer_ms })
+}
+
+/// A clip lifted by a height.
+fn raised(clip: &Clip, by_m: f64) -> Clip {
+    let mut clip = clip.clone();
+    clip.frames.iter_mut().for_each(|frame| frame.root.y += by_m);
+    clip
 }
 
 /// Greatest distance of the recursive means of a clip's joints from the geodesic means, radians.
@@ -395,6 +412,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A reference on a floor of its own took the result with it.
+    #[test]
+    fn the_result_stands_on_the_sources_floor() {
+        let (body, source, reference) = clips();
+        let plain = transfer(&body, &source, &reference, &Options::default()).unwrap();
+        let out =
+            transfer(&body, &raised(&source, -0.72), &raised(&reference, 0.4), &Options::default()).unwrap();
+        assert!((out.floor_m + 0.72).abs() < 0.03, "{}", out.floor_m);
+        for (a, b) in plain.clip.frames.iter().zip(&out.clip.frames) {
+            assert!((a.root.y - 0.72 - b.root.y).abs() < 0.03, "{} {}", a.root.y, b.root.y);
+        }
+        let told = Options { floor_m: Some(-0.72), ..Options::default() };
+        assert_eq!(transfer(&body, &raised(&source, -0.72), &reference, &told).unwrap().floor_m, -0.72);
     }
 
     /// Weighing frames by the warp is going through the warp and back.

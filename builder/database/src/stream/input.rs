@@ -1,0 +1,329 @@
+//! A clip that is ready to be streamed through a database: read from a file, brought onto the database's body and floor, set
+//! going where it walks in place, and cut to a loop where it is one. The output goes the same way back.
+
+use std::{path::Path, sync::Arc};
+
+use anyhow::{Context, Result};
+use gestus_core::Database;
+
+use crate::{
+    registration::floor::{Floor, Source},
+    retarget::{MapFile, Retarget, body::lifted},
+    stream::{
+        Streamed,
+        course::{self, Course, Root},
+        looped::Round,
+        way::{Way, same_body},
+    },
+};
+use gestus_motion::{
+    animation::Recording,
+    binding::{Binding, Options},
+    body::{Body, database_skeleton},
+    capture::{self, Document},
+    clip::{Clip, Frame, Skeleton},
+    corpus::Corpus,
+    unit::Unit,
+};
+use nalgebra::Vector3;
+
+/// What is told about a clip, beside its file.
+#[derive(Debug, Clone, Default)]
+pub struct Reading {
+    /// Which joint is which body part, and where the floor is.
+    pub map: MapFile,
+    /// The unit of lengths; guessed where not told.
+    pub unit: Option<Unit>,
+    /// Whether the body walks in place; found where not told.
+    pub root: Option<Root>,
+    /// Whether the clip is a loop.
+    pub looped: bool,
+}
+
+/// A clip that is ready to be streamed through a database.
+#[derive(Debug)]
+pub struct Input {
+    /// The file.
+    pub document: Document,
+    /// The conversion between the file's joints and the clip's.
+    pub binding: Binding,
+    /// The clip at the database's rate, on the file's joints.
+    pub clip: Clip,
+    /// The clip on the database's joints, on a floor at zero, moving over it.
+    pub mapped: Clip,
+    way: Way,
+    floor: Floor,
+    course: Option<Course>,
+    round: Option<Round>,
+    /// Mean place of the clip's hips.
+    place: Vector3<f64>,
+}
+
+/// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
+///
+/// Without a unit, the unit is the one in which the body is the database's, or else guessed by an adult's height.
+///
+/// # Errors
+/// Where it can't be read.
+pub fn read_clip(
+    path: &Path,
+    database: &Database<'_>,
+    unit: Option<Unit>,
+) -> Result<(Document, Binding, Clip)> {
+    bind(capture::read(path)?, path, database, unit)
+}
+
+/// The same for a document that was read before.
+fn bind(
+    document: Document,
+    path: &Path,
+    database: &Database<'_>,
+    unit: Option<Unit>,
+) -> Result<(Document, Binding, Clip)> {
+    let name = path.display();
+    let animation = document.animation();
+    let bound = |unit| {
+        let options = Options { unit, ..Options::default() };
+        Binding::new(&*animation, &options).with_context(|| name.to_string())
+    };
+    let mut binding = bound(unit)?;
+    if unit.is_none()
+        && let Some(own) = own_unit(&binding, &database_skeleton(database))
+    {
+        binding = bound(Some(own))?;
+    }
+    let mut clip = binding.to_clip(&*animation).with_context(|| name.to_string())?;
+    drop(animation);
+    clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    Ok((document, binding, clip))
+}
+
+/// The unit in which a body is the database's, if it is not the guessed one.
+fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
+    let is_own = |unit: &Unit| {
+        let scale = unit.metres() / guessed.unit().metres();
+        let offsets = guessed.skeleton().offsets.iter().map(|offset| offset * scale).collect();
+        same_body(&Skeleton { offsets, ..(**guessed.skeleton()).clone() }, database).is_some()
+    };
+    if is_own(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(is_own) }
+}
+
+impl Input {
+    /// Reads a motion file for a database.
+    ///
+    /// # Errors
+    /// A file that can't be read, or whose skeleton can't be mapped to the database's.
+    pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
+        Self::read_with(path, database, &Reading::default())
+    }
+
+    /// The same, with what is told about the clip.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with(path: &Path, database: &Database<'_>, reading: &Reading) -> Result<Self> {
+        Self::of_document(capture::read(path)?, path, database, reading)
+    }
+
+    /// The same, of a document that was read before from a file of that name.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of_document(
+        document: Document,
+        path: &Path,
+        database: &Database<'_>,
+        reading: &Reading,
+    ) -> Result<Self> {
+        let (document, binding, clip) = bind(document, path, database, reading.unit)?;
+        Self::of(document, binding, &clip, database, reading).with_context(|| path.display().to_string())
+    }
+
+    fn of(
+        document: Document,
+        binding: Binding,
+        original: &Clip,
+        database: &Database<'_>,
+        reading: &Reading,
+    ) -> Result<Self> {
+        let rate_hz = f64::from(database.rate_hz());
+        // The body is measured at the clip's own rate, which has more poses.
+        let (way, floor) = Way::find(database, original, &reading.map)?;
+        let target = Arc::new(database_skeleton(database));
+        let onto = |clip: &Clip| way.onto(&target, clip, floor.height_m);
+        let body = Body::of(&Corpus::of_clip(&onto(&Clip {
+            frames: original.frames.iter().take(1).cloned().collect(),
+            ..original.clone()
+        })))?;
+        let go = |clip: &mut Clip| {
+            let course = database.legs().and_then(|legs| Course::find(clip, &body, &legs, reading.root));
+            if let Some(course) = &course {
+                course.go(clip);
+            }
+            course
+        };
+        let place = course::place(original);
+        if reading.looped {
+            original.fitted(rate_hz)?;
+            let mut mapped = onto(original);
+            let course = go(&mut mapped);
+            let round = Round::find(&mapped, &body)?;
+            let clip = round.cut_rotations(original, rate_hz);
+            let mapped = round.cut(&mapped, &body, rate_hz);
+            return Ok(Self {
+                document,
+                binding,
+                clip,
+                mapped,
+                way,
+                floor,
+                course,
+                round: Some(round),
+                place,
+            });
+        }
+        let clip = original.fitted(rate_hz)?;
+        let mut mapped = onto(&clip);
+        let course = go(&mut mapped);
+        Ok(Self { document, binding, clip, mapped, way, floor, course, round: None, place })
+    }
+
+    /// The output on the database's skeleton, for driving a robot.
+    pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
+        streamed.clip(&self.mapped, rate_hz)
+    }
+
+    /// Notes for the user about the reading: a guessed unit, averaged translations, and doubts about the map between the
+    /// skeletons.
+    pub fn notes(&self) -> impl Iterator<Item = String> {
+        let doubts = self.retarget().map(Retarget::doubts).unwrap_or_default();
+        let doubts = doubts.into_iter().map(|doubt| format!("retargeted; doubt: {doubt}"));
+        let floor = (self.floor.source == Source::Body).then(|| {
+            format!(
+                "its floor is taken to be at {:.2} m, where the feet stand; --floor states another",
+                self.floor.height_m
+            )
+        });
+        let course = self.course.as_ref().filter(|course| !course.told).map(|course| {
+            format!(
+                "walks in place, at {:.2} m/s by its feet: moved for the search, and put back; --root motion leaves it",
+                course.speed_m_s
+            )
+        });
+        self.binding.notes().iter().cloned().chain(doubts).chain(floor).chain(course)
+    }
+
+    /// The clip's floor.
+    pub fn floor(&self) -> Floor {
+        self.floor
+    }
+
+    /// The way of a body that walks in place; `None` where its hips move.
+    pub fn course(&self) -> Option<&Course> {
+        self.course.as_ref()
+    }
+
+    /// The loop that was found in the clip, if it was said to be one.
+    pub fn round(&self) -> Option<&Round> {
+        self.round.as_ref()
+    }
+
+    /// Up in the clip's world.
+    pub fn up(&self) -> Vector3<f64> {
+        self.way.up()
+    }
+
+    /// A clip of the file's joints as it is drawn: Y up, the floor at zero.
+    pub fn shown(&self, clip: &Clip) -> Clip {
+        let mut shown = clip.clone();
+        for frame in &mut shown.frames {
+            if let Way::Map(map, _) = &self.way {
+                *frame = lifted(frame, &map.world);
+            }
+            frame.root.y -= self.floor.height_m;
+        }
+        shown
+    }
+
+    /// Mean speed over the ground, m/s, of the body on the database's skeleton.
+    pub fn speed_m_s(&self) -> f64 {
+        let ground = |frame: &Frame| Vector3::new(frame.root.x, 0.0, frame.root.z);
+        let stride = (0.5 * self.mapped.rate_hz).ceil() as usize;
+        let pairs = self.mapped.frames.iter().zip(self.mapped.frames.iter().skip(stride));
+        let moved = pairs.map(|(a, b)| (ground(b) - ground(a)).norm() * self.mapped.rate_hz / stride as f64);
+        gestus_motion::statistics::mean_or_zero(moved)
+    }
+
+    /// The floor, the root and the loop, as the commands' JSON has them.
+    pub fn json(&self) -> serde_json::Value {
+        serde_json::json!({
+            "floor_m": self.floor.height_m,
+            "floor_from": self.floor.source.name(),
+            "root": if self.course.is_some() { "in-place" } else { "motion" },
+            "root_from": if self.course.as_ref().is_some_and(|course| course.told) { "told" } else { "found" },
+            "speed_m_s": self.speed_m_s(),
+            "loop": self.round.map(|round| serde_json::json!({
+                "first_frame": round.start,
+                "frames": round.period,
+                "input_gap_cm": round.gap_cm,
+            })),
+        })
+    }
+
+    /// The map between the skeletons, if they differ.
+    pub fn retarget(&self) -> Option<&Retarget> {
+        match &self.way {
+            Way::Same(_) => None,
+            Way::Map(map, _) => Some(map),
+        }
+    }
+
+    /// The output as a clip of the input's skeleton, at the database's rate. Joints that the database lacks move as
+    /// in the input.
+    pub fn output(&self, streamed: &Streamed) -> Clip {
+        let mut whole = streamed.clone();
+        let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+        for (step, frame) in
+            whole.steps.iter_mut().zip(self.way.back(&frames, &self.clip.frames, self.floor.height_m))
+        {
+            step.frame = frame;
+        }
+        if let Some(retimed) = &mut whole.retimed {
+            retimed.frames = self.way.back(&retimed.frames, &self.clip.frames, self.floor.height_m);
+        }
+        self.held(whole.clip(&self.clip, self.clip.rate_hz))
+    }
+
+    /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
+    /// do in the input at each pose's `sources`, in frames.
+    pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
+        let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
+        self.held(Clip { frames: self.way.back(frames, &inputs, self.floor.height_m), ..self.clip.clone() })
+    }
+
+    /// An output in place, if the input is.
+    fn held(&self, mut clip: Clip) -> Clip {
+        if self.course.is_some() {
+            course::hold(&mut clip, &self.up(), &self.place, self.round.is_some());
+        }
+        clip
+    }
+
+    /// The output in the form of the input's file, for the file `to`; an animation of glTF under `name`, or in the place
+    /// of the input's.
+    ///
+    /// # Errors
+    /// A clip that is not on the input's skeleton, or that the format can't represent.
+    pub fn written(&self, output: &Clip, to: &Path, name: Option<&str>) -> Result<Vec<u8>> {
+        self.document.write(&self.binding, output, to, name).with_context(|| to.display().to_string())
+    }
+}
+
+/// A clip on the database's skeleton and floor, whatever skeleton it comes on, at its own rate.
+///
+/// # Errors
+/// A skeleton that can't be mapped.
+pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
+    let (way, floor) = Way::find(database, clip, &MapFile::default())?;
+    Ok(way.onto(&Arc::new(database_skeleton(database)), clip, floor.height_m))
+}

@@ -1,0 +1,141 @@
+//! The way of a clip to a database's body and floor, and back: joint by joint where the bodies are the same, by a retargeting
+//! map where they are not.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use gestus_core::Database;
+use gestus_motion::{
+    body::{Body, database_skeleton},
+    clip::{Clip, Frame, Skeleton},
+    corpus::Corpus,
+};
+use nalgebra::Vector3;
+
+use crate::{
+    registration::floor::{self, Floor, Supports},
+    retarget::{MapFile, Retarget, body::lifted},
+    stream::cleanup::{Limbs, above_floor},
+};
+
+/// Depth below its standing height that a foot of another skeleton may reach, metres: as in the core's foot lock.
+const SOFT_M: f64 = 0.01;
+
+/// The conversion between the clip's joints and the database's.
+#[derive(Debug)]
+pub enum Way {
+    /// The same body: for each joint of the database, the clip's joint of the same name and position.
+    Same(Vec<usize>),
+    /// By a retargeting map; with the legs of the file's body, if found, to keep its feet above the floor.
+    Map(Box<Retarget>, Option<Box<Limbs>>),
+}
+
+impl Way {
+    /// The way of a clip's body to the database's, and its floor.
+    pub fn find(database: &Database<'_>, clip: &Clip, map: &MapFile) -> Result<(Self, Floor)> {
+        let target = Arc::new(database_skeleton(database));
+        if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
+            let way = Self::Same(joints);
+            let floor = match (map.floor_m, database.legs()) {
+                (Some(height_m), _) => Floor::told(height_m),
+                (None, Some(legs)) => {
+                    let leg_m = legs.iter().map(|leg| length(&target, leg)).sum::<f64>() / 2.0;
+                    floor::find(&way.onto(&target, clip, 0.0), &Supports::of_legs(&legs, leg_m))
+                }
+                (None, None) => Floor::ZERO,
+            };
+            return Ok((way, floor));
+        }
+        let retarget = Retarget::new(database, clip, map)?;
+        let floor = retarget.source.floor;
+        // In its own world with Y up.
+        let mut upright = clip.fitted(f64::from(database.rate_hz()))?;
+        upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &retarget.world));
+        let limbs = Body::of(&Corpus::of_clip(&upright))
+            .ok()
+            .and_then(|body| Limbs::of_clip(&body, &upright))
+            .map(|(limbs, _)| Box::new(limbs.standing_on(floor.height_m, retarget.source.anatomy.leg_m)));
+        Ok((Self::Map(Box::new(retarget), limbs), floor))
+    }
+
+    /// A clip on the database's joints and on a floor at zero; the file's is at `floor_m`.
+    pub fn onto(&self, target: &Arc<Skeleton>, clip: &Clip, floor_m: f64) -> Clip {
+        match self {
+            Self::Same(joints) => {
+                let lowered = |frame: &Frame| {
+                    let mut frame = pick(frame, joints);
+                    frame.root.y -= floor_m;
+                    frame
+                };
+                let frames = clip.frames.iter().map(lowered).collect();
+                Clip { skeleton: target.clone(), frames, ..clip.clone() }
+            }
+            Self::Map(retarget, _) => retarget.to_target(clip),
+        }
+    }
+
+    /// Poses of the database's joints, on a floor at zero, on the clip's skeleton and floor; what the database lacks is
+    /// taken from `inputs`.
+    pub fn back(&self, frames: &[Frame], inputs: &[Frame], floor_m: f64) -> Vec<Frame> {
+        let joints = match self {
+            Self::Same(joints) => joints,
+            Self::Map(map, limbs) => {
+                let back = map.to_source(frames, inputs);
+                let Some(limbs) = limbs else { return back };
+                // A foot of another shape lands elsewhere: a longer one puts its toes into the floor.
+                let turned = |frames: &[Frame], world| -> Vec<Frame> {
+                    frames.iter().map(|frame| lifted(frame, &world)).collect()
+                };
+                let above = above_floor(limbs, &turned(&back, map.world), SOFT_M);
+                return turned(&above, map.world.inverse());
+            }
+        };
+        let carry = |(pose, input): (&Frame, &Frame)| {
+            let mut frame = input.clone();
+            frame.root = pose.root;
+            frame.root.y += floor_m;
+            for (&joint, rotation) in joints.iter().zip(&pose.rotations) {
+                frame.rotations[joint] = *rotation;
+            }
+            frame
+        };
+        frames.iter().zip(inputs).map(carry).collect()
+    }
+
+    /// Up in the clip's world.
+    pub fn up(&self) -> Vector3<f64> {
+        match self {
+            Self::Same(_) => Vector3::y(),
+            Self::Map(retarget, _) => retarget.world.inverse() * Vector3::y(),
+        }
+    }
+}
+
+/// Length of a leg of a skeleton, metres.
+fn length(skeleton: &Skeleton, leg: &gestus_core::blob::Leg) -> f64 {
+    skeleton.offsets[leg.knee].norm() + skeleton.offsets[leg.ankle].norm()
+}
+
+/// For each joint of the database the clip's, if both have the same body: the same names and parents, and about the same
+/// bones. A copy of the skeleton of another size or with other axes is another body.
+pub fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
+    let joints: Vec<usize> = database.names.iter().map(|n| clip.find(n)).collect::<Option<_>>()?;
+    if joints.first() != Some(&0) {
+        return None;
+    }
+    let length: f64 = database.offsets.iter().skip(1).map(nalgebra::Vector3::norm).sum();
+    let mut apart = 0.0;
+    for (j, &c) in joints.iter().enumerate().skip(1) {
+        // Joints between them that the database lacks would rotate their children.
+        if clip.parents[c] != database.parents[j].map(|p| joints[p]) {
+            return None;
+        }
+        apart += (clip.offsets[c] - database.offsets[j]).norm();
+    }
+    // Calibrations of one performer differ by a few per cent.
+    (apart < 0.1 * length).then_some(joints)
+}
+
+fn pick(frame: &Frame, joints: &[usize]) -> Frame {
+    Frame { root: frame.root, rotations: joints.iter().map(|&j| frame.rotations[j]).collect() }
+}

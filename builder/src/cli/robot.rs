@@ -1,0 +1,83 @@
+//! The robot of `gestus translate`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use gestus_core::Database;
+use gestus_database::{
+    robot::{Machine, RobotMap, play},
+    stream::{Streamed, input::Input},
+};
+use gestus_motion::formats::urdf;
+use serde_json::Value;
+
+use super::{add, open};
+
+/// A robot that follows the output.
+#[derive(clap::Args)]
+pub struct RobotArgs {
+    /// A robot, a URDF file: the output also becomes its joint angles
+    #[arg(long, value_name = "FILE.urdf")]
+    pub robot: Option<PathBuf>,
+    /// What the robot's joint names don't say, and its servos, as TOML
+    #[arg(long, requires = "robot", value_name = "FILE.toml")]
+    pub robot_map: Option<PathBuf>,
+    /// CSV file for the robot's joint angles, radians
+    #[arg(long, requires = "robot")]
+    csv: Option<PathBuf>,
+    /// JSON file for the joint angles as a ROS JointTrajectory
+    #[arg(long, requires = "robot", value_name = "OUT.json")]
+    trajectory: Option<PathBuf>,
+    /// CSV file for the servos' pulses, microseconds
+    #[arg(long, requires = "robot", value_name = "OUT.csv")]
+    servo: Option<PathBuf>,
+    /// File for the robot's tables, which a board needs to drive it
+    #[arg(long, requires = "robot", value_name = "OUT.gestus")]
+    robot_section: Option<PathBuf>,
+}
+
+impl RobotArgs {
+    /// Refuses a robot without an output for it.
+    pub fn check(&self, json: bool) -> Result<()> {
+        if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
+            bail!(
+                "--robot has no output: give --csv, --trajectory, --servo or --robot-section, or --json for its \
+                 figures"
+            );
+        }
+        Ok(())
+    }
+
+    /// The robot's outputs, by option.
+    pub fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 4] {
+        [
+            ("--csv", self.csv.as_ref()),
+            ("--trajectory", self.trajectory.as_ref()),
+            ("--servo", self.servo.as_ref()),
+            ("--robot-section", self.robot_section.as_ref()),
+        ]
+    }
+
+    /// Drives the robot and writes its outputs; returns its figures.
+    pub fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
+        let Some(path) = &self.robot else { return Ok(None) };
+        let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
+        let machine = Machine::new(database, urdf::Robot::read(path)?, &map)
+            .with_context(|| path.display().to_string())?;
+        for doubt in &machine.doubts {
+            eprintln!("{}: doubt: {doubt}", path.display());
+        }
+        let played = play(&machine, &input.body(streamed, machine.tick_hz));
+        let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
+            let Some(path) = path else { return Ok(()) };
+            open::write(path, bytes()?)
+        };
+        write(&self.csv, &|| Ok(played.csv().into_bytes()))?;
+        write(&self.trajectory, &|| Ok(serde_json::to_vec(&played.trajectory())?))?;
+        write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
+        write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
+        let mut figures = machine.json();
+        add(&mut figures, played.figures(&machine));
+        Ok(Some(figures))
+    }
+}

@@ -1,0 +1,224 @@
+//! Clips as people have them: on a floor of their own, in place, as loops, unlike the database. Each comes out as the same
+//! clip translated plainly, and moved back.
+
+mod common;
+
+use std::{path::PathBuf, sync::Arc};
+
+use common::{database, walk};
+use gestus_database::{
+    registration::floor::Source,
+    retarget::MapFile,
+    stream::{
+        Request,
+        course::Root,
+        input::{Input, Reading},
+        translate::translate,
+        verdict::{self, Likeness, Verdict},
+    },
+};
+use gestus_motion::{
+    body::Body,
+    clip::{Clip, Frame, Skeleton},
+    corpus::Corpus,
+    formats::bvh::Bvh,
+    unit::Unit,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Reads a clip as from a file.
+fn read(clip: &Clip, reading: &Reading) -> anyhow::Result<Input> {
+    static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let path: PathBuf =
+        std::env::temp_dir().join(format!("gestus-ground-{}-{number}.bvh", std::process::id()));
+    std::fs::write(&path, Bvh::from_clip(clip, Unit::Centimetres).unwrap().to_text()).unwrap();
+    let input = Input::read_with(&path, &database(), reading);
+    std::fs::remove_file(path).unwrap();
+    input
+}
+
+/// A clip in the second style.
+fn styled(clip: &Clip, reading: &Reading) -> (Input, Clip) {
+    let input = read(clip, reading).unwrap();
+    let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
+    let output = input.output(&streamed);
+    (input, output)
+}
+
+fn changed(clip: &Clip, change: impl Fn(&mut Frame)) -> Clip {
+    let mut clip = clip.clone();
+    clip.frames.iter_mut().for_each(change);
+    clip
+}
+
+/// The walk on a body without toes.
+fn without_toes() -> Clip {
+    let clip = walk();
+    let kept: Vec<usize> =
+        (0..clip.skeleton.joints()).filter(|&j| !clip.skeleton.names[j].contains("Toes")).collect();
+    let place = |j: usize| kept.iter().position(|&k| k == j);
+    let skeleton = Skeleton {
+        names: kept.iter().map(|&j| clip.skeleton.names[j].clone()).collect(),
+        parents: kept.iter().map(|&j| clip.skeleton.parents[j].and_then(place)).collect(),
+        offsets: kept.iter().map(|&j| clip.skeleton.offsets[j]).collect(),
+    };
+    let frame = |f: &Frame| Frame { root: f.root, rotations: kept.iter().map(|&j| f.rotations[j]).collect() };
+    Clip { frames: clip.frames.iter().map(frame).collect(), skeleton: Arc::new(skeleton), ..clip.clone() }
+}
+
+/// Largest distance of the joints of two clips, their roots at one place, centimetres; and of their roots' heights.
+fn apart(a: &Clip, b: &Clip) -> [f64; 2] {
+    let mut most = [0.0f64; 2];
+    for (f, g) in a.frames.iter().zip(&b.frames) {
+        let (p, q) = (f.positions(&a.skeleton), g.positions(&b.skeleton));
+        let joints = p.iter().zip(&q).map(|(u, v)| ((u - p[0]) - (v - q[0])).norm());
+        most = [joints.fold(most[0], f64::max), most[1].max((f.root.y - g.root.y).abs())];
+    }
+    most.map(|m| 100.0 * m)
+}
+
+/// A rig without toes whose floor was 0.72 m under the origin came out with its shins folded to hip height.
+#[test]
+fn a_clip_keeps_its_own_floor() {
+    for clip in [walk().clone(), without_toes()] {
+        let (plain_in, plain) = styled(&clip, &Reading::default());
+        assert_eq!(plain_in.floor().source, Source::Zero);
+        for height in [-0.72, 0.9] {
+            let lifted = changed(&clip, |f| f.root.y += height);
+            let (input, output) = styled(&lifted, &Reading::default());
+            assert_eq!(input.floor().source, Source::Body);
+            assert!((input.floor().height_m - height).abs() < 0.02, "{:?}", input.floor());
+            let back = changed(&output, |f| f.root.y -= height);
+            let [joints, heights] = apart(&plain, &back);
+            assert!(joints < 1.0 && heights < 1.0, "{height}: joints {joints} cm, hips {heights} cm");
+        }
+    }
+}
+
+#[test]
+fn a_told_floor_wins() {
+    let told = |floor_m| Reading {
+        map: MapFile { floor_m: Some(floor_m), ..MapFile::default() },
+        ..Reading::default()
+    };
+    for clip in [walk().clone(), without_toes()] {
+        let (_, plain) = styled(&clip, &told(0.0));
+        let lifted = changed(&clip, |f| f.root.y += 0.3);
+        let (input, output) = styled(&lifted, &told(0.3));
+        assert_eq!((input.floor().height_m, input.floor().source), (0.3, Source::Told));
+        let [joints, heights] = apart(&plain, &changed(&output, |f| f.root.y -= 0.3));
+        assert!(joints < 1.0 && heights < 1.0, "joints {joints} cm, hips {heights} cm");
+    }
+}
+
+#[test]
+fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
+    let (_, plain) = styled(walk(), &Reading::default());
+    let held = changed(walk(), |f| f.root = Vector3::new(1.5, f.root.y, -2.0));
+    let (input, output) = styled(&held, &Reading::default());
+    let course = input.course().expect("it walks in place");
+    let path = |c: &Clip| {
+        c.frames
+            .windows(2)
+            .map(|p| ((p[1].root - p[0].root).component_mul(&Vector3::new(1.0, 0.0, 1.0))).norm())
+            .sum::<f64>()
+    };
+    let speed = path(walk()) / walk().duration_s();
+    assert!((course.speed_m_s / speed - 1.0).abs() < 0.1, "{} {speed}", course.speed_m_s);
+    assert!((output.frames.len() as isize - plain.frames.len() as isize).abs() <= 2);
+    let [joints, heights] = apart(&plain, &output);
+    assert!(joints < 3.0 && heights < 1.0, "joints {joints} cm, hips {heights} cm");
+    for frame in &output.frames {
+        let off = Vector3::new(frame.root.x - 1.5, 0.0, frame.root.z + 2.0).norm();
+        assert!(off < 0.15, "{off} m");
+    }
+    // Told, it is left as it is; and what moves is not in place.
+    let motion = Reading { root: Some(Root::Motion), ..Reading::default() };
+    assert!(read(&held, &motion).unwrap().course().is_none());
+    assert!(read(walk(), &Reading::default()).unwrap().course().is_none());
+    let slow =
+        changed(&held, |f| f.rotations.iter_mut().skip(1).for_each(|q| *q = UnitQuaternion::identity()));
+    assert!(read(&slow, &Reading::default()).unwrap().course().is_none());
+    let told = Reading { root: Some(Root::InPlace), ..Reading::default() };
+    assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.told));
+}
+
+#[test]
+fn a_loop_stays_a_loop() {
+    for held in [false, true] {
+        let clip = changed(walk(), |f| {
+            if held {
+                f.root = Vector3::new(0.0, f.root.y, 0.0);
+            }
+        });
+        let reading = Reading { looped: true, ..Reading::default() };
+        let input = read(&clip, &reading).unwrap();
+        let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
+        let output = input.output(&streamed);
+        let (first, last) = (&output.frames[0], &output.frames[output.frames.len() - 1]);
+        let shape = |f: &Frame| {
+            let ground = Vector3::new(f.root.x, 0.0, f.root.z);
+            f.positions(&output.skeleton).into_iter().map(|p| p - ground).collect::<Vec<_>>()
+        };
+        let seam = shape(first).iter().zip(shape(last)).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+        assert!(seam < 0.005, "held {held}: {seam} m");
+        assert!(!held || (first.root - last.root).norm() < 0.005);
+        let contacts = |i: usize| streamed.steps[i].report.contacts;
+        assert_eq!(contacts(0), contacts(streamed.steps.len() - 1));
+        // It goes on as it goes: the step over the seam is no larger than any other.
+        let steps: Vec<f64> =
+            output.frames.windows(2).map(|p| largest(&shape(&p[0]), &shape(&p[1]))).collect();
+        let over = largest(&shape(&output.frames[output.frames.len() - 2]), &shape(&output.frames[1])) / 2.0;
+        let most = steps.iter().copied().fold(0.0, f64::max);
+        assert!(over <= most * 1.1, "{over} m over the seam, {most} m elsewhere");
+    }
+    // The half of a turn does not come back.
+    let straight = changed(walk(), |_| ());
+    let mut bent = straight.clone();
+    let count = bent.frames.len() as f64;
+    for (t, frame) in bent.frames.iter_mut().enumerate() {
+        frame.rotations[1] = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), t as f64 / count * 3.0);
+    }
+    let reading = Reading { looped: true, ..Reading::default() };
+    let message = format!("{:#}", read(&bent, &reading).unwrap_err());
+    assert!(message.contains("no pose of the clip comes back"), "{message}");
+}
+
+fn largest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
+    let input = read(walk(), &Reading::default()).unwrap();
+    let verdict = verdict::before(&database(), &input).unwrap();
+    assert_eq!(verdict.likeness, Likeness::Like);
+    assert_eq!(verdict.actions[0].0, "walk");
+    assert!(verdict.actions[0].1 > 0.95 && verdict.left_alone.is_empty(), "{verdict:?}");
+    let words = verdict.sentences().join(" ");
+    assert!(words.contains("like the database") && words.contains("walk 100%"), "{words}");
+
+    // A body that lies on its back and rows.
+    let back = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -1.5);
+    let mut rows = walk().clone();
+    let body = Body::of(&Corpus::of_clip(walk())).unwrap();
+    for (t, frame) in rows.frames.iter_mut().enumerate() {
+        let swing = (t as f64 * 0.2).sin();
+        frame.root = Vector3::new(0.0, 0.15, 0.0);
+        frame.rotations.iter_mut().for_each(|q| *q = UnitQuaternion::identity());
+        frame.rotations[0] = back;
+        for side in [0, 1] {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -1.2 + swing);
+            frame.rotations[body.landmarks.hip_joints[side]] = turn;
+        }
+    }
+    let input = read(&rows, &Reading::default()).unwrap();
+    let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
+    let verdict = Verdict::of(&database(), &input, &streamed);
+    assert_eq!(verdict.likeness, Likeness::Unlike, "{verdict:?}");
+    assert!(!verdict.left_alone.is_empty());
+    let json = verdict.json();
+    assert_eq!(json["like"], "unlike");
+    assert!(json["text"].as_str().unwrap().contains("walk"), "{json}");
+}
