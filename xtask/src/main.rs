@@ -10,6 +10,7 @@ mod budget;
 mod capi;
 mod ci;
 mod firmware;
+mod foreign;
 mod fuzz;
 mod log_lines;
 mod no_panic;
@@ -99,6 +100,12 @@ enum Chore {
     },
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
+    /// Clips that nobody prepared, of public packages: each translates well, or is refused for a true reason
+    Foreign {
+        /// Fetch the packages that tests/foreign/clips.toml names
+        #[arg(long)]
+        setup: bool,
+    },
     /// Prove that `gestus` and `gestus-sim` write the same as those of another revision
     Same {
         /// The revision to compare with, such as `main`
@@ -145,6 +152,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Budget { setup, record } => budget::run(setup, record),
         Chore::Wasm { setup } => wasm::run(setup),
         Chore::RealData => real_data::run(),
+        Chore::Foreign { setup } => foreign::run(setup),
         Chore::Same { base, quick } => same::run(&base, quick),
         Chore::Structure => structure::run(),
         Chore::Golden { blob } => golden(blob),

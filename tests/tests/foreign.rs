@@ -1,0 +1,259 @@
+//! Clips that nobody prepared, which `cargo xtask foreign` fetches: each translates well, or is refused for a true reason.
+//! Skipped where `GESTUS_FOREIGN` names no folder.
+//!
+//! | check | limit |
+//! |---|---|
+//! | where the feet stand in the output, against the input | 2 cm for legs of 0.85 m |
+//! | left is left: hips and toes say so of the joints that were found | the same side |
+//! | the fastest turn of any joint, against the input's fastest | twice |
+//! | the last pose of a loop, against its first | 0.5 cm |
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use gestus_core::Database;
+use gestus_database::{
+    build::{BuildOptions, build},
+    retarget::{
+        Retarget,
+        parts::{Part, Side},
+    },
+    stream::{
+        Request,
+        input::{Input, Reading, read_clip},
+        translate::translate,
+        verdict::Verdict,
+    },
+    synth,
+};
+use gestus_motion::{
+    body::about_y,
+    clip::{Clip, Frame},
+    statistics::{quantile, sorted},
+};
+use gestus_tests::real_clips;
+use nalgebra::Vector3;
+use toml::{Table, Value};
+
+/// Leg length that the limits are for, metres.
+const LEG_M: f64 = 0.85;
+
+/// A row of the table.
+struct Row<'a> {
+    table: &'a Table,
+    folder: &'a Path,
+}
+
+impl<'a> Row<'a> {
+    fn word(&self, key: &str) -> Option<&'a str> {
+        self.table.get(key).and_then(Value::as_str)
+    }
+
+    fn is(&self, key: &str) -> bool {
+        self.table.get(key).and_then(Value::as_bool).unwrap_or(false)
+    }
+
+    fn name(&self) -> String {
+        let file = self.word("path").unwrap_or("?");
+        let file = Path::new(file).file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+        let change = self.word("change").map_or(String::new(), |change| format!(", {change}"));
+        let looped = if self.is("loop") { ", loop" } else { "" };
+        format!("{}: {file}{change}{looped}", self.word("package").unwrap_or("real clips"))
+    }
+
+    /// Where the clip is; as `xtask` unpacks packages.
+    fn path(&self) -> PathBuf {
+        let path = self.word("path").unwrap_or_default();
+        match (self.word("registry"), self.word("package")) {
+            (Some(registry), Some(package)) => {
+                self.folder.join(registry).join(package.replace(['/', '@'], "-")).join(path)
+            }
+            _ => real_clips::root().join(path),
+        }
+    }
+
+    /// The clip, or a changed copy of it.
+    fn file(&self, database: &Database<'_>) -> Result<PathBuf> {
+        let Some(change) = self.word("change") else { return Ok(self.path()) };
+        let (document, binding, mut clip) = read_clip(&self.path(), database, None)?;
+        // Z up is not known before it is retargeted.
+        let first = clip.frames[0].root;
+        for frame in &mut clip.frames {
+            match change {
+                "lifted" => frame.root.y -= 0.72,
+                "held" => frame.root = Vector3::new(first.x, frame.root.y, first.z),
+                other => anyhow::bail!("`{other}` is no change"),
+            }
+        }
+        let path = env::temp_dir().join(format!("gestus-foreign-{}-{change}.bvh", std::process::id()));
+        fs::write(&path, document.write(&binding, &clip, &path, None)?)?;
+        Ok(path)
+    }
+}
+
+/// What a clip came out as.
+struct Figures {
+    floor_cm: f64,
+    turn: f64,
+    left: bool,
+    seam_cm: Option<f64>,
+    words: String,
+}
+
+impl Figures {
+    /// What is wrong with it.
+    fn faults(&self) -> Vec<&'static str> {
+        let faults = [
+            (self.floor_cm.abs() > 2.0, "feet"),
+            (!self.left, "left and right"),
+            (self.turn > 2.0, "fast joints"),
+            (self.seam_cm.is_some_and(|cm| cm > 0.5), "loop"),
+        ];
+        faults.into_iter().filter(|f| f.0).map(|f| f.1).collect()
+    }
+}
+
+fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> {
+    let path = row.file(database)?;
+    let input = Input::read_with(&path, database, &Reading { looped: row.is("loop"), ..Reading::default() })?;
+    let streamed = translate(database, &input, &Request::style(style), &mut ())?;
+    let output = input.output(&streamed);
+    // What is written is what was checked.
+    let to = if path.extension().is_some_and(|e| e == "bvh") { "out.bvh" } else { "out.glb" };
+    input.written(&output, Path::new(to), None)?;
+    let (given, output) = (input.shown(&input.clip), input.shown(&output));
+    let retarget = input.retarget().context("it has the database's skeleton")?;
+    let verdict = Verdict::of(database, &input, &streamed);
+    let seam = row.is("loop").then(|| {
+        // As the hips see it: a clip that turns goes on turning.
+        let hip = |side| retarget.source.parts.get(Part::UpperLeg(side)).unwrap_or(0);
+        let [left, right] = Side::BOTH.map(hip);
+        let shape = |f: &Frame| {
+            let p = f.positions(&output.skeleton);
+            let line = p[left] - p[right];
+            let turn = about_y(-(-line.z).atan2(line.x));
+            p.iter().map(|q| turn * (q - Vector3::new(p[0].x, 0.0, p[0].z))).collect::<Vec<_>>()
+        };
+        let (a, b) = (shape(&output.frames[0]), shape(&output.frames[output.frames.len() - 1]));
+        100.0 * a.iter().zip(&b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+    });
+    Ok(Figures {
+        floor_cm: 100.0 * (standing(&output, retarget) - standing(&given, retarget)) * LEG_M
+            / retarget.source.anatomy.leg_m,
+        turn: fastest(&output) / fastest(&given).max(1e-6),
+        left: is_left(&given, retarget),
+        seam_cm: seam,
+        words: format!(
+            "floor {:.2} m, {}, {}, passed {:.0}%",
+            input.floor().height_m,
+            input.json()["root"].as_str().unwrap_or("?"),
+            verdict.likeness.name(),
+            100.0 * verdict.passed
+        ),
+    })
+}
+
+/// Height of the lower foot where it stands: the low quantile of the lower of all ankles and toes.
+fn standing(clip: &Clip, retarget: &Retarget) -> f64 {
+    let parts = Side::BOTH.into_iter().flat_map(|side| [Part::Foot(side), Part::Toes(side)]);
+    let joints: Vec<usize> = parts.filter_map(|part| retarget.source.parts.get(part)).collect();
+    let lowest = clip.frames.iter().map(|frame| {
+        let p = frame.positions(&clip.skeleton);
+        joints.iter().map(|&j| p[j].y).fold(f64::INFINITY, f64::min)
+    });
+    quantile(&sorted(lowest), 0.2).unwrap_or(0.0)
+}
+
+/// Fastest turn of a joint between two frames, radians; of the frames, all but the fastest hundredth.
+fn fastest(clip: &Clip) -> f64 {
+    let turns = clip.frames.windows(2).map(|pair| {
+        let joints = pair[0].rotations.iter().zip(&pair[1].rotations).skip(1);
+        joints.map(|(p, q)| p.angle_to(q)).fold(0.0, f64::max)
+    });
+    sorted(turns).last().copied().unwrap_or(0.0)
+}
+
+/// Whether the joints that were found on the left are on the left of a body whose toes are ahead of its ankles.
+fn is_left(clip: &Clip, retarget: &Retarget) -> bool {
+    let part = |p: Part| retarget.source.parts.get(p);
+    let both = |of: fn(Side) -> Part| Some([part(of(Side::Left))?, part(of(Side::Right))?]);
+    let (Some(hips), Some(feet), Some(toes)) = (both(Part::UpperLeg), both(Part::Foot), both(Part::Toes))
+    else {
+        return true;
+    };
+    let hands = both(Part::UpperArm).unwrap_or(hips);
+    let (mut ahead, mut same) = (0.0, 0.0);
+    for frame in &clip.frames {
+        let p = frame.positions(&clip.skeleton);
+        let left = p[hips[0]] - p[hips[1]];
+        let forward = left.cross(&Vector3::y());
+        ahead += (0..2).map(|s| (p[toes[s]] - p[feet[s]]).dot(&forward)).sum::<f64>();
+        same += (p[hands[0]] - p[hands[1]]).dot(&left);
+    }
+    ahead > 0.0 && same > 0.0
+}
+
+#[test]
+fn clips_that_nobody_prepared_come_out_well_or_are_refused_for_a_reason() {
+    let Some(folder) = env::var_os("GESTUS_FOREIGN").map(PathBuf::from) else {
+        println!("skipped: no foreign clips: `cargo xtask foreign --setup` fetches them");
+        return;
+    };
+    let text = include_str!("../foreign/clips.toml");
+    let table: Table = text.parse().unwrap();
+    let styles = ["neutral", "proud", "old"];
+    let corpus =
+        synth::corpus(&synth::Options::of(&["walk", "run", "jump", "punch"], &styles, 2, 6.0)).unwrap();
+    let blob = build(&corpus, &BuildOptions { models: false, ..BuildOptions::default() }).unwrap().bytes;
+    let database = Database::open(&blob).unwrap();
+    let mut wrong = Vec::new();
+    let (mut checked, mut missing) = (0, 0);
+    for row in table["clip"].as_array().unwrap() {
+        let row = Row { table: row.as_table().unwrap(), folder: &folder };
+        if !row.path().is_file() {
+            println!("| {} | missing |", row.name());
+            missing += 1;
+            continue;
+        }
+        checked += 1;
+        let found = check(&database, &row, 1);
+        let said = match (&found, row.word("refused")) {
+            (Err(error), Some(reason)) if format!("{error:#}").contains(reason) => {
+                println!("| {} | refused: {error:#} |", row.name());
+                continue;
+            }
+            (Err(error), Some(_)) => format!("refused for another reason: {error:#}"),
+            (Err(error), None) => format!("refused: {error:#}"),
+            (Ok(_), Some(_)) => "not refused".to_owned(),
+            (Ok(figures), None) => {
+                let faults = figures.faults();
+                println!(
+                    "| {} | feet {:+.1} cm | turns {:.2} | {}{} | {} |",
+                    row.name(),
+                    figures.floor_cm,
+                    figures.turn,
+                    if figures.left { "left is left" } else { "LEFT IS RIGHT" },
+                    figures.seam_cm.map_or(String::new(), |cm| format!(" | seam {cm:.2} cm")),
+                    figures.words
+                );
+                let faults = faults.join(", ");
+                match row.word("known") {
+                    None if faults.is_empty() => continue,
+                    Some(known) if known == faults => {
+                        println!("| {} | known: {known} |", row.name());
+                        continue;
+                    }
+                    Some(known) if faults.is_empty() => format!("no longer: {known}"),
+                    _ => faults,
+                }
+            }
+        };
+        println!("| {} | WRONG: {said} |", row.name());
+        wrong.push(format!("{}: {said}", row.name()));
+    }
+    println!("{checked} clips checked, {missing} missing");
+    assert!(wrong.is_empty(), "{} clips:\n{}", wrong.len(), wrong.join("\n"));
+}
