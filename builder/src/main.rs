@@ -8,7 +8,7 @@ fn main() -> ExitCode {
     match cli::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            gestus_database::command_line::outputs::note(format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }

@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;
 
-use std::{fs, io, path::Path, process::Command};
+use std::{fs, path::Path, process::Command};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use gestus_database::data_folder::{config::Config, load::load};
@@ -13,6 +13,7 @@ use gestus_motion::{
     binding::{Binding, Options, to_clip},
     capture::{read, read_folder},
     clip::{Clip, Frame, Skeleton},
+    files::FileError,
     formats::{
         bvh::{AsBvh, Bvh},
         gltf::{GltfError, parse},
@@ -179,8 +180,8 @@ fn walk() -> Made {
     made
 }
 
-fn nothing_beside(_: &str) -> io::Result<Vec<u8>> {
-    Err(io::ErrorKind::NotFound.into())
+fn nothing_beside(_: &Path) -> Result<Vec<u8>, FileError> {
+    Err(FileError::Io("not found".into()))
 }
 
 fn one(bytes: &[u8]) -> Result<Animation, GltfError> {
@@ -223,7 +224,7 @@ fn a_body_below_an_armature_moves_as_it_did() {
 #[test]
 fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
     let (text, data) = walk().text("my%20numbers.bin");
-    let open = |uri: &str| if uri == "my numbers.bin" { Ok(data.clone()) } else { nothing_beside(uri) };
+    let open = |name: &Path| if name == "my numbers.bin" { Ok(data.clone()) } else { nothing_beside(name) };
     let beside = parse(&text, "hero.gltf", &open).unwrap().remove(0).1;
     assert!(apart(common::walk(), &clip(&beside)) < 2e-6);
     let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
@@ -357,8 +358,16 @@ fn what_is_wrong_is_said_with_its_place() {
             "animation `turn`, node `hips`: it has another",
         ),
         ("backwards", |j| j["animations"][0]["samplers"][0]["input"] = json!(2), "its times do not grow"),
-        ("for years", |j| j["animations"][0]["samplers"][0]["input"] = json!(3), "would fill the memory"),
-        ("for days", |j| j["animations"][0]["samplers"][0]["input"] = json!(4), "would fill the memory"),
+        (
+            "for years",
+            |j| j["animations"][0]["samplers"][0]["input"] = json!(3),
+            "out of proportion to the file",
+        ),
+        (
+            "for days",
+            |j| j["animations"][0]["samplers"][0]["input"] = json!(4),
+            "out of proportion to the file",
+        ),
         (
             "flat",
             |j| j["nodes"][0]["scale"] = json!([1.0, 0.5, 1.0]),

@@ -49,7 +49,7 @@ fn exit_code(outcome: anyhow::Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            gestus_database::command_line::outputs::note(format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }

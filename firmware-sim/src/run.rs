@@ -17,7 +17,7 @@ use gestus_database::{
         translate::{degraded_words, figures, translate},
     },
 };
-use gestus_motion::body::database_skeleton;
+use gestus_motion::{body::database_skeleton, files};
 use serde_json::{Value, json};
 
 use crate::{
@@ -89,7 +89,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
     };
     if let Some(path) = &args.output {
         let bytes = input.written(&input.output(&streamed), path, None)?;
-        std::fs::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
+        files::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     }
     let stream = Stream { database: &database, blob_bytes: bytes.len() as u64, request: &request };
     let reports = || streamed.steps.iter().map(|s| &s.report);

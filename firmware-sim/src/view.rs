@@ -24,6 +24,7 @@ use gestus_database::{
     stream::input::{Input, Reading},
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
+use gestus_motion::files;
 
 use crate::recording::{Recording, Settings};
 
@@ -91,7 +92,8 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let module = MODULE.bytes(args.wasm.as_deref())?;
     let name = args.db.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let html = page(&format!("Gestus live: {name}"), &what, &module, &blob, &recording.to_bytes(digest));
-    fs::write(&args.output, &html).with_context(|| format!("{} can't be written", args.output.display()))?;
+    files::write(&args.output, &html)
+        .with_context(|| format!("{} can't be written", args.output.display()))?;
     if args.json {
         let output = args.output.display().to_string();
         say(serde_json::json!({

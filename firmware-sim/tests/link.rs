@@ -54,7 +54,7 @@ fn a_clip_over_a_noisy_loopback_is_that_of_the_core() {
     assert_eq!(figures["statistics"]["steps"], 50);
     assert!(figures["line"]["repeats"].as_u64() > Some(0), "{figures}");
     assert!(figures["round_trip_median_ms"].as_f64() > Some(1.0), "{figures}");
-    assert!(capture::read(&out).expect("the output is BVH").animation().frames() > 40);
+    assert!(capture::read(&out).expect("the output is BVH").frames() > 40);
 }
 
 /// A board on a socket, which serves one connection at a time.

@@ -1,8 +1,9 @@
 //! What a measure returns: rows, means over them, plots; and how it is written to a folder.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use anyhow::{Context, Result};
+use gestus_motion::files;
 use serde_json::json;
 
 use crate::report::{
@@ -64,7 +65,7 @@ impl Evaluation {
     pub fn write(&self, folder: &Path) -> Result<()> {
         let save = |name: String, content: String| {
             let path = folder.join(name);
-            fs::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
+            files::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
         };
         save(format!("{}.json", self.what), serde_json::to_string_pretty(&self.to_json())?)?;
         save(format!("{}.csv", self.what), table::csv(&self.rows)?)?;

@@ -10,7 +10,7 @@ use gestus_motion::formats::{
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let beside = |_: &str| Ok(bytes.to_vec());
+    let beside = |_: &std::path::Path| Ok(bytes.to_vec());
     for (_, animation) in parse(bytes, "fuzz.glb", &beside).unwrap_or_default() {
         // A few keys may last for hours.
         if animation.poses.len() > 30_000 {

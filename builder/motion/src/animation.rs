@@ -1,6 +1,6 @@
 //! The content of a motion file, whatever its format: a rig of joints, and the local pose of each joint in each frame.
 //!
-//! Every format is read into an [`Animation`]; a [`Binding`](crate::binding::Binding) turns that into a clip.
+//! Every format is a [`Recording`]; a [`Binding`](crate::binding::Binding) turns that into a clip.
 
 use std::borrow::Cow;
 
@@ -44,31 +44,62 @@ pub struct Animation {
     pub poses: Vec<Isometry3<f64>>,
 }
 
-impl Animation {
-    /// Number of frames.
-    pub fn frames(&self) -> usize {
-        self.poses.len() / self.joints.len().max(1)
-    }
-
-    /// The local poses of a frame, file units. Shape `[joints]`.
-    pub fn frame(&self, frame: usize) -> &[Isometry3<f64>] {
-        &self.poses[frame * self.joints.len()..(frame + 1) * self.joints.len()]
-    }
-
-    /// Indices of a joint's children, in order.
-    pub fn children(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
-        (joint + 1..self.joints.len()).filter(move |&j| self.joints[j].parent == Some(joint))
-    }
-}
-
-/// A source of an animation.
+/// A source of a rig and its motion. Poses are made when they are asked for: those of a whole file would take several
+/// times its size.
 pub trait Recording {
-    /// The animation; converted if the format stores it in another form. Convert once and keep it.
-    fn animation(&self) -> Cow<'_, Animation>;
+    /// The file's name, for messages and for naming clips.
+    fn name(&self) -> &str;
+    /// The unit of length, where the format has one.
+    fn unit(&self) -> Option<Unit>;
+    /// Frames a second.
+    fn rate_hz(&self) -> f64;
+    /// Notes for the user about the reading of the file.
+    fn notes(&self) -> &[String];
+    /// The rig, joints in depth-first order. Computed by some formats: ask once.
+    fn joints(&self) -> Cow<'_, [Joint]>;
+    /// Number of frames.
+    fn frames(&self) -> usize;
+    /// The local poses of a frame, file units. Shape `[joints]`.
+    fn frame(&self, frame: usize) -> Cow<'_, [Isometry3<f64>]>;
+    /// The translation of one joint in its parent, file units.
+    fn place(&self, frame: usize, joint: usize) -> Vector3<f64>;
 }
 
 impl Recording for Animation {
-    fn animation(&self) -> Cow<'_, Animation> {
-        Cow::Borrowed(self)
+    fn name(&self) -> &str {
+        &self.name
     }
+
+    fn unit(&self) -> Option<Unit> {
+        self.unit
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn joints(&self) -> Cow<'_, [Joint]> {
+        Cow::Borrowed(&self.joints)
+    }
+
+    fn frames(&self) -> usize {
+        self.poses.len() / self.joints.len().max(1)
+    }
+
+    fn frame(&self, frame: usize) -> Cow<'_, [Isometry3<f64>]> {
+        Cow::Borrowed(&self.poses[frame * self.joints.len()..(frame + 1) * self.joints.len()])
+    }
+
+    fn place(&self, frame: usize, joint: usize) -> Vector3<f64> {
+        self.poses[frame * self.joints.len() + joint].translation.vector
+    }
+}
+
+/// Indices of a joint's children, in order.
+pub fn children(joints: &[Joint], joint: usize) -> impl Iterator<Item = usize> + '_ {
+    (joint + 1..joints.len()).filter(move |&j| joints[j].parent == Some(joint))
 }

@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
 use crate::{
-    animation::{Animation, Joint, Recording},
+    animation::{Joint, Recording, children},
     clip::{Clip, Frame, Skeleton},
     unit::Unit,
 };
@@ -84,11 +84,10 @@ pub struct Binding {
 impl Binding {
     /// Lays out the skeleton of an animation.
     pub fn new(recording: &impl Recording, options: &Options) -> Result<Binding, ConvertError> {
-        let animation = &*recording.animation();
-        let file = animation.name.clone();
-        let all = &animation.joints;
+        let file = recording.name().to_owned();
+        let all = &*recording.joints();
         let hips = match &options.root {
-            None => find_hips(animation),
+            None => find_hips(all),
             Some(name) => {
                 all.iter().position(|j| &j.name == name).ok_or_else(|| ConvertError::NoSuchRoot {
                     name: name.clone(),
@@ -107,11 +106,11 @@ impl Binding {
                 joints.push(j);
             }
         }
-        let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(animation, j)).collect();
+        let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(recording, all, j)).collect();
 
-        let mut notes = animation.notes.clone();
-        let guess = || Unit::guess(longest_chain(animation, &joints, &place, &means));
-        let (unit, guessed, doubt) = match (options.unit, animation.unit) {
+        let mut notes = recording.notes().to_vec();
+        let guess = || Unit::guess(longest_chain(all, &joints, &place, &means));
+        let (unit, guessed, doubt) = match (options.unit, recording.unit()) {
             (Some(unit), _) => (unit, None, None),
             (None, Some(unit)) => (unit, None, guess().doubt(unit)),
             (None, None) => {
@@ -129,7 +128,7 @@ impl Binding {
                 return Err(ConvertError::TooLong { joint: all[j].name.clone(), metres });
             }
             offsets.push(offset);
-            let moves = if s == 0 { 0.0 } else { translation_range(animation, j) * scale };
+            let moves = if s == 0 { 0.0 } else { translation_range(recording, all, j) * scale };
             if moves > STRETCH_M {
                 let cm = moves * 100.0;
                 notes.push(format!(
@@ -150,7 +149,7 @@ impl Binding {
             offsets,
         };
         let skeleton = Arc::new(skeleton);
-        Ok(Binding { skeleton, unit, doubt, notes, above, joints, file, rig: all.clone() })
+        Ok(Binding { skeleton, unit, doubt, notes, above, joints, file, rig: all.to_vec() })
     }
 
     /// The joints of the clips that this makes, hips first.
@@ -175,12 +174,11 @@ impl Binding {
 
     /// The animation's motion, at its own rate. The clip is named by the stem of the file's name.
     pub fn to_clip(&self, recording: &impl Recording) -> Result<Clip, ConvertError> {
-        let animation = &*recording.animation();
-        self.check_rig(&animation.joints)?;
+        self.check_rig(&recording.joints())?;
         let scale = self.unit.metres();
-        let mut frames = Vec::with_capacity(animation.frames());
-        for f in 0..animation.frames() {
-            let poses = animation.frame(f);
+        let mut frames = Vec::with_capacity(recording.frames());
+        for f in 0..recording.frames() {
+            let poses = &*recording.frame(f);
             let hips = self.carrier(poses) * poses[self.joints[0]];
             let root = hips.translation.vector * scale;
             let metres = root.norm();
@@ -192,11 +190,11 @@ impl Binding {
             rotations.extend(self.joints[1..].iter().map(|&j| poses[j].rotation));
             frames.push(Frame { root, rotations });
         }
-        let name = std::path::Path::new(&animation.name).file_stem().unwrap_or_default();
+        let name = std::path::Path::new(recording.name()).file_stem().unwrap_or_default();
         Ok(Clip {
             name: name.to_string_lossy().into_owned(),
             skeleton: self.skeleton.clone(),
-            rate_hz: animation.rate_hz,
+            rate_hz: recording.rate_hz(),
             frames,
         })
     }
@@ -235,9 +233,8 @@ impl Binding {
 
 /// A recording's clip and the binding that made it.
 pub fn to_clip(recording: &impl Recording, options: &Options) -> Result<(Clip, Binding), ConvertError> {
-    let animation = &*recording.animation();
-    let binding = Binding::new(animation, options)?;
-    Ok((binding.to_clip(animation)?, binding))
+    let binding = Binding::new(recording, options)?;
+    Ok((binding.to_clip(recording)?, binding))
 }
 
 /// Whether joints are the same by name and parent; their offsets may differ.
@@ -278,12 +275,11 @@ pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
 }
 
 /// The first joint from the top that does more than carry the body.
-fn find_hips(animation: &Animation) -> usize {
-    let all = &animation.joints;
+fn find_hips(all: &[Joint]) -> usize {
     let mut joint = 0;
     loop {
-        let mut children = animation.children(joint);
-        let (Some(child), None) = (children.next(), children.next()) else { return joint };
+        let mut below = children(all, joint);
+        let (Some(child), None) = (below.next(), below.next()) else { return joint };
         let name = all[joint].name.to_ascii_lowercase();
         let is_hips = ["hips", "pelvis"].iter().any(|n| name.contains(n));
         let is_carrier =
@@ -291,45 +287,40 @@ fn find_hips(animation: &Animation) -> usize {
         // The hips can carry what is above them only with all six channels of their own.
         let can_carry = all[joint].degrees == 0 || all[child].degrees == 6;
         let idle = is_carrier || all[joint].still;
-        if is_hips || !can_carry || !idle || animation.children(child).next().is_none() {
+        if is_hips || !can_carry || !idle || children(all, child).next().is_none() {
             return joint;
         }
         joint = child;
     }
 }
 
-fn mean_translation(animation: &Animation, joint: usize) -> Vector3<f64> {
-    if !animation.joints[joint].moves.contains(&true) {
-        return animation.joints[joint].offset;
+fn mean_translation(recording: &impl Recording, joints: &[Joint], joint: usize) -> Vector3<f64> {
+    if !joints[joint].moves.contains(&true) {
+        return joints[joint].offset;
     }
-    let frames = animation.frames();
-    let place = |f: usize| animation.frame(f)[joint].translation.vector;
+    let frames = recording.frames();
+    let place = |f: usize| recording.place(f, joint);
     // From the first frame on, so that the mean of a constant is that constant.
     let first = place(0);
     let sum: Vector3<f64> = (0..frames).map(|f| place(f) - first).sum();
     first + sum / frames as f64
 }
 
-fn translation_range(animation: &Animation, joint: usize) -> f64 {
-    if !animation.joints[joint].moves.contains(&true) {
+fn translation_range(recording: &impl Recording, joints: &[Joint], joint: usize) -> f64 {
+    if !joints[joint].moves.contains(&true) {
         return 0.0;
     }
-    let place = |f: usize| animation.frame(f)[joint].translation.vector;
+    let place = |f: usize| recording.place(f, joint);
     let first = place(0);
-    (1..animation.frames()).map(|f| (place(f) - first).norm()).fold(0.0, f64::max)
+    (1..recording.frames()).map(|f| (place(f) - first).norm()).fold(0.0, f64::max)
 }
 
 /// Longest chain of bones from the hips to a tip, with End Sites, file units.
-fn longest_chain(
-    animation: &Animation,
-    joints: &[usize],
-    place: &[Option<usize>],
-    means: &[Vector3<f64>],
-) -> f64 {
+fn longest_chain(all: &[Joint], joints: &[usize], place: &[Option<usize>], means: &[Vector3<f64>]) -> f64 {
     let mut reach = vec![0.0; joints.len()];
     let mut longest: f64 = 0.0;
     for (s, &j) in joints.iter().enumerate() {
-        let joint = &animation.joints[j];
+        let joint = &all[j];
         if s > 0 {
             reach[s] = means[s].norm() + joint.parent.and_then(|p| place[p]).map_or(0.0, |p| reach[p]);
         }

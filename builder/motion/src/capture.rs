@@ -7,16 +7,20 @@
 
 use std::{
     borrow::Cow,
-    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
 
+use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use thiserror::Error;
 use walkdir::WalkDir;
 
-use crate::animation::{Animation, Recording};
+use crate::animation::{Animation, Joint, Recording};
+use crate::files::{self, FileError, MOST_MOTION};
+pub use crate::format::{EndingError, Format, file_of};
+
+use crate::format::is_gltf;
 use crate::formats::{
     bvh::{AsBvh, Bvh, BvhError, BvhErrorKind},
     gltf::{self, Gltf, GltfError, GltfErrorKind},
@@ -39,6 +43,16 @@ pub enum CaptureError {
     /// glTF.
     #[error(transparent)]
     Gltf(#[from] GltfError),
+    /// FBX, which is not read.
+    #[error(
+        "{file}: this is FBX, which Gestus does not read; convert it to glTF: `FBX2glTF -b -i {file} -o clip`, or in Blender \
+         `blender -b --python-expr \"import bpy; bpy.ops.wm.read_factory_settings(use_empty=True); \
+         bpy.ops.import_scene.fbx(filepath='{file}'); bpy.ops.export_scene.gltf(filepath='clip.glb')\"`"
+    )]
+    Fbx {
+        /// The file, as the caller named it.
+        file: String,
+    },
 }
 
 impl CaptureError {
@@ -47,6 +61,7 @@ impl CaptureError {
         match self {
             Self::Bvh(error) => &error.file,
             Self::Gltf(error) => &error.file,
+            Self::Fbx { file } => file,
         }
     }
 }
@@ -63,24 +78,6 @@ pub enum Document {
 }
 
 impl Document {
-    /// The file's name.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Bvh(document) => document.name(),
-            Self::Gltf(document) => &document.animation.name,
-            Self::Animation(animation) => &animation.name,
-        }
-    }
-
-    /// The unit of length, where the format has one.
-    pub fn unit(&self) -> Option<Unit> {
-        match self {
-            Self::Bvh(_) => None,
-            Self::Gltf(document) => document.animation.unit,
-            Self::Animation(animation) => animation.unit,
-        }
-    }
-
     /// A clip in the form of this document, for the file `to`: glTF or BVH, by its ending ([`Format::of_output`]). In glTF
     /// it replaces the animation that was read, or is added under `name`.
     ///
@@ -115,24 +112,68 @@ pub enum WriteError {
     Gltf(#[from] GltfErrorKind),
 }
 
-/// An output whose ending can't be written.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{}: {reason}: choose a name that ends in {endings}", .file.display())]
-pub struct EndingError {
-    /// The output.
-    pub file: PathBuf,
-    /// Why it can't be written.
-    pub reason: &'static str,
-    /// The endings that can be written.
-    pub endings: String,
-}
-
 impl Recording for Document {
-    fn animation(&self) -> Cow<'_, Animation> {
+    fn name(&self) -> &str {
         match self {
-            Self::Bvh(document) => document.animation(),
-            Self::Gltf(document) => Cow::Borrowed(&document.animation),
-            Self::Animation(animation) => Cow::Borrowed(animation),
+            Self::Bvh(document) => Recording::name(document),
+            Self::Gltf(document) => document.animation.name(),
+            Self::Animation(animation) => animation.name(),
+        }
+    }
+
+    fn unit(&self) -> Option<Unit> {
+        match self {
+            Self::Bvh(document) => Recording::unit(document),
+            Self::Gltf(document) => document.animation.unit(),
+            Self::Animation(animation) => animation.unit(),
+        }
+    }
+
+    fn rate_hz(&self) -> f64 {
+        match self {
+            Self::Bvh(document) => Recording::rate_hz(document),
+            Self::Gltf(document) => document.animation.rate_hz(),
+            Self::Animation(animation) => animation.rate_hz(),
+        }
+    }
+
+    fn notes(&self) -> &[String] {
+        match self {
+            Self::Bvh(document) => Recording::notes(document),
+            Self::Gltf(document) => document.animation.notes(),
+            Self::Animation(animation) => animation.notes(),
+        }
+    }
+
+    fn joints(&self) -> Cow<'_, [Joint]> {
+        match self {
+            Self::Bvh(document) => Recording::joints(document),
+            Self::Gltf(document) => document.animation.joints(),
+            Self::Animation(animation) => animation.joints(),
+        }
+    }
+
+    fn frames(&self) -> usize {
+        match self {
+            Self::Bvh(document) => Recording::frames(document),
+            Self::Gltf(document) => document.animation.frames(),
+            Self::Animation(animation) => animation.frames(),
+        }
+    }
+
+    fn frame(&self, frame: usize) -> Cow<'_, [Isometry3<f64>]> {
+        match self {
+            Self::Bvh(document) => Recording::frame(document, frame),
+            Self::Gltf(document) => document.animation.frame(frame),
+            Self::Animation(animation) => animation.frame(frame),
+        }
+    }
+
+    fn place(&self, frame: usize, joint: usize) -> Vector3<f64> {
+        match self {
+            Self::Bvh(document) => Recording::place(document, frame, joint),
+            Self::Gltf(document) => document.animation.place(frame, joint),
+            Self::Animation(animation) => animation.place(frame, joint),
         }
     }
 }
@@ -145,78 +186,6 @@ impl AsBvh for Document {
             Self::Animation(animation) => animation.as_bvh(),
         }
     }
-}
-
-/// A format of motion files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// BVH.
-    Bvh,
-    /// glTF.
-    Gltf,
-}
-
-impl Format {
-    const ALL: [Self; 2] = [Self::Bvh, Self::Gltf];
-
-    /// The format of a file, by the ending of its name.
-    pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?;
-        Self::ALL.into_iter().find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
-    }
-
-    /// Its name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Bvh => "BVH",
-            Self::Gltf => "glTF",
-        }
-    }
-
-    /// The format in which a clip is written to a file, by the ending of its name: BVH, also where it has none, or glTF if
-    /// the clip comes from a file with the same ending. `input`: that file; `None` for a clip on another skeleton.
-    ///
-    /// # Errors
-    /// [`EndingError`] names the endings that can be written.
-    pub fn of_output(output: &Path, input: Option<&Path>) -> Result<Self, EndingError> {
-        let Some(ending) = output.extension() else { return Ok(Self::Bvh) };
-        let format = Self::of(output);
-        let input = input.map(file_of).filter(|path| is_gltf(path)).and_then(Path::extension);
-        if format == Some(Self::Bvh) {
-            return Ok(Self::Bvh);
-        }
-        if input.is_some_and(|input| input.eq_ignore_ascii_case(ending)) {
-            return Ok(Self::Gltf);
-        }
-        let reason = match (format, input) {
-            (Some(_), Some(_)) => "glTF is written with the ending of the input",
-            (Some(_), None) => {
-                "glTF is read and not written, except where the clip comes from glTF and stays on its nodes"
-            }
-            _ => "this ending can't be written",
-        };
-        let own = input.map(|e| format!(" or .{}", e.to_string_lossy().to_ascii_lowercase()));
-        let endings = format!(".bvh{}", own.unwrap_or_default());
-        Err(EndingError { file: output.to_owned(), reason, endings })
-    }
-
-    const fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Bvh => &["bvh"],
-            Self::Gltf => &["glb", "gltf"],
-        }
-    }
-}
-
-/// The file of a clip's path, without the name of an animation after a `#`.
-pub fn file_of(path: &Path) -> &Path {
-    let file = path.to_str().and_then(|text| text.split_once('#')).map(|(file, _)| Path::new(file));
-    file.filter(|file| !path.exists() && is_gltf(file)).unwrap_or(path)
-}
-
-/// Whether a file is glTF, by its name.
-fn is_gltf(path: &Path) -> bool {
-    Format::of(path) == Some(Format::Gltf)
 }
 
 /// Whether a file or folder is hidden: macOS leaves a `._walk.bvh` beside a `walk.bvh`, which holds no motion.
@@ -257,31 +226,10 @@ impl Folder {
 /// A file that can't be read is listed in [`Folder::skipped`]; with `strict`, the first such file in order is the error.
 /// Links to folders are not followed; hidden files and folders (`.name`) are skipped. A document's name is its path.
 pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
-    let mut paths = Vec::new();
-    let mut errors = Vec::new();
-    if path.is_file() {
-        paths.push(path.to_path_buf());
-    } else {
-        let files = WalkDir::new(path).max_depth(MAX_FOLDERS + 1).into_iter();
-        for entry in files.filter_entry(|entry| entry.depth() == 0 || !is_hidden(entry.path())) {
-            match entry {
-                Ok(entry) if !entry.file_type().is_dir() && Format::of(entry.path()).is_some() => {
-                    paths.push(entry.into_path());
-                }
-                Ok(_) => {}
-                // The folder itself has to be there; a folder in it may be closed to us.
-                Err(error) => {
-                    let (at, folder) = (error.depth(), error.path().unwrap_or(path).to_path_buf());
-                    let error = io_error(&folder, &error.into());
-                    if at == 0 || strict {
-                        return Err(error.into());
-                    }
-                    errors.push(error.into());
-                }
-            }
-        }
+    let (paths, errors) = motion_files(path)?;
+    if strict && let Some(error) = errors.first() {
+        return Err(error.clone());
     }
-    paths.sort();
     let read: Vec<Result<Vec<(PathBuf, Document)>, CaptureError>> =
         paths.par_iter().map(|path| clips(path)).collect();
     let mut folder = Folder { skipped: errors, ..Folder::default() };
@@ -300,6 +248,37 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
     Ok(folder)
 }
 
+/// The motion files below a folder, sorted by path, and the folders in it that can't be read. A file stands for itself.
+///
+/// # Errors
+/// The folder itself can't be read.
+pub fn motion_files(path: &Path) -> Result<(Vec<PathBuf>, Vec<CaptureError>), CaptureError> {
+    let (mut paths, mut errors) = (Vec::new(), Vec::new());
+    if path.is_file() {
+        return Ok((vec![path.to_path_buf()], errors));
+    }
+    let files = WalkDir::new(path).max_depth(MAX_FOLDERS + 1).into_iter();
+    for entry in files.filter_entry(|entry| entry.depth() == 0 || !is_hidden(entry.path())) {
+        match entry {
+            Ok(entry) if !entry.file_type().is_dir() && Format::of(entry.path()).is_some() => {
+                paths.push(entry.into_path());
+            }
+            Ok(_) => {}
+            // The folder itself has to be there; a folder in it may be closed to us.
+            Err(error) => {
+                let (at, folder) = (error.depth(), error.path().unwrap_or(path).to_path_buf());
+                let error = file_error(&folder, std::io::Error::from(error).into()).into();
+                if at == 0 {
+                    return Err(error);
+                }
+                errors.push(error);
+            }
+        }
+    }
+    paths.sort();
+    Ok((paths, errors))
+}
+
 /// The documents in the bytes of a file, each with the name of its animation, which BVH does not have. The file's name
 /// says the format.
 ///
@@ -316,9 +295,10 @@ pub fn documents(file: &Path, bytes: &Arc<[u8]>) -> Result<Vec<(String, Document
 
 /// The documents of a file, with their paths in [`Folder::documents`].
 fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
-    let animations = match Format::of(path) {
-        Some(Format::Gltf) => gltf::read(path)?,
-        Some(Format::Bvh) | None => return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]),
+    let animations = match format_of(path)? {
+        Format::Gltf => gltf::read(path)?,
+        Format::Bvh => return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]),
+        Format::Fbx => return Err(CaptureError::Fbx { file: path.to_string_lossy().into_owned() }),
     };
     let alone = animations.len() == 1;
     let place = |name: &str| match alone {
@@ -340,32 +320,24 @@ pub fn read(path: &Path) -> Result<Document, CaptureError> {
     let file = file_of(path);
     let text = path.to_string_lossy();
     let wanted = text.split_once('#').map(|(_, name)| name).filter(|_| file != path);
-    let mut animations = match Format::of(file) {
-        Some(Format::Gltf) => gltf::read(file)?,
-        Some(Format::Bvh) | None => return Ok(Document::Bvh(read_bvh(path)?)),
-    };
-    let names: Vec<String> = animations.iter().map(|animation| animation.name().to_owned()).collect();
-    let file = file.to_string_lossy().into_owned();
-    let at = match wanted {
-        Some(wanted) => names
-            .iter()
-            .position(|n| n == wanted)
-            .ok_or_else(|| GltfErrorKind::NoSuch { wanted: wanted.to_owned(), names: names.clone() }),
-        None if names.len() > 1 => Err(GltfErrorKind::Several { file: file.clone(), names }),
-        None => Ok(0),
-    };
-    match at {
-        Ok(at) => Ok(Document::Gltf(Box::new(animations.swap_remove(at)))),
-        Err(kind) => Err(GltfError { file, kind }.into()),
+    match format_of(file)? {
+        Format::Gltf => Ok(Document::Gltf(Box::new(gltf::read_one(file, wanted)?))),
+        Format::Bvh => Ok(Document::Bvh(read_bvh(path)?)),
+        Format::Fbx => Err(CaptureError::Fbx { file: path.to_string_lossy().into_owned() }),
     }
 }
 
+/// The format of a file, by its content.
+fn format_of(path: &Path) -> Result<Format, CaptureError> {
+    Ok(Format::of_file(path).map_err(|e| file_error(path, e))?)
+}
+
 fn read_bvh(path: &Path) -> Result<Bvh, BvhError> {
-    let bytes = fs::read(path).map_err(|e| io_error(path, &e))?;
+    let bytes = files::read(path, MOST_MOTION).map_err(|e| file_error(path, e))?;
     Bvh::parse(&bytes, &path.to_string_lossy())
 }
 
-fn io_error(path: &Path, error: &std::io::Error) -> BvhError {
-    let kind = BvhErrorKind::Io(error.to_string());
+fn file_error(path: &Path, error: FileError) -> BvhError {
+    let kind = BvhErrorKind::File(error);
     BvhError { file: path.to_string_lossy().into_owned(), line: 0, column: 0, kind }
 }

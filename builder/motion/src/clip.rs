@@ -32,6 +32,11 @@ impl Skeleton {
     }
 }
 
+/// Memory of a frame beside its rotations, bytes: the root, the list, and what the allocator adds.
+pub const FRAME_BYTES: usize = size_of::<Frame>() + 16;
+/// Memory of a joint's rotation in a frame, bytes.
+pub const ROTATION_BYTES: usize = size_of::<UnitQuaternion<f64>>();
+
 /// One pose: where the root is, and each joint's rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {

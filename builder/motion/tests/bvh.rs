@@ -122,7 +122,7 @@ fn every_error_names_its_place_and_what_to_do() {
             (17, 9),
             "promises 18446744073709551615 frames, found 2",
         ),
-        ("lying less", SMALL.replace("Frames: 2", "Frames: 1"), (17, 9), "promises 1 frames, found 2"),
+        ("lying less", SMALL.replace("Frames: 2", "Frames: 0"), (17, 9), "promises 0 frames, found 2"),
         ("no frames", frames(""), (17, 9), "has no frames"),
         (
             "nothing after motion",

@@ -12,6 +12,7 @@ use gestus_database::{
 };
 use gestus_motion::{
     clip::Clip,
+    files,
     joints::{clip_on, kept, skeleton_of},
 };
 
@@ -84,7 +85,8 @@ impl Profile {
         let program = std::env::current_exe().and_then(|p| written(&p)).unwrap_or(SystemTime::now());
         if !written(&path).is_ok_and(|file| file > program) {
             eprintln!("building the database `{}` from generated motion", self.name);
-            fs::write(&path, self.blob()?).with_context(|| format!("{} can't be written", path.display()))?;
+            files::write(&path, self.blob()?)
+                .with_context(|| format!("{} can't be written", path.display()))?;
         }
         Ok(path)
     }

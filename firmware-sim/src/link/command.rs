@@ -17,6 +17,7 @@ use gestus_database::{
         input::{Input, Reading},
     },
 };
+use gestus_motion::files;
 use serde_json::{Value, json};
 
 use super::{
@@ -114,8 +115,7 @@ impl RobotArgs {
     /// A file that can't be written.
     pub fn write(&self, linked: &Linked) -> Result<()> {
         let Some(path) = &self.robot_csv else { return Ok(()) };
-        std::fs::write(path, linked.robot_csv())
-            .with_context(|| format!("{} can't be written", path.display()))
+        files::write(path, linked.robot_csv()).with_context(|| format!("{} can't be written", path.display()))
     }
 }
 
@@ -225,7 +225,7 @@ fn stream_clip<'t, L: Line>(
     request: &Request,
 ) -> Result<()> {
     let mut session = Session::begin(client(line, args.timeout, args.repeats), twin, database)?;
-    eprintln!("{}", session.identity());
+    gestus_database::command_line::outputs::note(session.identity());
     session.apply(request)?;
     if let Some(robot) = robot {
         session.find_robot(&robot, &args.robot.robot_at)?;
@@ -236,7 +236,7 @@ fn stream_clip<'t, L: Line>(
     let statistics = named(&session.board().statistics()?);
     if let Some(path) = &args.output {
         let bytes = input.written(&input.output(&linked.streamed), path, None)?;
-        std::fs::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
+        files::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
     }
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);

@@ -13,6 +13,11 @@ use anyhow::{Context, Result, bail};
 pub const BAUD: u32 = 921_600;
 /// Read timeout of a serial port; the reading thread then tries again.
 const POLL: Duration = Duration::from_millis(100);
+/// Bytes of a read.
+const READ: usize = 4096;
+/// Reads that wait to be received. A peer that sends more than is received has to wait: a socket stops it, and a serial
+/// port loses bytes, which the link repeats.
+const WAITING: usize = 64;
 
 /// A line of bytes in both directions, with a clock.
 pub trait Line {
@@ -44,9 +49,9 @@ pub struct Piped<W> {
 impl<W: Write> Piped<W> {
     /// Joins the two halves of a line.
     pub fn new(mut reader: impl Read + Send + 'static, writer: W) -> Self {
-        let (sender, receiver) = mpsc::channel();
+        let (sender, receiver) = mpsc::sync_channel(WAITING);
         std::thread::spawn(move || {
-            let mut buffer = [0; 4096];
+            let mut buffer = [0; READ];
             loop {
                 let read = match reader.read(&mut buffer) {
                     Ok(0) => {
@@ -213,6 +218,26 @@ mod tests {
             let gone = line.receive(&mut buffer, Duration::from_secs(10)).expect_err("it is closed");
             assert_eq!(gone.kind(), io::ErrorKind::UnexpectedEof);
         }
+    }
+
+    /// Whoever sends without end waits until somebody receives.
+    #[test]
+    fn a_flood_is_not_queued() {
+        struct Flood(std::sync::Arc<std::sync::atomic::AtomicUsize>);
+        impl Read for Flood {
+            fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+                self.0.fetch_add(into.len(), std::sync::atomic::Ordering::Relaxed);
+                Ok(into.len())
+            }
+        }
+        let sent = std::sync::Arc::default();
+        let mut line = Piped::new(Flood(std::sync::Arc::clone(&sent)), io::sink());
+        std::thread::sleep(Duration::from_millis(100));
+        let mut buffer = [0; 512];
+        assert_eq!(line.receive(&mut buffer, Duration::from_secs(1)).expect("there is a flood"), 512);
+        // Those that wait, the one received, and the one in the thread's hands.
+        let sent = sent.load(std::sync::atomic::Ordering::Relaxed);
+        assert!(sent <= (WAITING + 2) * READ, "{sent} bytes");
     }
 
     #[test]

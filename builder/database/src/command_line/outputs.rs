@@ -1,14 +1,17 @@
-//! Output of commands: checks of output files, and printing.
+//! Output of commands: checks of output files, and printing. What is printed may hold names from files that others wrote:
+//! characters that would command the terminal are escaped.
 
 use std::{
+    borrow::Cow,
     ffi::OsStr,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Result, bail};
+use same_file::Handle;
 
 use crate::data_folder::config::FILE_NAME;
-use gestus_motion::capture::{EndingError, Format, file_of};
+use gestus_motion::capture::{EndingError, Format, file_of, motion_files};
 
 /// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist. Call it before
 /// any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
@@ -22,6 +25,7 @@ pub fn check_outputs<'a>(
 ) -> Result<()> {
     let read: Vec<PathBuf> =
         read.into_iter().flatten().filter_map(|p| file_of(p).canonicalize().ok()).collect();
+    let mut links = Links::new(&read);
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
         // A clip keeps the ending of its input (`check_clip`).
@@ -44,6 +48,13 @@ pub fn check_outputs<'a>(
         if let Some(input) = read.iter().find(|input| holds(input, &place)) {
             let of = if input.is_dir() { format!(" of {}", input.display()) } else { String::new() };
             bail!("{option} {}: it would be written over an input{of}: choose another file", path.display());
+        }
+        if let Some(input) = links.holds(&place) {
+            bail!(
+                "{option} {}: it is another name (a hard link) of the input {}: choose another file",
+                path.display(),
+                input.display()
+            );
         }
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
             bail!("{option} {}: {other} goes there too: choose another file", path.display());
@@ -95,6 +106,32 @@ fn holds(input: &Path, file: &Path) -> bool {
             && (Format::of(file).is_some() || file.file_name() == Some(OsStr::new(FILE_NAME))))
 }
 
+/// The input files by device and inode, found when they are first needed.
+struct Links<'a> {
+    read: &'a [PathBuf],
+    known: Option<Vec<(Handle, PathBuf)>>,
+}
+
+impl<'a> Links<'a> {
+    fn new(read: &'a [PathBuf]) -> Self {
+        Self { read, known: None }
+    }
+
+    /// The input that is the same file as an output that is there already.
+    fn holds(&mut self, output: &Path) -> Option<&Path> {
+        let output = Handle::from_path(output).ok()?;
+        let known = self.known.get_or_insert_with(|| {
+            let files = self.read.iter().flat_map(|input| match input.is_dir() {
+                true => motion_files(input).unwrap_or_default().0,
+                false => vec![input.clone()],
+            });
+            // Opening a pipe would wait for its other end.
+            files.filter(|f| f.is_file()).filter_map(|f| Some((Handle::from_path(&f).ok()?, f))).collect()
+        });
+        known.iter().find(|(input, _)| *input == output).map(|(_, path)| path.as_path())
+    }
+}
+
 /// The canonical path of a file that exists or will be written; `None` if its folder does not exist.
 fn place(path: &Path) -> Option<PathBuf> {
     if let Ok(place) = path.canonicalize() {
@@ -104,13 +141,32 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(folder.canonicalize().ok().filter(|f| f.is_dir())?.join(path.file_name()?))
 }
 
+/// A text with the characters escaped that command a terminal or change the order of its text. They stay what they are in
+/// JSON, whose escapes these are.
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    let commands = |c: char| {
+        (c.is_control() && !matches!(c, '\n' | '\t'))
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(commands) {
+        return Cow::Borrowed(text);
+    }
+    let escape = |c: char| if commands(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Cow::Owned(text.chars().map(escape).collect())
+}
+
+/// Prints a line for people to standard error.
+pub fn note(line: impl std::fmt::Display) {
+    eprintln!("{}", escaped(&line.to_string()));
+}
+
 /// Prints a line to standard output. A closed pipe (`| head`) is not an error.
 ///
 /// # Errors
 /// Other failures of standard output, such as a full disk.
 pub fn say(line: impl std::fmt::Display) -> Result<()> {
     use std::io::{ErrorKind, Write};
-    match writeln!(std::io::stdout(), "{line}") {
+    match writeln!(std::io::stdout(), "{}", escaped(&line.to_string())) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
         _ => Ok(()),
     }
@@ -118,8 +174,8 @@ pub fn say(line: impl std::fmt::Display) -> Result<()> {
 
 /// Prints notes about a file to standard error.
 pub fn tell(file: &Path, notes: impl IntoIterator<Item = impl std::fmt::Display>) {
-    for note in notes {
-        eprintln!("{}: {note}", file.display());
+    for line in notes {
+        note(format_args!("{}: {line}", file.display()));
     }
 }
 
@@ -164,6 +220,31 @@ mod tests {
             let message = check(output, input).unwrap();
             assert!(message.contains(said), "{output} from {input:?}: {message}");
         }
+    }
+
+    #[test]
+    fn an_input_is_known_under_its_other_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let [data, clip, hard, other] =
+            ["data", "data/a.bvh", "hard.bvh", "other.bvh"].map(|n| folder.path().join(n));
+        fs::create_dir(&data).unwrap();
+        fs::write(&clip, "x").unwrap();
+        fs::write(&other, "x").unwrap();
+        fs::hard_link(&clip, &hard).unwrap();
+        for input in [&clip, &data] {
+            let said = check_outputs([Some(input)], [("-o", Some(&hard))]).unwrap_err().to_string();
+            assert!(said.contains("hard link") && said.contains("a.bvh"), "{said}");
+            check_outputs([Some(input)], [("-o", Some(&other))]).unwrap();
+        }
+    }
+
+    #[test]
+    fn names_do_not_command_the_terminal() {
+        assert_eq!(escaped("Hips\t\n"), "Hips\t\n");
+        assert_eq!(escaped("a\u{1b}]0;x\u{7}b\u{9b}2J\u{202e}"), "a\\u001b]0;x\\u0007b\\u009b2J\\u202e");
+        let json = serde_json::json!({ "name": "\u{1b}[2J\u{9b}\u{7f}" });
+        let read: serde_json::Value = serde_json::from_str(&escaped(&json.to_string())).unwrap();
+        assert_eq!(read, json);
     }
 
     #[test]

@@ -31,7 +31,10 @@ use thiserror::Error;
 
 use super::pattern::{Pattern, built_in};
 use crate::{build::BuildOptions, registration::timeline::Kind};
-use gestus_motion::unit::Unit;
+use gestus_motion::{
+    files::{self, MOST_SETTINGS},
+    unit::Unit,
+};
 
 /// Name of the configuration file in a data folder.
 pub const FILE_NAME: &str = "gestus.toml";
@@ -198,7 +201,7 @@ impl Config {
     /// Reads a configuration file. A relative `data` is relative to the file's folder, which is also the default.
     pub fn read(path: &Path) -> Result<Config, AnnotateError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
+        let text = files::read_text(path, MOST_SETTINGS)
             .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         let mut config = Config::parse(&text, &file)?;
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -1,7 +1,7 @@
 //! From a folder of clips to a [`Corpus`].
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -12,9 +12,10 @@ use thiserror::Error;
 
 use crate::{
     data_folder::config::{AnnotateError, Annotation, Config, FILE_NAME},
-    registration::{Performance, has_cycles, no_cycle, register},
+    registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
 use gestus_motion::{
+    animation::Recording,
     binding::{Options, to_clip},
     capture::{CaptureError, Document, read_folder},
     clip::{Clip, Skeleton},
@@ -109,7 +110,10 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         }
     }
     tell_apart(&mut clips);
-    let clips = with_cycles(of_one_body(clips, &mut left_out), &mut left_out);
+    let mut notes = vec![files.summary()];
+    let mut clips = of_one_body(clips, &mut left_out);
+    notes.extend(whole_where_nothing_walks(config, &mut clips));
+    let clips = with_cycles(clips, &mut left_out);
     let mut units: Vec<String> = Vec::new();
     let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
@@ -144,7 +148,6 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     if !config.joints.is_empty() {
         corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
     }
-    let mut notes = vec![files.summary()];
     notes.extend(doubt);
     if !units.is_empty() {
         let units = units.join(" and ");
@@ -153,6 +156,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         ));
     }
     notes.extend(left_out.iter().map(|n| format!("left out: {n}")));
+    notes.extend(licence_beside(&folder, config));
     Ok(Loaded { corpus, notes, skipped: left_out.len() })
 }
 
@@ -206,6 +210,46 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
         }
     };
     clips.into_iter().filter(fits).collect()
+}
+
+/// Takes actions that are gaits by their names alone as whole clips, if no clip of them has a gait cycle. One line for each.
+fn whole_where_nothing_walks(config: &Config, clips: &mut [Bound]) -> Vec<String> {
+    let mut walks: BTreeMap<String, bool> = BTreeMap::new();
+    for clip in clips.iter().filter(|c| c.annotation.kind == Kind::Gait) {
+        if !config.kind.contains_key(&clip.annotation.action) {
+            *walks.entry(clip.annotation.action.clone()).or_default() |= clip.has_cycles;
+        }
+    }
+    walks.retain(|_, walks| !*walks);
+    for clip in clips.iter_mut().filter(|c| walks.contains_key(&c.annotation.action)) {
+        clip.annotation.kind = Kind::Whole;
+        clip.has_cycles = has_cycles(&clip.clip, Kind::Whole);
+    }
+    let said = |action: &String| {
+        format!(
+            "action {action}: no clip has a gait cycle, so each is taken as a whole, from its start to its end (`[kind]` \
+             with `{action} = \"whole\"` in {FILE_NAME} says so, `\"gait\"` leaves them out)"
+        )
+    };
+    walks.keys().map(said).collect()
+}
+
+/// A file of terms that lies in the folder, if the manifest will have none.
+fn licence_beside(folder: &Path, config: &Config) -> Option<String> {
+    if !config.licence.is_empty() {
+        return None;
+    }
+    let is_licence = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        ["license", "licence", "copying", "eula", "terms"].iter().any(|word| name.starts_with(word))
+    };
+    let files =
+        std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let file = files.filter(|name| is_licence(name)).min()?;
+    Some(format!(
+        "{}: the database's manifest does not have these terms: say them by `licence = \"...\"` in {FILE_NAME}",
+        folder.join(file).display()
+    ))
 }
 
 /// The clips that registration can use. Others do not count for limits and mean bone lengths.
@@ -490,6 +534,31 @@ mod tests {
         // As its style's only clip it leaves the style out, and with it what nothing else can be paired with.
         folder.write("punch", "punch_c_1.bvh", 1, |_| ());
         assert_eq!(folder.load("").unwrap().corpus.styles, ["a", "b"]);
+    }
+
+    /// A dance that is called a walk: it was left out in every style.
+    #[test]
+    fn an_action_without_cycles_is_taken_as_a_whole() {
+        let folder = Folder::new("whole");
+        for style in ["a", "b"] {
+            folder.walk(&format!("walk_{style}_1.bvh"), 120, |_| ());
+            folder.walk(&format!("run_{style}_1.bvh"), 12, |_| ());
+        }
+        let loaded = folder.load("").unwrap();
+        assert_eq!((loaded.corpus.actions.len(), loaded.skipped), (2, 0), "{:?}", loaded.notes);
+        assert!(loaded.notes.iter().any(|n| n.contains("action run: no clip has a gait cycle")));
+        // Where the folder says what it is, it is that.
+        let loaded = folder.load("kind = { run = 'gait' }").unwrap();
+        assert_eq!((loaded.corpus.actions.len(), loaded.skipped), (1, 2), "{:?}", loaded.notes);
+    }
+
+    #[test]
+    fn terms_in_the_folder_are_named() {
+        let folder = Folder::new("terms");
+        folder.walk("walk_a_1.bvh", 120, |_| ());
+        fs::write(folder.0.join("LICENSE.txt"), "mine").unwrap();
+        let has = |more: &str| folder.load(more).unwrap().notes.iter().any(|n| n.contains("LICENSE.txt"));
+        assert!(has("") && !has("licence = 'CC-BY'"));
     }
 
     #[test]

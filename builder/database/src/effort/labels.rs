@@ -15,6 +15,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::effort::{Factors, NAMES, POLE, fragment::Span};
+use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +43,7 @@ pub enum LabelError {
         /// The file.
         file: String,
         /// Why.
-        error: std::io::Error,
+        error: FileError,
     },
     /// Its form.
     #[error("{file}: {error}")]
@@ -153,7 +154,8 @@ pub fn write(rows: &[Row], rate_hz: f64) -> String {
 /// [`LabelError`] names file, line and column.
 pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<Row>, LabelError> {
     let file = path.display().to_string();
-    let text = std::fs::read(path).map_err(|error| LabelError::Io { file: file.clone(), error })?;
+    let text =
+        files::read(path, MOST_SETTINGS).map_err(|error| LabelError::Io { file: file.clone(), error })?;
     parse(&text, &file, rate_hz)
 }
 

@@ -15,6 +15,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::retarget::parts::Part;
+use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
 /// Greatest height of a floor that can be told, metres.
 pub const MOST_FLOOR_M: f64 = 1000.0;
@@ -37,7 +38,7 @@ pub struct MapFile {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum MapFileError {
     #[error("{file} can't be read: {error}")]
-    Read { file: String, error: std::io::Error },
+    Read { file: String, error: FileError },
     #[error("{file}: {error}")]
     Toml { file: String, error: Box<toml::de::Error> },
     #[error("{file}: `{word}` is not a body part; the parts are {parts}")]
@@ -67,7 +68,7 @@ impl MapFile {
     /// [`MapFileError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
+        let text = files::read_text(path, MOST_SETTINGS)
             .map_err(|error| MapFileError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }

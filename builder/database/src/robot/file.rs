@@ -20,6 +20,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::retarget::parts::Part;
+use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
 /// The file's content.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -92,7 +93,7 @@ impl Default for ServoMap {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum RobotMapError {
     #[error("{file} can't be read: {error}")]
-    Read { file: String, error: std::io::Error },
+    Read { file: String, error: FileError },
     #[error("{file}: {error}")]
     Toml { file: String, error: Box<toml::de::Error> },
     #[error("{file}, joint `{joint}`: `{word}` is not a body part; the parts are {parts}")]
@@ -108,7 +109,7 @@ impl RobotMap {
     /// [`RobotMapError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, RobotMapError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
+        let text = files::read_text(path, MOST_SETTINGS)
             .map_err(|error| RobotMapError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }

@@ -68,7 +68,7 @@ impl OnClips for Args {
             // The same folds every time, but for frame rates that leave a class without a cycle.
             for line in left_out {
                 if !said.contains(&line) {
-                    eprintln!("{line}");
+                    gestus_database::command_line::outputs::note(&line);
                     said.push(line);
                 }
             }

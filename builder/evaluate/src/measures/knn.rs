@@ -57,10 +57,10 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
     for &clip in &spared {
         let example = &corpus.examples[clip];
         let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
-        eprintln!(
+        gestus_database::command_line::outputs::note(format_args!(
             "not tested: {} stays in the database, since it is the last clip of {action} in {style}",
             example.clip.name
-        );
+        ));
     }
     if tests.is_empty() {
         bail!(

@@ -161,7 +161,7 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
     }
     bar.finish_and_clear();
     for note in &notes {
-        eprintln!("left out: {note}");
+        gestus_database::command_line::outputs::note(format_args!("left out: {note}"));
     }
     if rows.is_empty() {
         bail!("{}: no clip can be mapped to the database's skeleton", folder.display());

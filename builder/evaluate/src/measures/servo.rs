@@ -62,7 +62,7 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
     let name = robot.name.clone();
     let machine = Machine::new(database, robot, map).with_context(|| format!("robot {name}"))?;
     for doubt in &machine.doubts {
-        eprintln!("robot {name}: doubt: {doubt}");
+        gestus_database::command_line::outputs::note(format_args!("robot {name}: doubt: {doubt}"));
     }
     let config = Config::of_folder(folder)?;
     let options = Options { unit: config.unit(), ..Options::default() };
@@ -77,7 +77,10 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
         let clip = match clip.map_err(anyhow::Error::from).and_then(|c| onto(database, &c)) {
             Ok(clip) => clip,
             Err(e) => {
-                eprintln!("left out: {}: {e:#}", path.display());
+                gestus_database::command_line::outputs::note(format_args!(
+                    "left out: {}: {e:#}",
+                    path.display()
+                ));
                 continue;
             }
         };

@@ -1,20 +1,23 @@
 //! Arrays for use with numpy: `.npy` files and `.npz` archives.
 
 use std::{
-    fs::File,
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter},
     path::Path,
 };
 
 use npyz::{AutoSerialize, WriterBuilder};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
+use crate::files::NewFile;
+
 /// Writes one array to a `.npy` file. `shape` has to multiply to the number of values.
 ///
 /// # Errors
 /// Errors of the file system.
 pub fn write_npy<T: AutoSerialize + Clone>(path: &Path, shape: &[usize], values: &[T]) -> io::Result<()> {
-    write(BufWriter::new(File::create(path)?), shape, values)
+    let mut file = NewFile::create(path)?;
+    write(BufWriter::new(&mut file), shape, values)?;
+    file.commit()
 }
 
 fn write<T: AutoSerialize + Clone>(file: impl io::Write, shape: &[usize], values: &[T]) -> io::Result<()> {
@@ -28,7 +31,7 @@ fn write<T: AutoSerialize + Clone>(file: impl io::Write, shape: &[usize], values
 const ZIP64_FROM: usize = 1 << 30;
 
 /// An archive of arrays, stored as `numpy.savez` stores them. [`finish`](Self::finish) completes it.
-pub struct Archive(ZipWriter<BufWriter<File>>);
+pub struct Archive(ZipWriter<BufWriter<NewFile>>);
 
 impl Archive {
     /// A new archive.
@@ -36,7 +39,7 @@ impl Archive {
     /// # Errors
     /// Errors of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self(ZipWriter::new(BufWriter::new(File::create(path)?))))
+        Ok(Self(ZipWriter::new(BufWriter::new(NewFile::create(path)?))))
     }
 
     /// Adds an array. `shape` has to multiply to the number of values.
@@ -56,11 +59,11 @@ impl Archive {
         write(&mut self.0, shape, values)
     }
 
-    /// Writes the table of contents, without which the archive can't be read.
+    /// Writes the table of contents, without which the archive can't be read, and puts the file in its place.
     ///
     /// # Errors
     /// Errors of the file system.
     pub fn finish(self) -> io::Result<()> {
-        self.0.finish()?.flush()
+        self.0.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?.commit()
     }
 }

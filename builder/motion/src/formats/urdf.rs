@@ -4,11 +4,13 @@
 //! refused, since that is where entities are declared. Then links and joints have to form one tree, numbers have to be
 //! finite, and axes have to have a direction. Every error names the file, and the line or the joint.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 use quick_xml::{Error as XmlError, Reader, errors::SyntaxError, events::Event};
 use thiserror::Error;
+
+use crate::files::{self, FileError};
 
 /// The toy humanoid of 16 servos that comes with the project.
 pub const TOY: &str = include_str!("../../assets/toy.urdf");
@@ -17,6 +19,10 @@ pub const TOY: &str = include_str!("../../assets/toy.urdf");
 pub const MAX_BYTES: usize = 4 << 20;
 /// Deepest nesting of elements.
 pub const MAX_DEPTH: usize = 24;
+/// Most elements: those of a robot of [`MAX_JOINTS`] with several shapes a link are a tenth of it.
+const MAX_ELEMENTS: usize = 1 << 16;
+/// Longest tag with its attributes, bytes: they are compared with each other.
+const MAX_TAG: usize = 16 << 10;
 /// Most joints.
 pub const MAX_JOINTS: usize = 512;
 
@@ -76,7 +82,7 @@ pub struct Robot {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum UrdfError {
     #[error("{file} can't be read: {error}")]
-    Read { file: String, error: std::io::Error },
+    Read { file: String, error: FileError },
     #[error("{file}: {bytes} bytes, a robot has at most {MAX_BYTES}")]
     Size { file: String, bytes: usize },
     #[error(
@@ -87,6 +93,12 @@ pub enum UrdfError {
     Depth { file: String, line: usize },
     #[error("{file}, line {line}: a tag, comment or instruction has no end")]
     Open { file: String, line: usize },
+    #[error("{file}, line {line}: a tag of more than {MAX_TAG} bytes")]
+    Tag { file: String, line: usize },
+    #[error(
+        "{file}: more than {MAX_ELEMENTS} elements, which no robot has: leave out what is not of the robot"
+    )]
+    Elements { file: String },
     #[error("{file}: {joints} joints, a robot has at most {MAX_JOINTS}")]
     Joints { file: String, joints: usize },
     #[error("{file}: {error}")]
@@ -104,12 +116,8 @@ impl Robot {
     /// [`UrdfError`] names the file and the place.
     pub fn read(path: &Path) -> Result<Self, UrdfError> {
         let file = path.display().to_string();
-        let error = |error| UrdfError::Read { file: file.clone(), error };
-        let bytes = fs::metadata(path).map_err(error)?.len() as usize;
-        if bytes > MAX_BYTES {
-            return Err(UrdfError::Size { file, bytes });
-        }
-        let text = fs::read_to_string(path).map_err(|error| UrdfError::Read { file: file.clone(), error })?;
+        let text = files::read_text(path, MAX_BYTES as u64)
+            .map_err(|error| UrdfError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }
 
@@ -163,7 +171,7 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     let config = reader.config_mut();
     (config.check_end_names, config.allow_unmatched_ends, config.allow_dangling_amp) = (false, true, true);
     let mut whole = text[..skipped].to_owned();
-    let mut depth = 0usize;
+    let (mut depth, mut elements) = (0usize, 0usize);
     loop {
         let at = skipped + reader.buffer_position() as usize;
         let line = || text[..at].matches('\n').count() + 1;
@@ -184,6 +192,15 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
             return Err(UrdfError::Depth { file: file(), line: line() });
         }
         let markup = &text[at..skipped + reader.buffer_position() as usize];
+        if let Event::Start(_) | Event::Empty(_) = event {
+            elements += 1;
+            if elements > MAX_ELEMENTS {
+                return Err(UrdfError::Elements { file: file() });
+            }
+            if markup.len() > MAX_TAG {
+                return Err(UrdfError::Tag { file: file(), line: line() });
+            }
+        }
         match (event, markup.strip_prefix("<limit")) {
             (Event::Start(tag) | Event::Empty(tag), Some(attributes))
                 if tag.name().as_ref() == b"limit"

@@ -15,7 +15,7 @@ use gestus_core::{
 };
 use serde_json::{Value, json};
 
-use gestus_motion::body::dof_names;
+use gestus_motion::{body::dof_names, files};
 use saver::Saver;
 
 /// Writes the arrays and `manifest.json` to a folder, which is created if it is missing.
@@ -65,7 +65,7 @@ pub fn export(database: &Database<'_>, folder: &Path) -> Result<Value> {
     for s in 0..counts.styles {
         outputs(database, &save, &rows, &class_of, s)?;
     }
-    fs::write(folder.join("manifest.json"), serde_json::to_string_pretty(&manifest)?)?;
+    files::write(&folder.join("manifest.json"), serde_json::to_string_pretty(&manifest)?)?;
     Ok(manifest)
 }
 

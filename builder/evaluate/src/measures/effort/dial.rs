@@ -79,7 +79,7 @@ pub(super) fn dialled(
     let solved = match solved {
         Ok(dial) => dial,
         Err(reason) => {
-            eprintln!("no effort dial: {reason}");
+            gestus_database::command_line::outputs::note(format_args!("no effort dial: {reason}"));
             return Ok((Vec::new(), Vec::new()));
         }
     };

@@ -1,17 +1,17 @@
 //! A clip as BVH channels: three `atan2` per joint and frame.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::HashSet};
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::{
-    animation::Animation,
+    animation::{Animation, Recording},
     binding::{Binding, ConvertError, check_clip},
     clip::Clip,
     euler,
     formats::bvh::{
         document::{Bvh, Channel, Joint},
-        parse::MOST_LENGTH,
+        numbers::MOST_LENGTH,
         read::{poses, rig},
     },
     unit::Unit,
@@ -76,6 +76,7 @@ impl Binding {
         let same_rate = (clip.rate_hz - document.rate_hz()).abs() <= 1e-6 * clip.rate_hz;
         Ok(Bvh {
             name: document.name.clone(),
+            notes: Vec::new(),
             joints: document.joints.clone(),
             channels: document.channels,
             frame_time_s: if same_rate { document.frame_time_s } else { 1.0 / clip.rate_hz },
@@ -122,11 +123,12 @@ impl Bvh {
         poses: impl Iterator<Item = Vec<Isometry3<f64>>>,
     ) -> Result<Bvh, ConvertError> {
         let scale = unit.metres();
-        let parents: Vec<Option<usize>> = rigged.iter().map(|j| j.parent).collect();
+        let parts: HashSet<Option<usize>> = rigged.iter().map(|j| j.parent).collect();
+        let mut names = HashSet::new();
         let mut joints: Vec<Joint> = Vec::with_capacity(rigged.len());
         let mut channels = 0;
         for (j, Rigged { name, parent, offset, moves }) in rigged.into_iter().enumerate() {
-            let taken = joints.iter().any(|j| j.name == name);
+            let taken = !names.insert(name.clone());
             if taken || name.is_empty() || name.contains(NOT_IN_NAMES) {
                 return Err(ConvertError::BadName { name });
             }
@@ -134,7 +136,7 @@ impl Bvh {
             own.extend([2, 0, 1].map(Channel::Rotation));
             let first_channel = channels;
             channels += own.len();
-            let leaf = !parents.contains(&Some(j));
+            let leaf = !parts.contains(&Some(j));
             joints.push(Joint {
                 name,
                 parent,
@@ -159,7 +161,7 @@ impl Bvh {
             values.extend_from_slice(&row);
         }
         let frame_time_s = 1.0 / rate_hz;
-        Ok(Bvh { name: name.to_string(), joints, channels, frame_time_s, values })
+        Ok(Bvh { name: name.to_string(), notes: Vec::new(), joints, channels, frame_time_s, values })
     }
 }
 

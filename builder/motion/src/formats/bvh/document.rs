@@ -53,14 +53,28 @@ pub struct Joint {
 
 /// A BVH document: everything needed to write the file again.
 ///
-/// Joints are in the order of the file, which is depth first. Values are the motion table, row after row.
-#[derive(Debug, Clone, PartialEq)]
+/// Joints are in the order of the file, which is depth first. Values are the motion table, row after row. Documents are
+/// equal that would be written alike.
+#[derive(Debug, Clone)]
 pub struct Bvh {
     pub(super) name: String,
+    /// What the reader let pass, for the user.
+    pub(super) notes: Vec<String>,
     pub(super) joints: Vec<Joint>,
     pub(super) channels: usize,
     pub(super) frame_time_s: f64,
     pub(super) values: Vec<f64>,
+}
+
+impl PartialEq for Bvh {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { name, notes: _, joints, channels, frame_time_s, values } = self;
+        *name == other.name
+            && *joints == other.joints
+            && *channels == other.channels
+            && *frame_time_s == other.frame_time_s
+            && *values == other.values
+    }
 }
 
 impl Bvh {

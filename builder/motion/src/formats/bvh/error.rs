@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::files::FileError;
+
 /// A file that could not be read, with the place of the error: `walk.bvh:134:17: ...`.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{file}{}: {kind}", place(.line, .column))]
@@ -26,7 +28,7 @@ fn place(line: &usize, column: &usize) -> String {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum BvhErrorKind {
     #[error("cannot be read: {0}")]
-    Io(String),
+    File(FileError),
     #[error("the text is not UTF-8; save the file as UTF-8 (plain ASCII will do) and try again")]
     NotUtf8,
     #[error("expected {expected}, found {found}; {advice}")]
@@ -111,4 +113,11 @@ pub enum BvhErrorKind {
         "`Frames:` promises {promised} frames, found {found}; correct the number, or export the file again if it was cut"
     )]
     FrameCountLies { promised: u64, found: usize },
+    #[error("more than {limit} joints, which no body has; leave out what is not of the body")]
+    TooManyJoints { limit: usize },
+    #[error(
+        "{frames} frames of {joints} joints would take {megabytes} MB, which is out of proportion to the file; leave out joints \
+         that do not move, or cut the clip"
+    )]
+    TooMuch { joints: usize, frames: usize, megabytes: usize },
 }

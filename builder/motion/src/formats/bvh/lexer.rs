@@ -30,6 +30,16 @@ impl<'t> Lexer<'t> {
         (self.line, self.column)
     }
 
+    /// Bytes of the whole text.
+    pub fn length(&self) -> usize {
+        self.text.len()
+    }
+
+    /// Bytes that are still to come.
+    pub fn left(&self) -> usize {
+        self.text.len() - self.at
+    }
+
     fn peek_char(&self) -> Option<char> {
         self.text[self.at..].chars().next()
     }

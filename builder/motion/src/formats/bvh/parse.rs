@@ -1,20 +1,23 @@
 //! Tokens to a document, in one pass and without recursion.
 //!
 //! The open joints are a stack on the heap, at most [`MAX_DEPTH`] deep. The frame count of the file is compared
-//! with the number of lines after they were read, so memory grows with the text, never with a number in it.
+//! with the number of lines after they were read, so memory grows with the text, never with a number in it. Joints without
+//! channels take no text in a frame and memory in a clip: a file whose clip would be many times its size is refused.
 
 use std::collections::HashMap;
 
 use crate::formats::bvh::document::{Bvh, Channel, Joint};
 use crate::formats::bvh::error::{BvhError, BvhErrorKind as Kind};
 use crate::formats::bvh::lexer::{Lexer, Token};
+use crate::{
+    clip::{FRAME_BYTES, ROTATION_BYTES},
+    files::memory,
+};
 
 /// Deepest nesting of joints that is read.
 pub const MAX_DEPTH: usize = 256;
-/// Greatest length, file units: a thousand kilometres in millimetres.
-pub(crate) const MOST_LENGTH: f64 = 1e9;
-/// Greatest angle, degrees. Larger ones are exporters' errors.
-const MOST_DEGREES: f64 = 1e7;
+/// Most joints of a body that is read.
+pub const MAX_JOINTS: usize = 4096;
 
 impl Bvh {
     /// Reads a document. `file` is its name, for messages and for naming the clip.
@@ -32,7 +35,7 @@ impl Bvh {
     }
 }
 
-struct Parser<'t> {
+pub(super) struct Parser<'t> {
     lexer: Lexer<'t>,
     file: &'t str,
     joints: Vec<Joint>,
@@ -46,7 +49,7 @@ impl<'t> Parser<'t> {
         BvhError { file: self.file.to_string(), line, column, kind }
     }
 
-    fn error(&self, token: Token, kind: Kind) -> BvhError {
+    pub(super) fn error(&self, token: Token, kind: Kind) -> BvhError {
         self.error_at(token.line, token.column, kind)
     }
 
@@ -162,6 +165,9 @@ impl<'t> Parser<'t> {
         has_offset: &mut Vec<bool>,
         has_channels: &mut Vec<bool>,
     ) -> Result<(), BvhError> {
+        if self.joints.len() >= MAX_JOINTS {
+            return Err(self.error_here(Kind::TooManyJoints { limit: MAX_JOINTS }));
+        }
         let Some(name) = self.lexer.name() else {
             let next = self.lexer.peek();
             return Err(self.unexpected(next, "the joint's name", "give every joint a name"));
@@ -238,53 +244,6 @@ impl<'t> Parser<'t> {
         Ok(triple)
     }
 
-    /// A number of file units.
-    fn length(&self, token: Token) -> Result<f64, BvhError> {
-        let value = self.number(token)?;
-        if value.abs() > MOST_LENGTH {
-            return Err(self.error(token, Kind::Length { found: shown_name(token.text) }));
-        }
-        Ok(value)
-    }
-
-    /// A value of the motion table.
-    fn value(&self, token: Token, channel: Channel) -> Result<f64, BvhError> {
-        if let Channel::Position(_) = channel {
-            return self.length(token);
-        }
-        let value = self.number(token)?;
-        if value.abs() > MOST_DEGREES {
-            return Err(self.error(token, Kind::Angle { found: shown_name(token.text) }));
-        }
-        Ok(value)
-    }
-
-    fn number(&self, token: Token) -> Result<f64, BvhError> {
-        let found = || shown_name(token.text);
-        match token.text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) if token.text.contains(|c: char| c.is_ascii_digit()) => {
-                Err(self.error(token, Kind::Overflow { found: found() }))
-            }
-            Ok(_) => Err(self.error(token, Kind::NotFinite { found: found() })),
-            // Old C libraries print these.
-            Err(_)
-                if token.text.contains("#IND")
-                    || token.text.contains("#QNAN")
-                    || token.text.contains("#INF") =>
-            {
-                Err(self.error(token, Kind::NotFinite { found: found() }))
-            }
-            Err(_)
-                if token.text.contains(',')
-                    && token.text.replace(',', ".").trim_end_matches('.').split('.').all(is_digits) =>
-            {
-                Err(self.error(token, Kind::CommaDecimal { found: found() }))
-            }
-            Err(_) => Err(self.error(token, Kind::NotANumber { found: found() })),
-        }
-    }
-
     fn motion(mut self) -> Result<Bvh, BvhError> {
         const HEAD: &str = "MOTION is followed by `Frames: N` and `Frame Time: SECONDS`";
         if self.lexer.peek().is_none() {
@@ -301,17 +260,26 @@ impl<'t> Parser<'t> {
         self.expect("Frame", HEAD)?;
         self.expect("Time", HEAD)?;
         let (time, frame_time_s) = self.frame_time(HEAD)?;
-        let values = self.rows(time.line)?;
+        let values = self.rows(time.line, promised)?;
         let found = values.len() / self.channels;
         if found == 0 {
             return Err(self.error(count, Kind::NoFrames));
         }
-        if found as u64 != promised {
-            return Err(self.error(count, Kind::FrameCountLies { promised, found }));
+        let mut notes = Vec::new();
+        match promised.abs_diff(found as u64) {
+            0 => {}
+            // Some exporters count the rest pose, or do not count the last frame.
+            1 => notes.push(format!("`Frames:` promises {promised} frames, and {found} are there and used")),
+            _ => return Err(self.error(count, Kind::FrameCountLies { promised, found })),
+        }
+        let bytes = found * (FRAME_BYTES + self.joints.len() * ROTATION_BYTES) + 8 * values.len();
+        if bytes > memory::most(self.lexer.length()) {
+            let joints = self.joints.len();
+            return Err(self.error(count, Kind::TooMuch { joints, frames: found, megabytes: bytes >> 20 }));
         }
         let name = self.file.to_string();
         let (joints, channels) = (self.joints, self.channels);
-        Ok(Bvh { name, joints, channels, frame_time_s, values })
+        Ok(Bvh { name, notes, joints, channels, frame_time_s, values })
     }
 
     /// Seconds per frame, behind the colon, and their position.
@@ -343,10 +311,13 @@ impl<'t> Parser<'t> {
     }
 
     /// The motion table: one line per frame; blank lines are skipped.
-    fn rows(&mut self, header: usize) -> Result<Vec<f64>, BvhError> {
+    fn rows(&mut self, header: usize, promised: u64) -> Result<Vec<f64>, BvhError> {
         let expected = self.channels;
+        // A value takes two characters or more, whatever is promised.
+        let most = self.lexer.left() / 2 + 1;
+        let room = usize::try_from(promised).unwrap_or(most).saturating_mul(expected).min(most);
         let channels: Vec<Channel> = self.joints.iter().flat_map(|j| j.channels.iter().copied()).collect();
-        let mut values = Vec::new();
+        let mut values = Vec::with_capacity(room);
         let mut last: Option<Token> = None;
         while let Some(token) = self.lexer.next() {
             let (frame, found) = (values.len() / expected, values.len() % expected);
@@ -375,13 +346,8 @@ fn is(token: Token, word: &str) -> bool {
     token.text.eq_ignore_ascii_case(word)
 }
 
-fn is_digits(part: &str) -> bool {
-    let part = part.trim_start_matches(['-', '+']);
-    part.chars().all(|c| c.is_ascii_digit() || matches!(c, 'e' | 'E' | '-' | '+'))
-}
-
 /// A word of the file, shortened for a message.
-fn shown_name(text: &str) -> String {
+pub(super) fn shown_name(text: &str) -> String {
     let mut shown: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
     if text.chars().count() > 40 {
         shown.push('…');

@@ -5,21 +5,43 @@ use std::borrow::Cow;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{
-    animation::{Animation, Joint as RigJoint, Recording},
+    animation::{Joint as RigJoint, Recording},
     euler,
     formats::bvh::document::{Bvh, Channel, Joint},
+    unit::Unit,
 };
 
 impl Recording for Bvh {
-    fn animation(&self) -> Cow<'_, Animation> {
-        Cow::Owned(Animation {
-            name: self.name().to_owned(),
-            unit: None,
-            rate_hz: self.rate_hz(),
-            notes: Vec::new(),
-            joints: rig(self),
-            poses: (0..self.frames()).flat_map(|f| poses(self, f)).collect(),
-        })
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn unit(&self) -> Option<Unit> {
+        None
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.rate_hz()
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn joints(&self) -> Cow<'_, [RigJoint]> {
+        Cow::Owned(rig(self))
+    }
+
+    fn frames(&self) -> usize {
+        self.frames()
+    }
+
+    fn frame(&self, frame: usize) -> Cow<'_, [Isometry3<f64>]> {
+        Cow::Owned(poses(self, frame))
+    }
+
+    fn place(&self, frame: usize, joint: usize) -> Vector3<f64> {
+        translation(&self.joints[joint], self.row(frame))
     }
 }
 

@@ -1,34 +1,44 @@
 //! An animation curve: keyframes and their interpolation.
 
+use std::rc::Rc;
+
 use gltf::animation::Interpolation;
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
 
-use crate::clip::slerp;
+use crate::{clip::slerp, formats::gltf::data::Numbers};
 
 /// Keyframes. With cubic splines each has three values: incoming slope, value, outgoing slope.
 #[derive(Debug, Clone)]
-pub struct Curve<const N: usize> {
-    times: Vec<f64>,
-    values: Vec<[f64; N]>,
+pub struct Curve<'b, const N: usize> {
+    times: Rc<[f64]>,
+    values: Numbers<'b, N>,
     interpolation: Interpolation,
 }
 
-impl<const N: usize> Curve<N> {
+/// Checks the times of keys.
+///
+/// # Errors
+/// A message if they do not ascend.
+pub fn times(numbers: &Numbers<'_, 1>) -> Result<Rc<[f64]>, &'static str> {
+    let times: Rc<[f64]> = (0..numbers.len()).map(|k| numbers.at(k)[0]).collect();
+    if times.is_empty() {
+        return Err("it has no keys");
+    }
+    if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
+        return Err("its times do not grow from 0 on");
+    }
+    Ok(times)
+}
+
+impl<'b, const N: usize> Curve<'b, N> {
     /// # Errors
-    /// A message if times do not ascend, or there is not one value (or three) per time.
+    /// A message if there is not one value (or three) per time.
     pub fn new(
-        times: Vec<[f64; 1]>,
-        values: Vec<[f64; N]>,
+        times: Rc<[f64]>,
+        values: Numbers<'b, N>,
         interpolation: Interpolation,
     ) -> Result<Self, &'static str> {
-        let times: Vec<f64> = times.into_iter().flatten().collect();
         let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        if times.is_empty() {
-            return Err("it has no keys");
-        }
-        if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
-            return Err("its times do not grow from 0 on");
-        }
         if values.len() != each * times.len() {
             return Err("it has another number of values than its times want");
         }
@@ -42,7 +52,7 @@ impl<const N: usize> Curve<N> {
 
     fn value(&self, key: usize) -> SVector<f64, N> {
         let at = if self.interpolation == Interpolation::CubicSpline { 3 * key + 1 } else { key };
-        self.values[at].into()
+        self.values.at(at).into()
     }
 
     /// The key before a time, and the fraction of the way to the next, 0 to 1. Clamped to the first and last key.
@@ -68,8 +78,8 @@ impl<const N: usize> Curve<N> {
         }
         // glTF 2.0, appendix C: slopes are per second.
         let seconds = self.times[key + 1] - self.times[key];
-        let slope = SVector::<f64, N>::from(self.values[3 * key + 2]) * seconds;
-        let next_slope = SVector::<f64, N>::from(self.values[3 * key + 3]) * seconds;
+        let slope = SVector::<f64, N>::from(self.values.at(3 * key + 2)) * seconds;
+        let next_slope = SVector::<f64, N>::from(self.values.at(3 * key + 3)) * seconds;
         let (u2, u3) = (u * u, u * u * u);
         now * (2.0 * u3 - 3.0 * u2 + 1.0)
             + slope * (u3 - 2.0 * u2 + u)
@@ -78,14 +88,14 @@ impl<const N: usize> Curve<N> {
     }
 }
 
-impl Curve<3> {
+impl Curve<'_, 3> {
     /// The vector at a time.
     pub fn vector(&self, time: f64) -> Vector3<f64> {
         self.at(time)
     }
 }
 
-impl Curve<4> {
+impl Curve<'_, 4> {
     /// The rotation at a time.
     pub fn rotation(&self, time: f64) -> UnitQuaternion<f64> {
         let (key, u) = self.place(time);

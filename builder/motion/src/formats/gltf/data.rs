@@ -1,9 +1,14 @@
 //! Buffers and accessors.
 //!
-//! A file's counts, offsets and types are untrusted: nothing is read beyond a buffer's end, and no allocation depends
-//! on a count.
+//! A file's counts, offsets and types are untrusted: nothing is read beyond a buffer's end, and nothing is allocated for
+//! a count. Numbers stay where they are in the buffer, since any number of accessors may name the same bytes.
 
-use std::{cell::OnceCell, io};
+use std::{
+    cell::{Cell, OnceCell, RefCell},
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+    rc::Rc,
+};
 
 use base64::{
     Engine,
@@ -16,10 +21,16 @@ use gltf::{
     buffer::{Buffer, Source},
 };
 
-use crate::formats::gltf::error::GltfErrorKind;
+use crate::{
+    files::FileError,
+    formats::gltf::{curve, error::GltfErrorKind},
+};
 
 /// Reads a file by its path relative to the glTF file.
-pub type Open<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
+pub type Open<'a> = dyn Fn(&Path) -> Result<Vec<u8>, FileError> + 'a;
+
+/// Bytes of accessors that are looked at for each byte of the buffers, and besides: more is overlap, which takes time.
+const LOOKED_AT: (usize, usize) = (16, 64 << 20);
 
 /// Accepts data URIs with and without padding, and writes padding.
 pub const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -31,43 +42,98 @@ pub const BASE64: GeneralPurpose = GeneralPurpose::new(
 pub struct Buffers<'a> {
     open: &'a Open<'a>,
     blob: Option<&'a [u8]>,
-    read: Vec<OnceCell<Result<Vec<u8>, GltfErrorKind>>>,
+    read: Vec<OnceCell<Result<Rc<[u8]>, GltfErrorKind>>>,
+    /// Files beside this one, for buffers that share one.
+    beside: RefCell<HashMap<PathBuf, Rc<[u8]>>>,
+    /// Keys' times by accessor: channels share them.
+    times: RefCell<HashMap<usize, Rc<[f64]>>>,
+    looked_at: Cell<usize>,
+    size: Cell<usize>,
+}
+
+/// The vectors of an accessor, in the buffer. Shape `[count][N]`.
+#[derive(Debug, Clone, Copy)]
+pub struct Numbers<'b, const N: usize> {
+    data: &'b [u8],
+    count: usize,
+    stride: usize,
+    data_type: DataType,
+}
+
+impl<const N: usize> Numbers<'_, N> {
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// A vector; normalised integers become fractions.
+    pub fn at(&self, index: usize) -> [f64; N] {
+        let size = self.data_type.size();
+        let row = &self.data[index * self.stride..];
+        std::array::from_fn(|k| number(self.data_type, &row[k * size..(k + 1) * size]))
+    }
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of a document whose binary part is `blob`.
-    pub fn new(document: &gltf::Document, blob: Option<&'a [u8]>, open: &'a Open<'a>) -> Self {
-        Self { open, blob, read: document.buffers().map(|_| OnceCell::new()).collect() }
+    /// The buffers of a document in `size` bytes, whose binary part is `blob`.
+    pub fn new(document: &gltf::Document, size: usize, blob: Option<&'a [u8]>, open: &'a Open<'a>) -> Self {
+        Self {
+            open,
+            blob,
+            read: document.buffers().map(|_| OnceCell::new()).collect(),
+            beside: RefCell::default(),
+            times: RefCell::default(),
+            looked_at: Cell::new(0),
+            size: Cell::new(size),
+        }
+    }
+
+    /// Bytes of the file and of those beside it that were read.
+    pub fn size(&self) -> usize {
+        self.size.get()
     }
 
     fn get(&self, buffer: &Buffer<'_>) -> Result<&[u8], GltfErrorKind> {
         let index = buffer.index();
         match buffer.source() {
-            Source::Bin => self.blob.ok_or_else(|| GltfErrorKind::Buffer {
-                buffer: index,
-                uri: "the binary part".to_owned(),
-                reason: "the file has none".to_owned(),
-            }),
+            Source::Bin => self.blob.ok_or(GltfErrorKind::NoBinary { buffer: index }),
             Source::Uri(uri) => {
                 self.read[index].get_or_init(|| self.fetch(index, uri)).as_deref().map_err(Clone::clone)
             }
         }
     }
 
-    fn fetch(&self, buffer: usize, uri: &str) -> Result<Vec<u8>, GltfErrorKind> {
+    fn fetch(&self, buffer: usize, uri: &str) -> Result<Rc<[u8]>, GltfErrorKind> {
         if let Some(data) = uri.strip_prefix("data:") {
             let text = data.split_once(";base64,").map_or("", |(_, text)| text);
-            return BASE64.decode(text).map_err(|e| GltfErrorKind::DataUri { buffer, reason: e.to_string() });
+            let bytes = BASE64.decode(text);
+            return bytes.map(Rc::from).map_err(|e| GltfErrorKind::DataUri { buffer, reason: e.to_string() });
         }
-        fetch(uri, self.open).map_err(|e| GltfErrorKind::Buffer {
-            buffer,
-            uri: uri.to_owned(),
-            reason: e.to_string(),
-        })
+        let path = path_of(uri);
+        if let Some(known) = self.beside.borrow().get(&path) {
+            return Ok(known.clone());
+        }
+        let failed = |reason| GltfErrorKind::Buffer { buffer, uri: uri.to_owned(), reason };
+        let bytes: Rc<[u8]> = (self.open)(&path).map_err(failed)?.into();
+        self.size.set(self.size.get() + bytes.len());
+        self.beside.borrow_mut().insert(path, bytes.clone());
+        Ok(bytes)
     }
 
-    /// The vectors of an accessor; normalised integers become fractions. Shape `[count][N]`.
-    pub fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f64; N]>, GltfErrorKind> {
+    /// The times of an accessor's keys, and why they can't be used.
+    pub fn times(&self, accessor: &Accessor<'_>) -> Result<Result<Rc<[f64]>, &'static str>, GltfErrorKind> {
+        if let Some(known) = self.times.borrow().get(&accessor.index()) {
+            return Ok(Ok(known.clone()));
+        }
+        let times = curve::times(&self.floats::<1>(accessor)?);
+        if let Ok(times) = &times {
+            self.times.borrow_mut().insert(accessor.index(), times.clone());
+        }
+        Ok(times)
+    }
+
+    /// The vectors of an accessor. Shape `[count][N]`.
+    pub fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Numbers<'_, N>, GltfErrorKind> {
         let wrong = |what| GltfErrorKind::Accessor { accessor: accessor.index(), what };
         let dimensions = match accessor.dimensions() {
             Dimensions::Scalar => 1,
@@ -92,25 +158,35 @@ impl<'a> Buffers<'a> {
         let size = data_type.size();
         let stride = view.stride().unwrap_or(N * size).max(N * size);
         let data = data.get(accessor.offset()..).unwrap_or(&[]);
-        let rows: Vec<[f64; N]> = data
-            .chunks(stride)
-            .take(accessor.count())
-            .filter(|row| row.len() >= N * size)
-            .map(|row| std::array::from_fn(|k| number(data_type, &row[k * size..(k + 1) * size])))
-            .collect();
-        if rows.len() < accessor.count() {
+        let count = accessor.count();
+        // From the first byte to the end of the last vector, which need not fill its stride.
+        let needed = count.checked_sub(1).and_then(|last| last.checked_mul(stride)?.checked_add(N * size));
+        if count > 0 && needed.is_none_or(|needed| needed > data.len()) {
             return Err(wrong("it is longer than its part of the buffer"));
         }
-        if rows.iter().flatten().any(|x| !x.is_finite()) {
+        let looked_at = self.looked_at.get().saturating_add(count * N * size);
+        self.looked_at.set(looked_at);
+        let (times, besides) = LOOKED_AT;
+        if looked_at > self.size().saturating_mul(times).saturating_add(besides) {
+            return Err(wrong("it overlaps with others again and again"));
+        }
+        let numbers = Numbers { data, count, stride, data_type };
+        if (0..count).any(|i| numbers.at(i).iter().any(|x| !x.is_finite())) {
             return Err(wrong("it holds a number that is not finite"));
         }
-        Ok(rows)
+        Ok(numbers)
     }
 }
 
+/// The path of a relative URI.
+fn path_of(uri: &str) -> PathBuf {
+    let path = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
+    Path::new(&*path).components().filter(|c| *c != Component::CurDir).collect()
+}
+
 /// The file at a relative URI.
-pub fn fetch(uri: &str, open: &Open<'_>) -> io::Result<Vec<u8>> {
-    open(&percent_encoding::percent_decode_str(uri).decode_utf8_lossy())
+pub fn fetch(uri: &str, open: &Open<'_>) -> Result<Vec<u8>, FileError> {
+    open(&path_of(uri))
 }
 
 /// A component of that type; integers are divided by their largest value.

@@ -1,64 +1,269 @@
 //! The file's JSON, reduced to its motion and checked.
+//!
+//! Only what is listed here is kept, so that errors in meshes and materials do not prevent reading the motion, and so that
+//! these take no memory. An index of a list that is not there is an error before any code follows it.
 
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap, fmt};
 
-use gltf::{Document, animation::Animation, json::Root};
-use serde_json::Value;
+use gltf::{
+    Document,
+    animation::{Animation, Property},
+    json::{self, Root, validation::Checked},
+};
+use serde::{
+    Deserialize, Deserializer,
+    de::{Error, SeqAccess, Visitor},
+};
 
-use crate::formats::gltf::error::GltfErrorKind;
+use crate::{files::memory, formats::gltf::error::GltfErrorKind};
 
 /// Extensions that pack the numbers of animations.
 const PACKED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+/// Most nodes of a file; they are the largest objects.
+const MAX_NODES: usize = 1 << 16;
+/// Memory of an object of the JSON, bytes: an accessor.
+const OBJECT_BYTES: usize = 256;
+/// Memory of a number or text in a list, bytes.
+const ITEM_BYTES: usize = 24;
 
 /// Parses and checks a file: the document and its binary part.
-pub fn document(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), GltfErrorKind> {
+pub fn document(bytes: &[u8]) -> Result<(Document, Option<Cow<'_, [u8]>>), GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
-    let (json, blob) = if bytes.starts_with(b"glTF") {
+    let (text, blob) = if bytes.starts_with(b"glTF") {
         // The length includes the header; the parser does not check that.
         let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         if length.is_none_or(|length| length < 12) {
             return Err(wrong(&"its header is cut"));
         }
         let glb = gltf::Glb::from_slice(bytes).map_err(|e| wrong(&e))?;
-        (glb.json, glb.bin.map(|b| b.into_owned()))
+        (glb.json, glb.bin)
     } else {
         (bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).into(), None)
     };
-    let mut json: Value = serde_json::from_slice(&json).map_err(|e| wrong(&e))?;
-    let required = json["extensionsRequired"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    if let Some(packer) = required.clone().find(|e| PACKED.contains(e)) {
-        return Err(GltfErrorKind::Packed(packer.to_owned()));
+    let needed = weight(&text);
+    if needed > memory::most(bytes.len()) {
+        return Err(GltfErrorKind::TooMuch { megabytes: needed >> 20 });
     }
-    keep_motion(&mut json);
-    let root: Root = gltf::json::deserialize::from_value(json).map_err(|e| wrong(&e))?;
-    // Not checked by `from_json`.
-    for (a, animation) in root.animations.iter().enumerate() {
-        if let Some(c) = animation.channels.iter().position(|c| c.target.node.value() >= root.nodes.len()) {
-            return Err(wrong(&format!("animations[{a}].channels[{c}].target.node: Index out of bounds")));
-        }
+    let motion: Motion = serde_json::from_slice(&text).map_err(|e| wrong(&e))?;
+    if let Some(packer) = motion.extensions_required.iter().find(|e| PACKED.contains(&&***e)) {
+        return Err(GltfErrorKind::Packed(packer.to_string()));
     }
+    let root = motion.root().map_err(|place| wrong(&format!("{place}: Index out of bounds")))?;
     Ok((Document::from_json(root).map_err(|e| wrong(&e))?, blob))
 }
 
-/// Removes meshes, materials and extensions, so that errors in them do not prevent reading the motion.
-fn keep_motion(json: &mut Value) {
-    let keep = |value: &mut Value, keys: &[&str]| {
-        if let Some(object) = value.as_object_mut() {
-            object.retain(|key, _| keys.contains(&key.as_str()));
+/// Memory that a JSON text takes at most when it is read, bytes.
+fn weight(text: &[u8]) -> usize {
+    let (mut bytes, mut inside, mut escaped) = (0, false, false);
+    for &c in text {
+        match c {
+            _ if escaped => escaped = false,
+            b'\\' if inside => escaped = true,
+            b'"' => inside = !inside,
+            _ if inside => {}
+            b'{' => bytes += OBJECT_BYTES,
+            b',' | b'[' => bytes += ITEM_BYTES,
+            _ => {}
         }
-    };
-    keep(json, &["asset", "nodes", "skins", "animations", "accessors", "bufferViews", "buffers"]);
-    for (list, keys) in [
-        ("nodes", &["name", "children", "matrix", "translation", "rotation", "scale"][..]),
-        ("skins", &["name", "joints"]),
-        ("animations", &["name", "channels", "samplers"]),
-    ] {
-        json.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten().for_each(|v| keep(v, keys));
     }
-    for animation in json.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
-            let moves = |path: &Value| ["translation", "rotation", "scale"].iter().any(|p| path == p);
-            channels.retain(|c| !c["target"]["node"].is_null() && moves(&c["target"]["path"]));
+    bytes
+}
+
+/// The parts of a file that are about motion.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Motion<'t> {
+    asset: json::Asset,
+    #[serde(default, borrow)]
+    extensions_required: Vec<Cow<'t, str>>,
+    #[serde(default, deserialize_with = "nodes")]
+    nodes: Vec<NodeJson>,
+    #[serde(default)]
+    skins: Vec<SkinJson>,
+    #[serde(default)]
+    animations: Vec<AnimationJson>,
+    #[serde(default)]
+    accessors: Vec<AccessorJson>,
+    #[serde(default)]
+    buffer_views: Vec<json::buffer::View>,
+    #[serde(default)]
+    buffers: Vec<json::Buffer>,
+}
+
+#[derive(Deserialize)]
+struct NodeJson {
+    name: Option<String>,
+    children: Option<Vec<json::Index<json::Node>>>,
+    matrix: Option<[f32; 16]>,
+    translation: Option<[f32; 3]>,
+    rotation: Option<json::scene::UnitQuaternion>,
+    scale: Option<[f32; 3]>,
+}
+
+/// The nodes, of which more than [`MAX_NODES`] are an error before they take memory.
+fn nodes<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<NodeJson>, D::Error> {
+    struct Nodes;
+    impl<'d> Visitor<'d> for Nodes {
+        type Value = Vec<NodeJson>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a list of at most {MAX_NODES} nodes")
+        }
+        fn visit_seq<A: SeqAccess<'d>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+            let mut nodes = Vec::new();
+            while let Some(node) = list.next_element()? {
+                nodes.push(node);
+                if nodes.len() > MAX_NODES {
+                    return Err(A::Error::invalid_length(nodes.len(), &self));
+                }
+            }
+            Ok(nodes)
+        }
+    }
+    from.deserialize_seq(Nodes)
+}
+
+#[derive(Deserialize)]
+struct SkinJson {
+    name: Option<String>,
+    #[serde(default)]
+    joints: Vec<json::Index<json::Node>>,
+}
+
+#[derive(Deserialize)]
+struct AnimationJson {
+    name: Option<String>,
+    channels: Vec<ChannelJson>,
+    samplers: Vec<json::animation::Sampler>,
+}
+
+#[derive(Deserialize)]
+struct ChannelJson {
+    sampler: json::Index<json::animation::Sampler>,
+    target: TargetJson,
+}
+
+#[derive(Deserialize)]
+struct TargetJson {
+    node: Option<json::Index<json::Node>>,
+    #[serde(default)]
+    path: PathJson,
+}
+
+/// What a channel moves. Morph targets and what extensions add do not move a body.
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "camelCase")]
+enum PathJson {
+    Translation,
+    Rotation,
+    Scale,
+    #[default]
+    #[serde(other)]
+    Other,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct AccessorJson {
+    buffer_view: Option<json::Index<json::buffer::View>>,
+    byte_offset: Option<json::validation::USize64>,
+    count: json::validation::USize64,
+    component_type: Checked<json::accessor::GenericComponentType>,
+    #[serde(rename = "type")]
+    kind: Checked<json::accessor::Type>,
+    #[serde(default)]
+    normalized: bool,
+    sparse: Option<json::accessor::sparse::Sparse>,
+}
+
+impl Motion<'_> {
+    /// As the library's own structure; an index that points nowhere is named by its place.
+    fn root(self) -> Result<Root, String> {
+        let count = self.nodes.len();
+        let all_there = |list: &[json::Index<json::Node>]| list.iter().all(|i| i.value() < count);
+        for (n, node) in self.nodes.iter().enumerate() {
+            if !node.children.as_deref().is_none_or(all_there) {
+                return Err(format!("nodes[{n}].children"));
+            }
+        }
+        if let Some(s) = self.skins.iter().position(|skin| !all_there(&skin.joints)) {
+            return Err(format!("skins[{s}].joints"));
+        }
+        let animations = self.animations.into_iter().enumerate();
+        Ok(Root {
+            asset: self.asset,
+            nodes: self.nodes.into_iter().map(NodeJson::whole).collect(),
+            skins: self.skins.into_iter().map(SkinJson::whole).collect(),
+            animations: animations
+                .map(|(a, animation)| animation.whole(a, count))
+                .collect::<Result<_, _>>()?,
+            accessors: self.accessors.into_iter().map(AccessorJson::whole).collect(),
+            buffer_views: self.buffer_views,
+            buffers: self.buffers,
+            ..Root::default()
+        })
+    }
+}
+
+impl NodeJson {
+    fn whole(self) -> json::Node {
+        let Self { name, children, matrix, translation, rotation, scale } = self;
+        json::Node { name, children, matrix, translation, rotation, scale, ..json::Node::default() }
+    }
+}
+
+impl SkinJson {
+    fn whole(self) -> json::Skin {
+        json::Skin {
+            name: self.name,
+            joints: self.joints,
+            extensions: None,
+            extras: json::Extras::default(),
+            inverse_bind_matrices: None,
+            skeleton: None,
+        }
+    }
+}
+
+impl AnimationJson {
+    fn whole(self, animation: usize, nodes: usize) -> Result<json::Animation, String> {
+        let mut channels = Vec::new();
+        for (c, ChannelJson { sampler, target }) in self.channels.into_iter().enumerate() {
+            let path = match target.path {
+                PathJson::Translation => Property::Translation,
+                PathJson::Rotation => Property::Rotation,
+                PathJson::Scale => Property::Scale,
+                PathJson::Other => continue,
+            };
+            let Some(node) = target.node else { continue };
+            // Not checked by `from_json`.
+            if node.value() >= nodes {
+                return Err(format!("animations[{animation}].channels[{c}].target.node"));
+            }
+            let [extras, outer] = [json::Extras::default(), json::Extras::default()];
+            let path = Checked::Valid(path);
+            let target = json::animation::Target { node, path, extensions: None, extras };
+            channels.push(json::animation::Channel { sampler, target, extensions: None, extras: outer });
+        }
+        let (name, samplers) = (self.name, self.samplers);
+        Ok(json::Animation { name, channels, samplers, extensions: None, extras: json::Extras::default() })
+    }
+}
+
+impl AccessorJson {
+    fn whole(self) -> json::Accessor {
+        json::Accessor {
+            buffer_view: self.buffer_view,
+            byte_offset: self.byte_offset,
+            count: self.count,
+            component_type: self.component_type,
+            type_: self.kind,
+            normalized: self.normalized,
+            sparse: self.sparse,
+            min: None,
+            max: None,
+            name: None,
+            extensions: None,
+            extras: json::Extras::default(),
         }
     }
 }
@@ -66,8 +271,8 @@ fn keep_motion(json: &mut Value) {
 /// Unique names of the animations; those without one are numbered.
 pub fn names(document: &Document) -> Vec<String> {
     let own = |animation: Animation<'_>| {
-        let name = animation.name().map(str::trim).filter(|n| !n.is_empty());
-        name.map_or_else(|| format!("animation{}", animation.index()), str::to_owned)
+        let name = animation.name().map(|n| n.trim().replace(char::is_control, "_"));
+        name.filter(|n| !n.is_empty()).unwrap_or_else(|| format!("animation{}", animation.index()))
     };
     unique(document.animations().map(own))
 }

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::binding::ConvertError;
+use crate::{binding::ConvertError, files::FileError};
 
 /// A file that could not be read.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -20,13 +20,19 @@ pub struct GltfError {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum GltfErrorKind {
     #[error("cannot be read: {0}")]
-    Io(String),
+    File(FileError),
     #[error("{0}; this is not a glTF 2.0 file, or it is damaged: export it again")]
     NotGltf(String),
     #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
     Packed(String),
     #[error("buffer {buffer} is in {uri}: {reason}; put it there, or export one .glb file")]
-    Buffer { buffer: usize, uri: String, reason: String },
+    Buffer { buffer: usize, uri: String, reason: FileError },
+    #[error("buffer {buffer} is in the binary part, and the file has none; export it again")]
+    NoBinary { buffer: usize },
+    #[error(
+        "its JSON would take {megabytes} MB of memory, which is out of proportion to the file; it is damaged"
+    )]
+    TooMuch { megabytes: usize },
     #[error("buffer {buffer}: its data URI is not base64: {reason}; export the file again")]
     DataUri { buffer: usize, reason: String },
     #[error("accessor {accessor}: {what}; the file is damaged, export it again")]
@@ -39,6 +45,8 @@ pub enum GltfErrorKind {
         "nodes are nested more than {limit} deep, which no body needs; leave what is not of the body out of the export"
     )]
     TooDeep { limit: usize },
+    #[error("more than {limit} joints, which no body has; leave out what is not of the body")]
+    TooManyJoints { limit: usize },
     #[error("no animation turns a joint, so nothing moves; export it again with animation")]
     NoMotion,
     #[error("{place}: {what}; export the animation again")]
@@ -49,8 +57,8 @@ pub enum GltfErrorKind {
     )]
     Scale { node: String, scale: [f64; 3] },
     #[error(
-        "animation `{animation}`: {seconds:.1} s of {joints} joints at {rate_hz} frames a second would fill the memory; cut \
-         the clip, or correct its times"
+        "animation `{animation}`: {seconds:.1} s of {joints} joints at {rate_hz} frames a second are out of proportion to the \
+         file; cut the clip, correct its times, or name one animation of several"
     )]
     TooLong { animation: String, seconds: f64, joints: usize, rate_hz: f64 },
     #[error("{0}")]

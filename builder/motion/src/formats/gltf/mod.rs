@@ -22,28 +22,26 @@ mod curve;
 mod data;
 mod document;
 mod error;
+mod file;
 mod toy;
 mod tree;
 mod write;
 
-use std::{
-    collections::HashMap,
-    fs, io,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::collections::{HashMap, HashSet};
 
 use gltf::animation::{Animation, Property};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 pub use error::{GltfError, GltfErrorKind};
+pub use file::{Gltf, read, read_one};
 pub use toy::toy;
 
 use crate::{
-    animation::{Animation as Motion, Joint},
+    animation::{Animation as Motion, Joint, Recording},
     binding::ConvertError,
-    clip::MAX_FRAMES,
-    formats::bvh::MOST_LENGTH,
+    clip::{FRAME_BYTES, MAX_FRAMES, ROTATION_BYTES},
+    files::memory,
+    formats::bvh::{MAX_JOINTS, MOST_LENGTH},
     unit::Unit,
 };
 use curve::Curve;
@@ -55,122 +53,85 @@ use tree::Tree;
 const RATES: std::ops::RangeInclusive<f64> = 20.0..=240.0;
 /// The rate of curves with fewer keys, Hz.
 const RESAMPLED: f64 = 60.0;
-/// Most joint rotations of a clip: those of 64 joints over the longest clip.
-const MOST_POSES: f64 = 64.0 * MAX_FRAMES as f64;
 /// Least translation of an inner joint that counts as movement, metres.
 const STILL_M: f64 = 1e-6;
 /// Change of a scale that is noted, as a fraction.
 const RESCALED: f64 = 0.01;
 
-/// An animation, with the file that it is in.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Gltf {
-    /// Its motion.
-    pub animation: Motion,
-    /// Its name.
-    name: String,
-    /// The whole file.
-    bytes: Arc<[u8]>,
-    /// The folder that the file is in.
-    folder: PathBuf,
-}
-
-/// Reads the animations of a file that move a body, in the file's order.
-///
-/// They are named `FILE#ANIMATION`, or `FILE` if there is only one.
-///
-/// # Errors
-/// [`GltfError`] if the file, or one of its animations, can't be used.
-pub fn read(path: &Path) -> Result<Vec<Gltf>, GltfError> {
-    let file = path.to_string_lossy();
-    let error = |kind| GltfError { file: file.clone().into_owned(), kind };
-    let bytes = fs::read(path).map_err(|e| error(GltfErrorKind::Io(e.to_string())))?;
-    Gltf::of(bytes.into(), &file, path.parent().unwrap_or(Path::new("")))
-}
-
-impl Gltf {
-    /// The animations in the bytes of a file, with the folder that its other files are in.
-    ///
-    /// # Errors
-    /// As [`read`].
-    pub fn of(bytes: Arc<[u8]>, file: &str, folder: &Path) -> Result<Vec<Self>, GltfError> {
-        let found = parse(&bytes, file, &|uri| beside(folder, uri))?;
-        let with_file =
-            |(name, animation)| Self { animation, name, bytes: bytes.clone(), folder: folder.to_owned() };
-        Ok(found.into_iter().map(with_file).collect())
-    }
-
-    /// The folder that the file is in.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// The animation's name in the file.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-}
-
-/// Reads a file in the folder of a glTF file.
-fn beside(folder: &Path, uri: &str) -> io::Result<Vec<u8>> {
-    fs::read(folder.join(uri))
-}
-
 /// The animations in the bytes of a file. `open` reads a file beside it.
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(
-    bytes: &[u8],
-    file: &str,
-    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Vec<(String, Motion)>, GltfError> {
-    animations(bytes, file, open).map_err(|kind| GltfError { file: file.to_owned(), kind })
+pub fn parse(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Motion)>, GltfError> {
+    animations(bytes, file, open, None).map_err(|kind| GltfError { file: file.to_owned(), kind })
 }
 
-fn animations(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
+/// The animations of a file, or with `only` that of the name in it, or the only one.
+fn animations(
+    bytes: &[u8],
+    file: &str,
+    open: &Open<'_>,
+    only: Option<Option<&str>>,
+) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
     let (document, blob) = document(bytes)?;
     let tree = Tree::new(&document)?;
-    let buffers = Buffers::new(&document, blob.as_deref(), open);
-    let names = names(&document);
-    let mut found = Vec::new();
-    for (animation, name) in document.animations().zip(names) {
-        let curves = Curves::read(&animation, &name, &tree, &buffers)?;
-        // Animations without rotations, as of cameras, doors and faces, have no skeleton.
-        if !curves.rotations.is_empty() {
-            found.push((name, curves));
+    let buffers = Buffers::new(&document, bytes.len(), blob.as_deref(), open);
+    // Animations without rotations, as of cameras, doors and faces, have no skeleton.
+    let turns = |a: &Animation<'_>| a.channels().any(|c| c.target().property() == Property::Rotation);
+    let mut all: Vec<(Animation<'_>, String)> =
+        document.animations().zip(names(&document)).filter(|(animation, _)| turns(animation)).collect();
+    let alone = all.len() == 1;
+    if let Some(wanted) = only {
+        let names = || all.iter().map(|(_, name)| name.clone()).collect();
+        match wanted {
+            Some(wanted) if !all.iter().any(|(_, name)| name == wanted) => {
+                return Err(GltfErrorKind::NoSuch { wanted: wanted.to_owned(), names: names() });
+            }
+            None if all.len() > 1 => {
+                return Err(GltfErrorKind::Several { file: file.to_owned(), names: names() });
+            }
+            _ => all.retain(|(_, name)| wanted.is_none_or(|wanted| name == wanted)),
         }
     }
-    let alone = found.len() == 1;
-    found
-        .into_iter()
-        .map(|(name, curves)| {
-            let title = if alone { file.to_owned() } else { format!("{file}#{name}") };
-            let bvh = curves.document(&tree, &name, &title)?;
-            Ok((name, bvh))
-        })
-        .collect::<Result<Vec<_>, _>>()
-        .and_then(|found| if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) })
+    let mut found = Vec::new();
+    let mut taken = 0;
+    for (animation, name) in all {
+        let curves = Curves::read(&animation, &name, &tree, &buffers)?;
+        let title = if alone { file.to_owned() } else { format!("{file}#{name}") };
+        // What all animations of a file may take together.
+        let room = memory::most(buffers.size()).saturating_sub(taken);
+        let motion = curves.document(&tree, &name, &title, room)?;
+        taken += memory_of(motion.frames(), motion.joints.len());
+        found.push((name, motion));
+    }
+    if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) }
+}
+
+/// Memory of an animation and of the clip that is made of it, bytes.
+fn memory_of(frames: usize, joints: usize) -> usize {
+    let pose = size_of::<Isometry3<f64>>() + ROTATION_BYTES;
+    frames.saturating_mul(FRAME_BYTES.saturating_add(joints.saturating_mul(pose)))
 }
 
 /// The curves of an animation, by node.
 #[derive(Default)]
-struct Curves {
-    translations: HashMap<usize, Curve<3>>,
-    rotations: HashMap<usize, Curve<4>>,
+struct Curves<'b> {
+    translations: HashMap<usize, Curve<'b, 3>>,
+    rotations: HashMap<usize, Curve<'b, 4>>,
     notes: Vec<String>,
     /// Animated nodes, in the animation's order.
     moved: Vec<usize>,
 }
 
-impl Curves {
+impl<'b> Curves<'b> {
     fn read(
         animation: &Animation<'_>,
         name: &str,
         tree: &Tree,
-        buffers: &Buffers<'_>,
+        buffers: &'b Buffers<'_>,
     ) -> Result<Self, GltfErrorKind> {
         let mut curves = Self::default();
+        let mut seen = HashSet::new();
         for channel in animation.channels() {
             let (target, sampler) = (channel.target(), channel.sampler());
             let (node, interpolation) = (target.node().index(), sampler.interpolation());
@@ -178,7 +139,7 @@ impl Curves {
                 place: format!("animation `{name}`, node `{}`", tree.nodes[node].name),
                 what,
             };
-            let times = || buffers.floats::<1>(&sampler.input());
+            let times = || buffers.times(&sampler.input())?.map_err(place);
             let vectors = || {
                 Curve::new(times()?, buffers.floats::<3>(&sampler.output())?, interpolation).map_err(place)
             };
@@ -197,7 +158,7 @@ impl Curves {
                 // Removed before.
                 Property::MorphTargetWeights => continue,
             }
-            if !curves.moved.contains(&node) {
+            if seen.insert(node) {
                 curves.moved.push(node);
             }
         }
@@ -205,7 +166,7 @@ impl Curves {
     }
 
     /// Notes a node whose scale is animated: bones have constant lengths.
-    fn note_scale(&mut self, node: &tree::Node, curve: &Curve<3>) {
+    fn note_scale(&mut self, node: &tree::Node, curve: &Curve<'_, 3>) {
         let off =
             |t: &f64| (curve.vector(*t) - Vector3::from(node.scale)).amax() > RESCALED * node.scale[0].abs();
         if curve.times().iter().any(off) {
@@ -247,7 +208,7 @@ impl Curves {
     }
 
     /// The body's motion as a document.
-    fn document(self, tree: &Tree, name: &str, title: &str) -> Result<Motion, GltfErrorKind> {
+    fn document(self, tree: &Tree, name: &str, title: &str, room: usize) -> Result<Motion, GltfErrorKind> {
         let rigging = Rigging::of(tree, &self.moved)?;
         let (above, body, top) = (&rigging.above, &rigging.body, rigging.body[0]);
         let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
@@ -259,7 +220,7 @@ impl Curves {
         let frames = (seconds * rate_hz + 1e-3).floor();
         // Times are untrusted: two keys may be a day apart.
         let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
-        if frames > most || frames * body.len() as f64 > MOST_POSES {
+        if frames > most || memory_of(frames as usize + 1, body.len()) > room {
             let (animation, joints) = (name.to_owned(), body.len());
             return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
         }
@@ -313,12 +274,15 @@ impl Rigging {
     fn of(tree: &Tree, moved: &[usize]) -> Result<Self, GltfErrorKind> {
         let body = tree.body(moved);
         let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
+        if body.len() > MAX_JOINTS {
+            return Err(GltfErrorKind::TooManyJoints { limit: MAX_JOINTS });
+        }
         let mut above: Vec<usize> = tree.up(top).skip(1).collect();
         above.reverse();
         let nodes: Vec<usize> = above.iter().chain(&body).copied().collect();
         let mut rigging = Self { above, body, scales: HashMap::new() };
-        let is_parent = |node: usize| nodes.iter().any(|&n| tree.nodes[n].parent == Some(node));
-        for &node in nodes.iter().filter(|&&n| is_parent(n)) {
+        let parents: HashSet<usize> = nodes.iter().filter_map(|&n| tree.nodes[n].parent).collect();
+        for &node in nodes.iter().filter(|n| parents.contains(n)) {
             let scale = rigging.unit(tree, node) * tree.scale(node)?;
             rigging.scales.insert(node, scale);
         }

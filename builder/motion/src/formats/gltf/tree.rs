@@ -1,6 +1,6 @@
 //! The hierarchy of nodes, and the body that an animation moves.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use gltf::Document;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -96,7 +96,8 @@ impl Tree {
     /// are the joints of the largest skin that it moves and of skins below it, or without a skin the nodes themselves,
     /// with all nodes between them.
     pub fn body(&self, moved: &[usize]) -> Vec<usize> {
-        let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moved.contains(j));
+        let moving: HashSet<usize> = moved.iter().copied().collect();
+        let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moving.contains(j));
         let largest = self.skins.iter().filter(is_moved).max_by_key(|skin| skin.len());
         let mut wanted: Vec<usize> = match largest {
             Some(skin) => match self.common(skin) {
@@ -111,7 +112,11 @@ impl Tree {
         if self.common(&wanted).is_none() {
             // Several trees: the one with most of the nodes.
             let root = |n: usize| self.up(n).last();
-            let in_tree_of = |n: usize| wanted.iter().filter(|&&m| root(m) == root(n)).count();
+            let mut sizes: HashMap<Option<usize>, usize> = HashMap::new();
+            for &node in &wanted {
+                *sizes.entry(root(node)).or_default() += 1;
+            }
+            let in_tree_of = |n: usize| sizes[&root(n)];
             if let Some(most) = wanted.iter().copied().max_by_key(|&n| (in_tree_of(n), std::cmp::Reverse(n)))
             {
                 let most = root(most);

@@ -20,11 +20,12 @@ use crate::{
     binding::Binding,
     clip::Clip,
     formats::gltf::{
-        Curves, Gltf, Rigging, beside,
+        Curves, Gltf, Rigging,
         container::{Container, aligned},
         data::{BASE64, Buffers, fetch},
         document::{document, names},
         error::GltfErrorKind,
+        file::beside,
         tree::Tree,
     },
 };
@@ -71,8 +72,8 @@ impl Gltf {
         let known = names(&document);
         let index = known.iter().position(|n| *n == self.name).ok_or(GltfErrorKind::NoMotion)?;
         let source = document.animations().nth(index).ok_or(GltfErrorKind::NoMotion)?;
-        let open = |uri: &str| beside(&self.folder, uri);
-        let buffers = Buffers::new(&document, blob.as_deref(), &open);
+        let open = |name: &std::path::Path| beside(&self.folder, name);
+        let buffers = Buffers::new(&document, self.bytes.len(), blob.as_deref(), &open);
         let curves = Curves::read(&source, &self.name, &tree, &buffers)?;
         let rigging = Rigging::of(&tree, &curves.moved)?;
         let carried: Vec<usize> = rigging.above.iter().chain(&rigging.body).copied().collect();
@@ -138,7 +139,7 @@ fn keys(
     binding: &Binding,
     clip: &Clip,
     tree: &Tree,
-    curves: &Curves,
+    curves: &Curves<'_>,
     rigging: &Rigging,
     start: f64,
 ) -> Vec<(usize, Keys)> {
@@ -330,7 +331,7 @@ impl Container<'_> {
                 let Some(uri) = item["uri"].as_str().filter(|uri| !uri.starts_with("data:")) else {
                     continue;
                 };
-                let bytes = fetch(uri, &|uri| beside(folder, uri))
+                let bytes = fetch(uri, &|name| beside(folder, name))
                     .map_err(|e| GltfErrorKind::NotCopied { uri: uri.to_owned(), reason: e.to_string() })?;
                 let ending = uri.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
                 let image = IMAGES.iter().find(|(e, _)| *e == ending).map(|(_, media)| *media);

@@ -1,0 +1,107 @@
+//! The formats of motion files: by ending, by content, and in which of them clips are written.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::files::{self, FileError};
+
+/// A format of motion files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// BVH.
+    Bvh,
+    /// glTF.
+    Gltf,
+    /// FBX, which is told from others to say how to convert it.
+    Fbx,
+}
+
+impl Format {
+    const ALL: [Self; 3] = [Self::Bvh, Self::Gltf, Self::Fbx];
+
+    /// The format of a file by its first bytes, or else by its name. A name without a known ending is BVH.
+    pub(crate) fn of_file(path: &Path) -> Result<Self, FileError> {
+        let head = files::head(path, 64)?;
+        let text = head.trim_ascii_start();
+        Ok(match Self::of(path) {
+            _ if head.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX") => Self::Fbx,
+            _ if head.starts_with(b"glTF") => Self::Gltf,
+            _ if text.starts_with(b"HIERARCHY") => Self::Bvh,
+            by_name => by_name.unwrap_or(Self::Bvh),
+        })
+    }
+
+    /// The format of a file, by the ending of its name.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?;
+        Self::ALL.into_iter().find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bvh => "BVH",
+            Self::Gltf => "glTF",
+            Self::Fbx => "FBX",
+        }
+    }
+
+    /// The format in which a clip is written to a file, by the ending of its name: BVH, also where it has none, or glTF if
+    /// the clip comes from a file with the same ending. `input`: that file; `None` for a clip on another skeleton.
+    ///
+    /// # Errors
+    /// [`EndingError`] names the endings that can be written.
+    pub fn of_output(output: &Path, input: Option<&Path>) -> Result<Self, EndingError> {
+        let Some(ending) = output.extension() else { return Ok(Self::Bvh) };
+        let format = Self::of(output).filter(|format| *format != Self::Fbx);
+        let input = input.map(file_of).filter(|path| is_gltf(path)).and_then(Path::extension);
+        if format == Some(Self::Bvh) {
+            return Ok(Self::Bvh);
+        }
+        if input.is_some_and(|input| input.eq_ignore_ascii_case(ending)) {
+            return Ok(Self::Gltf);
+        }
+        let reason = match (format, input) {
+            (Some(_), Some(_)) => "glTF is written with the ending of the input",
+            (Some(_), None) => {
+                "glTF is read and not written, except where the clip comes from glTF and stays on its nodes"
+            }
+            _ => "this ending can't be written",
+        };
+        let own = input.map(|e| format!(" or .{}", e.to_string_lossy().to_ascii_lowercase()));
+        let endings = format!(".bvh{}", own.unwrap_or_default());
+        Err(EndingError { file: output.to_owned(), reason, endings })
+    }
+
+    const fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Bvh => &["bvh"],
+            Self::Gltf => &["glb", "gltf"],
+            Self::Fbx => &["fbx"],
+        }
+    }
+}
+
+/// The file of a clip's path, without the name of an animation after a `#`.
+pub fn file_of(path: &Path) -> &Path {
+    let file = path.to_str().and_then(|text| text.split_once('#')).map(|(file, _)| Path::new(file));
+    file.filter(|file| !path.exists() && is_gltf(file)).unwrap_or(path)
+}
+
+/// An output whose ending can't be written.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{}: {reason}: choose a name that ends in {endings}", .file.display())]
+pub struct EndingError {
+    /// The output.
+    pub file: PathBuf,
+    /// Why it can't be written.
+    pub reason: &'static str,
+    /// The endings that can be written.
+    pub endings: String,
+}
+
+/// Whether a file is glTF, by its name.
+pub(crate) fn is_gltf(path: &Path) -> bool {
+    Format::of(path) == Some(Format::Gltf)
+}

@@ -1,0 +1,86 @@
+//! A glTF file with its animations, and the files beside it.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use super::{GltfError, GltfErrorKind, Motion, animations};
+use crate::files::{self, FileError, MOST_MOTION};
+
+/// An animation, with the file that it is in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gltf {
+    /// Its motion.
+    pub animation: Motion,
+    /// Its name.
+    pub(super) name: String,
+    /// The whole file.
+    pub(super) bytes: Arc<[u8]>,
+    /// The folder that the file is in.
+    pub(super) folder: PathBuf,
+}
+
+/// Reads the animations of a file that move a body, in the file's order.
+///
+/// They are named `FILE#ANIMATION`, or `FILE` if there is only one.
+///
+/// # Errors
+/// [`GltfError`] if the file, or one of its animations, can't be used.
+pub fn read(path: &Path) -> Result<Vec<Gltf>, GltfError> {
+    Gltf::of_file(path, None)
+}
+
+/// Reads the animation of that name, or the only one.
+///
+/// # Errors
+/// [`GltfError`] if the file or the animation can't be used, and if there are several and none is named.
+pub fn read_one(path: &Path, wanted: Option<&str>) -> Result<Gltf, GltfError> {
+    let none = || GltfError { file: path.to_string_lossy().into_owned(), kind: GltfErrorKind::NoMotion };
+    Gltf::of_file(path, Some(wanted))?.pop().ok_or_else(none)
+}
+
+impl Gltf {
+    fn of_file(path: &Path, only: Option<Option<&str>>) -> Result<Vec<Self>, GltfError> {
+        let file = path.to_string_lossy();
+        let bytes = files::read(path, MOST_MOTION)
+            .map_err(|e| GltfError { file: file.clone().into_owned(), kind: GltfErrorKind::File(e) })?;
+        Self::some_of(bytes.into(), &file, path.parent().unwrap_or(Path::new("")), only)
+    }
+
+    /// The animations in the bytes of a file, with the folder that its other files are in.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn of(bytes: Arc<[u8]>, file: &str, folder: &Path) -> Result<Vec<Self>, GltfError> {
+        Self::some_of(bytes, file, folder, None)
+    }
+
+    fn some_of(
+        bytes: Arc<[u8]>,
+        file: &str,
+        folder: &Path,
+        only: Option<Option<&str>>,
+    ) -> Result<Vec<Self>, GltfError> {
+        let found = animations(&bytes, file, &|name| beside(folder, name), only)
+            .map_err(|kind| GltfError { file: file.to_owned(), kind })?;
+        let with_file =
+            |(name, animation)| Self { animation, name, bytes: bytes.clone(), folder: folder.to_owned() };
+        Ok(found.into_iter().map(with_file).collect())
+    }
+
+    /// The folder that the file is in.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The animation's name in the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// Reads a file in the folder of a glTF file.
+pub(super) fn beside(folder: &Path, name: &Path) -> Result<Vec<u8>, FileError> {
+    files::read_in(folder, name, MOST_MOTION)
+}

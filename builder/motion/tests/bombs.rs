@@ -1,0 +1,247 @@
+//! Small files that ask for much: memory stays at 6 times the file and 50 MB, and time in proportion to the size.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+    time::{Duration, Instant},
+};
+
+use gestus_motion::{
+    binding::{Options, to_clip},
+    capture::{self, CaptureError, read_folder},
+    files::{FileError, write},
+    formats::{
+        bvh::{Bvh, BvhErrorKind, MAX_JOINTS},
+        gltf::{self, GltfErrorKind},
+        urdf::{Robot, UrdfError},
+    },
+};
+use serde_json::json;
+
+/// The system's memory, counted.
+struct Counted;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is passed on as it came.
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let now = NOW.fetch_add(layout.size(), Relaxed) + layout.size();
+        PEAK.fetch_max(now, Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+#[global_allocator]
+static MEMORY: Counted = Counted;
+
+/// Runs a reading and checks what it takes, beside the file's own bytes that are there before it.
+fn within<T>(what: &str, bytes: usize, read: impl FnOnce() -> T) -> T {
+    let before = NOW.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    let start = Instant::now();
+    let result = read();
+    let (took, time) = (PEAK.load(Relaxed) - before, start.elapsed());
+    println!("{what}: {bytes} bytes, {:.1} MB, {:.2} s", took as f64 / 1e6, time.as_secs_f64());
+    assert!(took <= 6 * bytes + 50_000_000, "{what}: {took} bytes of memory for {bytes}");
+    // A second for each 2 MB in a debug build, and a few for the start: quadratic time takes minutes.
+    assert!(time < Duration::from_secs(8 + bytes as u64 / 2_000_000), "{what}: {time:?}");
+    result
+}
+
+/// A BVH file: so many joints, of which so many have channels, and frames of that text.
+fn bvh(joints: usize, moving: usize, frames: usize, row: &str) -> String {
+    let mut text = "HIERARCHY ROOT r{OFFSET 0 0 0 CHANNELS 1 Xrotation\n".to_owned();
+    for j in 1..joints {
+        let channels = if j < moving { "CHANNELS 3 Zrotation Xrotation Yrotation " } else { "" };
+        text += &format!("JOINT j{j}{{OFFSET 0 1 0 {channels}}}\n");
+    }
+    text + &format!("}}\nMOTION\nFrames: {frames}\nFrame Time: 0.01\n") + &row.repeat(frames)
+}
+
+fn bvh_error(text: &str) -> BvhErrorKind {
+    within("bvh", text.len(), || Bvh::parse(text.as_bytes(), "bomb.bvh")).unwrap_err().kind
+}
+
+fn bvh_bombs() {
+    let bomb = bvh(10_000, 1, 40_000, "0\n");
+    assert_eq!(bvh_error(&bomb), BvhErrorKind::TooManyJoints { limit: MAX_JOINTS });
+    let bomb = bvh(4_000, 1, 40_000, "0\n");
+    assert!(matches!(bvh_error(&bomb), BvhErrorKind::TooMuch { joints: 4_000, frames: 40_000, .. }));
+    // A header that promises what is not there.
+    let text = bvh(3, 1, 9, "0\n").replace("Frames: 9", "Frames: 18446744073709551615");
+    assert!(matches!(bvh_error(&text), BvhErrorKind::FrameCountLies { found: 9, .. }));
+    let deep = format!("HIERARCHY ROOT r{{{}", "JOINT j{OFFSET 0 0 0 ".repeat(100_000));
+    assert!(matches!(bvh_error(&deep), BvhErrorKind::DuplicateJoint { .. }));
+    let deep: String = (0..100_000).map(|j| format!("JOINT j{j}{{ ")).collect();
+    assert!(matches!(bvh_error(&format!("HIERARCHY ROOT r{{ {deep}")), BvhErrorKind::TooDeep { .. }));
+    let sites = format!("HIERARCHY ROOT r{{{}", "End Site{OFFSET 0 0 0}".repeat(200_000));
+    bvh_error(&sites);
+    // An honest file of some size is read, through to the clip.
+    let row = "12.3456 ".repeat(1 + 3 * 59) + "\n";
+    let honest = bvh(60, 60, 4_000, &row);
+    let clip = within("an honest clip", honest.len(), || {
+        let document = Bvh::parse(honest.as_bytes(), "walk.bvh").unwrap();
+        to_clip(&document, &Options::default()).unwrap().0
+    });
+    assert_eq!(clip.frames.len(), 4_000);
+}
+
+/// A glTF file of a body of two nodes, with that many animations of accessors that all begin at byte 0 of a buffer.
+fn overlapping(channels: usize, keys: usize) -> serde_json::Value {
+    let nodes: Vec<_> = (0..channels)
+        .map(|n| json!({ "children": if n + 1 < channels { vec![n + 1] } else { vec![] } }))
+        .collect();
+    let accessors: Vec<_> = (0..channels)
+        .map(|_| json!({ "bufferView": 1, "componentType": 5121, "normalized": true, "type": "VEC4", "count": keys }))
+        .chain([json!({ "bufferView": 0, "componentType": 5126, "type": "SCALAR", "count": keys, "min": [0.0], "max": [9.0] })])
+        .collect();
+    let samplers: Vec<_> = (0..channels).map(|c| json!({ "input": channels, "output": c })).collect();
+    let moved: Vec<_> =
+        (0..channels).map(|c| json!({ "sampler": c, "target": { "node": c, "path": "rotation" } })).collect();
+    json!({
+        "asset": { "version": "2.0" }, "nodes": nodes, "accessors": accessors,
+        "bufferViews": [{ "buffer": 0, "byteLength": 4 * keys }, { "buffer": 0, "byteLength": 4 * keys }],
+        "buffers": [{ "uri": "keys.bin", "byteLength": 4 * keys }],
+        "animations": [{ "samplers": samplers, "channels": moved }],
+    })
+}
+
+fn gltf_error(what: &str, text: &str, data: &[u8]) -> GltfErrorKind {
+    let open = |_: &Path| Ok(data.to_vec());
+    within(what, text.len() + data.len(), || gltf::parse(text.as_bytes(), "bomb.gltf", &open))
+        .unwrap_err()
+        .kind
+}
+
+fn gltf_bombs() {
+    let times: Vec<u8> = (0..500_000u32).flat_map(|k| (k as f32 / 60.0).to_le_bytes()).collect();
+    let said = gltf_error("overlap", &overlapping(200, 500_000).to_string(), &times);
+    assert!(matches!(said, GltfErrorKind::Accessor { .. } | GltfErrorKind::TooLong { .. }), "{said}");
+    // The same in many animations.
+    let mut many = overlapping(20, 1_000);
+    let one = many["animations"][0].clone();
+    many["animations"] = vec![one; 2_000].into();
+    let said = gltf_error("animations", &many.to_string(), &times[..4_000]);
+    assert!(matches!(said, GltfErrorKind::TooLong { .. } | GltfErrorKind::TooMuch { .. }), "{said}");
+    // Giant counts, and keys a day apart.
+    let mut made = overlapping(2, 2);
+    made["accessors"][0]["count"] = json!(u32::MAX);
+    assert!(matches!(
+        gltf_error("count", &made.to_string(), &times[..8]),
+        GltfErrorKind::Accessor { accessor: 0, .. }
+    ));
+    let day: Vec<u8> = [0f32, 86_400.0].iter().flat_map(|t| t.to_le_bytes()).collect();
+    assert!(matches!(
+        gltf_error("a day", &overlapping(2, 2).to_string(), &day),
+        GltfErrorKind::TooLong { .. }
+    ));
+    // Sparse accessors are not read, whatever they say.
+    let mut made = overlapping(2, 2);
+    made["accessors"][0] = json!({ "componentType": 5126, "type": "VEC4", "count": u32::MAX, "sparse": {
+        "count": 1, "indices": { "bufferView": 0, "componentType": 5125 }, "values": { "bufferView": 1 } } });
+    let said = gltf_error("sparse", &made.to_string(), &times[..8]);
+    assert!(matches!(said, GltfErrorKind::Accessor { accessor: 0, .. }), "{said}");
+    // JSON that is larger in memory than on disk.
+    for (what, item) in [
+        ("nodes", "{},"),
+        ("accessors", "{},"),
+        ("nodes", r#"{"children":[9]},"#),
+        ("extensionsRequired", r#""","#),
+    ] {
+        let list = item.repeat(3_000_000 / item.len());
+        let text = format!(r#"{{"asset":{{"version":"2.0"}},"{what}":[{}]}}"#, list.trim_end_matches(','));
+        gltf_error(what, &text, &[]);
+    }
+    let deep = format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}}}"#, "[".repeat(1_000_000));
+    assert!(matches!(
+        gltf_error("deep", &deep, &[]),
+        GltfErrorKind::NotGltf(_) | GltfErrorKind::TooMuch { .. }
+    ));
+    let chain: Vec<_> = (1..=20_000).map(|n| json!({ "children": [n] })).chain([json!({})]).collect();
+    let text = json!({ "asset": { "version": "2.0" }, "nodes": chain }).to_string();
+    assert!(matches!(gltf_error("chain", &text, &[]), GltfErrorKind::TooDeep { .. }));
+}
+
+fn urdf_bombs() {
+    let error =
+        |what: &str, text: &str| within(what, text.len(), || Robot::parse(text, "bomb.urdf")).unwrap_err();
+    let links = format!("<robot name='r'>{}</robot>", "<link name='a'/>".repeat(150_000));
+    assert!(matches!(error("links", &links), UrdfError::Elements { .. }));
+    let attributes: String = (0..200_000).map(|i| format!(" a{i}=''")).collect();
+    let text = format!("<robot name='r'><limit{attributes}/></robot>");
+    assert!(matches!(error("attributes", &text), UrdfError::Tag { line: 1, .. }));
+}
+
+/// A buffer is in the folder of the clip, whatever its URI says; and one bad file costs that file.
+fn a_folder_of_traps(folder: &Path) {
+    let clips = folder.join("clips");
+    std::fs::create_dir(&clips).unwrap();
+    let times: Vec<u8> = [0f32, 1.0].iter().flat_map(|t| t.to_le_bytes()).collect();
+    write(&folder.join("keys.bin"), &times).unwrap();
+    write(&clips.join("keys.bin"), &times).unwrap();
+    let with = |name: &str, uri: &str| {
+        let mut made = overlapping(2, 2);
+        made["buffers"][0]["uri"] = json!(uri);
+        let path = clips.join(name);
+        write(&path, made.to_string()).unwrap();
+        path
+    };
+    capture::read(&with("good.gltf", "keys.bin")).unwrap();
+    let reason = |path: PathBuf| match within("uri", 1_000, || capture::read(&path)).unwrap_err() {
+        CaptureError::Gltf(gltf::GltfError { kind: GltfErrorKind::Buffer { reason, .. }, .. }) => reason,
+        other => panic!("{}: {other}", path.display()),
+    };
+    let absolute = folder.join("keys.bin");
+    for (i, uri) in [
+        "../keys.bin",
+        "%2e%2e/keys.bin",
+        "x/../../keys.bin",
+        absolute.to_str().unwrap(),
+        "/dev/zero",
+        "file:///dev/zero",
+    ]
+    .iter()
+    .enumerate()
+    {
+        assert_eq!(reason(with(&format!("out{i}.gltf"), uri)), FileError::Outside, "{uri}");
+    }
+    assert!(matches!(reason(with("none.gltf", "none.bin")), FileError::Io(_)));
+    assert_eq!(reason(with("folder.gltf", "./")), FileError::NotRegular);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("/dev/zero", clips.join("zero.bin")).unwrap();
+        assert_eq!(reason(with("zero.gltf", "zero.bin")), FileError::Outside);
+        std::os::unix::fs::symlink("/dev/zero", clips.join("zero.bvh")).unwrap();
+        if std::process::Command::new("mkfifo")
+            .arg(clips.join("pipe.bin"))
+            .status()
+            .is_ok_and(|s| s.success())
+        {
+            assert_eq!(reason(with("pipe.gltf", "pipe.bin")), FileError::NotRegular);
+        }
+    }
+    write(&clips.join("bomb.bvh"), bvh(4_000, 1, 40_000, "0\n")).unwrap();
+    write(&clips.join("walk.bvh"), bvh(3, 3, 9, "1 2 3 4 5 6 7\n")).unwrap();
+    let found = within("folder", 300_000, || read_folder(&clips, false)).unwrap();
+    let names: Vec<_> =
+        found.documents.iter().map(|(path, _)| path.file_name().unwrap().to_owned()).collect();
+    assert_eq!(names, ["good.gltf", "walk.bvh"]);
+    assert!(found.skipped.len() >= 9, "{:?}", found.skipped);
+}
+
+/// One test: the count is of the whole process.
+#[test]
+fn no_file_takes_more_than_its_share() {
+    bvh_bombs();
+    gltf_bombs();
+    urdf_bombs();
+    a_folder_of_traps(tempfile::tempdir().unwrap().path());
+}
