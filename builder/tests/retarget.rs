@@ -205,6 +205,24 @@ fn the_same_body_in_other_words_axes_sizes_and_worlds_comes_in_as_it_was() {
     }
 }
 
+/// Left is where left is.
+#[test]
+fn names_that_contradict_the_feet_are_exchanged_and_told() {
+    let exchanged = Foreign::new().named(|_, name| match name.rsplit_once('_') {
+        Some((stem, "L")) => format!("{stem}_R"),
+        Some((stem, "R")) => format!("{stem}_L"),
+        _ => name.to_owned(),
+    });
+    let map = exchanged.map();
+    let left = map.source.parts.get(Part::UpperLeg(Side::Left)).unwrap();
+    assert_eq!(map.source.skeleton.names[left], "UpperLeg_R");
+    assert!(map.doubts().iter().any(|d| d.contains("left and right are exchanged")), "{:?}", map.doubts());
+    let mapped = map.to_target(&exchanged.0);
+    let (mean, most) = apart(&walk().frames, &mapped.frames, &walk().skeleton);
+    assert!(mean < 1.0 && most < 4.0, "{mean} cm, at most {most}");
+    assert!(Foreign::new().map().doubts().iter().all(|d| !d.contains("exchanged")));
+}
+
 #[test]
 fn what_goes_in_comes_back() {
     for foreign in [

@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::clip::Skeleton;
+use crate::{
+    clip::Skeleton,
+    names::{self, Side, names},
+};
 
 /// Landmarks of a skeleton. Pairs are left, right.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,33 +63,7 @@ pub fn rest_positions(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
 
 /// Side by name: 0 left, 1 right.
 fn side_of(name: &str) -> Option<usize> {
-    let lower = name.to_ascii_lowercase();
-    let starts = |c: char| {
-        // `LHand`, `lfemur`, `l_hand`; but not `Lower...` or `root`.
-        name.starts_with(c.to_ascii_uppercase()) && name.chars().nth(1).is_some_and(char::is_uppercase)
-            || [
-                "femur", "tibia", "foot", "toes", "hip", "clavicle", "humerus", "radius", "wrist", "hand",
-                "thumb", "fingers", "knee", "ankle", "shoulder", "elbow",
-            ]
-            .iter()
-            .any(|part| {
-                lower
-                    .strip_prefix(c)
-                    .is_some_and(|rest| rest.trim_start_matches(['_', '.']).starts_with(part))
-            })
-    };
-    let ends = |c: char| {
-        lower.ends_with(&format!("_{c}"))
-            || lower.ends_with(&format!(".{c}"))
-            || lower.contains(&format!("_{c}_"))
-    };
-    if lower.contains("left") || ends('l') || starts('l') {
-        Some(0)
-    } else if lower.contains("right") || ends('r') || starts('r') {
-        Some(1)
-    } else {
-        None
-    }
+    names::side(name).map(Side::index)
 }
 
 fn chain(skeleton: &Skeleton, leaf: usize) -> Vec<usize> {
@@ -113,16 +90,12 @@ fn on_side(skeleton: &Skeleton, rest: &[Vector3<f64>], chain: &[usize], side: us
 
 /// Hip joint, knee, ankle, toes of a side: the chain that reaches lowest.
 fn leg(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Option<[usize; 4]> {
-    let is_leg = |name: &str| {
-        let n = name.to_ascii_lowercase();
-        ["leg", "foot", "toe", "femur", "tibia", "thigh", "knee", "ankle", "shin", "calf"]
-            .iter()
-            .any(|p| n.contains(p))
-    };
     let chains: Vec<Vec<usize>> =
         chains(skeleton).into_iter().filter(|c| c.len() >= 4 && on_side(skeleton, rest, c, side)).collect();
-    let named =
-        chains.iter().filter(|c| c.iter().any(|&j| is_leg(&skeleton.names[j]))).max_by_key(|c| c.len());
+    let named = chains
+        .iter()
+        .filter(|c| c.iter().any(|&j| names().is_leg(&skeleton.names[j])))
+        .max_by_key(|c| c.len());
     let lowest = || {
         let depth = |c: &&Vec<usize>| rest[c[c.len() - 1]].y;
         chains.iter().min_by(|a, b| depth(a).total_cmp(&depth(b)))
@@ -140,17 +113,8 @@ fn leg(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Option<[usize
 
 /// Joints of an arm, from the collarbone on: side branches above the legs.
 fn arm(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Vec<usize> {
-    let is_arm = |name: &str| {
-        let n = name.to_ascii_lowercase();
-        [
-            "arm", "hand", "shoulder", "elbow", "wrist", "clavicle", "collar", "humerus", "radius", "thumb",
-            "finger", "index",
-        ]
-        .iter()
-        .any(|p| n.contains(p))
-    };
     let named: Vec<usize> = (0..skeleton.joints())
-        .filter(|&j| is_arm(&skeleton.names[j]) && side_of(&skeleton.names[j]) == Some(side))
+        .filter(|&j| names().is_arm(&skeleton.names[j]) && side_of(&skeleton.names[j]) == Some(side))
         .collect();
     if !named.is_empty() {
         return named;

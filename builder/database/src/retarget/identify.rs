@@ -5,11 +5,15 @@ use std::{collections::BTreeMap, fmt};
 use thiserror::Error;
 
 use crate::retarget::{
+    facing,
     file::MapFile,
-    parts::{CONVENTIONS, Part, Side, likely},
+    parts::{Part, Side, families, likely, part_in},
     shape,
 };
-use gestus_motion::clip::{Frame, Skeleton};
+use gestus_motion::{
+    clip::{Frame, Skeleton},
+    names::Family,
+};
 
 /// Source of an identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,6 +116,7 @@ impl Parts {
             });
         }
         parts.check_tree(skeleton)?;
+        parts.check_sides(skeleton, frames);
         parts.trunk(skeleton, &denied);
         parts.doubt(skeleton);
         Ok(parts)
@@ -127,32 +132,40 @@ impl Parts {
         needed.filter(|p| !self.joints.contains_key(p))
     }
 
+    /// By the family of names that explains most, and in which limbs hang together.
     fn by_name(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
-        let known = |c: &super::parts::Convention| {
-            let mut parts: Vec<Part> = skeleton.names.iter().filter_map(|n| c.part(n)).collect();
-            parts.sort_unstable();
-            parts.dedup();
-            parts.len()
-        };
-        // `max_by_key` takes the last of equals; the table's first is the more common.
-        let Some(best) = CONVENTIONS.iter().rev().max_by_key(|c| known(c)) else { return };
+        let names: Vec<&str> = skeleton.names.iter().map(String::as_str).collect();
         let taken = |parts: &Self, joint: usize| parts.joints.values().any(|&j| j == joint);
-        if known(best) >= 6 {
-            for (j, name) in skeleton.names.iter().enumerate() {
-                if let Some(part) = best.part(name).filter(|p| !denied(p) && !taken(self, j)) {
-                    self.put(part, j, How::Name(best.name));
+        let put = |parts: &mut Self, of: &dyn Fn(&str) -> Option<Part>, how: How| {
+            for (j, name) in names.iter().enumerate() {
+                if let Some(part) = of(name).filter(|p| !denied(p) && !taken(parts, j)) {
+                    parts.put(part, j, how);
                 }
             }
+        };
+        let in_family = |family: &'static Family| {
+            let mut parts = self.clone();
+            put(&mut parts, &|name| part_in(family, name), How::Name(&family.name));
+            parts
+        };
+        let families = families(&names);
+        let found: Vec<Self> = families.into_iter().map(in_family).collect();
+        let whole = found.iter().find(|parts| parts.check_tree(skeleton).is_ok());
+        if let Some(best) = whole.or(found.first()) {
+            *self = best.clone();
         }
-        for (j, name) in skeleton.names.iter().enumerate() {
-            if let Some(part) = likely(name).filter(|p| !denied(p) && !taken(self, j)) {
-                self.put(part, j, How::Word);
-            }
-        }
+        put(self, &likely, How::Word);
     }
 
     fn by_shape(&mut self, skeleton: &Skeleton, frames: &[Frame], denied: &dyn Fn(&Part) -> bool) {
-        let shape = shape::find(skeleton, frames);
+        let named_head = self.get(Part::Head);
+        let mut shape = shape::find(skeleton, frames);
+        // A head that is called so is one, if it is in the chain that reaches highest: eyes and hair reach higher.
+        if let Some((_, head)) = shape.parts.iter_mut().find(|(part, _)| *part == Part::Head)
+            && let Some(named) = named_head.filter(|&named| below(skeleton, *head, named))
+        {
+            *head = named;
+        }
         // Names and shape together contradict each other too easily: a side of a limb is one or the other.
         let from_file: Vec<Part> =
             self.how.iter().filter(|(_, h)| **h == How::File).map(|(p, _)| *p).collect();
@@ -176,6 +189,36 @@ impl Parts {
                 "parts were found by shape, since the names say too little: check left and right".into(),
             );
         }
+    }
+
+    /// Left is where left is: names that say otherwise than the feet are exchanged, and reported.
+    fn check_sides(&mut self, skeleton: &Skeleton, frames: &[Frame]) {
+        /// Least sureness to contradict a name.
+        const SURE: f64 = 0.5;
+        let limb = |side, parts: [fn(Side) -> Part; 4]| parts.map(|part| self.get(part(side)));
+        let legs = Side::BOTH.map(|s| limb(s, [Part::UpperLeg, Part::LowerLeg, Part::Foot, Part::Toes]));
+        let arms = Side::BOTH.map(|s| {
+            let mut arm = limb(s, [Part::UpperArm, Part::LowerArm, Part::Hand, Part::Hand]);
+            arm[3] = None;
+            arm
+        });
+        let positions: Vec<_> = frames.iter().map(|f| f.positions(skeleton)).collect();
+        if facing::first_is_left(&positions, legs, &arms) > -SURE {
+            return;
+        }
+        let by_name = self.get(Part::UpperLeg(Side::Left)).map_or("", |j| skeleton.names[j].as_str());
+        if self.how.values().any(|how| *how == How::File) {
+            self.doubts.push(format!(
+                "the map file says that `{by_name}` is on the left, and feet and knees say that it is on the right"
+            ));
+            return;
+        }
+        self.doubts.push(format!(
+            "`{by_name}` and what is named like it are on the right, as feet and knees point: left and right are \
+             exchanged; name the joints in a map file (--map) if that is wrong"
+        ));
+        self.joints = self.joints.iter().map(|(part, &j)| (part.mirrored(), j)).collect();
+        self.how = self.how.iter().map(|(part, &how)| (part.mirrored(), how)).collect();
     }
 
     fn check_tree(&self, skeleton: &Skeleton) -> Result<(), IdentifyError> {

@@ -1,10 +1,12 @@
 //! Body parts, and the names of their joints.
 //!
-//! Skeletons are compared by parts: `left-upper-arm` is the joint that rotates the left upper arm, whatever its name. A
-//! convention is a table of the names in a family of skeletons. The one that matches most of a skeleton's joints names
-//! them all, since words are ambiguous: `LeftShoulder` is the collarbone in Mixamo, and the upper arm in older BVH files.
+//! Skeletons are compared by parts: `left-upper-arm` is the joint that rotates the left upper arm, whatever its name. The
+//! words are those of [`gestus_motion::names`].
 
-use std::fmt;
+use std::{collections::BTreeSet, fmt};
+
+use gestus_motion::names::{Family, names};
+pub use gestus_motion::names::{Side, split};
 
 /// A body part with one joint of its own. Spines and necks, which differ in joint count, are chains between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -23,27 +25,9 @@ pub enum Part {
     Toes(Side),
 }
 
-/// Which side of the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "they are what they are called")]
-pub enum Side {
-    Left,
-    Right,
-}
-
 use Part::*;
 
-impl Side {
-    /// Left, then right.
-    pub const BOTH: [Side; 2] = [Side::Left, Side::Right];
-
-    /// 0 left, 1 right.
-    pub fn index(self) -> usize {
-        usize::from(self == Side::Right)
-    }
-}
-
-/// The parts of a side, in the order of [`Convention`]'s words.
+/// The parts of a side, in the order of [`Family::limbs`].
 const LIMBS: [fn(Side) -> Part; 8] = [Clavicle, UpperArm, LowerArm, Hand, UpperLeg, LowerLeg, Foot, Toes];
 
 impl Part {
@@ -59,6 +43,22 @@ impl Part {
     /// True for parts that a map does not require.
     pub fn optional(self) -> bool {
         matches!(self, Chest | Head | Clavicle(_) | Hand(_) | Toes(_))
+    }
+
+    /// The part on the other side; itself, if it is in the middle.
+    pub fn mirrored(self) -> Part {
+        let other = |side| if side == Side::Left { Side::Right } else { Side::Left };
+        match self {
+            Hips | Chest | Head => self,
+            Clavicle(s) => Clavicle(other(s)),
+            UpperArm(s) => UpperArm(other(s)),
+            LowerArm(s) => LowerArm(other(s)),
+            Hand(s) => Hand(other(s)),
+            UpperLeg(s) => UpperLeg(other(s)),
+            LowerLeg(s) => LowerLeg(other(s)),
+            Foot(s) => Foot(other(s)),
+            Toes(s) => Toes(other(s)),
+        }
     }
 
     /// The part of that name, as [`fmt::Display`] writes it; `_` may replace `-`.
@@ -87,230 +87,394 @@ impl fmt::Display for Part {
     }
 }
 
-/// The names of one family of skeletons: words for hips and head, and for the parts of a side.
-#[derive(Debug)]
-pub struct Convention {
-    /// What the family is called.
-    pub name: &'static str,
-    hips: &'static str,
-    head: &'static str,
-    /// In the order of [`LIMBS`].
-    limbs: [&'static str; 8],
+/// The part that a joint of that name is, in a family.
+pub fn part_in(family: &Family, name: &str) -> Option<Part> {
+    let (side, stem) = split(name);
+    let has = |words: &[String]| words.contains(&stem);
+    match side {
+        None if has(&family.hips) => Some(Hips),
+        None if has(&family.head) => Some(Head),
+        None => None,
+        Some(side) => family.limbs().iter().position(|words| has(words)).map(|i| LIMBS[i](side)),
+    }
 }
 
-/// Known conventions. Words are in lower case, without separators and side.
-pub const CONVENTIONS: [Convention; 8] = [
-    Convention {
-        name: "Mixamo or CMU (BVH)",
-        hips: "hips",
-        head: "head",
-        limbs: ["shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toebase"],
-    },
-    Convention {
-        name: "CMU (ASF)",
-        hips: "root",
-        head: "head",
-        limbs: ["clavicle", "humerus", "radius", "hand", "femur", "tibia", "foot", "toes"],
-    },
-    Convention {
-        name: "Bandai-Namco",
-        hips: "hips",
-        head: "head",
-        limbs: ["shoulder", "upperarm", "lowerarm", "hand", "upperleg", "lowerleg", "foot", "toes"],
-    },
-    Convention {
-        name: "Xsens",
-        hips: "pelvis",
-        head: "head",
-        limbs: ["shoulder", "upperarm", "forearm", "hand", "upperleg", "lowerleg", "foot", "toe"],
-    },
-    Convention {
-        name: "Xsens (BVH)",
-        hips: "hips",
-        head: "head",
-        limbs: ["collar", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe"],
-    },
-    Convention {
-        name: "SMPL",
-        hips: "pelvis",
-        head: "head",
-        limbs: ["collar", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot"],
-    },
-    Convention {
-        name: "VRM humanoid",
-        hips: "hips",
-        head: "head",
-        limbs: ["shoulder", "upperarm", "lowerarm", "hand", "upperleg", "lowerleg", "foot", "toebase"],
-    },
-    Convention {
-        name: "3ds Max Biped or Unreal",
-        hips: "pelvis",
-        head: "head",
-        limbs: ["clavicle", "upperarm", "forearm", "hand", "thigh", "calf", "foot", "toe0"],
-    },
-];
-
-/// Other words for parts, in skeletons of no known family.
-const OTHERS: [(&str, usize); 17] = [
-    ("collarbone", 0),
-    ("clavicle", 0),
-    ("humerus", 1),
-    ("lowerarm", 2),
-    ("radius", 2),
-    ("wrist", 3),
-    ("thigh", 4),
-    ("upperleg", 4),
-    ("hipjointyaw", 4),
-    ("shin", 5),
-    ("calf", 5),
-    ("knee", 5),
-    ("ankle", 6),
-    ("ball", 7),
-    ("toe", 7),
-    ("toes", 7),
-    ("toebase", 7),
-];
-
-impl Convention {
-    /// The part that a joint of that name is.
-    pub fn part(&self, name: &str) -> Option<Part> {
-        let (side, stem) = split(name);
-        match side {
-            None => match stem.as_str() {
-                s if s == self.hips => Some(Hips),
-                s if s == self.head => Some(Head),
-                _ => None,
-            },
-            Some(side) => self.limbs.iter().position(|&w| w == stem).map(|i| LIMBS[i](side)),
-        }
-    }
+/// The families that know six parts of a skeleton or more, those that know most of them first, of equals the more common.
+pub fn families(joints: &[&str]) -> Vec<&'static Family> {
+    /// Fewer are chance.
+    const FEWEST: usize = 6;
+    let known = |family: &&Family| {
+        joints.iter().filter_map(|name| part_in(family, name)).collect::<BTreeSet<_>>().len()
+    };
+    let mut found: Vec<(usize, &Family)> = names().families.iter().map(|f| (known(&f), f)).collect();
+    found.retain(|(known, _)| *known >= FEWEST);
+    found.sort_by_key(|(known, _)| std::cmp::Reverse(*known));
+    found.into_iter().map(|(_, family)| family).collect()
 }
 
 /// The likely part of a name in an unknown family.
 pub fn likely(name: &str) -> Option<Part> {
-    let (side, stem) = split(name);
-    match side {
-        None => {
-            ["hips", "pelvis"].contains(&stem.as_str()).then_some(Hips).or((stem == "head").then_some(Head))
-        }
-        Some(side) => OTHERS.iter().find(|(w, _)| *w == stem).map(|&(_, i)| LIMBS[i](side)),
-    }
-}
-
-/// Side and stem of a name, in lower case, without a tool's prefix and separators.
-pub fn split(name: &str) -> (Option<Side>, String) {
-    let name = name.rsplit(':').next().unwrap_or(name).trim();
-    // `mixamorig_LeftArm`, `Bip01 L Thigh`, `J_Bip_L_UpperArm`, `m_avg_L_Hip`.
-    let lower = name.to_ascii_lowercase();
-    let prefixes = [
-        "mixamorig1_",
-        "mixamorig_",
-        "mixamorig",
-        "bip01",
-        "bip001",
-        "j_bip_c_",
-        "j_bip_",
-        "j_sec_",
-        "m_avg_",
-        "f_avg_",
-        "def-",
-        "b_",
-    ];
-    let cut = prefixes.iter().find(|p| lower.starts_with(**p)).map_or(0, |p| p.len());
-    // Cut where the byte is a boundary of the original too: prefixes are ASCII.
-    let rest = name.get(cut..).unwrap_or(name).trim_start_matches(['_', ' ', '.', '-']);
-    let words = words(rest);
-    let mut side = None;
-    let mut stem = String::new();
-    for (i, word) in words.iter().enumerate() {
-        let at_end = i == 0 || i + 1 == words.len();
-        match word.as_str() {
-            "left" if side.is_none() => side = Some(Side::Left),
-            "right" if side.is_none() => side = Some(Side::Right),
-            "l" if side.is_none() && at_end => side = Some(Side::Left),
-            "r" if side.is_none() && at_end => side = Some(Side::Right),
-            other => stem.push_str(other),
-        }
-    }
-    if side.is_none() {
-        // `lfemur`, `leftarm`, `rhipjoint`: a side as a prefix in lower case.
-        for (prefix, found) in
-            [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)]
-        {
-            let known = |s: &str| {
-                CONVENTIONS.iter().any(|c| c.limbs.contains(&s)) || OTHERS.iter().any(|(w, _)| *w == s)
-            };
-            if let Some(rest) = stem.strip_prefix(prefix).filter(|r| known(r)) {
-                let rest = rest.to_owned();
-                return (Some(found), rest);
-            }
-        }
-    }
-    (side, stem)
-}
-
-/// Splits `LeftUpLeg_2` into left, up, leg, 2: at separators and capitals, in lower case.
-fn words(name: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut fresh = true;
-    let chars: Vec<char> = name.chars().collect();
-    for (i, &c) in chars.iter().enumerate() {
-        if !c.is_ascii_alphanumeric() {
-            fresh = true;
-            continue;
-        }
-        let after_small = i > 0 && (chars[i - 1].is_ascii_lowercase() || chars[i - 1].is_ascii_digit());
-        let before_small = i > 0
-            && chars[i - 1].is_ascii_uppercase()
-            && chars.get(i + 1).is_some_and(char::is_ascii_lowercase);
-        if fresh || (c.is_ascii_uppercase() && (after_small || before_small)) {
-            words.push(String::new());
-            fresh = false;
-        }
-        if let Some(word) = words.last_mut() {
-            word.push(c.to_ascii_lowercase());
-        }
-    }
-    words
+    part_in(&names().others, name)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn sides_and_stems_of_all_families() {
-        use Side::{Left, Right};
-        for (name, side, stem) in [
-            ("mixamorig:LeftUpLeg", Some(Left), "upleg"),
-            ("mixamorig_RightForeArm", Some(Right), "forearm"),
-            ("UpperArm_L", Some(Left), "upperarm"),
-            ("lfemur", Some(Left), "femur"),
-            ("rhumerus", Some(Right), "humerus"),
-            ("R_Elbow", Some(Right), "elbow"),
-            ("m_avg_L_Hip", Some(Left), "hip"),
-            ("Bip01 R Calf", Some(Right), "calf"),
-            ("J_Bip_L_UpperLeg", Some(Left), "upperleg"),
-            ("J_Bip_C_Hips", None, "hips"),
-            ("leftToes", Some(Left), "toes"),
-            ("thigh_r", Some(Right), "thigh"),
-            ("RHipJoint", Some(Right), "hipjoint"),
-            ("LowerBack", None, "lowerback"),
-            ("root", None, "root"),
-            ("Spine1", None, "spine1"),
-            ("", None, ""),
-        ] {
-            assert_eq!(split(name), (side, stem.to_owned()), "{name}");
+    /// Joints of a skeleton of each family: hips and head, then the left side from the collarbone to the toes. The right
+    /// side is the same with the words for left replaced.
+    const SKELETONS: [(&str, &str, [&str; 10]); 20] = [
+        (
+            "Poser",
+            "Poser or DAZ",
+            ["hip", "head", "lCollar", "lShldr", "lForeArm", "lHand", "lThigh", "lShin", "lFoot", "lToe"],
+        ),
+        (
+            "DAZ Genesis",
+            "Poser or DAZ",
+            [
+                "hip",
+                "head",
+                "lCollar",
+                "lShldrBend",
+                "lForearmBend",
+                "lHand",
+                "lThighBend",
+                "lShin",
+                "lFoot",
+                "lToe",
+            ],
+        ),
+        (
+            "DAZ Genesis 9",
+            "DAZ Genesis 9",
+            [
+                "hip",
+                "head",
+                "l_shoulder",
+                "l_upperarm",
+                "l_forearm",
+                "l_hand",
+                "l_thigh",
+                "l_shin",
+                "l_foot",
+                "l_toes",
+            ],
+        ),
+        (
+            "camelCase",
+            "Unity humanoid or Bandai-Namco",
+            [
+                "hips",
+                "head",
+                "leftShoulder",
+                "leftUpperArm",
+                "leftLowerArm",
+                "leftHand",
+                "leftUpperLeg",
+                "leftLowerLeg",
+                "leftFoot",
+                "leftToes",
+            ],
+        ),
+        (
+            "suffixes",
+            "Unity humanoid or Bandai-Namco",
+            [
+                "Hips",
+                "Head",
+                "Shoulder_L",
+                "UpperArm_L",
+                "LowerArm_L",
+                "Hand_L",
+                "UpperLeg_L",
+                "LowerLeg_L",
+                "Foot_L",
+                "Toes_L",
+            ],
+        ),
+        (
+            "suffixes without a mark",
+            "Unity humanoid or Bandai-Namco",
+            [
+                "Hips",
+                "Head",
+                "ShoulderL",
+                "UpperArmL",
+                "LowerArmL",
+                "HandL",
+                "UpperLegL",
+                "LowerLegL",
+                "FootL",
+                "ToesL",
+            ],
+        ),
+        (
+            "Mixamo",
+            "Mixamo, Perception Neuron or CMU (BVH)",
+            [
+                "mixamorig:Hips",
+                "mixamorig:Head",
+                "mixamorig:LeftShoulder",
+                "mixamorig:LeftArm",
+                "mixamorig:LeftForeArm",
+                "mixamorig:LeftHand",
+                "mixamorig:LeftUpLeg",
+                "mixamorig:LeftLeg",
+                "mixamorig:LeftFoot",
+                "mixamorig:LeftToeBase",
+            ],
+        ),
+        (
+            "Mixamo in three.js",
+            "Mixamo, Perception Neuron or CMU (BVH)",
+            [
+                "mixamorigHips",
+                "mixamorigHead",
+                "mixamorigLeftShoulder",
+                "mixamorigLeftArm",
+                "mixamorigLeftForeArm",
+                "mixamorigLeftHand",
+                "mixamorigLeftUpLeg",
+                "mixamorigLeftLeg",
+                "mixamorigLeftFoot",
+                "mixamorigLeftToeBase",
+            ],
+        ),
+        (
+            "Unreal mannequin",
+            "Unreal mannequin",
+            [
+                "pelvis",
+                "head",
+                "clavicle_l",
+                "upperarm_l",
+                "lowerarm_l",
+                "hand_l",
+                "thigh_l",
+                "calf_l",
+                "foot_l",
+                "ball_l",
+            ],
+        ),
+        (
+            "3ds Max Biped",
+            "3ds Max Biped",
+            [
+                "Bip01 Pelvis",
+                "Bip01 Head",
+                "Bip01 L Clavicle",
+                "Bip01 L UpperArm",
+                "Bip01 L Forearm",
+                "Bip01 L Hand",
+                "Bip01 L Thigh",
+                "Bip01 L Calf",
+                "Bip01 L Foot",
+                "Bip01 L Toe0",
+            ],
+        ),
+        (
+            "Unity humanoid",
+            "Unity humanoid or Bandai-Namco",
+            [
+                "Hips",
+                "Head",
+                "LeftShoulder",
+                "LeftUpperArm",
+                "LeftLowerArm",
+                "LeftHand",
+                "LeftUpperLeg",
+                "LeftLowerLeg",
+                "LeftFoot",
+                "LeftToes",
+            ],
+        ),
+        (
+            "VRM",
+            "VRM humanoid",
+            [
+                "J_Bip_C_Hips",
+                "J_Bip_C_Head",
+                "J_Bip_L_Shoulder",
+                "J_Bip_L_UpperArm",
+                "J_Bip_L_LowerArm",
+                "J_Bip_L_Hand",
+                "J_Bip_L_UpperLeg",
+                "J_Bip_L_LowerLeg",
+                "J_Bip_L_Foot",
+                "J_Bip_L_ToeBase",
+            ],
+        ),
+        (
+            "SMPL",
+            "SMPL",
+            [
+                "m_avg_Pelvis",
+                "m_avg_Head",
+                "m_avg_L_Collar",
+                "m_avg_L_Shoulder",
+                "m_avg_L_Elbow",
+                "m_avg_L_Wrist",
+                "m_avg_L_Hip",
+                "m_avg_L_Knee",
+                "m_avg_L_Ankle",
+                "m_avg_L_Foot",
+            ],
+        ),
+        (
+            "SMPL-X",
+            "SMPL",
+            [
+                "pelvis",
+                "head",
+                "left_collar",
+                "left_shoulder",
+                "left_elbow",
+                "left_wrist",
+                "left_hip",
+                "left_knee",
+                "left_ankle",
+                "left_foot",
+            ],
+        ),
+        (
+            "Rigify",
+            "Rigify (Blender)",
+            [
+                "DEF-spine",
+                "DEF-spine.006",
+                "DEF-shoulder.L",
+                "DEF-upper_arm.L",
+                "DEF-forearm.L",
+                "DEF-hand.L",
+                "DEF-thigh.L",
+                "DEF-shin.L",
+                "DEF-foot.L",
+                "DEF-toe.L",
+            ],
+        ),
+        (
+            "CMU (ASF)",
+            "CMU (ASF)",
+            [
+                "root",
+                "head",
+                "lclavicle",
+                "lhumerus",
+                "lradius",
+                "lhand",
+                "lfemur",
+                "ltibia",
+                "lfoot",
+                "ltoes",
+            ],
+        ),
+        (
+            "CMU (BVH)",
+            "Mixamo, Perception Neuron or CMU (BVH)",
+            [
+                "Hips",
+                "Head",
+                "LeftShoulder",
+                "LeftArm",
+                "LeftForeArm",
+                "LeftHand",
+                "LeftUpLeg",
+                "LeftLeg",
+                "LeftFoot",
+                "LeftToeBase",
+            ],
+        ),
+        (
+            "Biovision",
+            "Biovision or Xsens (BVH)",
+            [
+                "Hips",
+                "Head",
+                "LeftCollar",
+                "LeftShoulder",
+                "LeftElbow",
+                "LeftWrist",
+                "LeftHip",
+                "LeftKnee",
+                "LeftAnkle",
+                "LeftToe",
+            ],
+        ),
+        (
+            "Perception Neuron",
+            "Mixamo, Perception Neuron or CMU (BVH)",
+            [
+                "Robot_Hips",
+                "Robot_Head",
+                "Robot_LeftShoulder",
+                "Robot_LeftArm",
+                "Robot_LeftForeArm",
+                "Robot_LeftHand",
+                "Robot_LeftUpLeg",
+                "Robot_LeftLeg",
+                "Robot_LeftFoot",
+                "Robot_LeftToeBase",
+            ],
+        ),
+        (
+            "Rokoko",
+            "Rokoko",
+            [
+                "Hips",
+                "Head",
+                "LeftShoulder",
+                "LeftArm",
+                "LeftForeArm",
+                "LeftHand",
+                "LeftThigh",
+                "LeftShin",
+                "LeftFoot",
+                "LeftToe",
+            ],
+        ),
+    ];
+
+    /// A name of the left side as the right side has it.
+    fn mirrored(name: &str) -> String {
+        let exact = [
+            ("Left", "Right"),
+            ("left", "right"),
+            ("_L_", "_R_"),
+            (" L ", " R "),
+            ("l_", "r_"),
+            ("_l", "_r"),
+            ("_L", "_R"),
+            (".L", ".R"),
+        ];
+        if let Some((from, to)) = exact.iter().find(|(from, _)| {
+            name.contains(from)
+                && (*from != "l_" || name.starts_with(from))
+                && (!["_l", "_L", ".L"].contains(from) || name.ends_with(from))
+        }) {
+            return name.replacen(from, to, 1);
+        }
+        match name.strip_suffix('L') {
+            Some(stem) => format!("{stem}R"),
+            None => format!("r{}", &name[1..]),
         }
     }
 
     #[test]
-    fn one_word_means_what_its_family_says() {
-        let of = |family: &str, name: &str| CONVENTIONS.iter().find(|c| c.name == family).unwrap().part(name);
-        assert_eq!(of("Mixamo or CMU (BVH)", "LeftShoulder"), Some(Part::Clavicle(Side::Left)));
-        assert_eq!(of("Xsens (BVH)", "LeftShoulder"), Some(Part::UpperArm(Side::Left)));
-        assert_eq!(of("SMPL", "L_Foot"), Some(Part::Toes(Side::Left)));
-        assert_eq!(of("Bandai-Namco", "Foot_L"), Some(Part::Foot(Side::Left)));
+    fn every_family_is_known_by_its_names() {
+        for (what, family, joints) in &SKELETONS {
+            let mut all: Vec<(String, Part)> = vec![(joints[0].into(), Hips), (joints[1].into(), Head)];
+            for side in Side::BOTH {
+                let named = |n: &&str| if side == Side::Left { (*n).to_owned() } else { mirrored(n) };
+                all.extend(joints[2..].iter().map(named).zip(LIMBS.map(|part| part(side))));
+            }
+            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+            let best = families(&names)[0];
+            assert_eq!(best.name, *family, "{what}");
+            for (name, part) in &all {
+                assert_eq!(part_in(best, name), Some(*part), "{what}: {name}");
+            }
+        }
     }
 
     #[test]

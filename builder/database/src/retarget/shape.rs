@@ -5,14 +5,23 @@
 //! 2. Legs: two chains of like lengths, of two long bones each, whose ends are lowest on average.
 //! 3. Arms: two more such chains, that leave the trunk above the legs.
 //! 4. Head: of what is left, the end that is highest.
-//! 5. Forward is where the feet point, left follows from it.
+//! 5. Forward is where feet and knees point, left follows from it; names decide where they tell nothing.
 //!
 //! Averages over the clip are pose enough: a body that walks stands on its legs, whatever its rest pose is.
 
 use nalgebra::Vector3;
 
-use crate::retarget::parts::{Part, Side};
-use gestus_motion::clip::{Frame, Skeleton};
+use crate::retarget::{
+    facing,
+    parts::{Part, Side},
+};
+use gestus_motion::{
+    clip::{Frame, Skeleton},
+    names,
+};
+
+/// Least sureness of feet and knees about which side is left.
+const UNSURE: f64 = 0.3;
 
 /// What shape says: parts, and how sure it is, 0 to 1.
 #[derive(Debug, Clone, Default)]
@@ -69,18 +78,20 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Shape {
         .filter(|c| !taken.contains(c))
         .max_by(|&a, &b| chains[a].height.total_cmp(&chains[b].height));
 
-    // Which is left: from the feet's direction.
-    let (first, second) = (limb(skeleton, &chains[legs.0]), limb(skeleton, &chains[legs.1]));
-    let mut vote = 0.0;
-    for p in &positions {
-        let ahead = |l: &[Option<usize>; 4]| match (l[2], l[3]) {
-            (Some(ankle), Some(toe)) => p[toe] - p[ankle],
-            _ => Vector3::zeros(),
+    // Which is left: by where feet and knees point, or else by names.
+    let limbs = [legs.0, legs.1].map(|c| limb(skeleton, &chains[c]));
+    let elbows = [arms.0, arms.1].map(|c| {
+        let [a, b, c, _] = limb(skeleton, &chains[c]);
+        [a, b, c, None]
+    });
+    let mut vote = facing::first_is_left(&positions, limbs, &elbows);
+    if vote.abs() < UNSURE {
+        let says = |c: usize, side| {
+            chains[c].joints.iter().filter(|&&j| names::side(&skeleton.names[j]) == Some(side)).count() as f64
         };
-        let forward = ahead(&first) + ahead(&second);
-        let left = Vector3::y().cross(&forward);
-        let hip = |l: &[Option<usize>; 4]| l[0].map_or(p[0], |j| p[j]);
-        vote += left.dot(&(hip(&first) - hip(&second)));
+        let named = |first, second| says(legs.0, first) + says(legs.1, second);
+        let by_name = named(Side::Left, Side::Right) - named(Side::Right, Side::Left);
+        vote = if by_name == 0.0 { vote } else { by_name };
     }
     let legs = if vote >= 0.0 { (legs.0, legs.1, legs.2) } else { (legs.1, legs.0, legs.2) };
     let across: Vec<Vector3<f64>> =
@@ -109,10 +120,11 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Shape {
         }
     }
     if let Some(head) = head {
-        // The highest joint of the chain that has some length above the one before it.
-        if let Some(&joint) = chains[head].joints.last() {
-            parts.push((Part::Head, joint));
-        }
+        // Eyes, jaw and hair hang on the head: the first joint above the neck's that holds several, or else the last.
+        let holds = |j: &usize| (0..skeleton.joints()).filter(|&c| skeleton.parents[c] == Some(*j)).count();
+        let joints = &chains[head].joints;
+        let joint = joints.iter().skip(1).find(|j| holds(j) > 1).or(joints.last());
+        parts.extend(joint.map(|&joint| (Part::Head, joint)));
     }
     Shape { parts, symmetry: legs.2.min(arms.2) }
 }
