@@ -24,6 +24,7 @@ fn no_input_is_written_over() {
     fs::write(&clip, &text).unwrap();
     fs::write(&robot, gestus_motion::formats::urdf::TOY).unwrap();
     let [db, clip, robot, page] = [&db, &clip, &robot, &page].map(|p| p.to_str().unwrap());
+    let new = &clip.replace("walk_a_1", "new");
     let data = folder.join("data");
     let data = data.to_str().unwrap();
     let translate = ["translate", "--db", db, "--input", clip, "--style", "proud"];
@@ -40,12 +41,20 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
         ([&translate[..], &["-o", page, "--robot", robot]].concat(), "--robot has no output"),
-        ([&translate[..], &["-o", page, "--k", "0"]].concat(), "k.gestus: --k 0: from 1 to 64"),
+        ([&translate[..], &["-o", new, "--k", "0"]].concat(), "k.gestus: --k 0: from 1 to 64"),
         (
-            [&translate[..], &["-o", page, "--mask", "tail"]].concat(),
+            [&translate[..], &["-o", new, "--mask", "tail"]].concat(),
             "k.gestus: the database has no joint group `tail`",
         ),
-        ([&translate[..], &["-o", page, "--lead", "1"]].concat(), "--lead does nothing"),
+        ([&translate[..], &["-o", new, "--lead", "1"]].concat(), "--lead does nothing"),
+        (
+            [&translate[..], &["-o", &page.replace(".bvh", ".html")]].concat(),
+            "this ending can't be written: choose a name that ends in .bvh",
+        ),
+        (
+            [&translate[..], &["-o", new, "--action", "run"]].concat(),
+            "--action run: the database has no action `run`: it has walk",
+        ),
     ] {
         let (ok, stderr) = gestus(&arguments);
         assert!(!ok && stderr.contains(said), "{arguments:?}: {stderr}");
@@ -121,7 +130,7 @@ fn a_database_without_one_of_its_actions_has_a_dial() {
         fs::write(data.join(format!("{}.bvh", clip.name)), text).unwrap();
     }
     let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
-    let (ok, stderr) = gestus(&["build", "--data", data, "-o", db, "--no-models"]);
+    let (ok, stderr) = gestus(&["build", "--data", data, "-o", db, "--no-models", "--effort"]);
     assert!(ok && stderr.contains("left out: action run lacks proud"), "{stderr}");
     assert!(!stderr.contains("no effort dial"), "{stderr}");
     let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(["inspect", db, "--json"]).output().unwrap();

@@ -290,7 +290,14 @@ fn reference() -> Result<Option<(String, String)>> {
     };
     let database = target_dir().join("firmware/reference.gestus");
     let mut build = built("gestus")?;
-    build.args(["build", "--actions", "walk,run,walk-turn-left,walk-turn-right", "--json", "--data"]);
+    build.args([
+        "build",
+        "--actions",
+        "walk,run,walk-turn-left,walk-turn-right",
+        "--effort",
+        "--json",
+        "--data",
+    ]);
     build.arg(&folder).arg("-o").arg(&database).stdout(std::process::Stdio::null());
     fs::create_dir_all(target_dir().join("firmware"))?;
     run_command(&mut build)?;

@@ -11,6 +11,7 @@ use gestus_database::{
     blob::assemble::with_section,
     build::{BuildError, BuildOptions, Built, Choice, build},
     command_line::options::ReportArgs,
+    data_folder::{balance::balanced, config::FILE_NAME},
     effort::{
         Source,
         fragment::{self, Library},
@@ -66,7 +67,11 @@ pub struct Args {
     /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
     #[arg(long, conflicts_with = "no_effort")]
     labels: Option<PathBuf>,
-    /// Leave out the effort dial
+    /// Add the effort dial, for `--effort` of other commands. It is measured, which takes most of the time of a build; so do
+    /// --labels
+    #[arg(long, conflicts_with = "no_effort")]
+    effort: bool,
+    /// Without the effort dial, as is the default
     #[arg(long)]
     no_effort: bool,
     #[command(flatten)]
@@ -90,10 +95,17 @@ pub fn run(args: &Args) -> Result<()> {
     config.build.from = args.from.clone().or(config.build.from);
     args.choose_size(&mut config.build)?;
     let loaded = load_with_notes(&config)?;
-    let built = build_with_dial(&loaded.corpus, &config.build, args)?;
-    for note in &built.notes {
-        eprintln!("{note}");
+    let (corpus, left_out) = balanced(&loaded.corpus, !config.styles.is_empty());
+    left_out.iter().for_each(super::note);
+    if let [style] = &corpus.styles[..] {
+        super::note(format_args!(
+            "all clips have the style {style}: there is no other to learn the difference to, and the database translates \
+             nothing into something else; add clips of a second style, or say by `patterns` or `files` in {FILE_NAME} which \
+             clips have it"
+        ));
     }
+    let built = build_with_dial(&corpus, &config.build, args)?;
+    built.notes.iter().for_each(super::note);
     open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
     let figures = super::inspect::figures(&database, built.bytes.len())?;
@@ -113,7 +125,7 @@ pub fn run(args: &Args) -> Result<()> {
             "{}: {} frames of {} clips, {} classes, {:.1} bytes a frame, in {:.1} s",
             args.output.display(),
             figures["frames"],
-            loaded.corpus.examples.len(),
+            corpus.examples.len(),
             figures["classes"].as_array().map_or(0, Vec::len),
             figures["bytes_per_frame"].as_f64().unwrap_or(0.0),
             start.elapsed().as_secs_f64()
@@ -179,7 +191,7 @@ fn described(choice: &Choice, bytes: usize) -> String {
 
 /// Builds a database and adds the effort dial, which is measured with all cycles, whatever is kept of them.
 fn build_with_dial(corpus: &Corpus, options: &BuildOptions, args: &Args) -> Result<Built> {
-    if args.no_effort {
+    if !args.effort && args.labels.is_none() {
         return Ok(build(corpus, options)?);
     }
     let labels = args.labels.as_deref();
@@ -219,25 +231,32 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
         None => Model::of_database(&database)?,
     };
     if model.library.fragments.is_empty() {
-        eprintln!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST);
+        super::note(format_args!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST));
         return Ok(None);
     }
     let dial = match response::solve(&database, corpus, &model, corpus.plain_style())? {
         Ok(dial) => dial,
         Err(reason) => {
-            eprintln!("no effort dial: {reason}");
+            super::note(format_args!("no effort dial: {reason}"));
             return Ok(None);
         }
     };
+    for [one, other] in dial.alike() {
+        let [one, other] = [one, other].map(|s| &corpus.styles[s]);
+        super::note(format_args!(
+            "the effort dial has the same Efforts for {one} and {other}: it cannot tell them apart, and `--effort` takes \
+             either; label fragments of them (`gestus effort sheet`, --labels)"
+        ));
+    }
     if let Some(path) = table.filter(|_| dial.source != Source::Given) {
-        eprintln!(
+        super::note(format_args!(
             "{}: {} fragments have labels, the effort dial takes {} of {} frames or more: it is made of estimates; fill in \
              more rows",
             path.display(),
             model.library.fragments.len(),
             response::FEWEST_GIVEN,
             fragment::FEWEST
-        );
+        ));
     }
     Ok(Some(dial.section()))
 }

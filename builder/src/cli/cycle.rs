@@ -77,9 +77,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let (slow, fast) = (model.speeds_m_s[0], model.speeds_m_s[model.speeds_m_s.len() - 1]);
     if !(slow..=fast).contains(&speed) {
-        eprintln!(
+        super::note(format_args!(
             "--speed {speed}: the data walks at {slow:.2} to {fast:.2} m/s; what lies beyond is extrapolated"
-        );
+        ));
     }
     let clip = model.walk(&body, &weights, speed, args.seconds);
     let text = Bvh::from_clip(&clip, Unit::Centimetres)?.to_text();

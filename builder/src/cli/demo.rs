@@ -129,14 +129,18 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     let start = Instant::now();
     let folder = &args.out;
     open::make_folder(folder)?;
-    eprintln!("1. generating motion: {} actions in {} styles", synth::ACTIONS.len(), synth::STYLES.len());
+    super::note(format_args!(
+        "1. generating motion: {} actions in {} styles",
+        synth::ACTIONS.len(),
+        synth::STYLES.len()
+    ));
     let corpus = synth::corpus(&Options { seed: args.seed, clips: 3, seconds: 10.0, ..Options::default() })?;
-    eprintln!("2. building a database of {} clips", corpus.examples.len());
+    super::note(format_args!("2. building a database of {} clips", corpus.examples.len()));
     let built = build(&corpus, &BuildOptions::default())?;
     let blob = folder.join("demo.gestus");
     open::write(&blob, &built.bytes)?;
     let database = open::open(&blob, &built.bytes)?;
-    eprintln!("3. streaming new motion through the core, unlabelled, one pose at a time");
+    super::note(format_args!("3. streaming new motion through the core, unlabelled, one pose at a time"));
     let body = Body::of(&corpus)?;
     let mut shown: Vec<(String, Example, Streamed)> = Vec::new();
     let mut rows = Vec::new();

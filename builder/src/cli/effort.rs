@@ -79,7 +79,10 @@ pub fn run(args: &Args) -> Result<()> {
     let (csv, html) =
         (save("effort.csv", &sheet.csv)?, save("effort.html", &effort_sheet::page(&library, &sheet))?);
     if sheet.blends < args.blends {
-        eprintln!("only {} of {} blends: few fragments show one content", sheet.blends, args.blends);
+        super::note(format_args!(
+            "only {} of {} blends: few fragments show one content",
+            sheet.blends, args.blends
+        ));
     }
     args.report.print(
         || json!({ "csv": csv, "html": html, "fragments": sheet.fragments, "blends": sheet.blends }),

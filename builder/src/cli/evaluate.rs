@@ -145,7 +145,7 @@ impl Common {
 fn note_unused<const N: usize>(options: [(&str, bool, bool); N]) {
     for (option, given, used) in options {
         if given && !used {
-            eprintln!("{option} has no effect on this measure");
+            super::note(format_args!("{option} has no effect on this measure"));
         }
     }
 }
@@ -266,7 +266,10 @@ fn note_few(experiment: &Experiment) {
     for (action, name) in corpus.actions.iter().enumerate() {
         let have = tests.iter().filter(|&&i| corpus.examples[i].action == action).count();
         if have < *folds {
-            eprintln!("--folds {folds}: {name} has {have} clips in the style {}", corpus.styles[*from]);
+            super::note(format_args!(
+                "--folds {folds}: {name} has {have} clips in the style {}",
+                corpus.styles[*from]
+            ));
         }
     }
 }

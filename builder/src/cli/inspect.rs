@@ -1,6 +1,9 @@
 //! `gestus inspect` and `gestus export`.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use anyhow::Result;
 use gestus_core::{
@@ -83,8 +86,8 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "models": models,
         "methods": methods(database),
         "models_from": from(database.linear_from().or(database.statistic_from())),
-        "actions": manifest.actions.iter().collect::<Vec<_>>(),
-        "styles": manifest.styles.iter().collect::<Vec<_>>(),
+        "actions": asked_for(&manifest.actions.iter().collect::<Vec<_>>(), database.classes().map(|c| c.action)),
+        "styles": asked_for(&manifest.styles.iter().collect::<Vec<_>>(), database.classes().map(|c| c.style)),
         "groups": manifest.groups.iter().collect::<Vec<_>>(),
         "clips": counts.clips,
         "cycles": counts.cycles,
@@ -94,6 +97,13 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "builder": manifest.builder,
         "effort": database.dial().map(|dial| effort(&dial, &manifest.styles.iter().collect::<Vec<_>>())),
     }))
+}
+
+/// The names that a class has, of all that the database lists; all, where it holds models and no classes.
+fn asked_for<'n>(names: &[&'n str], classes: impl Iterator<Item = u16>) -> Vec<&'n str> {
+    let there: BTreeSet<usize> = classes.map(usize::from).collect();
+    let is_there = |(i, _): &(usize, &&str)| there.is_empty() || there.contains(i);
+    names.iter().enumerate().filter(is_there).map(|(_, name)| *name).collect()
 }
 
 /// Range of the effort dial, and whether people gave its labels.

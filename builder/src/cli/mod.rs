@@ -1,6 +1,7 @@
 //! The command line. With `--json`, standard output is one JSON object and nothing else; everything for people goes
 //! to standard error.
 
+mod batch;
 mod build;
 mod cut;
 mod cycle;
@@ -19,7 +20,7 @@ mod translate;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
-    outputs::{check_animation, check_clip, check_outputs, say, tell},
+    outputs::{check_animation, check_clip, check_outputs, note, say, tell},
     stylizer_args::lenient,
 };
 use serde_json::Value;

@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<()> {
     } else {
         let doubts = retarget.doubts();
         for doubt in &doubts {
-            eprintln!("doubt: {doubt}");
+            super::note(format_args!("doubt: {doubt}"));
         }
         super::say(format_args!(
             "{}: {} frames, {} joints to {}, {} doubts",

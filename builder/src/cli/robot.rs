@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::{add, open};
 
 /// A robot that follows the output.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct RobotArgs {
     /// A robot, a URDF file: the output also becomes its joint angles
     #[arg(long, value_name = "FILE.urdf")]
@@ -65,7 +65,7 @@ impl RobotArgs {
         let machine = Machine::new(database, urdf::Robot::read(path)?, &map)
             .with_context(|| path.display().to_string())?;
         for doubt in &machine.doubts {
-            eprintln!("{}: doubt: {doubt}", path.display());
+            super::note(format_args!("{}: doubt: {doubt}", path.display()));
         }
         let played = play(&machine, &input.body(streamed, machine.tick_hz));
         let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {

@@ -100,7 +100,7 @@ impl Selection {
 pub fn load_with_notes(config: &Config) -> Result<Loaded> {
     let loaded = load(config)?;
     for note in &loaded.notes {
-        eprintln!("{note}");
+        super::note(note);
     }
     Ok(loaded)
 }

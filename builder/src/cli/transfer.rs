@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
+    retarget::Retarget,
     stream::cleanup::Limbs,
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
@@ -27,7 +28,7 @@ pub struct Args {
     /// The clip, BVH or glTF (`hero.glb#walk` is one of several animations)
     #[arg(long)]
     input: PathBuf,
-    /// The clip that has the style, on the same skeleton
+    /// The clip that has the style. It is retargeted if its skeleton is another
     #[arg(long)]
     reference: PathBuf,
     #[command(flatten)]
@@ -61,7 +62,7 @@ fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
     let options = Options { unit, ..Options::default() };
     let (clip, binding) = to_clip(&document, &options).with_context(|| name.to_string())?;
     for note in binding.notes() {
-        eprintln!("{name}: {note}");
+        super::note(format_args!("{name}: {note}"));
     }
     Ok((document, binding, clip))
 }
@@ -84,13 +85,17 @@ pub fn run(args: &Args) -> Result<()> {
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     let (document, binding, source) = read(&args.input, args.unit.unit)?;
     let (_, _, reference) = read(&args.reference, args.unit.unit)?;
-    if source.skeleton.names != reference.skeleton.names {
-        bail!(
-            "{}: its joints are not those of {}: both clips have to be on one skeleton",
-            args.reference.display(),
-            args.input.display()
-        );
-    }
+    let retargeted = source.skeleton.names != reference.skeleton.names;
+    let reference = match retargeted {
+        false => reference,
+        true => {
+            let place = || args.reference.display().to_string();
+            let (mapped, doubts) = Retarget::between(&reference, &source).with_context(place)?;
+            super::tell(&args.reference, [format!("retargeted to the skeleton of {}", args.input.display())]);
+            super::tell(&args.reference, doubts.iter().map(|doubt| format!("doubt: {doubt}")));
+            mapped
+        }
+    };
     let reference = reference.fitted(source.rate_hz).with_context(|| args.reference.display().to_string())?;
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
     let clean_up = !args.no_clean_up;
@@ -113,7 +118,8 @@ pub fn run(args: &Args) -> Result<()> {
         || json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(),
-            "clean_up": clean_up, "floor_m": out.floor_m, "skate_cm_s": skate, "output": args.output,
+            "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m, "skate_cm_s": skate,
+            "output": args.output,
         }),
         || format!(
             "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms; the recursive mean is {:.2} degrees off the geodesic one at most",

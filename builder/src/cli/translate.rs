@@ -28,12 +28,15 @@ use gestus_database::{
 };
 use gestus_evaluate::pages::{self, Track, view};
 use gestus_motion::{clip::Clip, statistics::mean_or_zero};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{add, open, robot::RobotArgs};
+use super::{add, batch, open, robot::RobotArgs};
 
-/// Translate a clip into another style.
-#[derive(clap::Args)]
+/// Output time over the clip's that is not worth a word.
+const OWN_PACE: std::ops::RangeInclusive<f64> = 0.67..=1.5;
+
+/// Translate a clip into another style, or each of several.
+#[derive(clap::Args, Clone)]
 pub struct Args {
     // First: arguments that are parsed after it are no longer in the matches.
     #[command(flatten)]
@@ -53,17 +56,21 @@ pub struct Args {
     trace: Option<PathBuf>,
     #[command(flatten)]
     robot: RobotArgs,
+    /// More clips, as a shell puts them after `--input *.bvh`
+    #[arg(value_name = "CLIP")]
+    more: Vec<PathBuf>,
 }
 
 /// The options that apply with every method. With [`MethodArgs`] they are all that `--method effort` takes.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 struct CommonArgs {
     /// The database
     #[arg(long)]
     db: PathBuf,
     #[command(flatten)]
     clip: ClipArgs,
-    /// The output at the database's rate: BVH, or glTF where the input is, with its meshes and with the ending of its name
+    /// The output at the database's rate: BVH, or glTF where the input is, with its meshes and with the ending of its name;
+    /// a folder for several clips
     #[arg(short, long)]
     output: PathBuf,
     /// Name of the animation in a glTF output: another one than the input's is added, or replaced if it is there.
@@ -169,9 +176,29 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
+    let (common, json) = (&args.common, args.common.report.json);
+    let inputs: Vec<&PathBuf> = [&common.clip.input].into_iter().chain(&args.more).collect();
+    let Some(clips) = batch::clips(&inputs)? else {
+        let figures = one(args)?;
+        return if json { super::say(&figures) } else { Ok(()) };
+    };
+    batch::refuse(&[
+        ("--page", common.page.is_some()),
+        ("--trace", args.trace.is_some()),
+        ("--robot", args.robot.robot.is_some()),
+    ])?;
+    batch::run(clips, &common.output, json, |input, output| {
+        let mut args = Args { more: Vec::new(), ..args.clone() };
+        (args.common.clip.input, args.common.output) = (input.to_owned(), output.to_owned());
+        one(&args)
+    })
+}
+
+/// Translates one clip, and returns the figures, which are also printed for people without `--json`.
+fn one(args: &Args) -> Result<Value> {
     let (common, robot) = (&args.common, &args.robot);
     robot.check(common.report.json)?;
-    let whole_clip = args.stylizer_args.method.name == "effort";
+    let whole_clip = args.stylizer_args.method.is_effort();
     if whole_clip && args.stylizer_args.method.effort.is_none() {
         bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
     }
@@ -236,9 +263,15 @@ pub fn run(args: &Args) -> Result<()> {
     figures["retargeted"] = json!(input.retarget().is_some());
     figures["verdict"] = verdict.json();
     add(&mut figures, input.json());
-    if common.report.json {
-        super::say(&figures)?;
-    } else {
+    let (before, after) = (input.clip.duration_s(), figures["seconds"].as_f64().unwrap_or(0.0));
+    if before > 0.0 && !OWN_PACE.contains(&(after / before)) {
+        super::note(format_args!(
+            "{}: {before:.1} s became {after:.1} s, since poses come at the times of their style; `--timing bounded` stays \
+             near the clip's time, `--timing sync` in it",
+            common.clip.input.display()
+        ));
+    }
+    if !common.report.json {
         super::say(format_args!(
             "{}: {} frames in, {} out; {:.0} us a frame (median), {:.1} classes, {}, digest {}",
             common.output.display(),
@@ -251,11 +284,11 @@ pub fn run(args: &Args) -> Result<()> {
         ))?;
         super::say(verdict.sentences().join("\n"))?;
     }
-    Ok(())
+    Ok(figures)
 }
 
 /// The whole clip, rebuilt of blended fragments of the database (Torresani 2006).
-fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input) -> Result<()> {
+fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input) -> Result<Value> {
     let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
     let start = std::time::Instant::now();
     let model = match &args.labels {
@@ -306,9 +339,7 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
         })).collect::<Vec<_>>(),
     });
     add(&mut figures, input.json());
-    if args.report.json {
-        super::say(&figures)
-    } else {
+    if !args.report.json {
         super::say(format_args!(
             "{}: {} frames in, {} out, {} snippets; predicted flow {:.2}, weight {:.2}, time {:.2} ({})",
             args.output.display(),
@@ -319,6 +350,7 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
             mean[1],
             mean[2],
             caveat(model.source)
-        ))
+        ))?;
     }
+    Ok(figures)
 }

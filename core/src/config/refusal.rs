@@ -54,7 +54,7 @@ impl fmt::Display for ConfigError {
                 }
             }
             Self::NoDial => f.write_str(
-                "the database has no effort dial: build it again with two styles or more, without `--no-effort`",
+                "the database has no effort dial: build it again with two styles or more and `--effort`",
             ),
         }
     }

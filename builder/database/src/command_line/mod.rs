@@ -8,6 +8,8 @@ pub mod options;
 pub mod outputs;
 #[cfg(feature = "command-line")]
 pub mod parameters;
+#[cfg(feature = "command-line")]
+mod plain;
 pub mod progress;
 #[cfg(feature = "command-line")]
 pub mod stylizer_args;

@@ -47,11 +47,11 @@ pub struct MethodArgs {
     /// chooses the mix of styles
     #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
     pub effort: Option<String>,
-    /// Method: mar (mixture of autoregressive models), phase (tables by phase), lti (linear models) or statistic (means and
+    /// Method: mar (mixture of autoregressive models; the default where the database holds frames), phase (tables by phase), lti (linear models) or statistic (means and
     /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from
     /// blended fragments, other commands use the effort dial's mix of styles with mar
-    #[arg(long = "method", id = "method", default_value = "mar")]
-    pub name: String,
+    #[arg(long = "method", id = "method")]
+    name: Option<String>,
 }
 
 /// Style, labels and parameters, as given on a command line.
@@ -104,15 +104,26 @@ pub struct StylizerArgs {
     parameters: ParameterArgs,
 }
 
+impl MethodArgs {
+    /// True if the whole clip is to be rebuilt of fragments.
+    pub fn is_effort(&self) -> bool {
+        self.name.as_deref() == Some("effort")
+    }
+}
+
 impl StylizerArgs {
     /// The configuration, with the method checked against the database.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
-        let name = match self.method.name.as_str() {
+        let method = match self.method.name.as_deref() {
+            Some("effort") if self.method.effort.is_none() => {
+                bail!("--method effort: say which with --effort flow=..,weight=..,time=..")
+            }
             // A stream can't wait for whole fragments: it uses the dial's mix with the mixture. `gestus translate`
             // handles whole clips elsewhere.
-            "effort" if self.method.effort.is_some() => "mar",
-            "effort" => bail!("--method effort: say which with --effort flow=..,weight=..,time=.."),
-            name => name,
+            Some("effort") => method("mar", database)?,
+            Some(name) => method(name, database)?,
+            // A database that was cut to its models holds no frames for the mixture.
+            None => Method::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default(),
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,
@@ -126,7 +137,7 @@ impl StylizerArgs {
             other => bail!("--preset {other}: default, paper or normalised"),
         }
         .timing(policy)
-        .method(method(name, database)?)
+        .method(method)
         .contacts(!self.no_contact);
         if let Some(ridge) = &self.ridge {
             config = match ridge.as_str() {
@@ -171,8 +182,12 @@ impl StylizerArgs {
         if let Err(ConfigError::Poses { need, have }) =
             Retimer::<1, REMEMBERED>::new(millihz, millihz, bounds)
         {
+            let given = [("--lead", self.lead), ("--lag", self.lag)];
+            let given: Vec<String> =
+                given.into_iter().filter_map(|(option, s)| Some(format!("{option} {}", s?))).collect();
             bail!(
-                "--lead {} --lag {}: together they take {need} poses at {} frames a second, and {have} are kept: narrow them",
+                "{}: a lead of {} s and a lag of {} s together take {need} poses at {} frames a second, and {have} are kept: narrow them",
+                if given.is_empty() { "--timing bounded".to_owned() } else { given.join(" ") },
                 bounds.lead_s,
                 bounds.lag_s,
                 database.rate_hz()
@@ -185,7 +200,7 @@ impl StylizerArgs {
     fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
         let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
         let dial = database.dial().context(
-            "--effort: the database has no effort dial: build it again from two styles or more, without --no-effort",
+            "--effort: the database has no effort dial: build it again from two styles or more, with --effort",
         )?;
         let rest = dial.rest().factors();
         let target: [f32; 3] = std::array::from_fn(|k| factors[k].map_or(rest[k], |v| v as f32));
@@ -197,15 +212,46 @@ impl StylizerArgs {
         for (k, name) in Effort::NAMES.iter().enumerate() {
             if reached.clamped[k] && factors[k].is_some() {
                 let (low, high) = dial.range()[k];
-                eprintln!(
+                crate::command_line::outputs::note(format_args!(
                     "--effort: {name} {} is not reached, the mix that comes nearest is at {:.2} (Efforts {labels}; with the \
                      other factors at rest the dial is laid out from {low:.2} to {high:.2})",
                     target[k],
                     reached.effort.factors()[k]
-                );
+                ));
             }
         }
         Ok((0..database.counts().styles).map(|s| (s as u16, weights[s])).collect())
+    }
+
+    /// Refuses labels that no class of the database has together.
+    fn check_labels(&self, database: &Database<'_>, action: Option<u16>, style: Option<u16>) -> Result<()> {
+        let has = |a: u16, s: u16| action.is_none_or(|w| w == a) && style.is_none_or(|w| w == s);
+        let classes: Vec<_> = database.classes().collect();
+        if classes.is_empty() || classes.iter().any(|c| has(c.action, c.style)) {
+            return Ok(());
+        }
+        let manifest = database.manifest()?;
+        let named: Vec<String> = [("--action", &self.action), ("--input-style", &self.input_style)]
+            .into_iter()
+            .filter_map(|(option, name)| Some(format!("{option} {}", name.as_ref()?)))
+            .collect();
+        // Those that are there with one of the two, or else all.
+        let near = |c: &&_| -> bool {
+            let c: &gestus_core::blob::Class = c;
+            action == Some(c.action) || style == Some(c.style)
+        };
+        let mut there: Vec<_> = classes.iter().filter(near).collect();
+        if there.is_empty() {
+            there = classes.iter().collect();
+        }
+        let listed: Vec<String> = there
+            .into_iter()
+            .map(|c| {
+                let name = |names: Names<'_>, i: u16| names.get(usize::from(i)).unwrap_or("?").to_owned();
+                format!("{} in {}", name(manifest.actions, c.action), name(manifest.styles, c.style))
+            })
+            .collect();
+        bail!("{}: the database has no such input; it has {}", named.join(" "), listed.join(", "))
     }
 
     /// The request, with names resolved to the database's numbers.
@@ -222,7 +268,10 @@ impl StylizerArgs {
         if style.is_empty() {
             bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
         }
-        check_weights("--style", &self.style, &style)?;
+        match &self.method.effort {
+            Some(wanted) => check_weights("--effort", wanted, &style)?,
+            None => check_weights("--style", &self.style, &style)?,
+        }
         let masked: Vec<u16> =
             self.mask.iter().map(|g| find(g, manifest.groups, "joint group")).collect::<Result<_>>()?;
         if !(0..database.counts().features)
@@ -234,14 +283,18 @@ impl StylizerArgs {
                 self.mask.join(",")
             );
         }
-        let label =
-            |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
+        let label = |option: &str, name: &Option<String>, names, what| {
+            name.as_ref().map(|n| find(n, names, what).with_context(|| format!("{option} {n}"))).transpose()
+        };
+        let action = label("--action", &self.action, manifest.actions, "action")?;
+        let input_style = label("--input-style", &self.input_style, manifest.styles, "style")?;
+        self.check_labels(database, action, input_style)?;
         Ok(Request {
             bounds: self.bounds(database)?,
             config: self.config(database)?,
             style,
-            action: label(&self.action, manifest.actions, "action")?,
-            input_style: label(&self.input_style, manifest.styles, "style")?,
+            action,
+            input_style,
             masked,
             strength: self.strength.iter().map(|s| strength(s, manifest.groups)).collect::<Result<_>>()?,
             group_styles: self
@@ -464,7 +517,10 @@ mod tests {
             ("--rho nan", "--rho NaN: from 0 to 1"),
             ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for none"),
             ("--timing bounded --lead 30", "--lead 30: seconds from 0 to 10"),
-            ("--timing bounded --lead 10 --lag 10", "together they take"),
+            (
+                "--timing bounded --lead 10 --lag 10",
+                "--lead 10 --lag 10: a lead of 10 s and a lag of 10 s together take",
+            ),
             ("--group-style left-arm=proud:0", "all weights are 0"),
             ("--group-style left-arm=proud:nan", "a weight of NaN"),
             (&all, "nothing left to look at"),

@@ -1,5 +1,6 @@
-//! Data folders: labels by `gestus.toml` and file names, and reading of a corpus.
+//! Data folders: labels by `gestus.toml` and file names, reading of a corpus, and what of it makes a database.
 
+pub mod balance;
 pub mod config;
 pub mod load;
 mod pattern;

@@ -91,7 +91,18 @@ fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
     (0..styles).map(|s| [solved[(s, 0)], solved[(s, 1)], solved[(s, 2)]]).collect()
 }
 
+/// Least difference of two styles' Efforts that tells them apart.
+const APART: f64 = 1e-3;
+
 impl Dial {
+    /// Pairs of styles that have the same Efforts.
+    pub fn alike(&self) -> Vec<[usize; 2]> {
+        let of = |s: usize| self.styles[s];
+        let same = |a: Factors, b: Factors| a.iter().zip(b).all(|(a, b)| (a - b).abs() < APART);
+        let pairs = (0..self.styles.len()).flat_map(|s| (s + 1..self.styles.len()).map(move |t| [s, t]));
+        pairs.filter(|&[s, t]| of(s).zip(of(t)).is_some_and(|(a, b)| same(a, b))).collect()
+    }
+
     /// The dial of styles with those Efforts; styles with `None` are not used.
     ///
     /// # Panics
@@ -350,6 +361,14 @@ mod tests {
             Some([1.0, -1.2, -1.6]),
             Some([0.8, 0.9, -0.4]),
         ]
+    }
+
+    #[test]
+    fn styles_of_the_same_efforts_are_found() {
+        let efforts = [[0.0, 1.0, 2.0], [0.5, 1.0, 2.0], [0.0, 1.0, 2.0002]];
+        let mut all: Vec<_> = efforts.into_iter().map(Some).collect();
+        all.push(None);
+        assert_eq!(Dial::new(Source::Estimated, all, 0).alike(), [[0, 2]]);
     }
 
     #[test]

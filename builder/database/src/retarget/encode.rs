@@ -2,12 +2,8 @@
 //! map").
 
 use gestus_core::{
-    Database,
     blob::crc::crc32c,
-    retarget::{
-        fingerprint,
-        layout::{self, header, joint, limb, record},
-    },
+    retarget::layout::{self, header, joint, limb, record},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -82,7 +78,7 @@ fn limbs(source: &Body, target: &Body) -> Vec<([usize; 3], [usize; 3], u8)> {
 
 /// Encodes the map of `source` to `target`, whose legs are `scale` times as long.
 pub(super) fn encode(
-    database: &Database<'_>,
+    skeleton: u32,
     source: &Body,
     target: &Body,
     world: &UnitQuaternion<f64>,
@@ -100,7 +96,7 @@ pub(super) fn encode(
     put(header::TARGETS, &(j as u16).to_le_bytes());
     put(header::LIMBS, &(limbs.len() as u16).to_le_bytes());
     put(header::TOTAL, &(total as u32).to_le_bytes());
-    put(header::SKELETON, &fingerprint(database).to_le_bytes());
+    put(header::SKELETON, &skeleton.to_le_bytes());
     put(header::SCALE, &(scale as f32).to_le_bytes());
     put(header::SOURCE_ANKLE, &(source.anatomy.ankle_m as f32).to_le_bytes());
     put(header::TARGET_ANKLE, &(target.anatomy.ankle_m as f32).to_le_bytes());

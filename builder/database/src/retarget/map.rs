@@ -3,7 +3,7 @@
 use gestus_core::{
     Database, Pose,
     blob::layout::MAX_JOINTS,
-    retarget::{Map, layout::MAX_SOURCES},
+    retarget::{Map, fingerprint, layout::MAX_SOURCES},
 };
 use gestus_motion::clip::{Clip, Frame};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -57,9 +57,35 @@ impl Retarget {
         }
         let (source, world) = Body::of_clip(clip, file)?;
         let scale = target.anatomy.leg_m / source.anatomy.leg_m;
-        let bytes = encode(database, &source, &target, &world, scale);
+        let bytes = encode(fingerprint(database), &source, &target, &world, scale);
         Map::open(&bytes)?;
         Ok(Self { source, target, world, scale, bytes })
+    }
+
+    /// A clip on the skeleton and in the world of another one, without a database; and the doubts about the map.
+    ///
+    /// # Errors
+    /// [`MapError`] says what could not be found or does not fit.
+    pub fn between(clip: &Clip, like: &Clip) -> Result<(Clip, Vec<String>), MapError> {
+        let file = MapFile::default();
+        for (have, most) in [(clip.skeleton.joints(), MAX_SOURCES), (like.skeleton.joints(), MAX_JOINTS)] {
+            if !(2..=most).contains(&have) {
+                return Err(MapError::Joints { have, most });
+            }
+        }
+        let (target, up) = Body::of_clip(like, &file)?;
+        let (source, world) = Body::of_clip(clip, &file)?;
+        let scale = target.anatomy.leg_m / source.anatomy.leg_m;
+        // Of no database: the map is used here and goes to no board.
+        let bytes = encode(0, &source, &target, &world, scale);
+        Map::open(&bytes)?;
+        let map = Self { source, target, world, scale, bytes };
+        let mut mapped = map.to_target(clip);
+        for frame in &mut mapped.frames {
+            frame.root = up.inverse() * frame.root;
+            frame.rotations[0] = up.inverse() * frame.rotations[0];
+        }
+        Ok((mapped, map.doubts()))
     }
 
     /// The map for the core (`docs/FORMAT.md`, "Retargeting map").

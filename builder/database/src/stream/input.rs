@@ -17,7 +17,6 @@ use crate::{
     },
 };
 use gestus_motion::{
-    animation::Recording,
     binding::{Binding, Options},
     body::{Body, database_skeleton},
     capture::{self, Document},
@@ -81,10 +80,9 @@ fn bind(
     unit: Option<Unit>,
 ) -> Result<(Document, Binding, Clip)> {
     let name = path.display();
-    let animation = document.animation();
     let bound = |unit| {
         let options = Options { unit, ..Options::default() };
-        Binding::new(&*animation, &options).with_context(|| name.to_string())
+        Binding::new(&document, &options).with_context(|| name.to_string())
     };
     let mut binding = bound(unit)?;
     if unit.is_none()
@@ -92,8 +90,7 @@ fn bind(
     {
         binding = bound(Some(own))?;
     }
-    let mut clip = binding.to_clip(&*animation).with_context(|| name.to_string())?;
-    drop(animation);
+    let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
     clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok((document, binding, clip))
 }

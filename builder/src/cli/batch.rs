@@ -1,0 +1,209 @@
+//! Several clips in one call: folders, patterns and lists of files.
+
+use std::{
+    collections::VecDeque,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use gestus_motion::{
+    capture::{CaptureError, Format, motion_files},
+    formats::gltf::GltfErrorKind,
+};
+use serde_json::{Value, json};
+
+use super::open;
+
+/// A clip and the name of its output below the output folder: with the ending of the input, as which it comes out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clip {
+    pub input: PathBuf,
+    name: PathBuf,
+}
+
+/// The clips that are meant; `None` if it is one file, which has one output file.
+///
+/// # Errors
+/// A pattern that is none or that no file matches, a folder that can't be read or holds no clip, and two clips whose
+/// outputs would be one.
+pub fn clips(inputs: &[&PathBuf]) -> Result<Option<Vec<Clip>>> {
+    let is_pattern = |path: &Path| !path.exists() && path.to_string_lossy().contains(['*', '?', '[']);
+    if let [one] = inputs
+        && !one.is_dir()
+        && !is_pattern(one)
+    {
+        return Ok(None);
+    }
+    let mut clips = Vec::new();
+    for input in inputs {
+        let shown = input.display();
+        let before = clips.len();
+        if is_pattern(input) {
+            let found = glob::glob(&input.to_string_lossy()).with_context(|| format!("--input {shown}"))?;
+            for path in found {
+                of_path(&path.with_context(|| format!("--input {shown}"))?, &mut clips)?;
+            }
+        } else {
+            of_path(input, &mut clips)?;
+        }
+        if clips.len() == before {
+            bail!("--input {shown}: there is no .bvh, .glb or .gltf file");
+        }
+    }
+    let mut names: Vec<&PathBuf> = clips.iter().map(|c| &c.name).collect();
+    names.sort();
+    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        bail!("two clips would be written to {}: translate their folders one by one", pair[0].display());
+    }
+    Ok(Some(clips))
+}
+
+/// A file, or the clips below a folder, named by their paths below it.
+fn of_path(path: &Path, clips: &mut Vec<Clip>) -> Result<()> {
+    if !path.is_dir() {
+        let name = output_name(Path::new(path.file_name().unwrap_or_default()), path);
+        clips.push(Clip { input: path.to_path_buf(), name });
+        return Ok(());
+    }
+    let (files, errors) = motion_files(path)?;
+    errors.iter().for_each(super::note);
+    for file in files {
+        let name = output_name(file.strip_prefix(path).unwrap_or(&file), &file);
+        clips.push(Clip { input: file, name });
+    }
+    Ok(())
+}
+
+/// The name of an input for its output: with the same ending, or as BVH where that ending is not written.
+fn output_name(name: &Path, input: &Path) -> PathBuf {
+    match Format::of_output(name, Some(input)) {
+        Ok(_) => name.to_path_buf(),
+        Err(_) => name.with_extension("bvh"),
+    }
+}
+
+/// Translates clips into a folder, each by `one`, which takes input and output and returns the figures. A clip that is
+/// refused is told and counted.
+///
+/// # Errors
+/// An output folder that can't be used, and clips that were refused.
+pub fn run(
+    clips: Vec<Clip>,
+    folder: &Path,
+    json: bool,
+    one: impl Fn(&Path, &Path) -> Result<Value>,
+) -> Result<()> {
+    let inputs: Vec<PathBuf> = clips.iter().map(|clip| clip.input.clone()).collect();
+    let mut open: VecDeque<Clip> = clips.into();
+    let (mut done, mut refused) = (Vec::new(), 0);
+    while let Some(clip) = open.pop_front() {
+        let output = folder.join(&clip.name);
+        let translated = ready(&inputs, &output).and_then(|()| one(&clip.input, &output));
+        match translated {
+            Ok(figures) => {
+                done.push(json!({ "input": clip.input, "output": output, "figures": figures }));
+            }
+            Err(error) => match animations(&error) {
+                // Every animation of a file is a clip.
+                Some(names) => names.iter().rev().for_each(|name| open.push_front(clip.animation(name))),
+                None => {
+                    refused += 1;
+                    super::note(format_args!("refused: {error:#}"));
+                    done.push(json!({ "input": clip.input, "refused": format!("{error:#}") }));
+                }
+            },
+        }
+    }
+    let (all, translated) = (done.len(), done.len() - refused);
+    if json {
+        super::say(json!({ "translated": translated, "refused": refused, "clips": done }))?;
+    } else {
+        super::say(format_args!("{}: {translated} clips translated, {refused} refused", folder.display()))?;
+    }
+    if refused > 0 {
+        bail!("{refused} of {all} clips were refused; the lines above say why");
+    }
+    Ok(())
+}
+
+/// Makes the folder of an output, and refuses one that is any of the inputs.
+fn ready(inputs: &[PathBuf], output: &PathBuf) -> Result<()> {
+    open::make_folder(output.parent().unwrap_or(Path::new(".")))?;
+    super::check_outputs(inputs.iter().map(Some), [("-o", Some(output))])
+}
+
+/// The animations of a file, if that is the error.
+fn animations(error: &anyhow::Error) -> Option<&[String]> {
+    match error.downcast_ref::<CaptureError>()? {
+        CaptureError::Gltf(error) => match &error.kind {
+            GltfErrorKind::Several { names, .. } => Some(names),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+impl Clip {
+    /// One animation of the file.
+    fn animation(&self, name: &str) -> Self {
+        let input = PathBuf::from(format!("{}#{name}", self.input.display()));
+        let ending = self.name.extension().unwrap_or_default().display();
+        let file = format!("{}.{ending}", name.replace(['/', '\\'], "_"));
+        Self { input, name: self.name.with_extension("").join(file) }
+    }
+}
+
+/// Refuses options that are for one clip.
+///
+/// # Errors
+/// The options that were given.
+pub fn refuse(given: &[(&str, bool)]) -> Result<()> {
+    let given: Vec<&str> = given.iter().filter(|(_, given)| *given).map(|(option, _)| *option).collect();
+    if !given.is_empty() {
+        bail!("{}: of one clip alone, and --input names several: give one file", given.join(", "));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn folders_patterns_and_lists_name_clips() {
+        let folder = std::env::temp_dir().join(format!("gestus-batch-{}", std::process::id()));
+        fs::create_dir_all(folder.join("a")).unwrap();
+        for file in ["x.bvh", "a/y.glb", "a/x.bvh", "notes.txt"] {
+            fs::write(folder.join(file), "").unwrap();
+        }
+        let names = |inputs: &[PathBuf]| {
+            let found = clips(&inputs.iter().collect::<Vec<_>>()).map_err(|e| e.to_string())?;
+            Ok::<_, String>(
+                found.map(|all| all.into_iter().map(|c| c.name.display().to_string()).collect::<Vec<_>>()),
+            )
+        };
+        let x = folder.join("x.bvh");
+        assert_eq!(names(std::slice::from_ref(&x)).unwrap(), None);
+        assert_eq!(names(std::slice::from_ref(&folder)).unwrap().unwrap(), ["a/x.bvh", "a/y.glb", "x.bvh"]);
+        assert_eq!(names(&[folder.join("a/*.glb")]).unwrap().unwrap(), ["y.glb"]);
+        assert_eq!(names(&[x.clone(), folder.join("a/y.glb")]).unwrap().unwrap(), ["x.bvh", "y.glb"]);
+        assert!(names(&[x, folder.join("a/x.bvh")]).unwrap_err().contains("x.bvh"));
+        assert!(names(&[folder.join("*.fbx")]).is_err());
+        assert!(
+            refuse(&[("--page", true), ("--trace", false)]).unwrap_err().to_string().starts_with("--page:")
+        );
+        assert!(refuse(&[("--page", false)]).is_ok());
+        let error = anyhow::Error::new(CaptureError::from(gestus_motion::formats::gltf::GltfError {
+            file: "y.glb".into(),
+            kind: GltfErrorKind::Several { file: "y.glb".into(), names: vec!["a/b".into()] },
+        }))
+        .context("y.glb");
+        let clip = Clip { input: "y.glb".into(), name: "y.glb".into() };
+        let one = clip.animation(&animations(&error).unwrap()[0]);
+        assert_eq!(one, Clip { input: "y.glb#a/b".into(), name: "y/a_b.glb".into() });
+        assert!(Format::of(&one.name).is_some());
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
