@@ -39,6 +39,10 @@ pub struct Parameters {
     pub kappa: f64,
     /// ρ of eq. 7.
     pub rho: f64,
+    /// The same in the output, as a multiple of ρ that follows the style; 0 for ρ.
+    pub liveliness: f64,
+    /// Time in which the output settles on the prediction, seconds; 0 for at once.
+    pub settle_s: f64,
     /// Width of the timing kernel.
     pub timing_width: f64,
     /// Weight of each output style; they sum to 1.
@@ -71,6 +75,8 @@ pub struct Step {
     pub predicted: Vec<f64>,
     /// The prediction before strength: what is fed back.
     pub fed_back: Vec<f64>,
+    /// The output before strength, which the next step goes on from.
+    pub settled: Vec<f64>,
     /// The output, with strength; the ground velocities are without the correction of a body that stands still.
     pub put_out: Vec<f64>,
     /// The predicted time step, seconds.
@@ -218,8 +224,15 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
 }
 
 /// Eqs. 2, 3, 6 and 7 for one dof: least squares with all four coefficients penalised, evaluated at the biased input.
-/// Returns the prediction, and the output made from it.
-pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &Parameters) -> [f64; 2] {
+/// Returns the prediction, the output made from it, which keeps `part` of what lies outside, and how the output goes on.
+pub fn regress(
+    examples: &[Example],
+    d: usize,
+    input: [f64; 3],
+    scale: f64,
+    p: &Parameters,
+    part: f64,
+) -> [f64; 3] {
     let s = if p.normalised { scale } else { 1.0 };
     let mut matrix = Matrix4::identity() * p.lambda;
     matrix[(1, 1)] *= p.feedback;
@@ -237,18 +250,38 @@ pub fn regress(examples: &[Example], d: usize, input: [f64; 3], scale: f64, p: &
     let into = |value: f64, mean: f64, half: f64| value.max(mean - half).min(mean + half);
     let [x_prev, y_prev, x] = input;
     let outside = x - into(x, mean, p.kappa * sigma);
-    let kept = p.rho * outside;
+    let (kept, kept_out) = (p.rho * outside, part * outside);
     let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
     let answer = beta.dot(&asked) * s;
     let put_out = into(answer, mean_y, p.output_kappa * scale);
     // A body that stands is moved by its own velocity: the neighbors' mean gives way to it.
     let stands = if (dof::FORWARD..=dof::LEFT).contains(&d) && outside != 0.0 {
-        let part = (x / (x - outside)).abs().min(1.0);
-        (1.0 - part) * (x - mean_y - kept)
+        let moves = (x / (x - outside)).abs().min(1.0);
+        (1.0 - moves) * (x - mean_y - kept_out)
     } else {
         0.0
     };
-    [answer + kept, put_out + kept + stands]
+    let change =
+        examples.iter().map(|e| e.y[d] - e.y_prev[d] - part * (e.x[d] - e.x_prev[d])).sum::<f64>() / n;
+    [answer + kept, put_out + kept_out + stands, change + part * (x - x_prev)]
+}
+
+/// What of the input's departure the output keeps: as much as clips of the style differ.
+fn part_kept(db: &Database<'_>, class: usize, p: &Parameters) -> f64 {
+    if p.liveliness == 0.0 {
+        return p.rho;
+    }
+    let far = |class: usize| f64::from(db.familiar(class).expect("the blob says it").far);
+    let of_style = |style: usize| {
+        let same = |c: &usize| {
+            db.class(*c).action == db.class(class).action && usize::from(db.class(*c).style) == style
+        };
+        (0..db.counts().classes).find(same).map_or(0.0, far)
+    };
+    let style: f64 = p.styles.iter().enumerate().map(|(style, weight)| weight * of_style(style)).sum();
+    let known = far(class) > 0.0 && style > 0.0;
+    let ratio = if known { (style / far(class)).sqrt().clamp(0.5, 2.0) } else { 1.0 };
+    (p.rho * p.liveliness * ratio).min(1.0)
 }
 
 /// Eq. 4 over the mean squared distances of the classes that were searched: proportions before pruning, shape `[C]`.
@@ -296,12 +329,14 @@ fn leg_distance2(db: &Database<'_>, leg: &Leg, [x, x_prev]: [&[f64]; 2], example
         .sum()
 }
 
-/// The step of a frame, given the neighbors that the core found and the classes that it kept.
-pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
+/// The step of a frame, given the neighbors that the core found, the classes that it kept, and the last output before
+/// strength.
+pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Option<&[f64]>) -> Step {
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
     let (mut answers, mut held) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
+    let mut settled = last.map_or_else(|| y_prev.clone(), <[f64]>::to_vec);
     let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
     for share in &frame.report.classes {
@@ -317,12 +352,15 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
             .map(|n| db.class(class).first_row + usize::from(n.0))
             .collect();
         let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
-        let (y, inside): (Vec<f64>, Vec<f64>) = (0..counts.dofs)
-            .map(|d| regress(&examples, d, [x_prev[d], y_prev[d], x[d]], f64::from(db.scale(d)), p).into())
-            .unzip();
-        for (d, (y, inside)) in y.iter().zip(inside).enumerate() {
-            answers[d] += proportion * y;
+        let part = part_kept(db, class, p);
+        let mut y = vec![0.0; counts.dofs];
+        for (d, y) in y.iter_mut().enumerate() {
+            let input = [x_prev[d], y_prev[d], x[d]];
+            let [answer, inside, change] = regress(&examples, d, input, f64::from(db.scale(d)), p, part);
+            *y = answer;
+            answers[d] += proportion * answer;
             held[d] += proportion * inside;
+            settled[d] += proportion * change;
         }
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
@@ -338,7 +376,10 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
             }
         }
     }
+    let left = if p.settle_s > 0.0 { (-1.0 / (p.settle_s * f64::from(db.rate_hz()))).exp() } else { 0.0 };
+    settled.iter_mut().zip(&held).for_each(|(settled, held)| *settled = held + left * (*settled - held));
     // The heading is the input's.
+    let mut held = settled.clone();
     (answers[6], held[6]) = (x[6], x[6]);
     let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
     let taken_on =
@@ -347,6 +388,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters) -> Step {
     Step {
         predicted,
         fed_back: answers,
+        settled,
         put_out,
         step_s,
         timing_weights,

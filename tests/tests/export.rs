@@ -115,6 +115,8 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         delta: number("delta"),
         kappa: number("kappa"),
         rho: number("rho"),
+        liveliness: 0.0,
+        settle_s: 0.0,
         styles: numbers(&config["style_weights"]),
         // Not in the trace, and not needed below.
         prune: 0.0,
@@ -215,7 +217,8 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                 .collect();
             let now = ["input_prev", "output_prev", "input"].map(|name| traced.row(name, t));
             for (j, sum) in y.iter_mut().enumerate() {
-                let [answer, _] = reference::regress(&examples, j, now.map(|v| v[j]), scales[j], &parameters);
+                let (now, rho) = (now.map(|v| v[j]), parameters.rho);
+                let [answer, ..] = reference::regress(&examples, j, now, scales[j], &parameters, rho);
                 *sum += proportion * answer;
             }
             let weights = &traced.row("timing_weights", t)[c * k..][..rows.len()];

@@ -43,6 +43,8 @@ struct Case {
     feedback: f32,
     output_kappa: f32,
     bias: (f32, f32),
+    /// `liveliness` and `settle_s`.
+    delivery: (f32, f32),
     delta: f32,
     classes: u8,
     k: u16,
@@ -62,6 +64,7 @@ impl Case {
             feedback: 1.0,
             output_kappa: 2.0,
             bias: (0.25, 0.5),
+            delivery: (Config::new().liveliness, Config::new().settle_s),
             delta: 0.2,
             classes: 8,
             k: 16,
@@ -82,6 +85,8 @@ impl Case {
             .output_kappa(self.output_kappa)
             .kappa(self.bias.0)
             .rho(self.bias.1)
+            .liveliness(self.delivery.0)
+            .settle_s(self.delivery.1)
             .delta(self.delta)
             .classes(self.classes)
             .prune(0.01)
@@ -116,6 +121,8 @@ impl Case {
             classes: usize::from(self.classes),
             kappa: f64::from(self.bias.0),
             rho: f64::from(self.bias.1),
+            liveliness: f64::from(self.delivery.0),
+            settle_s: f64::from(self.delivery.1),
             timing_width: 0.5,
             styles,
             searched: (0..db.counts().groups).map(|g| !self.masked.contains(&(g as u16))).collect(),
@@ -229,8 +236,15 @@ fn check_mixture(case: &Case, t: usize, frame: &Frame, p: &Parameters) {
 }
 
 /// Prediction, timing and contacts.
-fn check_step(db: &Database<'_>, case: &Case, t: usize, frame: &Frame, p: &Parameters) -> Step {
-    let step = reference::step(db, frame, p);
+fn check_step(
+    db: &Database<'_>,
+    case: &Case,
+    t: usize,
+    frame: &Frame,
+    p: &Parameters,
+    last: Option<&[f64]>,
+) -> Step {
+    let step = reference::step(db, frame, p, last);
     for (d, (&core, &own)) in frame.predicted.iter().zip(&step.predicted).enumerate() {
         near(&format!("dof {d}"), case.name, t, f64::from(core), own, DOF * own.abs().max(1.0));
     }
@@ -262,7 +276,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
     assert_eq!(trace.frames.len(), clip.frames.len());
     let p = case.parameters(db);
     let mut recall = Recall::default();
-    let mut fed_back: Option<Vec<f64>> = None;
+    let (mut fed_back, mut settled): (Option<Vec<f64>>, Option<Vec<f64>>) = (None, None);
     for (t, frame) in trace.frames.iter().enumerate() {
         check_search(db, case, t, frame, &p, &mut recall);
         check_mixture(case, t, frame, &p);
@@ -279,7 +293,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
             }
             assert_eq!(frame.x_prev, trace.frames[t - 1].x, "{}, frame {t}", case.name);
         }
-        let step = check_step(db, case, t, frame, &p);
+        let step = check_step(db, case, t, frame, &p, settled.as_deref());
         check_pose(db, case, t, &step, &streamed.steps[t].frame);
         if t > 0 {
             let [before, now] = [t - 1, t].map(|t| streamed.steps[t].frame.root);
@@ -291,7 +305,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
             let wanted = speed * own_s;
             near("way on the ground", case.name, t, moved, wanted, DOF);
         }
-        fed_back = Some(step.fed_back);
+        (fed_back, settled) = (Some(step.fed_back), Some(step.settled));
     }
     recall
 }
@@ -349,6 +363,10 @@ fn small_classes_agree_under_every_setting() {
         Case { bias: (2.0, 0.7), ..case("the paper's bias") },
         Case { bias: (0.0, 1.0), ..case("all is outside") },
         Case { bias: (0.25, 0.0), ..case("nothing is kept") },
+        Case { delivery: (0.0, 0.0), ..case("the prediction is put out") },
+        Case { delivery: (0.0, 0.3), ..case("settled slowly, as lively as the input") },
+        Case { delivery: (0.5, 0.0), style: vec![(0, 0.5), (2, 0.5)], ..case("calm, two styles") },
+        Case { delivery: (4.0, 0.1), ..case("as lively as can be") },
         Case { delta: 0.7, ..case("wide mixture") },
         Case { delta: 20.0, classes: 2, ..case("two classes of many") },
         Case { masked: vec![1, 2], ..case("arms masked") },

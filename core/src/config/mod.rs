@@ -29,6 +29,8 @@ impl Config {
             .output_kappa(1e6)
             .still_speed(0.0)
             .trust(0.0)
+            .liveliness(0.0)
+            .settle_s(0.0)
     }
 
     /// The ridge on normalised variables, for pairs that were recorded or made as pairs. A small λ lets the slopes among

@@ -220,6 +220,14 @@ parameters! {
     /// here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less passes unusual
     /// motion of known actions on, more gives unknown actions a style that spoils them.
     26 TRUST trust: f32 = 6.0, [0 or 1.0 to 100.0], &Method::ALL;
+    /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how much
+    /// clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier and
+    /// further from any one clip. 0 keeps ρ in every style, as Xia 2015 does.
+    27 LIVELINESS liveliness: f32 = 1.4, [0 or 0.01 to 4.0], &[Method::Mar];
+    /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move, so that
+    /// it does not jump where others take their place, and does not lag. More is smoother, and takes longer to take up a
+    /// change; 0 puts the prediction out as it is, as Xia 2015 does.
+    28 SETTLE settle_s: f32 = 0.15, [0 or 0.01 to 10.0], &[Method::Mar];
 }
 
 impl Parameter {
@@ -294,8 +302,8 @@ mod tests {
             let refused = Err(ConfigError::Parameter { number });
             assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 27, have: 27 };
-        assert_eq!(set(Config::new(), 27, 0.0), Err(unknown));
-        assert_eq!(value(&Config::new(), 27), None);
+        let unknown = ConfigError::Unknown { id: 29, have: 29 };
+        assert_eq!(set(Config::new(), 29, 0.0), Err(unknown));
+        assert_eq!(value(&Config::new(), 29), None);
     }
 }

@@ -387,7 +387,6 @@ fn apply_strength(
 }
 
 /// Adds the corrections, which are taken. Where something was held back they may be of what was, and are left.
-#[cold]
 #[inline(never)]
 fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
     for (output, correction) in output.iter_mut().zip(corrections) {

@@ -118,6 +118,8 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "ridge_mode": config.ridge.name(),
         "feedback": config.feedback,
         "output_kappa": config.output_kappa,
+        "liveliness": config.liveliness,
+        "settle_s": config.settle_s,
         "delta": config.delta,
         "kappa": config.kappa,
         "rho": config.rho,

@@ -5,6 +5,7 @@ pub(crate) mod examples;
 pub mod reach;
 pub mod regression;
 pub mod ridge;
+mod settle;
 pub(crate) mod step;
 pub mod step_time;
 pub mod sums;

@@ -67,8 +67,10 @@ pub struct Parameters {
     pub kappa: f32,
     /// κy: how far from the neighbors' mean an output may lie, in the dof's standard deviations.
     pub output_kappa: f32,
-    /// ρ: how much of what lies outside is kept in the output, 0 to 1.
+    /// ρ: how much of what lies outside is kept in the prediction, 0 to 1.
     pub rho: f32,
+    /// How much of it is kept in the output.
+    pub part: f32,
 }
 
 /// A class's prediction of one dof, in its unit.
@@ -79,6 +81,8 @@ pub struct Prediction {
     pub y: f32,
     /// Added to it in the output, and not fed back.
     pub correction: f32,
+    /// How the neighbors' outputs change in this step, with the part of the input's own change that is kept.
+    pub change: f32,
 }
 
 /// A regression's parameters, ready for the examples of one class.
@@ -95,6 +99,7 @@ pub struct Regression {
     /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in sixteenths of fine units.
     kappa: Multiplier,
     rho: Fraction,
+    part: Fraction,
     /// κy rounded down to a power of two.
     output_kappa_power: i32,
 }
@@ -121,6 +126,7 @@ impl Regression {
             left_out: Fraction::new(lambda * part),
             kappa: Multiplier::new(parameters.kappa * to_fine / sqrt(n)),
             rho: Fraction::new(parameters.rho),
+            part: Fraction::new(parameters.part),
             output_kappa_power: (parameters.output_kappa.to_bits() >> 23) as i32 - 127,
         }
     }
@@ -141,7 +147,7 @@ impl Regression {
     ) -> Prediction {
         match examples.scatter(dof) {
             Some(scatter) => self.evaluate(&scatter, dof, input, [step, scale]),
-            None => Prediction { y: input[2], correction: 0.0 },
+            None => Prediction { y: input[2], correction: 0.0, change: input[2] - input[0] },
         }
     }
 
@@ -173,19 +179,25 @@ impl Regression {
         let finely = apart as f32 * (1.0 / (1 << ANSWER_BITS) as f32);
         let whole = s.offsets[3].saturating_sub(left_out[3]).saturating_add(kept);
         let first = s.first[3] as f32 * (step * (1.0 / (1 << FRACTION) as f32));
-        let mut correction = 0.0;
+        let put_out = self.part.of(outside);
+        let mut correction = (put_out - kept) as f32 * unit;
         if !self.is_near(own, bits, [step, scale]) {
             let most = self.parameters.output_kappa * scale;
             let apart = (finely - left_out[3] as f32) * unit;
-            correction = clamp(apart, -most, most) - apart;
+            correction += clamp(apart, -most, most) - apart;
         }
         if outside != 0 && (dof::FORWARD..=dof::LEFT).contains(&dof) {
-            let [outside, kept] = [outside, kept].map(|fine| fine as f32 * unit);
+            let [outside, put_out] = [outside, put_out].map(|fine| fine as f32 * unit);
             let x = input[2];
-            let part = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            correction += (1.0 - part) * (x - (first + s.offsets[3] as f32 * unit) - kept);
+            let moves = clamp(abs(x / (x - outside)), 0.0, 1.0);
+            correction += (1.0 - moves) * (x - (first + s.offsets[3] as f32 * unit) - put_out);
         }
-        Prediction { y: first + (whole as f32 + finely) * unit, correction }
+        let apart = |a: usize, b: usize| {
+            (s.first[a] - s.first[b]) as f32 * (step * (1.0 / (1 << FRACTION) as f32))
+                + (s.offsets[a] - s.offsets[b]) as f32 * unit
+        };
+        let change = apart(3, 1) + self.parameters.part * (input[2] - input[0] - apart(2, 0));
+        Prediction { y: first + (whole as f32 + finely) * unit, correction, change }
     }
 
     /// Whether an output so many times 2 to the power of `bits` parts from its neighbors' mean is within κy deviations, by powers of two alone:
@@ -278,8 +290,15 @@ mod tests {
         Regression::new(parameters, examples.count()).predict(examples, dof, input, step, scale)
     }
 
-    const PARAMETERS: Parameters =
-        Parameters { lambda: 0.1, ridge: Ridge::Raw, feedback: 1.0, kappa: 1.0, output_kappa: 1.5, rho: 0.5 };
+    const PARAMETERS: Parameters = Parameters {
+        lambda: 0.1,
+        ridge: Ridge::Raw,
+        feedback: 1.0,
+        kappa: 1.0,
+        output_kappa: 1.5,
+        rho: 0.5,
+        part: 0.5,
+    };
 
     /// Ridge regression about the neighbors' own zero, in f64, with the sums written out: `y[t]` at `input`.
     fn slow(examples: &[[f64; 4]], [p, q, x]: [f64; 3], lambda: f64) -> f64 {

@@ -16,6 +16,7 @@ use super::{
     examples,
     reach::Reach,
     regression::{Parameters, Regression},
+    settle::{Settled, part_kept},
     step_time::Steps,
     sums::{Examples, Scratch},
     weights::{self, Share, Width},
@@ -50,6 +51,7 @@ pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
     scratch: Scratch<J>,
     steps: Steps<K>,
     contacts: Filter,
+    settled: Settled<J>,
 }
 
 impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J, K, C> {
@@ -62,6 +64,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         scratch: Scratch::NEW,
         steps: Steps::new(),
         contacts: Filter::new(),
+        settled: Settled::NEW,
     };
     // It finds frames by their labels; each joint group has a regression of its own.
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
@@ -265,22 +268,20 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
         let inputs = x_prev.iter().zip(y_prev).zip(x);
         let corrections = signals.correction.as_flattened_mut();
+        let settled = self.settled.dofs();
         let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
-        let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums);
+        let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums.zip(settled));
         let regression = Regression::new(parameters, self.examples.count());
-        for (d, ((one, (all, correction)), ((&x_prev, &y_prev), &x))) in
+        for (d, ((one, ((all, correction), settled)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
             let prediction = regression.predict(&self.examples, d, [x_prev, y_prev, x], step, scale);
             *one = prediction.y;
-            let group = database.group_of_dof(d);
-            if settings.mix_of(group) == mix {
+            if settings.mix_of(database.group_of_dof(d)) == mix {
                 *all += share.proportion * prediction.y;
-                if prediction.correction != 0.0 {
-                    *correction += share.proportion * settings.strength_of(group) * prediction.correction;
-                    signals.is_corrected = true;
-                }
+                *correction += share.proportion * prediction.correction;
+                *settled += share.proportion * prediction.change;
             }
         }
     }
@@ -290,13 +291,14 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     fn regress(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
         let Frame { database, config, settings, .. } = context.frame;
         let root_mix = settings.mix_of(database.joint_group(0));
-        let parameters = Parameters {
+        let mut parameters = Parameters {
             lambda: config.lambda,
             ridge: config.ridge,
             feedback: config.feedback,
             output_kappa: config.output_kappa,
             kappa: config.kappa,
             rho: config.rho,
+            part: config.rho,
         };
         let mut votes = Votes::of(context.report.classes.len());
         let (x, x_prev) = (context.signals.x.as_flattened(), context.signals.x_prev.as_flattened());
@@ -307,12 +309,17 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         context.observer.stage(Stage::Rest);
         let mut step_s = 0.0;
         context.signals.predicted.fill([0.0; 4]);
+        context.signals.correction.fill([0.0; 4]);
+        if context.frame.first {
+            self.settled.begin(&context.signals.y_prev);
+        }
         let mut i = 0;
         while let Some(&share) = context.report.classes.get(i) {
             i += 1;
             let class = usize::from(share.class);
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, Some(&mut votes));
+            parameters.part = part_kept(database, config, class, settings.mix(root_mix));
             self.predict_class(context, share, root_mix, &parameters);
             context.observer.stage(Stage::Timing);
             let (y, y_prev) = (context.signals.scratch.as_flattened(), context.signals.y_prev.as_flattened());
@@ -325,9 +332,11 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                     continue;
                 }
                 self.load_examples(context, metric, share, mix, None);
+                parameters.part = part_kept(database, config, class, settings.mix(mix));
                 self.predict_class(context, share, mix, &parameters);
             }
         }
+        self.settled.settle(context);
         context.report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             context.report.predicted_step_s = step_s;

@@ -1,0 +1,67 @@
+//! What is put out beside what is predicted: as lively as the style, without jumps, and without lag.
+
+use gestus_core::{Config, Database, Pose, Stylizer};
+use gestus_database::stream::{from_pose, to_pose};
+use gestus_motion::clip::Frame;
+use gestus_tests::motion;
+
+const PLAIN: Config = Config::new().contacts(false).speed_limit(0.0).liveliness(0.0).settle_s(0.0);
+/// Frame at which the style changes.
+const CHANGE: usize = 40;
+
+/// Streams a walk to the style 1; from [`CHANGE`] on to style 2, which holds its arms a radian higher.
+fn streamed(config: Config, changes: bool) -> Vec<Frame> {
+    let database = Database::open(motion::small()).unwrap();
+    let mut stylizer = Stylizer::<22, 40, 28>::new(database, config).unwrap();
+    stylizer.set_style(&[(1, 1.0)]).unwrap();
+    let mut output = Pose::IDENTITY;
+    let input = motion::unseen(0, 0, 90);
+    let step = |(t, frame): (usize, &Frame)| {
+        if changes && t == CHANGE {
+            stylizer.set_style(&[(2, 1.0)]).unwrap();
+        }
+        stylizer.step(&to_pose(frame), &mut output);
+        from_pose(&output, 21)
+    };
+    input.frames.iter().enumerate().map(step).collect()
+}
+
+/// Largest angle between the joints of two poses, radians, without the root.
+fn apart(a: &Frame, b: &Frame) -> f64 {
+    a.rotations[1..].iter().zip(&b.rotations[1..]).map(|(p, q)| p.angle_to(q)).fold(0.0, f64::max)
+}
+
+/// Root of the mean squared largest angle between two streams, the second `lag` frames earlier.
+fn difference(a: &[Frame], b: &[Frame], lag: isize) -> f64 {
+    let pairs = (10..a.len() - 10).map(|t| apart(&a[t], &b[t.wrapping_add_signed(-lag)]));
+    (pairs.map(|angle| angle * angle).sum::<f64>() / (a.len() - 20) as f64).sqrt()
+}
+
+#[test]
+fn a_change_of_style_does_not_jump_and_is_complete_after_half_a_second() {
+    let [plain, settled] = [PLAIN, PLAIN.settle_s(0.1)].map(|config| streamed(config, true));
+    let jump = |frames: &[Frame]| apart(&frames[CHANGE], &frames[CHANGE - 1]);
+    assert!(jump(&plain) > 0.5, "the styles hardly differ: {}", jump(&plain));
+    // A tenth of a second holds back 72% in a frame of a thirtieth.
+    assert!(jump(&settled) < 0.45 * jump(&plain), "{} of {}", jump(&settled), jump(&plain));
+    for t in CHANGE + 15..plain.len() {
+        assert!(apart(&settled[t], &plain[t]) < 0.05, "frame {t}: {}", apart(&settled[t], &plain[t]));
+    }
+}
+
+#[test]
+fn what_settles_does_not_lag() {
+    let (plain, settled) = (streamed(PLAIN, false), streamed(PLAIN.settle_s(0.3), false));
+    let at_once = difference(&settled, &plain, 0);
+    for lag in [-2, -1, 1, 2] {
+        let late = difference(&settled, &plain, lag);
+        assert!(at_once < late, "{lag} frames: {late}, at once {at_once}");
+    }
+}
+
+#[test]
+fn more_liveliness_keeps_more_of_the_input() {
+    let calm = streamed(PLAIN.liveliness(0.01), false);
+    let kept = [0.25, 0.5, 1.0, 2.0].map(|l| difference(&streamed(PLAIN.liveliness(l), false), &calm, 0));
+    assert!(kept[0] > 1e-3 && kept.windows(2).all(|w| w[1] > 1.5 * w[0]), "{kept:?}");
+}
