@@ -229,9 +229,9 @@ mod tests {
             let streamed = stream(&database, clip, &request, &mut record).unwrap();
             fold.row("mixture", &own_dofs(&fold, &database, &record.predicted), Some(&streamed))
         };
-        let plain = Config::new().contacts(false).speed_limit(0.0);
+        let plain = Config::new().contacts(false).speed_limit(0.0).liveliness(0.0).settle_s(0.0);
         let (bare, locked, none) = (run(plain, 1.0), run(Config::new(), 1.0), run(plain, 0.0));
-        // Without lock and limit the prediction leaves as it is.
+        // Without lock, limit and corrections the prediction leaves as it is.
         assert!((bare.delivered.error_cm - bare.predicted.error_cm).abs() < 0.02, "{bare:?}");
         assert!((bare.delivered.speed.unwrap() - bare.predicted.speed.unwrap()).abs() < 0.01, "{bare:?}");
         // The lock is in what is delivered alone.
