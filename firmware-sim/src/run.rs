@@ -67,8 +67,8 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Some(name) => vec![table::find(name)?],
         None => Vec::new(),
     };
-    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     check_outputs([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
+    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
     let database = match Database::open(&bytes) {
         Ok(database) => database,

@@ -45,8 +45,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    super::check_clip("-o", Some(&args.output), None)?;
     super::check_outputs([Some(&args.data)], [("-o", Some(&args.output))])?;
+    super::check_clip("-o", Some(&args.output), None)?;
     let classes = ClassArgs { actions: vec![args.action.clone()], styles: args.styles.clone() };
     let (_, loaded) = Selection { classes, ..Selection::default() }.load(&args.data)?;
     let corpus = &loaded.corpus;

@@ -42,11 +42,11 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.check && args.output.is_none() && args.section.is_none() {
         bail!("nothing to do: give --check, -o OUT.bvh or --section OUT.gestus");
     }
-    super::check_clip("-o", args.output.as_ref(), None)?;
     super::check_outputs(
         [Some(&args.db), Some(&args.clip.input), args.clip.map.as_ref()],
         [("-o", args.output.as_ref()), ("--section", args.section.as_ref())],
     )?;
+    super::check_clip("-o", args.output.as_ref(), None)?;
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let reading = args.clip.reading()?;

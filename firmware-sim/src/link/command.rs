@@ -163,11 +163,11 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise works with the line `loopback` only");
     }
-    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     check_outputs(
         [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
         [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
     )?;
+    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     let (db, input) = (&args.db, &args.input);
     let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
