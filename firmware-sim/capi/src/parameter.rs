@@ -97,10 +97,10 @@ pub enum GestusParameter {
     Trust = 26,
     /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how
     /// much clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier
-    /// and further from any one clip. 0 keeps ρ in every style, as Xia 2015 does. 0.01 to 4, or 0 for none. Default 1.
+    /// and further from any one clip. 0 keeps ρ in every style, as Xia 2015 does. 0.01 to 4, or 0 for none. Default 0.
     Liveliness = 27,
     /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move,
     /// so that it does not jump where others take their place, and does not lag. More is smoother, and takes longer to
-    /// take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to 10, or 0 for none. Default 0.1.
+    /// take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to 10, or 0 for none. Default 0.08.
     Settle = 28,
 }
