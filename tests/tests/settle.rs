@@ -20,7 +20,7 @@ fn streamed(config: Config, changes: bool) -> Vec<Frame> {
         if changes && t == CHANGE {
             stylizer.set_style(&[(2, 1.0)]).unwrap();
         }
-        stylizer.step(&to_pose(frame), &mut output);
+        let _ = stylizer.step(&to_pose(frame), &mut output);
         from_pose(&output, 21)
     };
     input.frames.iter().enumerate().map(step).collect()

@@ -153,7 +153,7 @@ impl Experiment {
     pub fn folds(&self) -> Result<(Body, Vec<HeldOut>), LandmarkError> {
         let body = Body::of(&self.corpus)?;
         let (folds, left_out) = self.held_out(&body);
-        left_out.iter().for_each(|line| gestus_database::command_line::outputs::note(line));
+        left_out.iter().for_each(gestus_database::command_line::outputs::note);
         Ok((body, folds))
     }
 

@@ -132,8 +132,7 @@ impl Feet {
             let weight = (-height.powi(2) - level.powi(2)).exp();
             (height < 3.0 && level < 3.0).then(|| (-flat(moved, &Vector3::y()), weight))
         };
-        let all: Vec<[Option<(Vector3<f64>, f64)>; 2]> =
-            (0..count).map(|t| [0, 1].map(|side| said(t, &legs[side]))).collect();
+        let all: Vec<_> = (0..count).map(|t| [0, 1].map(|side| said(t, &legs[side]))).collect();
         let seen = |axis: usize| {
             let local = all.iter().zip(&headings).flat_map(|(said, &heading)| {
                 let carries = said.iter().flatten().filter(|(_, weight)| *weight > 0.3);

@@ -79,7 +79,7 @@ impl OnClips for Args {
 /// left out too, and named on standard error.
 fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkError> {
     let (found, left_out) = gaits(corpus, &Body::of(corpus)?, from);
-    left_out.iter().for_each(|line| gestus_database::command_line::outputs::note(line));
+    left_out.iter().for_each(gestus_database::command_line::outputs::note);
     let mut figures: Vec<Figure> = strikes(&found).into_iter().collect();
     figures.extend(known_warp());
     let mut rows = known_pairs();

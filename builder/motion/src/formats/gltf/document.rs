@@ -26,8 +26,11 @@ const OBJECT_BYTES: usize = 256;
 /// Memory of a number or text in a list, bytes.
 const ITEM_BYTES: usize = 24;
 
-/// Parses and checks a file: the document and its binary part.
-pub fn document(bytes: &[u8]) -> Result<(Document, Option<Cow<'_, [u8]>>), GltfErrorKind> {
+/// The document of a file, and its binary part.
+type Parsed<'a> = (Document, Option<Cow<'a, [u8]>>);
+
+/// Parses and checks a file.
+pub fn document(bytes: &[u8]) -> Result<Parsed<'_>, GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
     let (text, blob) = if bytes.starts_with(b"glTF") {
         // The length includes the header; the parser does not check that.
