@@ -8,6 +8,7 @@ mod cycle;
 mod demo;
 mod effort;
 mod evaluate;
+mod figures;
 mod inspect;
 mod open;
 mod page;
@@ -91,13 +92,6 @@ pub fn run() -> Result<()> {
         Command::Retarget(args) => retarget::run(&args),
         Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
-    }
-}
-
-/// Adds the figures of one object to another.
-fn add(figures: &mut Value, more: Value) {
-    if let (Some(figures), Value::Object(more)) = (figures.as_object_mut(), more) {
-        figures.extend(more);
     }
 }
 

@@ -11,7 +11,7 @@ use gestus_database::{
 use gestus_motion::formats::urdf;
 use serde_json::Value;
 
-use super::{add, open};
+use super::{figures::add, open};
 
 /// A robot that follows the output.
 #[derive(clap::Args, Clone)]

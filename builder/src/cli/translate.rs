@@ -30,7 +30,7 @@ use gestus_evaluate::pages::{self, Track, view};
 use gestus_motion::{clip::Clip, statistics::mean_or_zero};
 use serde_json::{Value, json};
 
-use super::{add, batch, open, robot::RobotArgs};
+use super::{batch, figures::add, open, robot::RobotArgs};
 
 /// Output time over the clip's that is not worth a word.
 const OWN_PACE: std::ops::RangeInclusive<f64> = 0.67..=1.5;

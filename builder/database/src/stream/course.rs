@@ -5,10 +5,10 @@
 //! 1. In each frame that foot counts which says most of the mean direction, the more the lower and the more level it moves:
 //!    a foot that swings close to the floor goes the other way. The direction is the median over the clip, as the body sees
 //!    it.
-//! 2. A Gaussian over [`SMOOTHED_S`] fills what flight leaves open. Its integral is the way.
-//! 3. The output's own way, smoothed over [`WAY_S`], is taken off its hips, so that their sway stays.
+//! 2. A Gaussian over `SMOOTHED_S` fills what flight leaves open. Its integral is the way.
+//! 3. The output's own way, smoothed over `WAY_S`, is taken off its hips, so that their sway stays.
 //!
-//! A clip is taken to be in place if both feet carry it, they move at [`LEAST_M_S`] or more, and the hips at a quarter of
+//! A clip is taken to be in place if both feet carry it, they move at `LEAST_M_S` or more, and the hips at a quarter of
 //! that or less.
 
 use std::str::FromStr;

@@ -3,8 +3,8 @@
 //! 1. The loop is the clip, whether or not it repeats its first pose at its end, or else a part of it whose ends are near to
 //!    each other, the longer the better ([`Round::find`]).
 //! 2. What the ends differ by is spread over the loop, each round begins where and as the last one ended, and the stream
-//!    runs through as many rounds as it takes to settle ([`Round::repeated`]).
-//! 3. Of the output the last round is kept; what is left between its ends is spread as well ([`Round::last`]). Its length is
+//!    runs through as many rounds as it takes to settle ([`repeated`]).
+//! 3. Of the output the last round is kept; what is left between its ends is spread as well ([`last`]). Its length is
 //!    rounded to whole frames, by the time step.
 //!
 //! Place and heading of the ends may differ: a loop with root motion goes on. A turn of less than 15 degrees is none, and is

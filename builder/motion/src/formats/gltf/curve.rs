@@ -15,21 +15,6 @@ pub struct Curve<'b, const N: usize> {
     interpolation: Interpolation,
 }
 
-/// Checks the times of keys.
-///
-/// # Errors
-/// A message if they do not ascend.
-pub fn times(numbers: &Numbers<'_, 1>) -> Result<Rc<[f64]>, &'static str> {
-    let times: Rc<[f64]> = (0..numbers.len()).map(|k| numbers.at(k)[0]).collect();
-    if times.is_empty() {
-        return Err("it has no keys");
-    }
-    if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
-        return Err("its times do not grow from 0 on");
-    }
-    Ok(times)
-}
-
 impl<'b, const N: usize> Curve<'b, N> {
     /// # Errors
     /// A message if there is not one value (or three) per time.

@@ -21,10 +21,7 @@ use gltf::{
     buffer::{Buffer, Source},
 };
 
-use crate::{
-    files::FileError,
-    formats::gltf::{curve, error::GltfErrorKind},
-};
+use crate::{files::FileError, formats::gltf::error::GltfErrorKind};
 
 /// Reads a file by its path relative to the glTF file.
 pub type Open<'a> = dyn Fn(&Path) -> Result<Vec<u8>, FileError> + 'a;
@@ -125,7 +122,7 @@ impl<'a> Buffers<'a> {
         if let Some(known) = self.times.borrow().get(&accessor.index()) {
             return Ok(Ok(known.clone()));
         }
-        let times = curve::times(&self.floats::<1>(accessor)?);
+        let times = ascending(&self.floats::<1>(accessor)?);
         if let Ok(times) = &times {
             self.times.borrow_mut().insert(accessor.index(), times.clone());
         }
@@ -201,4 +198,19 @@ fn number(data_type: DataType, bytes: &[u8]) -> f64 {
         DataType::U32 => f64::from(u32::from_le_bytes(four())),
         DataType::F32 => f64::from(f32::from_le_bytes(four())),
     }
+}
+
+/// Checks the times of keys.
+///
+/// # Errors
+/// A message if they do not ascend.
+fn ascending(numbers: &Numbers<'_, 1>) -> Result<Rc<[f64]>, &'static str> {
+    let times: Rc<[f64]> = (0..numbers.len()).map(|k| numbers.at(k)[0]).collect();
+    if times.is_empty() {
+        return Err("it has no keys");
+    }
+    if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
+        return Err("its times do not grow from 0 on");
+    }
+    Ok(times)
 }

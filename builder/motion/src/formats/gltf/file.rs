@@ -5,8 +5,14 @@ use std::{
     sync::Arc,
 };
 
-use super::{GltfError, GltfErrorKind, Motion, animations};
-use crate::files::{self, FileError, MOST_MOTION};
+use super::{
+    error::{GltfError, GltfErrorKind},
+    motion::animations,
+};
+use crate::{
+    animation::Animation as Motion,
+    files::{self, FileError, MOST_MOTION},
+};
 
 /// An animation, with the file that it is in.
 #[derive(Debug, Clone, PartialEq)]

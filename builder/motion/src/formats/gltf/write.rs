@@ -20,12 +20,13 @@ use crate::{
     binding::Binding,
     clip::Clip,
     formats::gltf::{
-        Curves, Gltf, Rigging,
+        Gltf,
         container::{Container, aligned},
         data::{BASE64, Buffers, fetch},
         document::{document, names},
         error::GltfErrorKind,
         file::beside,
+        motion::{Curves, Rigging},
         tree::Tree,
     },
 };

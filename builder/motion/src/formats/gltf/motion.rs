@@ -1,0 +1,299 @@
+//! From curves to poses at a fixed rate.
+
+use std::collections::{HashMap, HashSet};
+
+use gltf::animation::{Animation, Property};
+use nalgebra::{Isometry3, Translation3, Vector3};
+
+use super::{
+    curve::Curve,
+    data::{Buffers, Open},
+    document::{document, names},
+    error::{GltfError, GltfErrorKind},
+    tree::Tree,
+};
+use crate::{
+    animation::{Animation as Motion, Joint, Recording},
+    binding::ConvertError,
+    clip::{FRAME_BYTES, MAX_FRAMES, ROTATION_BYTES},
+    files::memory,
+    formats::bvh::{MAX_JOINTS, MOST_LENGTH},
+    unit::Unit,
+};
+
+/// Rates at which keys are taken for captured or baked frames, Hz.
+const RATES: std::ops::RangeInclusive<f64> = 20.0..=240.0;
+/// The rate of curves with fewer keys, Hz.
+const RESAMPLED: f64 = 60.0;
+/// Least translation of an inner joint that counts as movement, metres.
+const STILL_M: f64 = 1e-6;
+/// Change of a scale that is noted, as a fraction.
+const RESCALED: f64 = 0.01;
+
+/// The animations in the bytes of a file. `open` reads a file beside it.
+///
+/// # Errors
+/// As [`read`](super::read).
+pub fn parse(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<(String, Motion)>, GltfError> {
+    animations(bytes, file, open, None).map_err(|kind| GltfError { file: file.to_owned(), kind })
+}
+
+/// The animations of a file, or with `only` that of the name in it, or the only one.
+pub fn animations(
+    bytes: &[u8],
+    file: &str,
+    open: &Open<'_>,
+    only: Option<Option<&str>>,
+) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
+    let (document, blob) = document(bytes)?;
+    let tree = Tree::new(&document)?;
+    let buffers = Buffers::new(&document, bytes.len(), blob.as_deref(), open);
+    // Animations without rotations, as of cameras, doors and faces, have no skeleton.
+    let turns = |a: &Animation<'_>| a.channels().any(|c| c.target().property() == Property::Rotation);
+    let mut all: Vec<(Animation<'_>, String)> =
+        document.animations().zip(names(&document)).filter(|(animation, _)| turns(animation)).collect();
+    let alone = all.len() == 1;
+    if let Some(wanted) = only {
+        let names = || all.iter().map(|(_, name)| name.clone()).collect();
+        match wanted {
+            Some(wanted) if !all.iter().any(|(_, name)| name == wanted) => {
+                return Err(GltfErrorKind::NoSuch { wanted: wanted.to_owned(), names: names() });
+            }
+            None if all.len() > 1 => {
+                return Err(GltfErrorKind::Several { file: file.to_owned(), names: names() });
+            }
+            _ => all.retain(|(_, name)| wanted.is_none_or(|wanted| name == wanted)),
+        }
+    }
+    let mut found = Vec::new();
+    let mut taken = 0;
+    for (animation, name) in all {
+        let curves = Curves::read(&animation, &name, &tree, &buffers)?;
+        let title = if alone { file.to_owned() } else { format!("{file}#{name}") };
+        // What all animations of a file may take together.
+        let room = memory::most(buffers.size()).saturating_sub(taken);
+        let motion = curves.document(&tree, &name, &title, room)?;
+        taken += memory_of(motion.frames(), motion.joints.len());
+        found.push((name, motion));
+    }
+    if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) }
+}
+
+/// Memory of an animation and of the clip that is made of it, bytes.
+fn memory_of(frames: usize, joints: usize) -> usize {
+    let pose = size_of::<Isometry3<f64>>() + ROTATION_BYTES;
+    frames.saturating_mul(FRAME_BYTES.saturating_add(joints.saturating_mul(pose)))
+}
+
+/// The curves of an animation, by node.
+#[derive(Default)]
+pub struct Curves<'b> {
+    pub translations: HashMap<usize, Curve<'b, 3>>,
+    pub rotations: HashMap<usize, Curve<'b, 4>>,
+    notes: Vec<String>,
+    /// Animated nodes, in the animation's order.
+    pub moved: Vec<usize>,
+}
+
+impl<'b> Curves<'b> {
+    pub fn read(
+        animation: &Animation<'_>,
+        name: &str,
+        tree: &Tree,
+        buffers: &'b Buffers<'_>,
+    ) -> Result<Self, GltfErrorKind> {
+        let mut curves = Self::default();
+        let mut seen = HashSet::new();
+        for channel in animation.channels() {
+            let (target, sampler) = (channel.target(), channel.sampler());
+            let (node, interpolation) = (target.node().index(), sampler.interpolation());
+            let place = |what| GltfErrorKind::Curve {
+                place: format!("animation `{name}`, node `{}`", tree.nodes[node].name),
+                what,
+            };
+            let times = || buffers.times(&sampler.input())?.map_err(place);
+            let vectors = || {
+                Curve::new(times()?, buffers.floats::<3>(&sampler.output())?, interpolation).map_err(place)
+            };
+            match target.property() {
+                Property::Translation => {
+                    curves.translations.insert(node, vectors()?);
+                }
+                Property::Rotation => {
+                    let curve = Curve::new(times()?, buffers.floats::<4>(&sampler.output())?, interpolation);
+                    curves.rotations.insert(node, curve.map_err(place)?);
+                }
+                Property::Scale => {
+                    curves.note_scale(&tree.nodes[node], &vectors()?);
+                    continue;
+                }
+                // Removed before.
+                Property::MorphTargetWeights => continue,
+            }
+            if seen.insert(node) {
+                curves.moved.push(node);
+            }
+        }
+        Ok(curves)
+    }
+
+    /// Notes a node whose scale is animated: bones have constant lengths.
+    fn note_scale(&mut self, node: &super::tree::Node, curve: &Curve<'_, 3>) {
+        let off =
+            |t: &f64| (curve.vector(*t) - Vector3::from(node.scale)).amax() > RESCALED * node.scale[0].abs();
+        if curve.times().iter().any(off) {
+            self.notes.push(format!("the scale of {} is animated; the scale at rest is used", node.name));
+        }
+    }
+
+    /// The times of all curves of those nodes.
+    fn times<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = &'a [f64]> {
+        let translations = nodes.iter().filter_map(|n| self.translations.get(n).map(Curve::times));
+        translations.chain(nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times)))
+    }
+
+    /// Number of keys of the longest curve.
+    fn most_keys(&self, nodes: &[usize]) -> usize {
+        self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
+    }
+
+    /// First and last time over all curves of the body, and the rate.
+    pub fn timeline(&self, nodes: &[usize]) -> (f64, f64, f64) {
+        let all: Vec<&[f64]> = self.times(nodes).collect();
+        let start = all.iter().map(|t| t[0]).fold(f64::INFINITY, f64::min);
+        let end = all.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
+        // The median spacing: a stray key between two frames does not matter.
+        let mut spacings: Vec<f64> = all.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
+        spacings.sort_by(f64::total_cmp);
+        let rate = spacings.get(spacings.len() / 2).map_or(RESAMPLED, |s| 1.0 / s);
+        let whole = rate.round();
+        // Times are written in single precision.
+        let rate = if (rate - whole).abs() <= 1e-3 * rate { whole } else { rate };
+        (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
+    }
+
+    /// A node's pose in its parent, metres.
+    pub fn pose(&self, tree: &Tree, rigging: &Rigging, node: usize, time: f64) -> Isometry3<f64> {
+        let place = self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time));
+        let rotation = self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time));
+        Isometry3::from_parts(Translation3::from(place * rigging.unit(tree, node)), rotation)
+    }
+
+    /// The body's motion as a document.
+    pub fn document(
+        self,
+        tree: &Tree,
+        name: &str,
+        title: &str,
+        room: usize,
+    ) -> Result<Motion, GltfErrorKind> {
+        let rigging = Rigging::of(tree, &self.moved)?;
+        let (above, body, top) = (&rigging.above, &rigging.body, rigging.body[0]);
+        let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
+        let (start, end, rate_hz) = self.timeline(&nodes);
+        if !start.is_finite() {
+            return Err(GltfErrorKind::NoMotion);
+        }
+        let seconds = end - start;
+        let frames = (seconds * rate_hz + 1e-3).floor();
+        // Times are untrusted: two keys may be a day apart.
+        let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
+        if frames > most || memory_of(frames as usize + 1, body.len()) > room {
+            let (animation, joints) = (name.to_owned(), body.len());
+            return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
+        }
+        let frames = frames as usize + 1;
+
+        let time = |frame: usize| (start + frame as f64 / rate_hz).min(end);
+        let pose = |node: usize, frame: usize| self.pose(tree, &rigging, node, time(frame));
+        let place = |node: usize, frame: usize| pose(node, frame).translation.vector;
+        let moves = |node: usize| {
+            let first = place(node, 0);
+            self.translations.contains_key(&node)
+                && (1..frames).any(|f| (place(node, f) - first).amax() > STILL_M)
+        };
+        let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(frames * body.len());
+        for f in 0..frames {
+            let carrier = above.iter().fold(Isometry3::identity(), |sum, &n| sum * pose(n, f));
+            poses.push(carrier * pose(top, f));
+            poses.extend(body[1..].iter().map(|&n| pose(n, f)));
+        }
+        let joint = |(j, &node): (usize, &usize)| {
+            let moves = node == top || moves(node);
+            Joint {
+                name: tree.nodes[node].name.clone(),
+                parent: tree.nodes[node].parent.and_then(|p| body.iter().position(|&n| n == p)),
+                offset: place(node, 0),
+                tips: Vec::new(),
+                moves: [moves; 3],
+                degrees: if moves { 6 } else { 3 },
+                still: still(&poses, j, body.len()),
+            }
+        };
+        let joints: Vec<Joint> = body.iter().enumerate().map(joint).collect();
+        check(title, &joints, &poses).map_err(GltfErrorKind::Convert)?;
+        let name = title.to_owned();
+        Ok(Motion { name, unit: Some(Unit::Metres), rate_hz, notes: self.notes, joints, poses })
+    }
+}
+
+/// The nodes that carry a body.
+pub struct Rigging {
+    /// The nodes above the body, from the top of the file.
+    pub above: Vec<usize>,
+    /// The body's joints, depth first.
+    pub body: Vec<usize>,
+    /// Metres per unit in the frame of each of those nodes that has children among them.
+    scales: HashMap<usize, f64>,
+}
+
+impl Rigging {
+    /// The nodes of the body that an animation of `moved` moves.
+    pub fn of(tree: &Tree, moved: &[usize]) -> Result<Self, GltfErrorKind> {
+        let body = tree.body(moved);
+        let Some(&top) = body.first() else { return Err(GltfErrorKind::NoMotion) };
+        if body.len() > MAX_JOINTS {
+            return Err(GltfErrorKind::TooManyJoints { limit: MAX_JOINTS });
+        }
+        let mut above: Vec<usize> = tree.up(top).skip(1).collect();
+        above.reverse();
+        let nodes: Vec<usize> = above.iter().chain(&body).copied().collect();
+        let mut rigging = Self { above, body, scales: HashMap::new() };
+        let parents: HashSet<usize> = nodes.iter().filter_map(|&n| tree.nodes[n].parent).collect();
+        for &node in nodes.iter().filter(|n| parents.contains(n)) {
+            let scale = rigging.unit(tree, node) * tree.scale(node)?;
+            rigging.scales.insert(node, scale);
+        }
+        Ok(rigging)
+    }
+
+    /// Metres per unit of a node's translation.
+    pub fn unit(&self, tree: &Tree, node: usize) -> f64 {
+        tree.nodes[node].parent.map_or(1.0, |p| self.scales[&p])
+    }
+}
+
+/// True if a joint's pose stays within 1e-3 degrees and metres of its first.
+fn still(poses: &[Isometry3<f64>], joint: usize, joints: usize) -> bool {
+    let first = &poses[joint];
+    let near = |pose: &Isometry3<f64>| {
+        pose.rotation.angle_to(&first.rotation).to_degrees() <= 1e-3
+            && (pose.translation.vector - first.translation.vector).amax() <= 1e-3
+    };
+    poses.iter().skip(joint).step_by(joints).all(near)
+}
+
+/// Refuses numbers that are not finite or too large.
+fn check(clip: &str, joints: &[Joint], poses: &[Isometry3<f64>]) -> Result<(), ConvertError> {
+    let fine = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= MOST_LENGTH);
+    let bad = poses.iter().enumerate().find(|(i, pose)| {
+        let joint = &joints[i % joints.len()];
+        !fine(&joint.offset)
+            || (joint.moves[0] && !fine(&pose.translation.vector))
+            || !pose.rotation.coords.iter().all(|x| x.is_finite())
+    });
+    bad.map_or(Ok(()), |(i, _)| {
+        let (frame, joint) = (i / joints.len() + 1, joints[i % joints.len()].name.clone());
+        Err(ConvertError::NotFinite { clip: clip.to_owned(), frame, joint })
+    })
+}
