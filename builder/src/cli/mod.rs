@@ -24,7 +24,6 @@ use gestus_database::command_line::{
     outputs::{check_animation, check_clip, check_outputs, note, say, tell},
     stylizer_args::lenient,
 };
-use serde_json::Value;
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
 #[derive(Parser)]
