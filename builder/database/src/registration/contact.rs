@@ -110,7 +110,7 @@ pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2
 }
 
 /// Orientation of a joint in the world.
-fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuaternion<f64> {
+pub fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuaternion<f64> {
     let (mut turn, mut above) = (frame.rotations[joint], skeleton.parents[joint]);
     while let Some(parent) = above {
         turn = frame.rotations[parent] * turn;

@@ -2,14 +2,14 @@
 //! clip, and by no contacts at all.
 
 use gestus_core::blob::Leg;
-use gestus_database::registration::contact::{rolls, sole_heights};
+use gestus_database::registration::contact::{orientation, rolls, sole_heights};
 use gestus_motion::{
     body::Body,
     clip::{Frame, Skeleton},
     corpus::Example,
     statistics::{mean, quantile, sorted},
 };
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use crate::metrics::performance::Performance;
 
@@ -26,16 +26,6 @@ pub fn legs(body: &Body, examples: &[&Example]) -> [Leg; 2] {
         heights: heights[side].map(|h| h as f32),
         rolls: rolls[side].map(|r| r as f32),
     })
-}
-
-/// Orientation of a joint in the world.
-fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuaternion<f64> {
-    let (mut turn, mut above) = (frame.rotations[joint], skeleton.parents[joint]);
-    while let Some(parent) = above {
-        turn = frame.rotations[parent] * turn;
-        above = skeleton.parents[parent];
-    }
-    turn
 }
 
 /// Speeds on the ground, m/s, of the point that a foot stands on: of the joint that carries the foot, less what the roll
