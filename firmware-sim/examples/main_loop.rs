@@ -105,7 +105,7 @@ fn drive(output: &Pose<J>, knee: &mut impl SetDutyCycle) {
     let _ = knee.set_duty_cycle(duty);
 }
 
-/// A mock processor that takes 2 ms for a step and 40 µs for each visit, times `slower`.
+/// A mock processor that takes 2 ms for a step and 48 µs for each visit, times `slower`.
 pub struct MockClock {
     now_us: u32,
     /// By what factor other work slows a step down.
@@ -118,7 +118,7 @@ impl Clock for MockClock {
     }
 
     fn stepped(&mut self, report: &Report) {
-        let took = (2_000 + 40 * report.visits) as f32 * self.slower;
+        let took = (2_000 + 48 * report.visits) as f32 * self.slower;
         self.now_us = self.now_us.wrapping_add(took as u32);
     }
 }

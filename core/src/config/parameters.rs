@@ -170,7 +170,7 @@ parameters! {
     8 VISITS visits: u16 = 256, [64.0 to 448.0], &[Method::Mar];
     /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
     /// more.
-    9 POOL pool: u8 = 40, [1.0 to 64.0], &[Method::Mar];
+    9 POOL pool: u8 = 28, [1.0 to 64.0], &[Method::Mar];
     /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a jump
     /// sooner, and searches anew without need.
     10 JUMP jump: f32 = 4.0, [1.0 to 1e9], &[Method::Mar];

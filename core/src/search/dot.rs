@@ -16,6 +16,13 @@ pub(crate) fn dot<T: Copy + Into<i32>>(query: &[T; MAX_FEATURES], codes: &[u8]) 
     query.iter().zip(codes).map(|(&query, &code)| query.into() * i32::from(code as i8)).sum()
 }
 
+/// The same for whole chunks of codes, in straight code.
+#[inline]
+fn dot_of<T: Copy + Into<i32>, const N: usize>(query: &[T; MAX_FEATURES], codes: &[u8; N]) -> i32 {
+    let (chunks, _) = codes.as_chunks();
+    query.as_chunks().0.iter().zip(chunks).map(|(query, codes)| chunk(query, codes)).sum()
+}
+
 /// The sum of a chunk's products, written out: straight code whatever the compiler is told of loops.
 #[inline]
 fn chunk<T: Copy + Into<i32>>(query: &[T; CHUNK], codes: &[u8; CHUNK]) -> i32 {
@@ -54,6 +61,12 @@ impl Products {
     pub fn dot(&self, codes: &[u8]) -> i32 {
         dot(&self.0, codes)
     }
+
+    /// The same for whole chunks of 16 codes.
+    #[inline]
+    pub fn dot_of<const N: usize>(&self, codes: &[u8; N]) -> i32 {
+        dot_of(&self.0, codes)
+    }
 }
 
 #[cfg(not(any(target_arch = "arm", target_arch = "riscv32")))]
@@ -73,5 +86,12 @@ impl Products {
     pub fn dot(&self, codes: &[u8]) -> i32 {
         let [high, low] = &self.0;
         512 * dot(high, codes) + dot(low, codes)
+    }
+
+    /// The same for whole chunks of 16 codes.
+    #[inline]
+    pub fn dot_of<const N: usize>(&self, codes: &[u8; N]) -> i32 {
+        let [high, low] = &self.0;
+        512 * dot_of(high, codes) + dot_of(low, codes)
     }
 }

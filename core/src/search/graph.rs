@@ -21,7 +21,7 @@ use crate::{
     },
     search::{
         found::{Found, Neighbor, SearchStats, mean},
-        metric::Metric,
+        metric::{Frames, Metric},
         top_k::insert,
         visited::{PATIENCE, SLOTS, Visited},
     },
@@ -36,6 +36,8 @@ const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 const SPREAD: usize = 48;
 /// Most frames that neighbors are followed through. A class that was not searched for longer is searched anew.
 pub const MOST_FOLLOWED: usize = 32;
+/// How many of the nearest frames a search that begins anew expands, and at least `k`.
+const FRESH: usize = 20;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
 
@@ -92,6 +94,7 @@ impl Searcher {
             database,
             class: record,
             metric,
+            frames: metric.frames(database, &record),
             limits: Limits { pool: limits.pool.max(k).min(POOL), ..*limits },
             pool: &mut self.pool,
             visited: &mut self.visited,
@@ -129,10 +132,11 @@ impl Searcher {
                 walk.seed_spread();
                 // Enough to know how far the class is; the frames that follow find neighbors that are missed. The graph is that
                 // of whole features: where a mask leaves some out, it leads to the neighbors less directly.
-                walk.run(if metric.is_whole() { k.max(limits.pool / 2) } else { POOL });
+                walk.run(if metric.is_whole() { k.max(FRESH) } else { POOL });
             }
         }
-        let stats = walk.stats;
+        let mut stats = walk.stats;
+        stats.bytes += stats.visits * metric.bytes() as u32;
         Found::new(first(&self.pool, k), metric.unit2(), stats)
     }
 }
@@ -151,6 +155,8 @@ struct Walk<'a, 'db> {
     database: &'a Database<'db>,
     class: Class,
     metric: &'a Metric,
+    /// The class's frames, where they can be compared the fast way.
+    frames: Option<Frames<'db>>,
     limits: Limits,
     pool: &'a mut Vec<Neighbor, POOL>,
     visited: &'a mut Visited,
@@ -281,10 +287,13 @@ impl Walk<'_, '_> {
         self.measure(row);
     }
 
+    #[inline(never)]
     fn measure(&mut self, row: u16) {
         self.stats.visits += 1;
-        self.stats.bytes += self.metric.bytes() as u32;
-        let distance2 = self.metric.distance2(self.database, self.class.first_row + usize::from(row));
+        let found =
+            self.frames.as_ref().and_then(|frames| self.metric.distance2_in(frames, usize::from(row)));
+        let distance2 = found
+            .unwrap_or_else(|| self.metric.distance2(self.database, self.class.first_row + usize::from(row)));
         let found = Neighbor { distance2, row, expanded: false, followed: self.following };
         let at = insert(self.pool, self.limits.pool, found, |other| other.distance2 <= distance2);
         self.next = self.next.min(at);

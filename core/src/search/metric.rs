@@ -16,7 +16,7 @@
 
 use super::{dot::Products, query::Feature};
 use crate::{
-    blob::{Database, layout::MAX_FEATURES},
+    blob::{Class, Database, layout::MAX_FEATURES},
     math::{abs, clamp},
 };
 
@@ -140,9 +140,33 @@ impl Metric {
     }
 
     /// Squared distance to a captured frame, units, with the bias.
-    #[inline]
+    // Not inlined: searches measure nearly all frames otherwise.
+    #[inline(never)]
     pub(super) fn distance2(&self, database: &Database<'_>, row: usize) -> u32 {
         self.distance2_to(database.feature(row), database.feature_norm2(row))
+    }
+
+    /// The frames of a class, if they have 16 or 32 components and stored norms that hold.
+    pub(super) fn frames<'db>(&self, database: &Database<'db>, class: &Class) -> Option<Frames<'db>> {
+        let rows = class.first_row..class.first_row + class.rows;
+        let length = self.features;
+        let codes = database.features().get(rows.start * length..rows.end * length)?;
+        let norms = database.feature_norms2().get(rows).filter(|_| self.is_whole)?;
+        match length {
+            16 => Some(Frames::Of16(codes.as_chunks().0, norms)),
+            32 => Some(Frames::Of32(codes.as_chunks().0, norms)),
+            _ => None,
+        }
+    }
+
+    /// Squared distance to a frame of a class, units, with the bias.
+    #[inline]
+    pub(super) fn distance2_in(&self, frames: &Frames<'_>, row: usize) -> Option<u32> {
+        let (dot, norm2) = match frames {
+            Frames::Of16(codes, norms) => (self.products.dot_of(codes.get(row)?), norms.get(row)?),
+            Frames::Of32(codes, norms) => (self.products.dot_of(codes.get(row)?), norms.get(row)?),
+        };
+        Some(self.distance2_by(u32::from_le_bytes(*norm2), dot))
     }
 
     /// The same to stored codes, whose norm is taken where no component is left out.
@@ -152,8 +176,13 @@ impl Metric {
             Some(norm2) if self.is_whole => norm2,
             _ => self.weights.norm2(stored),
         };
+        self.distance2_by(norm2, self.products.dot(stored))
+    }
+
+    #[inline]
+    fn distance2_by(&self, norm2: u32, dot: i32) -> u32 {
         // Wraps in a blob whose norms are wrong, and in no other.
-        self.query_norm2.wrapping_add(norm2 >> self.shift).wrapping_sub(self.products.dot(stored) as u32)
+        self.query_norm2.wrapping_add(norm2 >> (self.shift & 31)).wrapping_sub(dot as u32)
     }
 
     /// No mask leaves a component out.
@@ -176,6 +205,13 @@ impl Metric {
     pub fn bytes(&self) -> usize {
         self.features + if self.is_whole { 4 } else { 0 }
     }
+}
+
+/// The frames of a class, ready to be compared: their codes and their norms, by row.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Frames<'db> {
+    Of16(&'db [[u8; 16]], &'db [[u8; 4]]),
+    Of32(&'db [[u8; 32]], &'db [[u8; 4]]),
 }
 
 #[cfg(test)]

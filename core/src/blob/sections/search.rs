@@ -18,12 +18,24 @@ impl<'db> Database<'db> {
             .unwrap_or(&[])
     }
 
+    /// The stored features of all captured frames, frame after frame.
+    #[inline]
+    pub(crate) fn features(&self) -> &'db [u8] {
+        self.required.features
+    }
+
+    /// Weighted squared lengths of all captured frames' features; none where the blob does not store them.
+    #[inline]
+    pub(crate) fn feature_norms2(&self) -> &'db [[u8; 4]] {
+        let numbers = self.optional.distances.map_or(&[][..], |numbers| numbers.as_chunks::<4>().0);
+        numbers.get(distances::FALLS..).unwrap_or(&[])
+    }
+
     /// Weighted squared length of a captured frame's feature ([`Weights::norm2`](crate::search::metric::Weights::norm2)),
     /// where the blob stores it.
     #[inline]
     pub fn feature_norm2(&self, row: usize) -> Option<u32> {
-        let numbers = self.optional.distances?.as_chunks::<4>().0;
-        numbers.get(distances::FALLS + row).map(|norm| u32::from_le_bytes(*norm))
+        self.feature_norms2().get(row).map(|norm| u32::from_le_bytes(*norm))
     }
 
     /// Part of the mean squared distance of a class's nearest frames that is left at least after that many frames, where the

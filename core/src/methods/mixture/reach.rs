@@ -92,6 +92,11 @@ impl<const C: usize> Reach<C> {
         self.unsettled = MAX_WINDOW as u8;
     }
 
+    /// The window shows how the body moves: neither does the stream begin, nor has it jumped just now.
+    pub fn is_settled(&self) -> bool {
+        self.unsettled == 0
+    }
+
     /// Mean squared distance of a class when it was searched last, and how many frames ago that was.
     pub fn last(&self, class: usize) -> (f32, usize) {
         let mean = self.mean_distance2.get(class).copied().unwrap_or(UNKNOWN);

@@ -48,7 +48,7 @@ use crate::{
     },
     methods::mixture::{
         ridge::{ANSWER_BITS, ENTRY_BITS, System},
-        sums::{Examples, FINE_BITS, FINER_BITS, SQUARE_BITS, Scatter, most_off},
+        sums::{Examples, FINER_BITS, Scatter, most_off},
         variables::{FRACTION, parts_per_unit},
     },
 };
@@ -96,7 +96,7 @@ pub struct Regression {
     means_weight: Multiplier,
     /// g: how much of the mean at input zero is left out.
     left_out: Fraction,
-    /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in sixteenths of fine units.
+    /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in sixteenths of units.
     kappa: Multiplier,
     rho: Fraction,
     part: Fraction,
@@ -109,7 +109,7 @@ const MEAN_BITS: i32 = 24;
 /// Bits of a product of two means that are left out.
 const CUT: u32 = 2 * MEAN_BITS as u32 - 30;
 
-/// A difference from the first example is held within 2^29 sixteenths of fine units.
+/// A difference from the first example is held within 2^29 sixteenths of units.
 const MOST: i32 = 1 << 29;
 
 impl Regression {
@@ -118,7 +118,7 @@ impl Regression {
         let (lambda, n) = (parameters.lambda, f32::from(count.max(1)));
         let part = 1.0 / (n + lambda);
         // The root of the mean square in units, from 2^14.5 times the root of the sum.
-        let to_fine = (1 << (FINE_BITS + FINER_BITS)) as f32 / (16_384.0 * core::f32::consts::SQRT_2);
+        let to_fine = (1 << FINER_BITS) as f32 / (16_384.0 * core::f32::consts::SQRT_2);
         Self {
             parameters: *parameters,
             least_slope: 2.0 * most_off(count.max(1)),
@@ -154,8 +154,8 @@ impl Regression {
     #[inline(never)]
     fn evaluate(&self, s: &Scatter, dof: usize, input: [f32; 3], [step, scale]: [f32; 2]) -> Prediction {
         let parts_per_unit = parts_per_unit(step);
-        let system = self.system(s, parts_per_unit * power(-(s.bits as i32) - FINE_BITS as i32), scale);
-        // From here on in sixteenths of fine units.
+        let system = self.system(s, parts_per_unit * power(-(s.bits as i32)), scale);
+        // From here on in sixteenths of units.
         let bits = s.bits as i32 - FINER_BITS as i32;
         let (finer, held) = (PowerOfTwo::new(-bits), MOST >> (-bits).clamp(0, 31));
         let held = if bits < 0 { held } else { i32::MAX };
@@ -187,7 +187,7 @@ impl Regression {
             correction += clamp(apart, -most, most) - apart;
         }
         if outside != 0 && (dof::FORWARD..=dof::LEFT).contains(&dof) {
-            let [outside, put_out] = [outside, put_out].map(|fine| fine as f32 * unit);
+            let [outside, put_out] = [outside, put_out].map(|part| part as f32 * unit);
             let x = input[2];
             let moves = clamp(abs(x / (x - outside)), 0.0, 1.0);
             correction += (1.0 - moves) * (x - (first + s.offsets[3] as f32 * unit) - put_out);
@@ -224,8 +224,7 @@ impl Regression {
         let spare = PowerOfTwo::new(MEAN_BITS - bit_length(longest));
         let (weight, weight_power) = self.means_weight.parts();
         let means = s.means.map(|mean| product(spare.of(mean), weight, 31));
-        let means_power =
-            2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + CUT as i32 - SQUARE_BITS;
+        let means_power = 2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + CUT as i32;
         let largest_mean = means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
         let largest = [s.matrix[0], s.matrix[2], s.matrix[5]].into_iter().chain(s.right);
         let largest = largest.fold(0, |bits, entry| bits | (entry ^ (entry >> 31)));

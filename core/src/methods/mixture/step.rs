@@ -122,7 +122,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     #[inline(never)]
     fn search(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
         let Context { frame, report, observer, .. } = context;
-        let Frame { database, config, first, .. } = *frame;
+        let Frame { database, config, .. } = *frame;
         observer.stage(Stage::Search);
         let mut limits = Limits {
             k: usize::from(config.k),
@@ -161,8 +161,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         }
         observer.stage(Stage::Rest);
         let most = usize::from(config.classes);
-        // A stream that begins or has jumped searches twice as long, and its classes hardly differ yet.
-        let anew = 2 * restarts > count || first;
+        // A stream that begins or has jumped searches every class and twice as long, and its classes hardly differ yet.
+        let anew = 2 * restarts > count || !self.reach.is_settled();
         let most = if anew { most.min(weights::MAX_KEPT_ANEW) } else { most };
         let (distances, shares) = (self.reach.distances(database), &mut report.classes);
         let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
@@ -184,10 +184,12 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         // In their places: zeros of their own would be on the stack first.
         context.signals.x_prev.fill([0.0; 4]);
         context.signals.y_prev.fill([0.0; 4]);
-        let Frame { database, settings, .. } = context.frame;
+        let Frame { database, config, settings, .. } = context.frame;
         let Some(&nearest) = context.report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
-            self.load_examples(context, metric, nearest, mix, None);
+            // A guess, which the next frame replaces: a quarter of the neighbors will do.
+            let most = usize::from(config.k).div_ceil(4);
+            self.load_examples(context, metric, nearest, mix, most, None);
             let signals = &mut *context.signals;
             let inputs = signals.x_prev.as_flattened_mut().iter_mut().zip(signals.x.as_flattened_mut());
             let slots = inputs.zip(signals.y_prev.as_flattened_mut());
@@ -205,8 +207,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         }
     }
 
-    /// Reads the neighbors of a class into the regression and the timing, their outputs in a mix of styles, and lets the
-    /// nearest of them vote in `votes`.
+    /// Reads the neighbors of a class, the nearest `most`, into the regression and the timing, their outputs in a mix of
+    /// styles, and lets the nearest of them vote in `votes`.
     #[inline(never)]
     fn load_examples(
         &mut self,
@@ -214,6 +216,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         metric: &Metric,
         share: Share,
         mix: usize,
+        most: usize,
         mut votes: Option<&mut Votes>,
     ) {
         let Context { frame: Frame { database, settings, .. }, report, observer, .. } = context;
@@ -227,7 +230,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let neighbors = self.neighbors.get(class).map_or(&[][..], |rows| rows);
         self.examples.clear((0..dofs).map(|d| [database.step(d), database.scale(d)]));
         self.steps.clear();
-        for (i, &row) in neighbors.iter().enumerate() {
+        for (i, &row) in neighbors.iter().enumerate().take(most) {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.next_slot(&mut self.scratch).as_flattened_mut();
@@ -318,7 +321,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             i += 1;
             let class = usize::from(share.class);
             // The root's mix first: the time step and the votes follow it.
-            self.load_examples(context, metric, share, root_mix, Some(&mut votes));
+            self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.part = part_kept(database, config, class, settings.mix(root_mix));
             self.predict_class(context, share, root_mix, &parameters);
             context.observer.stage(Stage::Timing);
@@ -331,7 +334,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                 if mix == root_mix || !settings.uses_mix(database, mix) {
                     continue;
                 }
-                self.load_examples(context, metric, share, mix, None);
+                self.load_examples(context, metric, share, mix, K, None);
                 parameters.part = part_kept(database, config, class, settings.mix(mix));
                 self.predict_class(context, share, mix, &parameters);
             }

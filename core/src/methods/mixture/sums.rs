@@ -2,8 +2,9 @@
 //!
 //! **Precision.** The sums are taken about the first neighbor's values, which makes them small (about the query they are
 //! not: it may lie far away), and in whole numbers. Each dof has a unit of its own: it begins at a small part of the dof's
-//! standard deviation, and grows by powers of two when a neighbor does not fit 15 bits; the sums so far are shifted with
-//! it. So no sum overflows, and the largest difference has 14 bits or more.
+//! standard deviation, and grows by powers of two when a neighbor does not fit 12 bits; the sums so far are shifted with
+//! it. So no sum overflows, no product is shifted, and the largest difference has 11 bits or more: a row's own steps are
+//! coarser.
 
 use crate::{
     methods::mixture::variables::{Example, FRACTION, X, X_PREV, Y_PREV},
@@ -11,7 +12,7 @@ use crate::{
 };
 
 /// Sums over the neighbors: `p`, `q`, `x`, `y` stand for `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` less the first
-/// neighbor's. Of the variables in fine units, of their products in square units, which are 64 square fine ones.
+/// neighbor's, in units of the dof; their products are in square units.
 #[derive(Debug, Clone, Copy)]
 struct Sums {
     p: i32,
@@ -33,8 +34,20 @@ impl Sums {
     const ZERO: Self =
         Self { p: 0, q: 0, x: 0, y: 0, pp: 0, qp: 0, qq: 0, xp: 0, xq: 0, xx: 0, py: 0, qy: 0, xy: 0 };
 
-    /// Takes up units that are 2 to the power of `bits` larger.
+    /// Adds two neighbors whose differences, in parts and with half a unit of `bits` added, are as large as `size`: takes up
+    /// units in which they fit. Returns the bits that these leave out.
     #[cold]
+    #[inline(never)]
+    fn coarsen_and_add(&mut self, batch: [[i32; 4]; BATCH], half: i32, bits: u8, size: i32) -> u8 {
+        let needed = (32 - BITS as u8).saturating_sub(size.leading_zeros() as u8);
+        self.coarsen(u32::from(needed.saturating_sub(bits)));
+        let needed_bits = u32::from(needed & 31);
+        let half = ((1 << needed_bits) >> 1) - half;
+        self.add(batch.map(|differences| differences.map(|d| (d + half) >> needed_bits)));
+        needed
+    }
+
+    /// Takes up units that are 2 to the power of `bits` larger.
     fn coarsen(&mut self, bits: u32) {
         for sum in [&mut self.p, &mut self.q, &mut self.x, &mut self.y] {
             *sum >>= bits;
@@ -45,28 +58,23 @@ impl Sums {
         }
     }
 
-    /// Adds two neighbors, in fine units.
+    /// Adds two neighbors, in units.
     #[inline]
     fn add(&mut self, [[p, q, x, y], [p2, q2, x2, y2]]: [[i32; 4]; BATCH]) {
-        // To the nearest: sums that are rounded down would tell of a scatter where there is little.
-        let product = |a: [i32; BATCH], b: [i32; BATCH]| {
-            const HALF: i32 = 1 << (SQUARE_BITS - 2);
-            (((a[0] * b[0]) >> 1) + ((a[1] * b[1]) >> 1) + HALF) >> (SQUARE_BITS - 1)
-        };
-        let [p, q, x, y] = [[p, p2], [q, q2], [x, x2], [y, y2]];
-        self.p += p[0] + p[1];
-        self.q += q[0] + q[1];
-        self.x += x[0] + x[1];
-        self.y += y[0] + y[1];
-        self.pp += product(p, p);
-        self.qp += product(q, p);
-        self.qq += product(q, q);
-        self.xp += product(x, p);
-        self.xq += product(x, q);
-        self.xx += product(x, x);
-        self.py += product(p, y);
-        self.qy += product(q, y);
-        self.xy += product(x, y);
+        self.p += p + p2;
+        self.q += q + q2;
+        self.x += x + x2;
+        self.y += y + y2;
+        // One product after the other onto the sum: an instruction each, where the processor multiplies and adds.
+        self.pp = self.pp + p * p + p2 * p2;
+        self.qp = self.qp + q * p + q2 * p2;
+        self.qq = self.qq + q * q + q2 * q2;
+        self.xp = self.xp + x * p + x2 * p2;
+        self.xq = self.xq + x * q + x2 * q2;
+        self.xx = self.xx + x * x + x2 * x2;
+        self.py = self.py + p * y + p2 * y2;
+        self.qy = self.qy + q * y + q2 * y2;
+        self.xy = self.xy + x * y + x2 * y2;
     }
 }
 
@@ -90,15 +98,12 @@ impl<const J: usize> Scratch<J> {
     }
 }
 
-/// Bits of a neighbor's difference from the first one, in fine units. So no sum of products overflows: one is
-/// 2^30 at most, and the sum of 64 that are shifted too.
-const BITS: u32 = 15;
-/// Bits of a dof's standard deviation in the finest units.
-const SCALE_BITS: i32 = 15;
-/// Fine units in a unit, as a power of two.
-pub(super) const FINE_BITS: u32 = 3;
-/// Square fine units in a square unit, as a power of two.
-pub(super) const SQUARE_BITS: i32 = 2 * FINE_BITS as i32;
+/// Bits of a neighbor's difference from the first one, in units. So no sum of products overflows: one is 2^24 at most,
+/// and the sum of 64 is 2^30.
+const BITS: u32 = 12;
+/// Bits of a dof's standard deviation in the finest units: most neighbors lie within a quarter of it, and fit. Rows are
+/// stored in steps of some 2^10 a deviation.
+const SCALE_BITS: i32 = 14;
 
 /// How many bits a dof's finest unit lies above the last one of an example's variables.
 fn finest_bits(step: f32, scale: f32) -> u8 {
@@ -208,9 +213,9 @@ pub(super) struct Scatter {
     pub bits: u32,
     /// The first example, in parts.
     pub first: [i32; 4],
-    /// The means less the first example, in fine units with [`FINER_BITS`] bits behind the point.
+    /// The means less the first example, in units with [`FINER_BITS`] bits behind the point.
     pub offsets: [i32; 4],
-    /// The means, in whole fine units.
+    /// The means, in whole units.
     pub means: [i32; 4],
     /// Sums of products in square units: pp, qp, qq, xp, xq, xx. Each is off by [`most_off`] at most.
     pub matrix: [i32; 6],
@@ -224,19 +229,16 @@ impl Scatter {
     fn new(first: &[i32; 4], sums: &Sums, bits: u32, count: i32) -> Self {
         let &Sums { p, q, x, y, pp, qp, qq, xp, xq, xx, py, qy, xy } = sums;
         let inverse = ((1 << INVERSE_BITS) + count / 2) / count;
-        // What the rounded inverse misses is a small part of a sum, and is found by it once more.
+        // The mean in whole units, one off at most, and what the sum has beyond it.
         let parts = [p, q, x, y].map(|sum| {
-            let rough = mean(sum, inverse);
-            let offset = rough + mean(sum - count * rough, inverse);
+            let offset = mean(sum, inverse);
             (offset, sum - count * offset)
         });
         let offsets = parts.map(|(offset, rest)| (offset << FINER_BITS) + mean(rest << FINER_BITS, inverse));
         // Σ (p - m)(q - k) = Σ pq - n m k - m (Σ q - n k) - k (Σ p - n m), for any m and k.
         let about = |sum: i32, i: usize, j: usize| {
             let ((m, m_rest), (k, k_rest)) = (parts[i], parts[j]);
-            let whole = (m * k) >> SQUARE_BITS;
-            let rest = count * (m * k - (whole << SQUARE_BITS)) + m * k_rest + k * m_rest;
-            sum - count * whole - (rest >> SQUARE_BITS)
+            sum - count * (m * k) - m * k_rest - k * m_rest
         };
         let half = (1 << bits) >> 1;
         Self {
@@ -257,18 +259,18 @@ impl Scatter {
     }
 }
 
-/// How much the sums of products of so many examples can be off, in square units: half a unit a product, and as much for
-/// the means.
+/// How much the sums of products of so many examples can be off, in square units: by what is left out where a unit grows,
+/// and as much for the means.
 pub(super) fn most_off(count: u16) -> f32 {
     f32::from(count) * 2.0
 }
 
-/// Bits behind the point of means in fine units.
+/// Bits behind the point of means in units.
 pub(super) const FINER_BITS: u32 = 4;
 /// Bits behind the point of the inverse of a count.
-const INVERSE_BITS: u32 = 14;
+const INVERSE_BITS: u32 = 17;
 
-/// A sum, of 15 bits a count, times the inverse of the count, to the nearest.
+/// A sum, of [`BITS`] a count, times the inverse of the count, to the nearest.
 fn mean(sum: i32, inverse: i32) -> i32 {
     (sum * inverse + (1 << (INVERSE_BITS - 1))) >> INVERSE_BITS
 }
@@ -279,20 +281,18 @@ fn accumulate(sums: &mut [Sums], fine_bits: &mut [u8], first: &[[i32; 4]], [one,
     for (((sums, bits), first), examples) in
         sums.iter_mut().zip(fine_bits).zip(first).zip(one.iter().zip(two))
     {
-        // Rows are at most 98,302 steps apart, 1.62e9 parts.
+        let half = 1 << (*bits & 31) >> 1;
+        // Rows are at most 98,302 steps apart, 1.62e9 parts. Half a unit more, for rounding to the nearest.
+        let first = first.map(|first| first - half);
         let less = |variables: &[i32; 4]| -> [i32; 4] { core::array::from_fn(|i| variables[i] - first[i]) };
         let batch = [less(examples.0), less(examples.1)];
         // The bits of the largest.
         let size = batch.as_flattened().iter().fold(0, |size, &d| size | (d ^ (d >> 31)));
-        if size >> (*bits & 31) >= 1 << BITS {
-            let needed = (32 - BITS as u8).saturating_sub(size.leading_zeros() as u8);
-            sums.coarsen(u32::from(needed.saturating_sub(*bits)));
-            *bits = needed;
+        if size >> (*bits & 31) < 1 << BITS {
+            sums.add(batch.map(|differences| differences.map(|d| d >> (*bits & 31))));
+        } else {
+            *bits = sums.coarsen_and_add(batch, half, *bits, size);
         }
-        let bits = u32::from(*bits & 31);
-        // Half a fine unit more, for rounding to the nearest.
-        let half = (1 << bits) >> 1;
-        sums.add(batch.map(|differences| differences.map(|d| (d + half) >> bits)));
     }
 }
 
