@@ -8,7 +8,7 @@
 //! 1. [`body::pose`] turns the [`Pose`] into degrees of freedom;
 //! 2. [`search::query`] turns the last few poses into a search feature;
 //! 3. [`search::graph`] finds the nearest frames in every class (an action in a style);
-//! 4. [`methods::mixture::weights`] weighs the classes;
+//! 4. [`methods::weights`] weighs the classes;
 //! 5. `methods::mixture::examples` unpacks the neighbors and their counterparts in the output style ([`blob`]);
 //! 6. [`methods::mixture::regression`] fits a local autoregressive model for each dof and evaluates it once;
 //!    [`methods::mixture::ridge`] solves it;
@@ -17,6 +17,8 @@
 //! 8. [`body::pose`] turns the result back into a [`Pose`];
 //! 9. [`output::foot_lock`] holds the feet that stand ([`body::two_bone_ik`]), and [`output::speed_limit`] keeps joints
 //!    from turning faster than the input has shown; the [`Report`] says what happened.
+//!
+//! Each [`Method`] is a feature of the crate: what firmware leaves out takes neither flash nor RAM.
 //!
 //! [`stylizer`] calls them in this order. Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a
 //! linear model ([`methods::linear`]) or a table of statistics, which need no frames: see [`Method`]. Between frames the
@@ -47,6 +49,11 @@
 //! ```
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 #![forbid(unsafe_code)]
+// What only the methods need that are left out.
+#![cfg_attr(
+    not(all(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")),
+    allow(dead_code, unused_imports)
+)]
 
 pub mod blob;
 pub mod body;

@@ -1,6 +1,6 @@
 //! The report of a step.
 
-use crate::methods::mixture::weights::Shares;
+use crate::methods::weights::Shares;
 
 /// The ways in which a frame was degraded; a set of flags.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use gestus_core::{
         Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter,
         robot_buffer_length,
     },
-    methods::mixture::weights::MAX_KEPT,
+    methods::weights::MAX_KEPT,
     robot::{Driven, layout::MAX_HINGES},
 };
 

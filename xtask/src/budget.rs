@@ -95,8 +95,7 @@ pub fn run(setup: bool, record: bool) -> Result<Outcome> {
     }
     around(&mut figures)?;
     together("generated", &mut figures)?;
-    let least = json(sim()?.args(["board", "m4f", "--build", "--least", "--json"]))?;
-    figures.insert("least.flash_bytes".into(), least["flash_bytes"].as_f64().context("the bytes of flash")?);
+    least(&mut figures)?;
     board("m0", "m0", &generated, &KEYS, &mut figures, &mut bounds)?;
     without_fpu("generated", &["--generated", "--style", "angry"], &labels, &mut figures, &mut bounds)?;
     let approximate = ["--generated", "--micromath"];
@@ -182,6 +181,22 @@ fn without_fpu(
             let arguments = [with, more, &["--frames", FEW]].concat();
             board(&format!("{name}.{stream}{suffix}"), name, &arguments, keys, figures, bounds)?;
         }
+    }
+    Ok(())
+}
+
+/// The flash of the least firmware: with all methods, and with each alone.
+fn least(figures: &mut Figures) -> Result<()> {
+    for method in ["", "mar", "lti", "statistic", "phase"] {
+        let mut sim = sim()?;
+        sim.args(["board", "m4f", "--build", "--least", "--json"]);
+        let mut name = "least".to_owned();
+        if !method.is_empty() {
+            sim.args(["--methods", method]);
+            name = format!("least.{method}");
+        }
+        let bytes = json(&mut sim)?["flash_bytes"].as_f64().context("the bytes of flash")?;
+        figures.insert(format!("{name}.flash_bytes"), bytes);
     }
     Ok(())
 }

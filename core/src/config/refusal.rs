@@ -34,7 +34,7 @@ impl fmt::Display for ConfigError {
                 "the database does not hold that action in that style: label one of them, or neither",
             ),
             Self::Method => f.write_str(
-                "the database does not hold what the method needs: choose another, or build it with the models in it",
+                "the database does not hold what the method needs, or this program was built without the method: choose another, build the database with the models in it, or the program with the method",
             ),
             Self::WholeBody => f.write_str(
                 "the linear models translate the whole body, with one state and one time step: give the style to the body, or choose the mixture or the statistics",

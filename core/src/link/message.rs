@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{DriveReport, Fault, RobotIdentity, board::Statistic};
 use crate::{
     Degraded, Pose, Report,
-    methods::mixture::weights::{MAX_KEPT, Share},
+    methods::weights::{MAX_KEPT, Share},
 };
 
 /// Most pairs of a number and a value in a message.

@@ -80,9 +80,6 @@ pub(crate) trait Translate<const J: usize> {
     /// What it asks of labels and styles.
     const NEEDS: Needs;
 
-    /// The optional section that holds what it needs; `None` for the captured frames.
-    const SECTION: Option<u16>;
-
     /// The most work of a step, whatever the stream.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 

@@ -1,22 +1,35 @@
 //! The method that runs: one value of all methods, and every question that the stylizer asks of a method.
+//!
+//! Methods are features of the crate: firmware that leaves some out has neither their code nor their memory.
 
+#[cfg(feature = "lti")]
+use super::linear::Linear;
+#[cfg(feature = "mar")]
+use super::mixture::step::Mixture;
+#[cfg(feature = "phase")]
+use super::phase::step::Phase;
+#[cfg(feature = "statistic")]
+use super::statistics::Statistics;
 use super::{
     context::{Context, Needs, Translate},
-    linear::Linear,
-    mixture::step::Mixture,
-    phase::step::Phase,
-    statistics::Statistics,
     work::{Load, Work},
 };
-use crate::{Config, Database, Method, Observer, Report};
+use crate::{Config, Database, Method, Observer, Report, blob::layout::section};
+
+#[cfg(not(any(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")))]
+compile_error!("no method: choose features of gestus-core among mar, lti, statistic and phase");
 
 /// A method and its state. They share one place, which is as large as the largest, the mixture's.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
+    #[cfg(feature = "mar")]
     Mar(Mixture<J, K, C>),
+    #[cfg(feature = "lti")]
     Lti(Linear<J>),
+    #[cfg(feature = "statistic")]
     Statistic(Statistics<J>),
+    #[cfg(feature = "phase")]
     Phase(Phase<J, C>),
 }
 
@@ -24,23 +37,74 @@ pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
 macro_rules! each {
     ($engine:expr, $method:ident => $call:expr) => {
         match $engine {
+            #[cfg(feature = "mar")]
             Engine::Mar($method) => $call,
+            #[cfg(feature = "lti")]
             Engine::Lti($method) => $call,
+            #[cfg(feature = "statistic")]
             Engine::Statistic($method) => $call,
+            #[cfg(feature = "phase")]
             Engine::Phase($method) => $call,
         }
     };
 }
 
+/// The same of the type of a method that is named; `$missing` where the core was built without it.
+macro_rules! of_type {
+    ($name:expr, $Method:ident => $value:expr, $missing:expr) => {
+        match $name {
+            #[cfg(feature = "mar")]
+            Method::Mar => {
+                type $Method = Mixture<1, 1, 1>;
+                $value
+            }
+            #[cfg(feature = "lti")]
+            Method::Lti => {
+                type $Method = Linear<1>;
+                $value
+            }
+            #[cfg(feature = "statistic")]
+            Method::Statistic => {
+                type $Method = Statistics<1>;
+                $value
+            }
+            #[cfg(feature = "phase")]
+            Method::Phase => {
+                type $Method = Phase<1, 1>;
+                $value
+            }
+            #[cfg(not(feature = "mar"))]
+            Method::Mar => $missing,
+            #[cfg(not(feature = "lti"))]
+            Method::Lti => $missing,
+            #[cfg(not(feature = "statistic"))]
+            Method::Statistic => $missing,
+            #[cfg(not(feature = "phase"))]
+            Method::Phase => $missing,
+        }
+    };
+}
+
 impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    /// The mixture, no frame seen yet: all zeros, like what it is made of.
+    /// The first method, no frame seen yet: all zeros, like what it is made of.
+    #[cfg(feature = "mar")]
     pub const NEW: Self = Self::Mar(Mixture::NEW);
+    #[cfg(all(feature = "lti", not(feature = "mar")))]
+    pub const NEW: Self = Self::Lti(Linear::NEW);
+    #[cfg(all(feature = "statistic", not(any(feature = "mar", feature = "lti"))))]
+    pub const NEW: Self = Self::Statistic(Statistics::NEW);
+    #[cfg(all(feature = "phase", not(any(feature = "mar", feature = "lti", feature = "statistic"))))]
+    pub const NEW: Self = Self::Phase(Phase::NEW);
 
     fn method(&self) -> Method {
         match self {
+            #[cfg(feature = "mar")]
             Self::Mar(_) => Method::Mar,
+            #[cfg(feature = "lti")]
             Self::Lti(_) => Method::Lti,
+            #[cfg(feature = "statistic")]
             Self::Statistic(_) => Method::Statistic,
+            #[cfg(feature = "phase")]
             Self::Phase(_) => Method::Phase,
         }
     }
@@ -53,10 +117,17 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
             return;
         }
         match method {
-            Method::Mar => *self = Self::NEW,
+            #[cfg(feature = "mar")]
+            Method::Mar => *self = Self::Mar(Mixture::NEW),
+            #[cfg(feature = "lti")]
             Method::Lti => *self = Self::Lti(Linear::NEW),
+            #[cfg(feature = "statistic")]
             Method::Statistic => *self = Self::Statistic(Statistics::NEW),
+            #[cfg(feature = "phase")]
             Method::Phase => *self = Self::Phase(Phase::NEW),
+            // No configuration is accepted that names a method which is not there.
+            #[allow(unreachable_patterns)]
+            Method::Mar | Method::Lti | Method::Statistic | Method::Phase => {}
         }
     }
 
@@ -101,33 +172,40 @@ impl Database<'_> {
         if !config.method.is_held_by(self) {
             return Work::default();
         }
-        match config.method {
-            Method::Mar => Mixture::<1, 1, 1>::worst_step(self, config, load),
-            Method::Lti => Linear::<1>::worst_step(self, config, load),
-            Method::Statistic => Statistics::<1>::worst_step(self, config, load),
-            Method::Phase => Phase::<1, 1>::worst_step(self, config, load),
-        }
+        of_type!(config.method, M => M::worst_step(self, config, load), Work::default())
     }
 }
 
 impl Method {
-    /// The optional section of a database that holds what the method needs; `None` for the captured frames.
-    pub const fn section(self) -> Option<u16> {
+    /// Whether the core was built with it: methods are features of the crate.
+    #[inline]
+    pub const fn is_built(self) -> bool {
         match self {
-            Self::Mar => Mixture::<1, 1, 1>::SECTION,
-            Self::Lti => Linear::<1>::SECTION,
-            Self::Statistic => Statistics::<1>::SECTION,
-            Self::Phase => Phase::<1, 1>::SECTION,
+            Self::Mar => cfg!(feature = "mar"),
+            Self::Lti => cfg!(feature = "lti"),
+            Self::Statistic => cfg!(feature = "statistic"),
+            Self::Phase => cfg!(feature = "phase"),
         }
     }
 
-    /// Whether a database holds what the method needs.
+    /// The optional section of a database that holds what the method needs; `None` for the captured frames.
+    pub const fn section(self) -> Option<u16> {
+        match self {
+            Self::Mar => None,
+            Self::Lti => Some(section::LTI),
+            Self::Statistic => Some(section::STATISTIC),
+            Self::Phase => Some(section::PHASE),
+        }
+    }
+
+    /// Whether the core was built with the method and a database holds what it needs.
     #[inline]
     pub fn is_held_by(self, database: &Database<'_>) -> bool {
-        match self.section() {
-            Some(id) => database.optional(id).is_some(),
-            None => database.counts().frames > 0,
-        }
+        self.is_built()
+            && match self.section() {
+                Some(id) => database.optional(id).is_some(),
+                None => database.counts().frames > 0,
+            }
     }
 
     /// The first method that a database holds what is needed for: for firmware that takes any blob.
@@ -137,11 +215,6 @@ impl Method {
     }
 
     pub(crate) fn needs(self) -> Needs {
-        match self {
-            Self::Mar => Mixture::<1, 1, 1>::NEEDS,
-            Self::Lti => Linear::<1>::NEEDS,
-            Self::Statistic => Statistics::<1>::NEEDS,
-            Self::Phase => Phase::<1, 1>::NEEDS,
-        }
+        of_type!(self, M => M::NEEDS, Needs { labelled_class: false, whole_body: false })
     }
 }

@@ -22,7 +22,7 @@ use crate::{
     Config, Database, Degraded, Observer, Report,
     blob::{
         LinearModel,
-        layout::{MAX_ORDER, dof, section},
+        layout::{MAX_ORDER, dof},
     },
     math::{clamp, erf, exp, pow},
     methods::{
@@ -64,7 +64,6 @@ impl<const J: usize> Translate<J> for Linear<J> {
     const NEW: Self = Self { slots: [const { Slot::FREE }; BLENDED], plain: 0.0 };
     // One state and one time step for all joints; labels choose models, not frames.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: true };
-    const SECTION: Option<u16> = Some(section::LTI);
 
     /// Models that fade out run beside those that fade in, as many as there is room for.
     fn worst_step(database: &Database<'_>, _config: &Config, _load: &Load) -> Work {

@@ -2,8 +2,13 @@
 
 pub(crate) mod context;
 pub(crate) mod engine;
+#[cfg(feature = "lti")]
 pub mod linear;
+#[cfg(feature = "mar")]
 pub mod mixture;
+#[cfg(feature = "phase")]
 pub mod phase;
+#[cfg(feature = "statistic")]
 pub(crate) mod statistics;
+pub mod weights;
 pub mod work;

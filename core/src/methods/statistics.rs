@@ -23,7 +23,7 @@ use crate::{
     Config, Observer, Report,
     blob::{
         Database, Table,
-        layout::{MAX_STYLES, ROOT_DOFS, dof, section},
+        layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
     math::{
         clamp, exp,
@@ -58,7 +58,6 @@ impl<const J: usize> Translate<J> for Statistics<J> {
     const NEW: Self = Self { root: [[0.0; 2]; 3], means: [[0.0; 4]; J], variances: [0.0; J] };
     // Labels choose tables, not frames; each joint is translated by itself.
     const NEEDS: Needs = Needs { labelled_class: false, whole_body: false };
-    const SECTION: Option<u16> = Some(section::STATISTIC);
 
     /// Every joint takes the input's table and those of its output styles.
     fn worst_step(database: &Database<'_>, _config: &Config, load: &Load) -> Work {

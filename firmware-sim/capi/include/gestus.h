@@ -126,8 +126,9 @@ typedef enum GestusStatus {
   GESTUS_STATUS_WEIGHTS = 37,
   // A parameter is not finite or out of its range.
   GESTUS_STATUS_PARAMETER = 38,
-  // The database lacks the data that the method needs (frames, linear models or statistics), or the method does not
-  // support the setting: linear models support one style for the whole body only.
+  // The database lacks the data that the method needs (frames, linear models, statistics or tables by phase), the
+  // library was built without the method, or the method does not support the setting: linear models support one
+  // style for the whole body only.
   GESTUS_STATUS_METHOD = 39,
   // The database has no effort dial.
   GESTUS_STATUS_NO_DIAL = 40,

@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use gestus_core::{Config, Database, Fit, methods::mixture::weights::MAX_KEPT};
+use gestus_core::{Config, Database, Fit, methods::weights::MAX_KEPT};
 
 use crate::{
     config::GestusConfig,

@@ -12,7 +12,8 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_core::Database;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
         options::UnitArgs,
@@ -106,9 +107,18 @@ pub struct BoardArgs {
     /// With --build: build the smallest firmware, which opens a database and steps, without link and counters
     #[arg(long, requires = "build")]
     least: bool,
+    /// Build the image with these methods alone, as the core's features choose them: the others take no flash
+    #[arg(long, conflicts_with = "image", value_delimiter = ',', value_name = "METHOD,…", value_parser = PossibleValuesParser::new(Method::NAMES).try_map(method))]
+    methods: Vec<Method>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// The method of a name.
+fn method(name: String) -> Result<Method> {
+    let found = Method::ALL.into_iter().find(|method| method.name() == name);
+    found.with_context(|| format!("there is no method `{name}`"))
 }
 
 /// Runs the command.
@@ -177,6 +187,7 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
             stack_sizes,
             micromath,
             program: args.least.then_some("minimal"),
+            methods: &args.methods,
             ..image::Options::default()
         };
         let image = image::build(board, options)?;
@@ -257,7 +268,14 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
     }
     eprintln!("building the image of {} ({})", board.name, board.title);
     let (defmt, micromath, robot) = (args.defmt, args.micromath, args.robot.robot.is_some());
-    let options = image::Options { blob: Some(blob), defmt, micromath, robot, ..image::Options::default() };
+    let options = image::Options {
+        blob: Some(blob),
+        defmt,
+        micromath,
+        robot,
+        methods: &args.methods,
+        ..image::Options::default()
+    };
     image::build(board, options)
 }
 

@@ -7,6 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use gestus_core::Method;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use super::boards::Board;
@@ -26,6 +27,8 @@ pub struct Options<'a> {
     pub robot: bool,
     /// A binary target other than the board's own, which needs the feature of the same name.
     pub program: Option<&'a str>,
+    /// The methods that the core is built with; empty for all.
+    pub methods: &'a [Method],
     /// Environment variables of the build, with the files that they name.
     pub files: &'a [(&'a str, &'a Path)],
 }
@@ -35,7 +38,8 @@ impl Options<'_> {
     fn features(&self) -> String {
         let chosen = [(self.defmt, "defmt"), (self.micromath, "micromath"), (self.robot, "robot")];
         let all = chosen.map(|(wanted, name)| wanted.then_some(name)).into_iter().chain([self.program]);
-        all.flatten().collect::<Vec<_>>().join(",")
+        let methods = self.methods.iter().map(|method| method.name());
+        all.flatten().chain(methods).collect::<Vec<_>>().join(",")
     }
 
     /// Suffix that distinguishes the images of one board.
@@ -105,6 +109,9 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
         cargo.env("RUSTC_BOOTSTRAP", "1");
     }
     cargo.args(["--features", &options.features()]);
+    if !options.methods.is_empty() {
+        cargo.arg("--no-default-features");
+    }
     if options.defmt {
         // By default defmt logs errors only.
         cargo.env("DEFMT_LOG", env::var_os("DEFMT_LOG").unwrap_or_else(|| "info".into()));

@@ -22,7 +22,7 @@ use super::{
     },
     read::Record,
 };
-use crate::BlobError;
+use crate::{BlobError, Method};
 
 const ENVELOPE: Envelope = Envelope {
     section: 0,
@@ -156,12 +156,13 @@ fn contents(db: &Database<'_>) -> Checked {
     frames::classes(db)?;
     frames::blocks(db)?;
     frames::timing_metric(db)?;
-    // A retargeting map is checked where it is opened.
+    // A retargeting map is checked where it is opened. What belongs to a method that the core was built without is not read,
+    // and its checks would take flash.
     let Optional { lti, statistic, effort, retarget: _, feet, phase, distances, trust } = db.optional;
-    if let Some(bytes) = lti {
+    if let Some(bytes) = lti.filter(|_| Method::Lti.is_built()) {
         lti::linear_models(db, bytes)?;
     }
-    if let Some(bytes) = statistic {
+    if let Some(bytes) = statistic.filter(|_| Method::Statistic.is_built()) {
         statistic::tables(db, bytes)?;
     }
     if let Some(bytes) = effort {
@@ -170,7 +171,7 @@ fn contents(db: &Database<'_>) -> Checked {
     if let Some(bytes) = feet {
         body::feet(db, bytes)?;
     }
-    if let Some(bytes) = phase {
+    if let Some(bytes) = phase.filter(|_| Method::Phase.is_built()) {
         phase::tables_by_phase(db, bytes)?;
     }
     if let Some(bytes) = distances {

@@ -10,5 +10,4 @@ pub(crate) mod step;
 pub mod step_time;
 pub mod sums;
 pub mod variables;
-pub mod weights;
 mod work;

@@ -1,7 +1,7 @@
 //! One frame of the mixture of local autoregressive models (Xia 2015, section 5).
 //!
 //! The window of poses becomes a search feature ([`crate::search::query`]); every class that the labels allow gives its
-//! nearest frames ([`crate::search::graph`]) and a proportion ([`super::weights`]); the neighbors of the classes kept are
+//! nearest frames ([`crate::search::graph`]) and a proportion ([`crate::methods::weights`]); the neighbors of the classes kept are
 //! unpacked with their counterparts in the output style ([`super::examples`]) and fitted ([`super::regression`]); the
 //! predictions of the classes are summed by their proportions, and so are the time step ([`super::step_time`]) and the
 //! contacts ([`super::contact_votes`]).
@@ -19,7 +19,6 @@ use super::{
     settle::{Settled, part_kept},
     step_time::Steps,
     sums::{Examples, Scratch},
-    weights::{self, Share, Width},
     work::{self, SPARE},
 };
 use crate::{
@@ -28,6 +27,7 @@ use crate::{
     math::clamp,
     methods::{
         context::{Context, Frame, Needs, Translate},
+        weights::{self, Share, Width},
         work::{Load, Work},
     },
     observe::Stage,
@@ -68,7 +68,6 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
     };
     // It finds frames by their labels; each joint group has a regression of its own.
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
-    const SECTION: Option<u16> = None;
 
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
         work::worst_step(database, config, load)

@@ -7,10 +7,8 @@ use crate::{
         layout::{DEGREE, block},
     },
     methods::{
-        mixture::{
-            contact_votes::MOST_VOTERS,
-            weights::{MAX_KEPT_ANEW, most_kept},
-        },
+        mixture::contact_votes::MOST_VOTERS,
+        weights::{MAX_KEPT_ANEW, most_kept},
         work::{Load, Work, as_u32},
     },
     search::{

@@ -39,36 +39,6 @@ const WEIGHT: f32 = 2048.0;
 /// Most of a slope's factor: 2, in 1/256.
 const MOST_FACTOR: f32 = 512.0;
 
-/// Memory of a frame's mix: a number for each dof.
-#[derive(Debug, Clone)]
-pub(crate) struct Memory<const J: usize> {
-    input: [[i32; 4]; J],
-    base: [[i32; 4]; J],
-    pair: [[i32; 4]; J],
-    sum: [[i32; 4]; J],
-}
-
-impl<const J: usize> Memory<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
-    pub(crate) const NEW: Self = {
-        let zero = [[0; 4]; J];
-        Self { input: zero, base: zero, pair: zero, sum: zero }
-    };
-
-    /// The mix of a frame's dofs, to which nothing is added yet.
-    pub(crate) fn begin<'a, 'db>(&'a mut self, database: &'a Database<'db>, x: &[f32]) -> Mix<'a, 'db> {
-        let mut mix = Mix {
-            database,
-            input: self.input.as_flattened_mut(),
-            base: self.base.as_flattened_mut(),
-            pair: self.pair.as_flattened_mut(),
-            sum: self.sum.as_flattened_mut(),
-        };
-        mix.begin(x);
-        mix
-    }
-}
-
 /// A mix, whatever its capacity: it is compiled with the core, for speed, however its caller is.
 pub(crate) struct Mix<'a, 'db> {
     database: &'a Database<'db>,
@@ -98,13 +68,18 @@ impl CyclePoint {
     }
 }
 
-impl Mix<'_, '_> {
+impl<'a, 'db> Mix<'a, 'db> {
+    /// The mix of a frame's dofs `x`, to which nothing is added yet. `memory` has four numbers or more for each.
     #[inline(never)]
-    fn begin(&mut self, x: &[f32]) {
-        self.sum.fill(0);
-        for ((input, &x), scale) in self.input.iter_mut().zip(x).zip(self.database.phase_dofs()) {
+    pub(crate) fn new(database: &'a Database<'db>, x: &[f32], memory: &'a mut [i32]) -> Self {
+        let mut parts = memory.chunks_exact_mut(x.len().max(1));
+        let mut part = || parts.next().unwrap_or_default();
+        let mix = Self { database, input: part(), base: part(), pair: part(), sum: part() };
+        mix.sum.fill(0);
+        for ((input, &x), scale) in mix.input.iter_mut().zip(x).zip(database.phase_dofs()) {
             *input = clamp((x - scale.centre) * scale.inverse * ONE as f32, -MOST_INPUT, MOST_INPUT) as i32;
         }
+        mix
     }
 
     /// Takes up an input class: `-M - S - (1 - g) clamp(X - M - S)`.

@@ -7,19 +7,19 @@
 //! Cost: P · F products a class, then 24 a dof for each weighted class, and as many for each of its output styles.
 
 use super::{
-    mix::{CyclePoint, Memory},
+    mix::{CyclePoint, Mix},
     track::{Track, WhitenedQuery},
 };
 use crate::{
     Config, Observer, Report,
     blob::{
         Database, PhaseTables,
-        layout::{dof, phase::CONTACTS, section},
+        layout::{dof, phase::CONTACTS},
     },
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        mixture::weights::{self, Share, Width, most_kept},
+        weights::{self, Share, Width, most_kept},
         work::{Load, Work, as_u32},
     },
     observe::Stage,
@@ -50,8 +50,8 @@ const STANDS: f32 = 0.5;
 #[derive(Debug, Clone)]
 pub(crate) struct Phase<const J: usize, const C: usize> {
     window: Window<J>,
-    aligned: [[i32; ALIGNED]; J],
-    memory: Memory<J>,
+    /// Of a frame: first the aligned window, then the mix of the outputs.
+    scratch: [[i32; ALIGNED]; J],
     tracks: [Track; C],
     /// Smoothed squared distance of each class.
     distances: [f32; C],
@@ -64,8 +64,7 @@ pub(crate) struct Phase<const J: usize, const C: usize> {
 impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
     const NEW: Self = Self {
         window: Window::new(),
-        aligned: [[0; ALIGNED]; J],
-        memory: Memory::NEW,
+        scratch: [[0; ALIGNED]; J],
         tracks: [Track::NEW; C],
         // Written before they are read.
         distances: [0.0; C],
@@ -73,7 +72,6 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         age: 0,
     };
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
-    const SECTION: Option<u16> = Some(section::PHASE);
 
     /// Every class is compared with the input at each of its knots; the classes that are kept are read whole.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
@@ -98,7 +96,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         context.observer.stage(Stage::Query);
         self.window.push(frame.database, context.input);
         let mut feature: Feature = [0.0; _];
-        self.window.feature(frame.database, self.aligned.as_flattened_mut(), &mut feature);
+        self.window.feature(frame.database, self.scratch.as_flattened_mut(), &mut feature);
         context.observer.query(&feature);
         context.observer.stage(Stage::Search);
         let query = WhitenedQuery::new(frame.database, &feature, frame.settings.mask);
@@ -214,7 +212,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let (mut step_s, mut likelihood) = (0.0, [0.0; 2]);
         let (mut far, mut stands) = (0.0, 0.0f32);
-        let mut mixed = self.memory.begin(database, x);
+        let mut mixed = Mix::new(database, x, self.scratch.as_flattened_mut());
         let mut i = 0;
         while let Some(&Share { class, proportion }) = report.classes.get(i) {
             i += 1;
