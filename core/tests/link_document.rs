@@ -4,8 +4,8 @@ use gestus_core::{
     ConfigError, Degraded, Pose,
     config::parameters,
     link::{
-        Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, MAX_PAIRS, MAX_STAGES, PoseBuffer,
-        Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter,
+        BriefReport, Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, MAX_PAIRS, MAX_STAGES,
+        PoseBuffer, Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter,
         robot_buffer_length,
     },
     methods::weights::MAX_KEPT,
@@ -58,7 +58,7 @@ fn the_bytes_in_the_document_are_the_codes() {
     let pairs = |p: &[(u16, f32)]| p.iter().copied().collect();
     let mut frame = Frame::<{ buffer_length(2) }>::new();
     let angles = [0.5f32.to_le_bytes(), 0.0f32.to_le_bytes()];
-    let requests: [(&str, Header, Request<'_>); 7] = [
+    let requests: [(&str, Header, Request<'_>); 8] = [
         ("hello, session 5", first, Request::Hello { session: 5 }),
         ("style 1 and 4, half of each", at(1, 0), Request::Style(pairs(&[(1, 0.5), (4, 0.5)]))),
         ("the input's action is 2", at(2, 0), Request::Labels { action: Some(2), input_style: None }),
@@ -70,6 +70,7 @@ fn the_bytes_in_the_document_are_the_codes() {
             Request::Robot { angles: angles.as_flattened() },
         ),
         ("a tick of the robot", at(5, 0), Request::Drive),
+        ("the pose again, and the ticks behind it", at(6, 0), Request::StepRobot(bytes)),
     ];
     for (caption, header, request) in &requests {
         let bytes = frame.write(*header, request).expect("it fits");
@@ -90,7 +91,8 @@ fn the_bytes_in_the_document_are_the_codes() {
     let driven = Driven { held: false, at_limit: 1, lag: 0.25, missing_m: 0.0 };
     let mut hinges = HingeBuffer::new();
     let drive = hinges.report(&driven, |h| [(0.5, 1800), (-0.125, 1400)].get(h).copied());
-    let replies: [(&str, Header, Reply<'_>); 6] = [
+    let step = BriefReport { step_s: 0.03125, contacts: 1, degraded: 16 };
+    let replies: [(&str, Header, Reply<'_>); 7] = [
         ("who it is", first, Reply::Hello(identity)),
         ("done", at(1, 0), Reply::Done),
         (
@@ -101,6 +103,7 @@ fn the_bytes_in_the_document_are_the_codes() {
         ("the pose in its style, and a report", at(3, 0), Reply::Pose(bytes, report)),
         ("which robot it is", at(4, 0), Reply::Robot(robot)),
         ("where its hinges are now", at(5, 0), Reply::Drive(drive)),
+        ("two ticks, and where its hinges are then", at(6, 0), Reply::StepRobot { step, ticks: 2, drive }),
     ];
     for (caption, header, reply) in &replies {
         let bytes = frame.write(header.reply(), reply).expect("it fits");
@@ -125,12 +128,18 @@ fn the_document_has_every_number() {
     // Requests, replies and faults by the numbers that go over the line.
     let robot = RobotIdentity { robot: 0, hinges: 0, capacity: 0, tick_s: 0.0 };
     let mut hinges = HingeBuffer::new();
-    let drive = Reply::Drive(hinges.report(&Driven::default(), |_| None));
+    let report = hinges.report(&Driven::default(), |_| None);
+    let step_robot = Reply::StepRobot { step: BriefReport::default(), ticks: 0, drive: report };
+    let drive = Reply::Drive(report);
+    let mut poses = PoseBuffer::<1>::new();
+    let pose = poses.pose(&Pose::IDENTITY, 1);
     for (name, number, first) in [
         ("Robot", 9, first_byte(&Request::Robot { angles: &[] })),
         ("Drive", 10, first_byte(&Request::Drive)),
         ("Robot", 5, first_byte(&Reply::Robot(robot))),
         ("Drive", 6, first_byte(&drive)),
+        ("StepRobot", 12, first_byte(&Request::StepRobot(pose))),
+        ("StepRobot", 7, first_byte(&step_robot)),
     ] {
         assert_eq!(first, number, "{name}");
         assert!(DOCUMENT.contains(&row(u16::from(number), name)), "{}", row(u16::from(number), name));

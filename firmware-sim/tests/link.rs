@@ -189,6 +189,14 @@ fn a_robot_is_driven_through_a_noisy_line_bit_by_bit() {
     assert_eq!(noisy["digest"], digest_of_the_core());
     // A tick is carried out once, however often it is requested.
     assert_eq!(read(), rows);
+    // One request a frame: what the separate requests of the twin come to, through the same noise.
+    let one = run(&["--step-robot", "--noise", "lose=0.0003,drop=0.05,cut=0.05,seed=9"]);
+    assert_eq!((&one["bit_exact"], &one["robot"]["ticks_differing"]), (&json!(true), &json!(0)));
+    assert_eq!(one["digest"], digest_of_the_core());
+    let ticked = one["robot"]["ticks"].as_u64().expect("a number");
+    assert!(ticked.abs_diff(clean["robot"]["ticks"].as_u64().expect("a number")) <= 1, "{ticked} ticks");
+    assert!(one["statistics"]["requests"].as_u64() < clean["statistics"]["requests"].as_u64(), "{one}");
+    run(&[]);
     // 50 frames at about 30 a second, depending on the style's time steps, in ticks of 20 ms.
     let ticks = clean["robot"]["ticks"].as_u64().expect("a number");
     assert!((60..110).contains(&ticks), "{ticks}");

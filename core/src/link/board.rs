@@ -45,6 +45,12 @@ pub trait Board<const J: usize>: Observer<J> {
         None
     }
 
+    /// The ticks of the robot that are due while a pose is shown for `step_s` seconds: their number, and the report of the
+    /// last. `None` without a robot.
+    fn follow(&mut self, _pose: &Pose<J>, _step_s: f32) -> Option<(u16, Driven)> {
+        None
+    }
+
     /// Angle in radians and pulse in microseconds of a hinge after the last tick; `None` after the last hinge.
     fn hinge(&self, _hinge: usize) -> Option<(f32, u16)> {
         None

@@ -76,6 +76,10 @@ pub enum Request<'a> {
         /// Styles and their weights; if empty, the group takes the body's style.
         weights: Pairs,
     },
+    /// One step, and the robot's ticks that are due: the work of [`Pose`](Self::Pose) and of as many
+    /// [`Drive`](Self::Drive)s. Reply: [`Reply::StepRobot`].
+    #[serde(borrow)]
+    StepRobot(PoseBytes<'a>),
 }
 
 /// A message from the board.
@@ -103,6 +107,40 @@ pub enum Reply<'a> {
     /// The report of the robot's tick.
     #[serde(borrow)]
     Drive(DriveReport<'a>),
+    /// The report of a step, and the hinges after its ticks; the pose stays on the board.
+    StepRobot {
+        /// The step.
+        step: BriefReport,
+        /// Ticks that were due.
+        ticks: u16,
+        /// The last of them.
+        #[serde(borrow)]
+        drive: DriveReport<'a>,
+    },
+}
+
+/// What a robot's host needs of a [`Report`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BriefReport {
+    /// [`Report::step_s`].
+    pub step_s: f32,
+    /// Bit 0: the left foot stands; bit 1: the right one.
+    pub contacts: u8,
+    /// Bits of [`Report::degraded`].
+    pub degraded: u32,
+}
+
+impl BriefReport {
+    /// The report of a step.
+    pub fn new(report: &Report) -> Self {
+        let [left, right] = report.contacts.map(u8::from);
+        Self {
+            step_s: report.step_s,
+            contacts: left | right << 1,
+            degraded: u32::from(report.degraded.bits()),
+        }
+    }
 }
 
 /// A board's name, firmware and database.
@@ -300,6 +338,7 @@ mod tests {
             Request::Robot { angles: &[1, 2, 3, 4] },
             Request::Drive,
             Request::GroupStyle { group: 1, weights: pairs },
+            Request::StepRobot(pose),
         ];
         for (number, request) in requests.iter().enumerate() {
             let mut bytes = [0; 128];
@@ -333,6 +372,11 @@ mod tests {
                 missing_m: 0.0,
                 hinges: &[9; 12],
             }),
+            Reply::StepRobot {
+                step: BriefReport { step_s: 0.02, contacts: 3, degraded: 256 },
+                ticks: 2,
+                drive: DriveReport { held: true, at_limit: 1, lag: 0.5, missing_m: 0.0, hinges: &[9; 6] },
+            },
         ];
         for (number, reply) in replies.iter().enumerate() {
             let mut bytes = [0; 160];
@@ -384,10 +428,13 @@ mod tests {
             let mut buffer = super::super::HingeBuffer::new();
             let report = buffer.report(&driven, |h| (h < hinges).then_some((1.1, u16::MAX)));
             assert_eq!(report.hinges().count(), hinges);
-            let length = frame.write(header, &Reply::Drive(report)).expect("it fits").len();
-            assert!(length <= super::super::robot_buffer_length(hinges), "{hinges} hinges: {length}");
-            // A robot of 40 hinges fits any buffer.
-            assert!(hinges > 40 || length <= super::super::buffer_length(2), "{hinges} hinges: {length}");
+            let step = BriefReport { step_s: 1.1, contacts: 3, degraded: u32::MAX };
+            for reply in [Reply::Drive(report), Reply::StepRobot { step, ticks: u16::MAX, drive: report }] {
+                let length = frame.write(header, &reply).expect("it fits").len();
+                assert!(length <= super::super::robot_buffer_length(hinges), "{hinges} hinges: {length}");
+                // A robot of 40 hinges fits any buffer.
+                assert!(hinges > 40 || length <= super::super::buffer_length(2), "{hinges} hinges: {length}");
+            }
         }
         let page = [(u16::MAX, u64::MAX); PAGE].into_iter().collect();
         let length = frame.write(header, &Reply::Statistics { more: true, page }).expect("it fits").len();

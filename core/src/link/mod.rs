@@ -38,7 +38,8 @@ pub use frame::{
 };
 pub use hinges::{DriveReport, HINGE_BYTES, HingeBuffer, RobotIdentity};
 pub use message::{
-    Identity, MAX_PAIRS, MAX_STAGES, PAGE, Pairs, PoseBuffer, PoseBytes, Reply, Request, StepReport, decode,
+    BriefReport, Identity, MAX_PAIRS, MAX_STAGES, PAGE, Pairs, PoseBuffer, PoseBytes, Reply, Request,
+    StepReport, decode,
 };
 pub use receiver::{Damage, Received, Receiver};
 pub use robot::Driver;

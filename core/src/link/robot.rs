@@ -2,8 +2,9 @@
 //!
 //! A [`Driver`] is a [`Board`] around another one. It holds the [`Drive`] of a robot, and with every
 //! [`Request::Drive`](super::Request::Drive) moves the hinges one tick towards the last pose of the stylizer. The robot's
-//! ticks and the stream's frames have rates of their own, and the host times both. Boards without a robot contain none
-//! of this code.
+//! ticks and the stream's frames have rates of their own, and the host times both; with
+//! [`Request::StepRobot`](super::Request::StepRobot) the board counts the ticks that are due. Boards without a robot
+//! contain none of this code.
 //!
 //! Cost: the drive (`docs/PERFORMANCE.md`, "Around a step"), and six bytes a hinge on the line.
 
@@ -11,7 +12,7 @@ use super::{Board, RobotIdentity, board::Statistic};
 use crate::{
     ConfigError, Database, Observer, Pose, Report, Stage,
     body::pose::Dofs,
-    robot::{Drive, Driven, Robot},
+    robot::{Drive, Driven, Follower, Robot},
     search::{found::Found, query::Feature},
 };
 
@@ -20,7 +21,7 @@ use crate::{
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Driver<'r, B, const H: usize> {
     board: B,
-    drive: Drive<'r, H>,
+    robot: Follower<'r, H>,
 }
 
 impl<'r, B, const H: usize> Driver<'r, B, H> {
@@ -30,12 +31,12 @@ impl<'r, B, const H: usize> Driver<'r, B, H> {
     /// [`ConfigError`] if the robot was made for another database, or has more hinges than `H`.
     pub fn new(board: B, robot: Robot<'r>, database: &Database<'_>) -> Result<Self, ConfigError> {
         robot.fits(database, H)?;
-        Ok(Self { board, drive: Drive::new(robot, &[])? })
+        Ok(Self { board, robot: Follower::new(Drive::new(robot, &[])?) })
     }
 
     /// The robot's drive.
     pub fn drive(&self) -> &Drive<'r, H> {
-        &self.drive
+        self.robot.drive()
     }
 }
 
@@ -90,14 +91,14 @@ impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> 
     }
 
     fn place(&mut self, angles: &[[u8; 4]]) -> Option<RobotIdentity> {
-        let robot = self.drive.robot();
+        let robot = self.robot.drive().robot();
         let mut given = [f32::NAN; H];
         for (slot, &bytes) in given.iter_mut().zip(angles) {
             *slot = f32::from_le_bytes(bytes);
         }
         // It was accepted before, with as many hinges.
         if let Ok(drive) = Drive::new(robot, &given) {
-            self.drive = drive;
+            self.robot = Follower::new(drive);
         }
         let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
         Some(RobotIdentity {
@@ -109,11 +110,15 @@ impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> 
     }
 
     fn drive(&mut self, pose: &Pose<J>) -> Option<Driven> {
-        Some(self.drive.step(pose))
+        Some(self.robot.tick(pose))
+    }
+
+    fn follow(&mut self, pose: &Pose<J>, step_s: f32) -> Option<(u16, Driven)> {
+        Some(self.robot.follow(pose, step_s, |_, _| {}))
     }
 
     fn hinge(&self, hinge: usize) -> Option<(f32, u16)> {
-        let motion = self.drive.motions().get(hinge)?;
-        Some((motion.position, self.drive.pulse(hinge)))
+        let drive = self.robot.drive();
+        Some((drive.motions().get(hinge)?.position, drive.pulse(hinge)))
     }
 }

@@ -1,11 +1,11 @@
 //! The board's end of the link: takes bytes, and gives the bytes of replies.
 
 use super::{
-    Board, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE, PoseBuffer,
-    PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic, buffer_length,
-    counter, decode, robot_buffer_length,
+    Board, BriefReport, Direction, Fault, Frame, Full, Header, HingeBuffer, Identity, LinkCounts, PAGE,
+    PoseBuffer, PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic,
+    buffer_length, counter, decode, robot_buffer_length,
 };
-use crate::{Config, Pose, Report, Stylizer};
+use crate::{Config, Pose, Report, Stylizer, robot::Driven};
 
 /// Serves a stylizer over a line.
 ///
@@ -227,6 +227,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             Request::Statistics { skip } => return self.statistics(header, skip),
             Request::Robot { angles } => return self.place(header, angles),
             Request::Drive => return self.drive(header),
+            Request::StepRobot(ref pose) => return self.step_robot(header, pose),
             ref setting => self.set(setting)?,
         }
         self.reply(header, &Reply::Done)
@@ -250,13 +251,18 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.answer.write(header.reply(), &Reply::Hello(identity)).map(|_| ()).map_err(overlong)
     }
 
-    #[inline(never)]
-    fn step(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
+    fn fits(&self, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
         let joints = self.stylizer.database().counts().joints;
         if bytes.joints() != Some(joints) {
             let have = bytes.joints().map_or(u16::MAX, short);
             return Err(Fault::Joints { need: short(joints), have });
         }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn step(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
+        self.fits(bytes)?;
         let mut output = Pose::<J>::IDENTITY;
         let report = self.stepped(bytes, &mut output);
         LinkCounts::increment(&mut self.counts.steps);
@@ -302,6 +308,27 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         let mut buffer = HingeBuffer::new();
         let report = buffer.report(&driven, |hinge| self.board.hinge(hinge));
         self.answer.write(header.reply(), &Reply::Drive(report)).map(|_| ()).map_err(overlong)
+    }
+
+    #[inline(never)]
+    fn step_robot(&mut self, header: Header, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
+        if B::HINGES == 0 {
+            return Err(Fault::NoRobot);
+        }
+        self.fits(bytes)?;
+        let (step, ticks, driven) = self.followed(bytes)?;
+        let mut buffer = HingeBuffer::new();
+        let drive = buffer.report(&driven, |hinge| self.board.hinge(hinge));
+        self.reply(header, &Reply::StepRobot { step, ticks, drive })
+    }
+
+    #[inline(never)]
+    fn followed(&mut self, bytes: &PoseBytes<'_>) -> Result<(BriefReport, u16, Driven), Fault> {
+        let mut output = Pose::<J>::IDENTITY;
+        let report = self.stepped(bytes, &mut output);
+        LinkCounts::increment(&mut self.counts.steps);
+        let (ticks, driven) = self.board.follow(&output, report.step_s).ok_or(Fault::NoRobot)?;
+        Ok((BriefReport::new(&report), ticks, driven))
     }
 
     #[inline(never)]

@@ -10,10 +10,13 @@
 //! 4. [`limits`] moves each hinge towards its angle within position, velocity, acceleration and jerk;
 //! 5. [`servo`] turns angles into pulses.
 //!
+//! [`Follower::step_robot`] does a step of the stylizer and the ticks behind it in one call.
+//!
 //! The tables are a file of their own that the builder makes from a URDF ([`layout`], `docs/FORMAT.md`). The base is
 //! free: this module does not decide where the robot stands, or keep it from falling.
 
 mod drive;
+mod follow;
 pub mod hinges;
 pub mod layout;
 pub mod limits;
@@ -22,6 +25,7 @@ pub mod servo;
 mod validate;
 
 pub use drive::{Drive, Driven};
+pub use follow::{Follower, MOST_TICKS, RobotStep};
 
 use crate::{
     ConfigError, Database,

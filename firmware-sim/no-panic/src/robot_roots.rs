@@ -1,9 +1,9 @@
 //! Retargeting maps and robots cannot panic: opening any bytes, and converting any pose.
 
 use gestus_core::{
-    Database, Pose,
+    Config, Database, Pose, Stylizer,
     retarget::Map,
-    robot::{Drive, Robot},
+    robot::{Drive, Follower, Robot},
 };
 
 /// Opens a map and a robot, and converts poses with them.
@@ -36,6 +36,27 @@ pub fn reach(bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
                 sum ^= drive.targets().iter().map(|t| t.to_bits()).sum::<u32>();
             }
         }
+    }
+    sum ^ follow(bytes, &pose, numbers, floats)
+}
+
+/// Style and servos in one call, with and without a map.
+#[inline(never)]
+fn follow(bytes: &[u8], pose: &Pose<22>, numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
+    let (Ok(robot), Ok(database), Ok(map)) = (Robot::open(bytes), Database::open(bytes), Map::open(bytes)) else {
+        return 3;
+    };
+    let Ok(mut stylizer) = Stylizer::<22, 40, 28>::new(database, Config::new()) else { return 4 };
+    let Ok(drive) = Drive::<24>::new(robot, floats) else { return 5 };
+    let mut follower = Follower::new(drive);
+    let (mut between, mut output, mut sum) = (Pose::<22>::IDENTITY, Pose::<22>::IDENTITY, 0u32);
+    for _ in 0..numbers[4] {
+        let step = follower.step_robot(&mut stylizer, pose, &mut output, |drive, driven| {
+            sum ^= u32::from(drive.pulse(numbers[5] as usize)) ^ driven.lag.to_bits();
+        });
+        sum ^= u32::from(step.ticks) ^ step.report.step_s.to_bits();
+        let step = follower.step_robot_mapped(&mut stylizer, (&map, pose), &mut between, &mut output, |_, _| {});
+        sum ^= u32::from(step.ticks) ^ u32::from(follower.drive().pulse(numbers[6] as usize));
     }
     sum
 }

@@ -224,7 +224,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let flash =
                 robot.map(|_| image::write_flash(&bytes, &tables, "with-robot.gestus")).transpose()?;
             let path = flash.as_deref().unwrap_or(path);
-            let robot = robot.map(|robot| (robot, &args.robot.robot_at[..]));
+            let robot = robot.map(|robot| (robot, &args.robot));
             one(args, board, Job { path, database, clip: &clip, request: &request, robot })
         }
         _ if args.robot.robot.is_some() => {

@@ -13,6 +13,7 @@ use crate::{
     link::{
         Line,
         client::{Client, RetryPolicy},
+        command::RobotArgs,
         serve::with_robot,
         session::Session,
         stream::{Linked, stream},
@@ -127,8 +128,8 @@ pub struct Job<'a> {
     pub clip: &'a Clip,
     /// Style, labels, parameters.
     pub request: &'a Request,
-    /// A robot on the board, whose tables follow the database in the file, and the angles of its hinges, radians.
-    pub robot: Option<(Robot<'a>, &'a [f32])>,
+    /// A robot on the board, whose tables follow the database in the file, and how it is driven.
+    pub robot: Option<(Robot<'a>, &'a RobotArgs)>,
 }
 
 /// Starts an emulated board and its twin on this machine, and calls `run` with a session of both.
@@ -228,8 +229,8 @@ pub fn measure(
     let flash_bytes = image::flash_bytes(image)?;
     with_session(board, image, job.path, job.database, job.robot.map(|(robot, _)| robot), |session| {
         session.apply(job.request)?;
-        if let Some((robot, angles)) = job.robot {
-            session.find_robot(&robot, angles)?;
+        if let Some((robot, args)) = job.robot {
+            args.begin(&robot, session)?;
         }
         let linked = stream(session, job.clip, false, progress)?;
         let statistics = session.board().statistics()?;

@@ -82,6 +82,10 @@ pub struct RobotArgs {
     /// The hinges' angles before the first tick, radians, in the order of the tables; 0 by default
     #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true)]
     pub robot_at: Vec<f32>,
+    /// One request a frame for style and servos: the board steps the pose and makes the robot's ticks that are due. This
+    /// machine does it in separate requests, and has to come to the same bits
+    #[arg(long, requires = "robot")]
+    pub step_robot: bool,
     /// CSV file to write the robot's angles and pulses to
     #[arg(long, requires = "robot", value_name = "OUT.csv")]
     pub robot_csv: Option<PathBuf>,
@@ -107,6 +111,18 @@ impl RobotArgs {
         let robot = Robot::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         robot.fits(database, HINGES).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         Ok(Some(robot))
+    }
+
+    /// Finds the robot on the board, and tells the session how to drive it.
+    ///
+    /// # Errors
+    /// As [`Session::find_robot`].
+    pub fn begin<L: Line>(&self, robot: &Robot<'_>, session: &mut Session<'_, L>) -> Result<()> {
+        session.find_robot(robot, &self.robot_at)?;
+        if self.step_robot {
+            session.step_in_one_call();
+        }
+        Ok(())
     }
 
     /// Writes the robot's ticks, if `--robot-csv` is given.
@@ -228,7 +244,7 @@ fn stream_clip<'t, L: Line>(
     gestus_database::command_line::outputs::note(session.identity());
     session.apply(request)?;
     if let Some(robot) = robot {
-        session.find_robot(&robot, &args.robot.robot_at)?;
+        args.robot.begin(&robot, &mut session)?;
     }
     let bar = progress::bar(input.mapped.frames.len(), "frames");
     let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;

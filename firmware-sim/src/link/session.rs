@@ -129,6 +129,10 @@ pub struct Session<'t, L> {
     buffer: Box<PoseBuffer<MAX_JOINTS>>,
     /// The robot of both, if there is one.
     robot: Option<RobotIdentity>,
+    /// Steps and ticks of the robot are one request.
+    in_one_call: bool,
+    /// The twin's last tick.
+    last: Option<Driven>,
 }
 
 impl<'t, L: Line> Session<'t, L> {
@@ -148,7 +152,16 @@ impl<'t, L: Line> Session<'t, L> {
         }
         let mut twin = Client::new(Loopback::new(twin, Noise::default()), 1, RetryPolicy::default());
         twin.hello()?;
-        Ok(Self { board, twin, identity, joints, buffer: Box::default(), robot: None })
+        Ok(Self {
+            board,
+            twin,
+            identity,
+            joints,
+            buffer: Box::default(),
+            robot: None,
+            in_one_call: false,
+            last: None,
+        })
     }
 
     /// Checks that the board has this robot, and sets the angles of its hinges, radians, on the board and on the twin.
@@ -185,9 +198,47 @@ impl<'t, L: Line> Session<'t, L> {
         Ok(driven)
     }
 
+    /// From now on [`stream`](super::stream::stream) sends a pose and the robot's ticks behind it as one request.
+    pub fn step_in_one_call(&mut self) {
+        self.in_one_call = true;
+    }
+
+    /// Steps one pose and the robot's ticks that are due: in one request on the board, in separate ones on the twin, which
+    /// has to come to the same report and hinges bit by bit. The pose stays on the board, and is the twin's here. Ticks
+    /// before the last are the twin's too.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn step_robot(&mut self, input: &Pose<MAX_JOINTS>) -> Result<(Stepped, Vec<Driven>), LinkError> {
+        let bytes = self.buffer.pose(input, self.joints);
+        let began = self.board.line().now();
+        let (step, ticks, mut last) = match self.board.call(&Request::StepRobot(bytes))? {
+            Reply::StepRobot { step, ticks, drive } => (step, ticks, Driven::of(&drive)),
+            _ => return Err(LinkError::Unreadable),
+        };
+        let round_trip = self.board.line().now() - began;
+        let (pose, report) = self::step(&mut self.twin, &Request::Pose(bytes))?;
+        let mut driven = (0..ticks).map(|_| driven(&mut self.twin)).collect::<Result<Vec<_>, _>>()?;
+        self.last = driven.last().cloned().or(self.last.take());
+        last.same = self.last.as_ref().is_none_or(|twin| twin.bits() == last.bits());
+        let same = last.same
+            && step.step_s.to_bits() == report.step_s.to_bits()
+            && (step.contacts, step.degraded) == (report.contacts, report.degraded);
+        if let Some(slot) = driven.last_mut() {
+            *slot = last;
+        }
+        let (host_pose, host_report) = (pose, report.clone());
+        Ok((Stepped { pose, report, host_pose, host_report, same, round_trip }, driven))
+    }
+
     /// Joints of a pose.
     pub(super) fn joints(&self) -> usize {
         self.joints
+    }
+
+    /// True after [`step_in_one_call`](Self::step_in_one_call).
+    pub(super) fn in_one_call(&self) -> bool {
+        self.in_one_call && self.robot.is_some()
     }
 
     /// The robot, after [`find_robot`](Self::find_robot).

@@ -102,7 +102,14 @@ pub fn stream<L: Line>(
         if pace {
             std::thread::sleep(due.saturating_sub(start.elapsed()));
         }
-        let stepped = session.step(&to_pose(frame)).with_context(|| format!("frame {t}"))?;
+        let one_call = session.in_one_call();
+        let (stepped, ticks) = if one_call {
+            session.step_robot(&to_pose(frame))
+        } else {
+            session.step(&to_pose(frame)).map(|stepped| (stepped, Vec::new()))
+        }
+        .with_context(|| format!("frame {t}"))?;
+        driven.extend(ticks);
         if pace && start.elapsed() > due + Duration::from_secs_f64(1.0 / clip.rate_hz) {
             late += 1;
         }
@@ -122,7 +129,7 @@ pub fn stream<L: Line>(
             micros: stepped.round_trip.as_secs_f64() * 1e6,
         });
         played_s += f64::from(stepped.report.step_s);
-        if let Some(robot) = session.robot() {
+        if let Some(robot) = session.robot().filter(|_| !one_call) {
             // The robot ticks at its own rate: as many ticks as are due before the next pose.
             while driven.len() as f64 * f64::from(robot.tick_s) < played_s {
                 let tick = session.drive().with_context(|| format!("frame {t}: the robot"))?;
