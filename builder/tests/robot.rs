@@ -16,8 +16,11 @@ use gestus_core::{
 };
 use gestus_database::robot::{
     Machine, MachineError, RobotMap,
-    play::{end_effectors, play, play_frames},
+    play::{end_effectors, play, play_frames, play_standing},
+    stand::to_robot_world,
 };
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+
 use gestus_motion::{
     clip::Skeleton,
     formats::urdf::{Robot, TOY},
@@ -105,10 +108,127 @@ fn a_robot_like_the_body_has_hands_and_feet_where_the_body_has_them() {
     assert!(figures["tracking_rms_deg"].as_f64().unwrap() < 1.0, "{figures}");
 }
 
+/// Hinges in the world, by forward kinematics of a row of `qpos`.
+fn world(robot: &Robot, qpos: &[f64]) -> Vec<Isometry3<f64>> {
+    let turn = UnitQuaternion::new_normalize(Quaternion::new(qpos[3], qpos[4], qpos[5], qpos[6]));
+    let base = Isometry3::from_parts(Vector3::new(qpos[0], qpos[1], qpos[2]).into(), turn);
+    robot.places(&qpos[7..]).into_iter().map(|place| base * place).collect()
+}
+
+/// The rows of a file with `qpos`, and the names of its columns.
+fn read_qpos(path: &std::path::Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let names = lines.next().unwrap().split(',').map(String::from).collect();
+    (names, lines.map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect())
+}
+
+#[test]
+fn qpos_puts_a_robot_like_the_body_where_the_body_is() {
+    let skeleton = corpus().skeleton.clone();
+    let map = "forward = \"z\"\nup = \"y\"\nacceleration = 4000\njerk = 400000\n";
+    let map = RobotMap::parse(map, "m.toml").unwrap();
+    let robot = Robot::parse(&body_as_robot(&skeleton), "body.urdf").unwrap();
+    let machine = Machine::new(&database(), robot, &map).unwrap();
+    let played = play(&machine, walk());
+    let folder = std::env::temp_dir().join(format!("gestus-qpos-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("walk.csv");
+    played.write_qpos(&machine.robot, &path).unwrap();
+    let (names, rows) = read_qpos(&path);
+    assert_eq!(names[..7].join(" "), "root_x root_y root_z root_qw root_qx root_qy root_qz");
+    assert!(names[7..].iter().eq(machine.robot.hinges.iter().map(|h| &h.name)));
+    let clip = walk().resampled(50.0);
+    assert_eq!(rows.len(), clip.frames.len());
+    let to_robot = to_robot_world();
+    // The soles of the two bodies are told apart by the ankles' height alone.
+    let ankles = Vector3::new(0.0, 0.0, machine.stand.ankle_m - 0.08);
+    let mut worst = 0.0f64;
+    for (row, frame) in rows.iter().zip(&clip.frames).skip(25) {
+        let (robot, body) = (world(&machine.robot, row), frame.positions(&skeleton));
+        for (hinge, joint) in [
+            ("left_ankle_0", "Foot_L"),
+            ("right_ankle_0", "Foot_R"),
+            ("left_wrist_0", "Hand_L"),
+            ("right_knee_0", "LowerLeg_R"),
+            ("head_0", "Head"),
+        ] {
+            let ours = robot[machine.robot.find(hinge).unwrap()].translation.vector;
+            let theirs = to_robot * body[skeleton.find(joint).unwrap()];
+            let apart = ours - theirs;
+            worst = worst.max(Vector3::new(apart.x, apart.y, apart.z - ankles.z).norm());
+        }
+    }
+    assert!(worst < 0.03, "{worst} m at most");
+    // As an array: the same numbers, 64 bits each.
+    let array = folder.join("walk.npy");
+    played.write_qpos(&machine.robot, &array).unwrap();
+    let bytes = std::fs::read(&array).unwrap();
+    let data = &bytes[bytes.len() - rows.len() * names.len() * 8..];
+    let first: Vec<f64> =
+        data.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).take(names.len()).collect();
+    assert!(first.iter().zip(&rows[0]).all(|(a, b)| (a - b).abs() < 1e-6), "{first:?}");
+    assert!(String::from_utf8_lossy(&bytes[..128]).contains(&format!("({}, {}", rows.len(), names.len())));
+    let refused = played.write_qpos(&machine.robot, &folder.join("walk.txt")).unwrap_err().to_string();
+    assert!(refused.contains("walk.txt") && refused.contains(".npy"), "{refused}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn the_toy_stands_on_the_floor() {
+    let machine = toy("acceleration = 4000\njerk = 400000\nvelocity = 60\n");
+    let (_, rows) = play(&machine, walk()).qpos(&machine.robot).unwrap();
+    let feet = ["left_ankle_pitch", "right_ankle_pitch"].map(|name| machine.robot.find(name).unwrap());
+    let heights = rows.iter().skip(25).map(|row| {
+        let places = world(&machine.robot, row);
+        feet.map(|h| places[h].translation.vector.z).into_iter().fold(f64::MAX, f64::min)
+    });
+    let heights: Vec<f64> = heights.collect();
+    let (low, high) = heights.iter().fold((f64::MAX, f64::MIN), |(l, h), &z| (l.min(z), h.max(z)));
+    // The roll of the ankle is 6 mm below its pitch, the box of the foot 30 mm below that.
+    assert!((machine.stand.ankle_m - 0.036).abs() < 1e-9, "{}", machine.stand.ankle_m);
+    assert!(
+        (low - machine.stand.ankle_m).abs() < 0.006 && high < machine.stand.ankle_m + 0.02,
+        "{low} to {high}"
+    );
+    let told = toy("ankle_m = 0.05\n");
+    assert_eq!(told.stand.ankle_m, 0.05);
+    assert!(RobotMap::parse("ankle_m = -1.0", "m.toml").unwrap_err().to_string().contains("ankle_m"));
+}
+
+#[test]
+fn qpos_has_a_number_for_every_joint_of_the_model() {
+    // A slide before the left elbow, and one that turns without a range behind the last hinge.
+    let text = TOY
+        .replace("<joint name=\"left_elbow\" type=\"revolute\">", "<joint name=\"left_elbow\" type=\"prismatic\">")
+        .replace(
+            "</robot>",
+            "<link name=\"tail\"/><joint name=\"wag\" type=\"revolute\"><parent link=\"torso\"/><child link=\"tail\"/>\
+             <limit lower=\"0\" upper=\"0\" velocity=\"1\" effort=\"1\"/></joint></robot>",
+        );
+    let robot = Robot::parse(&text, "toy.urdf").unwrap();
+    assert_eq!(robot.hinges.len(), 15);
+    let machine = Machine::new(&database(), robot, &RobotMap::default()).unwrap();
+    let (names, rows) = play(&machine, walk()).qpos(&machine.robot).unwrap();
+    let at = names.iter().position(|n| n == "left_elbow").unwrap();
+    assert_eq!((names.len(), names.last().map(String::as_str)), (7 + 17, Some("wag")));
+    assert!(names[at - 1].starts_with("left_shoulder") && names[at + 1].starts_with("right_"), "{names:?}");
+    assert!(rows.iter().all(|row| row.len() == 24 && row[at] == 0.0 && row[23] == 0.0));
+    let ball = TOY.replace(
+        "<joint name=\"left_elbow\" type=\"revolute\">",
+        "<joint name=\"left_elbow\" type=\"floating\">",
+    );
+    let machine =
+        Machine::new(&database(), Robot::parse(&ball, "toy.urdf").unwrap(), &RobotMap::default()).unwrap();
+    let refused = play(&machine, walk()).qpos(&machine.robot).unwrap_err().to_string();
+    assert!(refused.contains("left_elbow"), "{refused}");
+}
+
 #[test]
 fn the_toy_walks_within_its_limits_and_its_knees_bend_backwards() {
     let machine = toy("");
-    assert!(machine.doubts.iter().all(|d| d.contains("pulses")), "{:?}", machine.doubts);
+    assert_eq!(machine.doubts, Vec::<String>::new());
+    assert!(machine.servo_doubts.iter().all(|d| d.contains("pulses")), "{:?}", machine.servo_doubts);
     let played = play(&machine, walk());
     let figures = played.figures(&machine);
     assert_eq!(figures["limit_violations"], 0, "{figures}");
@@ -193,7 +313,10 @@ fn tables_and_trajectories_have_their_shapes() {
     assert_eq!(lines.len(), played.ticks.len() + 1);
     assert!(lines[0].starts_with("time_s,left_hip_roll,"), "{}", lines[0]);
     assert!(lines[1].starts_with("0.020000,"), "{}", lines[1]);
-    assert!(lines.iter().all(|l| l.matches(',').count() == 16));
+    assert!(lines.iter().all(|l| l.matches(',').count() == 16 + 9));
+    assert!(lines[0].ends_with(",right_elbow,base_x_m,base_y_m,base_z_m,base_qw,base_qx,base_qy,base_qz,left_contact,right_contact"), "{}", lines[0]);
+    // Nothing tells which feet stand.
+    assert!(lines[1].ends_with(",,"), "{}", lines[1]);
     let pulses = played.servo_csv();
     let numbers = pulses
         .lines()
@@ -207,6 +330,25 @@ fn tables_and_trajectories_have_their_shapes() {
     let ns = last["time_from_start"]["sec"].as_u64().unwrap() * 1_000_000_000
         + last["time_from_start"]["nanosec"].as_u64().unwrap();
     assert_eq!(ns, played.ticks.len() as u64 * 20_000_000);
+    let base = &trajectory["base"];
+    assert_eq!(base["joint_names"][0], "torso");
+    let places = base["points"].as_array().unwrap();
+    assert_eq!(
+        (places.len(), &places[3]["time_from_start"]),
+        (played.ticks.len(), &trajectory["points"][3]["time_from_start"])
+    );
+    let place = &places[3]["transforms"][0];
+    let at = played.ticks[3].base.translation.vector;
+    assert_eq!(place["translation"]["z"].as_f64(), Some(at.z));
+    assert!(place["rotation"]["w"].as_f64().unwrap() > 0.5, "{place}");
+    assert_eq!(trajectory["contacts"]["points"].as_array().unwrap().len(), played.ticks.len());
+    let standing = play_standing(&machine, &clip.resampled(50.0), &[[true, false], [false, true]]);
+    let lines: Vec<String> = standing.csv().lines().map(String::from).collect();
+    assert!(
+        lines[1].ends_with(",1,0") && lines[2].ends_with(",0,1") && lines[3].ends_with(",,"),
+        "{lines:?}"
+    );
+    assert_eq!(standing.trajectory()["contacts"]["points"][1], serde_json::json!([false, true]));
 }
 
 fn repaired(mut bytes: Vec<u8>) -> Vec<u8> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
-    robot::{Machine, RobotMap, play},
+    robot::{Machine, RobotMap, play::play_standing, write::is_npy},
     stream::{Streamed, input::Input},
 };
 use gestus_motion::formats::urdf;
@@ -22,12 +22,15 @@ pub struct RobotArgs {
     /// What the robot's joint names don't say, and its servos, as TOML
     #[arg(long, requires = "robot", value_name = "FILE.toml")]
     pub robot_map: Option<PathBuf>,
-    /// CSV file for the robot's joint angles, radians
+    /// CSV file for the robot's joint angles, radians, its base, and which feet stand
     #[arg(long, requires = "robot")]
     csv: Option<PathBuf>,
-    /// JSON file for the joint angles as a ROS JointTrajectory
+    /// JSON file for the joint angles as a ROS JointTrajectory, with the base and which feet stand
     #[arg(long, requires = "robot", value_name = "OUT.json")]
     trajectory: Option<PathBuf>,
+    /// File for MuJoCo's `qpos`, .npy or .csv: the base as a free joint, then the hinges
+    #[arg(long, requires = "robot", value_name = "OUT.npy")]
+    qpos: Option<PathBuf>,
     /// CSV file for the servos' pulses, microseconds
     #[arg(long, requires = "robot", value_name = "OUT.csv")]
     servo: Option<PathBuf>,
@@ -41,18 +44,20 @@ impl RobotArgs {
     pub fn check(&self, json: bool) -> Result<()> {
         if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
             bail!(
-                "--robot has no output: give --csv, --trajectory, --servo or --robot-section, or --json for its \
+                "--robot has no output: give --csv, --trajectory, --qpos, --servo or --robot-section, or --json for its \
                  figures"
             );
         }
+        self.qpos.as_deref().map_or(Ok(true), is_npy)?;
         Ok(())
     }
 
     /// The robot's outputs, by option.
-    pub fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 4] {
+    pub fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 5] {
         [
             ("--csv", self.csv.as_ref()),
             ("--trajectory", self.trajectory.as_ref()),
+            ("--qpos", self.qpos.as_ref()),
             ("--servo", self.servo.as_ref()),
             ("--robot-section", self.robot_section.as_ref()),
         ]
@@ -62,18 +67,27 @@ impl RobotArgs {
     pub fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
-        let machine = Machine::new(database, urdf::Robot::read(path)?, &map)
+        let mut machine = Machine::new(database, urdf::Robot::read(path)?, &map)
             .with_context(|| path.display().to_string())?;
+        // Who takes angles has no hobby servos.
+        if self.servo.is_none() {
+            machine.servo_doubts.clear();
+        }
+        machine.doubts.append(&mut machine.servo_doubts);
         for doubt in &machine.doubts {
             super::note(format_args!("{}: doubt: {doubt}", path.display()));
         }
-        let played = play(&machine, &input.body(streamed, machine.tick_hz));
+        let contacts = streamed.contacts(machine.tick_hz);
+        let played = play_standing(&machine, &input.body(streamed, machine.tick_hz), &contacts);
         let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
             let Some(path) = path else { return Ok(()) };
             open::write(path, bytes()?)
         };
         write(&self.csv, &|| Ok(played.csv().into_bytes()))?;
         write(&self.trajectory, &|| Ok(serde_json::to_vec(&played.trajectory())?))?;
+        if let Some(path) = &self.qpos {
+            played.write_qpos(&machine.robot, path)?;
+        }
         write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
         write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
         let mut figures = machine.json();

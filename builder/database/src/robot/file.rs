@@ -4,6 +4,7 @@
 //! tick_hz = 50                 # how often the robot is told where to go
 //! forward = "x"                # where the robot looks with all hinges at zero, in its base's axes
 //! up = "z"
+//! ankle_m = 0.035              # height of the ankles above the ground when it stands
 //! velocity = 5.0               # rad/s, where the URDF says none
 //! acceleration = 60.0          # rad/s², for all hinges that say no other
 //! jerk = 1200.0                # rad/s³
@@ -30,6 +31,8 @@ pub struct RobotMap {
     pub tick_hz: Option<f64>,
     forward: Option<String>,
     up: Option<String>,
+    /// Height of the ankles above the ground when the robot stands, metres; found in the URDF if not given.
+    pub ankle_m: Option<f64>,
     /// rad/s, where the URDF says none.
     pub velocity: Option<f64>,
     /// rad/s², for all hinges that say no other.
@@ -136,6 +139,9 @@ impl RobotMap {
         let own = map.joints.values().flat_map(|j| [j.velocity, j.acceleration, j.jerk]);
         if let Some(bad) = rates.chain(own).flatten().find(|v| !(1e-3..=1e6).contains(v)) {
             return fail(format!("{bad}: rates are between 0.001 and 1,000,000"));
+        }
+        if let Some(bad) = map.ankle_m.filter(|m| !(0.0..=2.0).contains(m)) {
+            return fail(format!("ankle_m = {bad}: ankles are 0 to 2 metres above the ground"));
         }
         if map.axes().is_none() {
             return fail("forward and up: two different axes out of x, y, z, -x, -y, -z".to_owned());

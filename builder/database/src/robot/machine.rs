@@ -21,6 +21,7 @@ use crate::robot::{
     assign::{Assigned, Assignment, assign},
     file::RobotMap,
     links::{Limb, Links, limbs},
+    stand::Stand,
 };
 use gestus_motion::formats::urdf::Robot;
 
@@ -57,8 +58,12 @@ pub struct Machine {
     pub scale: f64,
     /// From a body's axes to the base's.
     pub axes: UnitQuaternion<f64>,
+    /// How it stands in its world.
+    pub stand: Stand,
     /// Doubts for the user to check.
     pub doubts: Vec<String>,
+    /// Doubts about servos that the map file does not describe: for those who drive servos.
+    pub servo_doubts: Vec<String>,
     bytes: Vec<u8>,
 }
 
@@ -92,11 +97,15 @@ impl Machine {
         for g in assignment.groups.iter().filter(|g| body.parts.get(g.part).is_none()) {
             doubts.push(format!("the database's body has no {}: its hinges rest at zero", g.part));
         }
+        let stand = Stand::of(&body, &robot, &assignment, &links, axes, map, &limbs);
+        doubts.extend(stand.doubt.clone());
         let mut this = Self {
             tick_hz,
             scale: 0.0,
             axes,
+            stand,
             doubts,
+            servo_doubts: Vec::new(),
             bytes: Vec::new(),
             robot,
             assignment: assignment.clone(),
@@ -223,7 +232,12 @@ impl Machine {
         set(bytes, at, hinge::SERVO, &pulses);
         let ends = [record.range.0, record.range.1].map(|q| servo.centre_us + (q - zero) * gain);
         if ends.iter().any(|&p| p < servo.least_us - 1.0 || p > servo.greatest_us + 1.0) {
-            self.doubts.push(format!(
+            let doubts = if own.is_some_and(|o| o.servo.is_some()) {
+                &mut self.doubts
+            } else {
+                &mut self.servo_doubts
+            };
+            doubts.push(format!(
                 "`{}` turns further than its servo's pulses reach ({:.0} to {:.0} us): beyond them the pulse stays at its end",
                 record.name,
                 ends[0].min(ends[1]),

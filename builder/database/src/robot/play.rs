@@ -1,10 +1,10 @@
-//! Drives a robot through a clip on the database's skeleton, tick by tick: angles, a trajectory, servo pulses.
+//! Drives a robot through a clip on the database's skeleton, tick by tick.
 
 use gestus_core::{
     blob::layout::MAX_JOINTS,
     robot::{Drive, Driven, layout::MAX_HINGES, limits::Motion},
 };
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
 use serde_json::{Value, json};
 
 use crate::robot::machine::Machine;
@@ -25,6 +25,10 @@ pub struct Tick {
     pub pulses: Vec<u16>,
     /// The core's report.
     pub driven: Driven,
+    /// The base in the robot's world ([`stand`](super::stand)), metres.
+    pub base: Isometry3<f64>,
+    /// Whether the left and the right foot stand; `None` where nothing tells.
+    pub contacts: Option<[bool; 2]>,
 }
 
 /// The result of driving a clip.
@@ -32,6 +36,8 @@ pub struct Tick {
 pub struct Played {
     /// Names of the hinges.
     pub names: Vec<String>,
+    /// Name of the base's link.
+    pub base: String,
     /// Ticks a second.
     pub tick_hz: f64,
     /// The ticks; the first is one tick after the start.
@@ -42,6 +48,16 @@ pub struct Played {
 pub fn play(machine: &Machine, clip: &Clip) -> Played {
     let clip = clip.resampled(machine.tick_hz);
     play_frames(machine, &clip.frames)
+}
+
+/// Drives a clip that is at the robot's ticks; `contacts` of the left and right foot, one pair a tick, to be told with the
+/// motion.
+pub fn play_standing(machine: &Machine, clip: &Clip, contacts: &[[bool; 2]]) -> Played {
+    let mut played = play_frames(machine, &clip.frames);
+    for (tick, &feet) in played.ticks.iter_mut().zip(contacts) {
+        tick.contacts = Some(feet);
+    }
+    played
 }
 
 /// Drives frames that are one tick apart.
@@ -55,11 +71,14 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
             targets: drive.targets().to_vec(),
             pulses: (0..drive.motions().len()).map(|h| drive.pulse(h)).collect(),
             driven,
+            base: machine.stand.base(frame),
+            contacts: None,
         }
     });
     Played {
         ticks: ticks.collect(),
         names: machine.robot.hinges.iter().map(|h| h.name.clone()).collect(),
+        base: machine.robot.base.clone(),
         tick_hz: machine.tick_hz,
     }
 }
@@ -99,62 +118,7 @@ fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
-/// A name as a column: commas, quotes and line ends become `_`.
-fn column(name: &str) -> String {
-    name.chars().map(|c| if c == ',' || c == '"' || c.is_control() { '_' } else { c }).collect()
-}
-
 impl Played {
-    /// Angles as CSV: time in seconds, one column a hinge, radians.
-    pub fn csv(&self) -> String {
-        self.table(|t| t.motions.iter().map(|m| m.position.to_string()).collect())
-    }
-
-    /// Pulses as CSV: time in seconds, one column a hinge, microseconds.
-    pub fn servo_csv(&self) -> String {
-        self.table(|t| t.pulses.iter().map(ToString::to_string).collect())
-    }
-
-    fn table(&self, row: impl Fn(&Tick) -> Vec<String>) -> String {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let head = std::iter::once("time_s".to_owned()).chain(self.names.iter().map(|n| column(n)));
-        let ticks = self.ticks.iter().enumerate().map(|(i, tick)| {
-            let mut row = row(tick);
-            row.insert(0, format!("{:.6}", (i + 1) as f64 / self.tick_hz));
-            row
-        });
-        for record in std::iter::once(head.collect()).chain(ticks) {
-            writer.write_record(record).expect("rows are of one length, and a Vec takes all of them");
-        }
-        let bytes = writer.into_inner().expect("a Vec takes all of it");
-        String::from_utf8(bytes).expect("it was made of strings")
-    }
-
-    /// In the shape of ROS's `trajectory_msgs/JointTrajectory`.
-    pub fn trajectory(&self) -> Value {
-        let points: Vec<Value> = self
-            .ticks
-            .iter()
-            .enumerate()
-            .map(|(i, tick)| {
-                let of = |value: fn(&Motion) -> f32| tick.motions.iter().map(value).collect::<Vec<f32>>();
-                let nanoseconds = ((i + 1) as f64 / self.tick_hz * 1e9).round() as u64;
-                json!({
-                    "positions": of(|m| m.position),
-                    "velocities": of(|m| m.velocity),
-                    "accelerations": of(|m| m.acceleration),
-                    "effort": [],
-                    "time_from_start": { "sec": nanoseconds / 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000 },
-                })
-            })
-            .collect();
-        json!({
-            "header": { "stamp": { "sec": 0, "nanosec": 0 }, "frame_id": "" },
-            "joint_names": self.names,
-            "points": points,
-        })
-    }
-
     /// Figures of the motion, compared with the machine's limits.
     pub fn figures(&self, machine: &Machine) -> Value {
         let tables = machine.tables();

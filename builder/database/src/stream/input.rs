@@ -232,14 +232,18 @@ impl Input {
 
     /// A clip of the file's joints as it is drawn: Y up, the floor at zero.
     pub fn shown(&self, clip: &Clip) -> Clip {
-        let mut shown = clip.clone();
-        for frame in &mut shown.frames {
-            if let Way::Map(map, _) = &self.way {
-                *frame = lifted(frame, &map.world);
-            }
-            frame.root.y -= self.floor.height_m;
-        }
+        let mut shown = self.upright(clip);
+        shown.frames.iter_mut().for_each(|frame| frame.root.y -= self.floor.height_m);
         shown
+    }
+
+    /// A clip of the file's joints with Y up, on its own floor.
+    pub fn upright(&self, clip: &Clip) -> Clip {
+        let mut upright = clip.clone();
+        if let Way::Map(map, _) = &self.way {
+            upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &map.world));
+        }
+        upright
     }
 
     /// Mean speed over the ground, m/s, of the body on the database's skeleton.

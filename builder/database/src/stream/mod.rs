@@ -5,6 +5,7 @@ pub mod course;
 pub mod crowd;
 pub mod input;
 pub mod looped;
+mod standing;
 pub mod trace;
 pub mod translate;
 pub mod verdict;

@@ -6,11 +6,16 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, UnitVector3, Vector3};
 use quick_xml::{Error as XmlError, Reader, errors::SyntaxError, events::Event};
 use thiserror::Error;
 
 use crate::files::{self, FileError};
+
+mod shape;
+
+pub use shape::Shape;
+use shape::{isometry, shapes};
 
 /// The toy humanoid of 16 servos that comes with the project.
 pub const TOY: &str = include_str!("../../assets/toy.urdf");
@@ -62,6 +67,17 @@ pub struct Fixed {
     pub origin: Isometry3<f64>,
 }
 
+/// A joint that turns or slides and is held at zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// The joint's name.
+    pub name: String,
+    /// Hinges before it, depth first.
+    pub before: usize,
+    /// True if its state is one number: it slides, or turns without a range.
+    pub single: bool,
+}
+
 /// A robot: its hinges, parents before children, depth first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -73,6 +89,10 @@ pub struct Robot {
     pub hinges: Vec<Hinge>,
     /// Links behind fixed joints.
     pub fixed: Vec<Fixed>,
+    /// Joints that are held at zero, depth first.
+    pub held: Vec<Held>,
+    /// Shapes of links that are no meshes.
+    pub shapes: Vec<Shape>,
     /// Deviations from the file: prismatic joints held at zero, missing limits.
     pub notes: Vec<String>,
 }
@@ -213,12 +233,6 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     }
 }
 
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [x, y, z] = pose.xyz.0;
-    let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
-}
-
 fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     let fail = |what: String| UrdfError::Tree { file: file.to_owned(), what };
     let of = |joint: &urdf_rs::Joint, what: &str| UrdfError::Joint {
@@ -252,6 +266,8 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         base: robot.links[base].name.clone(),
         hinges: Vec::new(),
         fixed: Vec::new(),
+        held: Vec::new(),
+        shapes: Vec::new(),
         notes: Vec::new(),
     };
     // Links to visit: the link, the hinge before it, and the transform from there. Joints in the order of the file.
@@ -268,10 +284,12 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
                     (behind, at) = (Some(read.hinges.len() - 1), Isometry3::identity());
                 }
                 None => {
+                    read.held.extend(held(joint, read.hinges.len()));
                     read.fixed.push(Fixed { link: robot.links[l].name.clone(), parent: behind, origin: at })
                 }
             }
         }
+        read.shapes.extend(shapes(&robot.links[l], behind, at));
         // Popped from the end: children in the order of the file.
         for joint in robot.joints.iter().rev().filter(|j| j.parent.link == robot.links[l].name) {
             let origin = at * isometry(&joint.origin);
@@ -291,6 +309,13 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         return Err(fail("no joint turns".to_owned()));
     }
     Ok(read)
+}
+
+/// A joint that is no hinge of the robot, unless it is fixed in the file too.
+fn held(joint: &urdf_rs::Joint, before: usize) -> Option<Held> {
+    use urdf_rs::JointType::{Continuous, Fixed, Prismatic, Revolute};
+    let single = matches!(joint.joint_type, Continuous | Prismatic | Revolute);
+    (joint.joint_type != Fixed).then(|| Held { name: joint.name.clone(), before, single })
 }
 
 /// A joint as a hinge; `None` if it is held fixed.
