@@ -450,8 +450,8 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
 /// The clip that `gestus translate` makes of a file.
 fn translated(folder: &Path, input: &str) -> Clip {
     let [db, output] = ["walks.gestus", "out.bvh"].map(|name| folder.join(name));
-    let wish = ["translate", "--style", "proud", "--timing", "sync"];
-    let arguments = [&wish[..], &["--db", db.to_str().unwrap(), "--input", input, "-o"]].concat();
+    let options = ["translate", "--style", "proud", "--timing", "sync"];
+    let arguments = [&options[..], &["--db", db.to_str().unwrap(), "--input", input, "-o"]].concat();
     let command = Command::new(env!("CARGO_BIN_EXE_gestus")).args(arguments).arg(&output).output().unwrap();
     assert!(command.status.success(), "{}", String::from_utf8_lossy(&command.stderr));
     clip(&read(&output).unwrap())

@@ -110,11 +110,11 @@ fn the_bytes_in_the_document_are_the_codes() {
         assert_eq!(hex(&shown(caption)), hex(bytes), "{caption}");
         // And back.
         let mut receiver = Receiver::<{ buffer_length(2) }>::new();
-        let heard = bytes.iter().find_map(|&b| {
+        let received = bytes.iter().find_map(|&b| {
             let received = receiver.receive(b)?.expect("it is whole");
             Some(gestus_core::link::decode::<Reply<'_>>(received.message) == Some(reply.clone()))
         });
-        assert_eq!(heard, Some(true), "{caption}");
+        assert_eq!(received, Some(true), "{caption}");
     }
 }
 

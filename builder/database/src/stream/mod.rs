@@ -74,8 +74,8 @@ impl Request {
                 mixes.push(mix);
             }
         }
-        let heard = |mix: &Vec<(u16, f32)>| mix.iter().filter(|(_, weight)| *weight > 0.0).count();
-        mixes.into_iter().map(heard).collect()
+        let weighted = |mix: &Vec<(u16, f32)>| mix.iter().filter(|(_, weight)| *weight > 0.0).count();
+        mixes.into_iter().map(weighted).collect()
     }
 }
 

@@ -120,7 +120,7 @@ impl Foot {
         stands: bool,
         step_s: f32,
         tuning: Tuning,
-        stoop: f32,
+        hip_drop: f32,
     ) -> Vector {
         let (phase, [x, _, z]) = (self.phase, self.offset);
         let mut slid = [0.0; 3];
@@ -130,7 +130,7 @@ impl Foot {
             if self.phase == Phase::Free && stands {
                 self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
                 // From now on the hips drop without it.
-                self.offset[1] += stoop;
+                self.offset[1] += hip_drop;
                 self.held = add(self.carrier(chain), self.offset);
             }
         } else if stands {
@@ -144,7 +144,7 @@ impl Foot {
                 self.held = [self.other[0], 0.0, self.other[1]];
             }
         } else {
-            self.release(Phase::Free, stoop);
+            self.release(Phase::Free, hip_drop);
             self.ease(step_s, tuning.ease_s);
         }
         if self.is_held() {
@@ -163,7 +163,7 @@ impl Foot {
             if off2 > TELEPORT_M * TELEPORT_M {
                 *self = Self::FREE;
             } else if off2 > tuning.release_m * tuning.release_m {
-                self.release(Phase::Step, stoop);
+                self.release(Phase::Step, hip_drop);
             }
         }
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
@@ -177,8 +177,8 @@ impl Foot {
     }
 
     /// Releases the foot. From now on it drops with the hips; its offset makes up for that at once.
-    fn release(&mut self, phase: Phase, stoop: f32) {
-        self.offset[1] -= stoop;
+    fn release(&mut self, phase: Phase, hip_drop: f32) {
+        self.offset[1] -= hip_drop;
         (self.phase, self.held, self.age_s) = (phase, self.offset, 0.0);
     }
 
