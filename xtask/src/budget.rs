@@ -192,13 +192,12 @@ fn least(figures: &mut Figures) -> Result<()> {
     for method in ["", "mar", "lti", "statistic", "phase"] {
         let mut sim = sim()?;
         sim.args(["board", "m4f", "--build", "--least", "--json"]);
-        let mut name = "least".to_owned();
         if !method.is_empty() {
             sim.args(["--methods", method]);
-            name = format!("least.{method}");
         }
         let bytes = json(&mut sim)?["flash_bytes"].as_f64().context("the bytes of flash")?;
-        figures.insert(format!("{name}.flash_bytes"), bytes);
+        let name = ["least", method, "flash_bytes"].into_iter().filter(|part| !part.is_empty());
+        figures.insert(name.collect::<Vec<_>>().join("."), bytes);
     }
     Ok(())
 }
