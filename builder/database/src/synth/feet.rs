@@ -86,6 +86,8 @@ pub struct Planned {
     pub foot: Foot,
     /// Its ball is down.
     pub planted: bool,
+    /// Any part of its sole is on the floor: from the first touch of the heel to the last of the toes.
+    pub touches: bool,
     /// How far it is thrown from there, metres.
     pub throw: Vector3<f64>,
 }
@@ -96,10 +98,11 @@ pub fn foot_at(stances: &[Stance], at: f64) -> Planned {
     let standing = |stance: &Stance| Planned {
         foot: stance.foot(at),
         planted: at >= stance.flat && at <= stance.to,
+        touches: at >= stance.from && at <= stance.to,
         throw: Vector3::zeros(),
     };
     if next == 0 {
-        return Planned { planted: false, ..standing(&stances[0]) };
+        return Planned { planted: false, touches: false, ..standing(&stances[0]) };
     }
     let last = &stances[next - 1];
     if at <= last.to || next == stances.len() {
@@ -135,7 +138,7 @@ fn swing(last: &Stance, next: &Stance, at: f64) -> Planned {
     let lacking = clear - sole_height(&foot);
     foot.ankle.y += 0.5 * (lacking + lacking.hypot(clear));
     let thrown = (4.0 * v * (1.0 - v)).powi(3);
-    Planned { foot, planted: false, throw: last.swing.throw * thrown }
+    Planned { foot, planted: false, touches: false, throw: last.swing.throw * thrown }
 }
 
 fn hermite(t: f64) -> [f64; 4] {

@@ -188,33 +188,60 @@ pub fn performance(
     rate_hz: f64,
     seconds: f64,
 ) -> Result<Example, SynthError> {
-    let number = ACTIONS.iter().position(|a| *a == action);
-    let number = number.ok_or_else(|| SynthError::Action(action.to_owned()))?;
-    let style_number = STYLES.iter().position(|s| *s == style);
-    let style_number = style_number.ok_or_else(|| SynthError::Style(style.to_owned()))?;
+    let (action_number, style_number) = (action_number(action)?, style_number(style)?);
+    let plan = plan_of(content_seed, action_number, style_number, rate_hz, seconds)?;
+    let mut example = plan.render(&skeleton::shared(), rate_hz);
+    (example.action, example.style) = (action_number, style_number);
+    example.clip.name = format!("{action}_{}_{content_seed:016x}", STYLES[style_number]);
+    example.licence = LICENCE.to_owned();
+    Ok(example)
+}
+
+/// Which foot touches the floor in each frame of clip `clip` of a [`corpus`] of one action and style: with any part of its
+/// sole, from the first touch of the heel to the last of the toes. The contacts of the corpus begin later, where the ball
+/// is down. Shape `[frames][left, right]`.
+///
+/// # Errors
+/// As [`performance`].
+pub fn touches(
+    options: &Options,
+    action: &str,
+    style: &str,
+    clip: usize,
+) -> Result<Vec<[bool; 2]>, SynthError> {
+    let seed = content_seed(options.seed, action, clip);
+    let plan = plan_of(seed, action_number(action)?, style_number(style)?, options.rate_hz, options.seconds)?;
+    Ok(plan.touches(options.rate_hz))
+}
+
+fn action_number(action: &str) -> Result<usize, SynthError> {
+    ACTIONS.iter().position(|a| *a == action).ok_or_else(|| SynthError::Action(action.to_owned()))
+}
+
+fn style_number(style: &str) -> Result<usize, SynthError> {
+    STYLES.iter().position(|s| *s == style).ok_or_else(|| SynthError::Style(style.to_owned()))
+}
+
+/// The plan of a performance.
+fn plan_of(seed: u64, action: usize, style: usize, rate_hz: f64, seconds: f64) -> Result<Plan, SynthError> {
     range("the rate in frames a second", rate_hz, 10.0, 240.0)?;
     range("the length in seconds", seconds, 2.0, 600.0)?;
-    let style = style::Style::of(style_number);
+    let style = style::Style::of(style);
     let gait = |from: &gait::Gait, to: &gait::Gait, cycles: f64, whole: bool| {
-        gait_plan(content_seed, style, [*from, *to], cycles, whole)
+        gait_plan(seed, style, [*from, *to], cycles, whole)
     };
-    let plan = match ACTIONS[number] {
+    Ok(match ACTIONS[action] {
         "walk" => gait(&WALK, &WALK, (seconds / 1.08).ceil(), false),
         "run" => gait(&RUN, &RUN, (seconds / 0.72).ceil(), false),
         "walk-to-run" => gait(&WALK, &RUN, CHANGE_CYCLES, true),
         "run-to-walk" => gait(&RUN, &WALK, CHANGE_CYCLES, true),
-        "jump" => act_plan(content_seed, style, Kind::Jump, false),
-        "punch" => act_plan(content_seed, style, Kind::Punch, false),
-        "kick" => act_plan(content_seed, style, Kind::Kick, false),
-        "walk-to-jump" => act_plan(content_seed, style, Kind::Jump, true),
-        "walk-to-punch" => act_plan(content_seed, style, Kind::Punch, true),
-        _ => act_plan(content_seed, style, Kind::Kick, true),
-    };
-    let mut example = plan.render(&skeleton::shared(), rate_hz);
-    (example.action, example.style) = (number, style_number);
-    example.clip.name = format!("{action}_{}_{content_seed:016x}", STYLES[style_number]);
-    example.licence = LICENCE.to_owned();
-    Ok(example)
+        "jump" => act_plan(seed, style, Kind::Jump, false),
+        "punch" => act_plan(seed, style, Kind::Punch, false),
+        "kick" => act_plan(seed, style, Kind::Kick, false),
+        "walk-to-jump" => act_plan(seed, style, Kind::Jump, true),
+        "walk-to-punch" => act_plan(seed, style, Kind::Punch, true),
+        _ => act_plan(seed, style, Kind::Kick, true),
+    })
 }
 
 fn range(what: &'static str, have: f64, least: f64, most: f64) -> Result<(), SynthError> {

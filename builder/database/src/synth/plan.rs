@@ -140,14 +140,12 @@ pub struct Plan {
 impl Plan {
     /// The example at that rate. Its name, action and style are for the caller to set.
     pub fn render(&self, skeleton: &Arc<Skeleton>, rate_hz: f64) -> Example {
-        let (from, to) = self.shown;
+        let from = self.shown.0;
         let heights = self.heights(skeleton);
         let start = self.timeline.seconds(from);
-        let count = ((self.timeline.seconds(to) - start) * rate_hz + 1e-6).floor() as usize + 1;
-        let mut frames = Vec::with_capacity(count);
-        let mut contacts = Vec::with_capacity(count);
-        for i in 0..count {
-            let at = self.timeline.canonical(start + i as f64 / rate_hz);
+        let mut frames = Vec::new();
+        let mut contacts = Vec::new();
+        for at in self.moments(rate_hz) {
             let posture = (self.posture)(at);
             let (ground, heading) = self.path.at(at);
             let [x, z] = hips_ground(&posture, ground, heading);
@@ -168,6 +166,21 @@ impl Plan {
             .collect();
         let clip = Clip { name: String::new(), skeleton: skeleton.clone(), rate_hz, frames };
         Example { clip, action: 0, style: 0, contacts, cycles, take: String::new(), licence: String::new() }
+    }
+
+    /// The canonical time of each frame at that rate.
+    fn moments(&self, rate_hz: f64) -> impl Iterator<Item = f64> + '_ {
+        let (from, to) = self.shown;
+        let start = self.timeline.seconds(from);
+        let count = ((self.timeline.seconds(to) - start) * rate_hz + 1e-6).floor() as usize + 1;
+        (0..count).map(move |i| self.timeline.canonical(start + i as f64 / rate_hz))
+    }
+
+    /// Which foot touches the floor with any part of its sole in each frame, left and right.
+    pub fn touches(&self, rate_hz: f64) -> Vec<[bool; 2]> {
+        self.moments(rate_hz)
+            .map(|at| [0, 1].map(|side: usize| foot_at(&self.feet[side], at).touches))
+            .collect()
     }
 
     /// Heights of the hips on the grid, metres.

@@ -1,10 +1,15 @@
 //! Contacts on clips that the database has never seen, against where their feet really are and how fast they move.
 //!
 //! A held-out clip is streamed to its own style, nothing labelled: the output is the input, so that its feet have a
-//! truth. The labels that vote come from other clips.
+//! truth. The labels that vote come from other clips. `generated` has the same on generated motion, whose truth is the
+//! generator's and not ours, and holds the builder's own detector against it.
 
-use gestus_core::{Database, methods::mixture::contact_votes::DELAY_FRAMES};
+use gestus_core::Database;
 use serde_json::json;
+
+mod generated;
+mod score;
+mod smoothing;
 
 use crate::{
     evaluation::{Evaluation, row},
@@ -18,51 +23,14 @@ use crate::{
 use gestus_database::{
     build::BuildError,
     command_line::progress,
-    registration::contact::{GAUSSIAN_S, contacts, smoothed},
+    registration::contact::contacts,
     stream::{Request, Streamed, stream},
 };
 use gestus_motion::{body::Body, corpus::Corpus, statistics::mean_or_zero};
 
-/// Counts of agreement over both feet.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Score {
-    both: f64,
-    found: f64,
-    true_: f64,
-    agreed: f64,
-    all: f64,
-}
-
-impl Score {
-    /// Counts one foot in one frame.
-    pub fn add(&mut self, found: bool, truth: bool) {
-        let one = |b: bool| f64::from(u8::from(b));
-        self.both += one(found && truth);
-        self.found += one(found);
-        self.true_ += one(truth);
-        self.agreed += one(found == truth);
-        self.all += 1.0;
-    }
-
-    /// Harmonic mean of precision and recall of "stands".
-    pub fn f1(&self) -> f64 {
-        2.0 * self.both / (self.found + self.true_).max(1.0)
-    }
-
-    /// Share of feet and frames that agree.
-    pub fn accuracy(&self) -> f64 {
-        self.agreed / self.all.max(1.0)
-    }
-}
-
-fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
-    let mut score = Score::default();
-    for (f, t) in found.iter().zip(truth) {
-        score.add(f[0], t[0]);
-        score.add(f[1], t[1]);
-    }
-    score
-}
+pub use score::Score;
+use score::{flickers, score};
+use smoothing::smoothings;
 
 /// Options of `gestus evaluate contacts`.
 #[derive(clap::Args, Debug)]
@@ -89,16 +57,18 @@ impl OnClips for Args {
             Ok::<_, BuildError>(rows)
         })?;
         bar.finish_and_clear();
-        let rows: Vec<table::Row> = rows.into_iter().flatten().collect();
+        let mut rows: Vec<table::Row> = rows.into_iter().flatten().collect();
         let figures = vec![by_action(corpus, &rows)];
+        rows.extend(generated::rows()?);
         Ok(Evaluation {
             what: "contacts",
             about: "Which foot stands, on held-out clips, against where their feet are and how fast they move. Each clip \
                     is streamed to its own style, unlabelled. `causal` is what a stream gets, `gaussian` what a file can \
                     have (Xia 2015, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
-                    style with the truth clip at equal canonical time."
+                    style with the truth clip at equal canonical time. Rows of `generated` are against the generator's \
+                    own contacts: `detector` is what labels the builder's clips, the others are streams."
                 .into(),
-            keys: vec!["method", "action", "style"],
+            keys: vec!["part", "method", "action"],
             rows,
             figures,
         })
@@ -113,16 +83,10 @@ fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize,
     let example = &corpus.examples[clip];
     let truth = contacts(&example.clip, &body.landmarks);
     let Some(streamed) = run(database, corpus, clip, example.style) else { return };
-    let likelihoods: Vec<[f64; 2]> =
-        streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
-    let causal: Vec<[bool; 2]> = streamed.steps.iter().map(|s| s.report.contacts).collect();
-    let bare: Vec<[bool; 2]> = likelihoods.iter().map(|l| l.map(|l| l > 0.5)).collect();
-    let gaussian = smoothed(&likelihoods, GAUSSIAN_S * corpus.rate_hz);
-    for (method, found, delay) in
-        [("causal", causal, f64::from(DELAY_FRAMES)), ("unsmoothed", bare, 0.0), ("gaussian", gaussian, 0.0)]
-    {
+    for (method, found, delay) in smoothings(&streamed, corpus.rate_hz) {
         let score = score(&found, &truth);
         rows.push(row(json!({
+            "part": "data",
             "method": method,
             "action": corpus.actions[example.action],
             "style": corpus.styles[example.style],
@@ -134,22 +98,6 @@ fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize,
             "flickers": flickers(&found, corpus.rate_hz),
         })));
     }
-}
-
-/// Contacts and gaps of less than 50 ms, a second.
-fn flickers(contacts: &[[bool; 2]], rate_hz: f64) -> f64 {
-    let shortest = (0.05 * rate_hz).ceil() as usize;
-    let mut count = 0;
-    for side in [0, 1] {
-        let mut start = 0;
-        for t in 1..contacts.len() {
-            if contacts[t][side] != contacts[t - 1][side] {
-                count += usize::from(start > 0 && t - start < shortest);
-                start = t;
-            }
-        }
-    }
-    count as f64 / (contacts.len() as f64 / rate_hz)
 }
 
 /// The output in the fold's style against the truth clip at equal canonical time.
@@ -168,6 +116,7 @@ fn other_style(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: &Hel
     }
     // Two performances differ: these keys are not comparable with the classifier's own error.
     Some(row(json!({
+        "part": "data",
         "method": "transfer",
         "action": corpus.actions[example.action],
         "style": corpus.styles[fold.style],
@@ -194,28 +143,5 @@ fn by_action(corpus: &Corpus, rows: &[table::Row]) -> Figure {
         name: "f1".into(),
         caption: "F1 of \"the foot stands\" against kinematic truth, by action and smoothing.".into(),
         svg: plots::bars(labels, &corpus.actions, &series),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scores_count_what_they_say() {
-        // Left: two right of three; right: one missed.
-        let found = [[true, false], [true, false], [false, false]];
-        let truth = [[true, false], [false, true], [false, false]];
-        let score = score(&found, &truth);
-        assert!((score.f1() - 0.5).abs() < 1e-12);
-        assert!((score.accuracy() - 4.0 / 6.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn one_frame_in_the_air_is_a_flicker_and_a_step_is_none() {
-        let mut contacts = vec![[true, true]; 30];
-        contacts[10][0] = false;
-        contacts[20..25].iter_mut().for_each(|c| c[1] = false);
-        assert!((flickers(&contacts, 30.0) - 1.0).abs() < 1e-12);
     }
 }
