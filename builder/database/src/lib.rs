@@ -8,7 +8,7 @@
 //! 4. [`search`] makes its frames searchable;
 //! 5. [`blob`] encodes the sections. [`build`](mod@build) runs these steps.
 //!
-//! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write sections for other
+//! Beside the frames, a blob holds [`models`] and [`effort`]. [`motion_graph`] makes long streams from clips. [`retarget`] and [`robot`] write sections for other
 //! bodies. [`stream`] runs the core over a clip. [`command_line`] and [`list`] are shared by the commands `gestus` and
 //! `gestus-sim`.
 
@@ -19,6 +19,7 @@ pub mod data_folder;
 pub mod effort;
 pub mod list;
 pub mod models;
+pub mod motion_graph;
 pub mod pairing;
 pub mod registration;
 pub mod retarget;

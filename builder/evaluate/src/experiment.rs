@@ -80,7 +80,8 @@ impl Experiment {
         Ok(Self { corpus, among: Some(among), folds: usize::MAX, ..self })
     }
 
-    fn may_be_tested(&self, clip: usize) -> bool {
+    /// Whether a clip may be a test or a truth clip.
+    pub(crate) fn may_be_tested(&self, clip: usize) -> bool {
         self.among.as_ref().is_none_or(|names| names.contains(&self.corpus.examples[clip].clip.name))
     }
 

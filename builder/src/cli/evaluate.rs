@@ -16,7 +16,7 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
-        effort, growth, knn, loo, retarget, servo, skate, timing,
+        effort, growth, knn, loo, retarget, servo, skate, timing, transitions,
     },
 };
 
@@ -63,6 +63,8 @@ enum Measure {
     Cross(Clips<cross::Args>),
     /// The output's time under each timing policy
     Timing(Clips<timing::Args>),
+    /// Streams of many actions by a motion graph: error after transitions, recognition
+    Transitions(Clips<transitions::Args>),
     /// Clips of other skeletons to the database of --db and back
     Retarget(OfDatabase<retarget::Args>),
     /// A robot that follows the output of --db
@@ -85,6 +87,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Skate(measure) => measure.run(),
         Measure::Cross(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
+        Measure::Transitions(measure) => measure.run(),
         Measure::Retarget(measure) => measure.run(),
         Measure::Servo(measure) => measure.run(),
     }

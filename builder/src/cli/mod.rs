@@ -9,6 +9,7 @@ mod demo;
 mod effort;
 mod evaluate;
 mod figures;
+mod graph;
 mod inspect;
 mod open;
 mod page;
@@ -57,6 +58,8 @@ enum Command {
     Transfer(transfer::Args),
     /// Make an endless walk with a given style and speed
     Loop(cycle::Args),
+    /// Make a long stream of many actions from short clips, with true labels
+    Graph(graph::Args),
     /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
     Retarget(retarget::Args),
     /// Laban effort: a table of fragments for people to label
@@ -88,6 +91,7 @@ pub fn run() -> Result<()> {
         Command::Page(args) => page::run(&args),
         Command::Transfer(args) => transfer::run(&args),
         Command::Loop(args) => cycle::run(&args),
+        Command::Graph(args) => graph::run(&args),
         Command::Retarget(args) => retarget::run(&args),
         Command::Effort(args) => effort::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),

@@ -22,6 +22,7 @@ pub mod retarget;
 pub mod servo;
 pub mod skate;
 pub mod timing;
+pub mod transitions;
 
 /// A measure that builds databases from the clips of a folder.
 pub trait OnClips: clap::Args {
