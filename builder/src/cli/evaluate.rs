@@ -16,7 +16,7 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
-        effort, growth, knn, loo, retarget, servo, skate, timing, transitions,
+        effort, field, growth, knn, loo, retarget, servo, skate, timing, transitions,
     },
 };
 
@@ -61,6 +61,8 @@ enum Measure {
     Skate(Clips<skate::Args>),
     /// Motion of actions that the database lacks: no worse than the input, and flagged
     Cross(Clips<cross::Args>),
+    /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
+    Field(Clips<field::Args>),
     /// The output's time under each timing policy
     Timing(Clips<timing::Args>),
     /// Streams of many actions by a motion graph: error after transitions, recognition
@@ -86,6 +88,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Contacts(measure) => measure.run(),
         Measure::Skate(measure) => measure.run(),
         Measure::Cross(measure) => measure.run(),
+        Measure::Field(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
         Measure::Transitions(measure) => measure.run(),
         Measure::Retarget(measure) => measure.run(),

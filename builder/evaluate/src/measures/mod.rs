@@ -15,6 +15,7 @@ pub mod contacts;
 pub mod correspondence;
 pub mod cross;
 pub mod effort;
+pub mod field;
 pub mod growth;
 pub mod knn;
 pub mod loo;
