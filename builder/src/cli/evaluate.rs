@@ -16,7 +16,7 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
-        effort, field, growth, knn, loo, retarget, servo, skate, timing, transitions,
+        effort, field, growth, knn, loo, papers, retarget, servo, skate, timing, transitions,
     },
 };
 
@@ -67,6 +67,8 @@ enum Measure {
     Timing(Clips<timing::Args>),
     /// Streams of many actions by a motion graph: error after transitions, recognition
     Transitions(Clips<transitions::Args>),
+    /// The tables and figures of the papers, with their own numbers beside ours
+    Papers(Clips<papers::Args>),
     /// Clips of other skeletons to the database of --db and back
     Retarget(OfDatabase<retarget::Args>),
     /// A robot that follows the output of --db
@@ -91,6 +93,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Field(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
         Measure::Transitions(measure) => measure.run(),
+        Measure::Papers(measure) => measure.run(),
         Measure::Retarget(measure) => measure.run(),
         Measure::Servo(measure) => measure.run(),
     }

@@ -30,7 +30,7 @@ struct Variant {
 }
 
 /// Options of `gestus evaluate ablation`.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Debug, Default)]
 pub struct Args {
     /// Parameters to vary, besides the default; all where left out
     #[arg(long, value_delimiter = ',', value_parser = PARAMETERS)]

@@ -30,7 +30,7 @@ use crate::{
 };
 
 /// Options of `gestus evaluate cross`.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Debug, Default)]
 pub struct Args {
     /// Folder with clips of other actions on the same skeleton: those in the style --from whose action --data lacks are
     /// streamed through a database of all actions

@@ -19,6 +19,7 @@ pub mod field;
 pub mod growth;
 pub mod knn;
 pub mod loo;
+pub mod papers;
 pub mod retarget;
 pub mod servo;
 pub mod skate;

@@ -20,15 +20,24 @@ use gestus_database::{
 };
 use gestus_motion::corpus::Corpus;
 
+/// Default of both bounds, seconds.
+const BOUND_S: f32 = 0.2;
+
 /// Options of `gestus evaluate timing`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Longest time by which a pose may come early, seconds from 0 to 10
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = BOUND_S)]
     lead: f32,
     /// Longest time by which a pose may come late, seconds from 0 to 10
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = BOUND_S)]
     lag: f32,
+}
+
+impl Default for Args {
+    fn default() -> Self {
+        Self { lead: BOUND_S, lag: BOUND_S }
+    }
 }
 
 impl OnClips for Args {

@@ -36,7 +36,7 @@ use gestus_database::{
 const GENERATED: usize = 8;
 
 /// Options of `gestus evaluate methods`.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Debug, Default)]
 pub struct Args {
     // Always so; accepted since `loo` and `exact` have it.
     #[arg(long, hide = true)]

@@ -44,6 +44,13 @@ pub struct Args {
     splits: usize,
 }
 
+impl Args {
+    /// With estimated Efforts and so many random splits.
+    pub(super) const fn estimated(splits: usize) -> Self {
+        Self { labels: None, splits }
+    }
+}
+
 impl OnClips for Args {
     const USES: Uses = Uses { to: false, ..Uses::ALL };
 

@@ -1,0 +1,247 @@
+//! The tables and figures of the papers: what is measured for each, what the paper says, and what differs.
+
+use anyhow::Result;
+
+use crate::{
+    evaluation::Evaluation,
+    experiment::Experiment,
+    measures::{
+        OnClips, ablation, comparison, contacts, correspondence, cross, effort, field, loo, skate, timing,
+        transitions,
+    },
+};
+
+/// A table or figure of a paper.
+pub struct Table {
+    /// Paper and place.
+    pub name: &'static str,
+    /// What the paper reports.
+    pub paper: &'static str,
+    /// What differs here, in data above all.
+    pub differs: &'static str,
+    /// The measure.
+    pub run: Run,
+    /// Numbers that the paper prints: method, our key, their number.
+    pub numbers: &'static [(&'static str, &'static str, f64)],
+}
+
+/// How the counterpart of a table is made.
+pub enum Run {
+    /// By a measure, whose columns are these.
+    Measure {
+        /// Runs it on the clips.
+        run: fn(&Experiment) -> Result<Evaluation>,
+        /// Columns of its means that name a row, and columns of figures.
+        keys: (&'static [&'static str], &'static [&'static str]),
+        /// Whether it takes an hour or more, and runs with `--all` alone.
+        long: bool,
+    },
+    /// By nothing: what there is not.
+    Missing(&'static str),
+}
+
+const ERRORS: &[&str] = &[
+    "delivered_error_cm",
+    "delivered_over_floor",
+    "joint_error_cm",
+    "step_error_ms",
+    "duration_error",
+    "variability",
+    "third_difference",
+];
+
+/// All of them, paper by paper.
+pub const TABLES: &[Table] = &[
+    Table {
+        name: "Xia 2015, Figures 3, 4 and 6, section 7.2.1",
+        paper: "leave one out on MIT's walks, their walks, and walk, run and jump: their method is nearer to the truth than \
+                the linear model of Hsu 2005, in pose and in timing (bars without numbers)",
+        differs: "no recorded pairs: the truth is another take of nearest content; one fold a test clip and style; `lti` has \
+                  stabilised poles and takes its order from the data",
+        run: Run::Measure {
+            run: |e| loo::Args::default().evaluate(e),
+            keys: (&["method"], ERRORS),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 7.2.2 and Table 3",
+        paper: "Gaussian processes: good on one pair of walks, poor on heterogeneous motion; the method is good labelled and \
+                unlabelled",
+        differs: "numbers instead of good and poor; generated pairs and pairs by rule beside captured clips",
+        run: Run::Measure {
+            run: |e| comparison::Args::default().evaluate(e),
+            keys: (&["set", "method"], ERRORS),
+            long: true,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 7.1: heterogeneous streams, motion graphs",
+        paper: "high-quality animation for unlabelled walks, runs, jumps, punches and kicks in one stream (video)",
+        differs: "ten minutes that a motion graph makes of held-out clips; recognition is ours",
+        run: Run::Measure {
+            run: |e| transitions::Args::default().evaluate(e),
+            keys: (
+                &["part", "since", "action"],
+                &[
+                    "error_cm",
+                    "alone_cm",
+                    "unchanged_cm",
+                    "far",
+                    "degraded",
+                    "action_right",
+                    "style_right",
+                    "action_delay_s",
+                    "style_delay_s",
+                ],
+            ),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 7.3: across actions",
+        paper: "a database of walks or of runs translates the other action and jumps (video)",
+        differs: "input that is unlike the database is passed on by default, and flagged `far`",
+        run: Run::Measure {
+            run: |e| cross::Args::default().evaluate(e),
+            keys: (
+                &["method", "part", "database"],
+                &["delivered_error_cm", "unchanged_error_cm", "over_unchanged", "far"],
+            ),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 7.4: components",
+        paper: "the bias term and its value, mixture against local models (video)",
+        differs: "on held-out clips of the database's kind, not on motion outside of it",
+        run: Run::Measure {
+            run: |e| ablation::Args::default().evaluate(e),
+            keys: (&["parameter", "value", "method"], ERRORS),
+            long: true,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 6: contacts",
+        paper: "KNN classification of footplants with Gaussian smoothing (no numbers)",
+        differs: "votes by each foot's own leg; smoothing causal; truth is kinematic for captured clips and the generator's for \
+                  generated ones",
+        run: Run::Measure {
+            run: |e| contacts::Args.evaluate(e),
+            keys: (&["part", "method"], &["contact_f1", "accuracy", "planted_f1", "flickers"]),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 6: foot skate after inverse kinematics",
+        paper: "foot skate is removed (video)",
+        differs: "the lock is causal",
+        run: Run::Measure {
+            run: |e| skate::Args.evaluate(e),
+            keys: (&["method"], &["skate_cm_s", "skate_counterpart_cm_s", "joint_speed_ratio"]),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, section 5.1: output time",
+        paper: "poses at predicted times (Figure 4 draws one clip)",
+        differs: "two more policies: one pose a tick, within bounds of the input or with its steps",
+        run: Run::Measure {
+            run: |e| timing::Args::default().evaluate(e),
+            keys: (&["method"], &["step_error_ms", "duration_error", "lag_s_max", "lead_s_max"]),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Hsu 2005, Figure 2 and section 5.1: correspondence",
+        paper: "iterative motion warping is better than dynamic time warping, which stalls (one figure, no numbers)",
+        differs: "errors at right strikes and on pairs whose warp is known",
+        run: Run::Measure {
+            run: |e| correspondence::Args.evaluate(e),
+            keys: (&["data", "method"], &["strike_error_ms", "error_frames", "stalled"]),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Torresani 2006, Table 1: Effort",
+        paper: "mean squared error of Effort over 500 random splits, labelled by an analyst; sequences segmented correctly",
+        differs: "Efforts are estimated from the motion or those of a simulated annotator: nobody labelled the data. The \
+                  paper's kernel ridge is `kernel-ridge-plain`",
+        run: Run::Measure {
+            run: |e| effort::Args::estimated(100).evaluate(e),
+            keys: (
+                &["part", "corpus", "streams", "factor", "method"],
+                &["mse", "gain", "right", "rank_correlation"],
+            ),
+            long: true,
+        },
+        numbers: &[
+            ("flow linear-interpolation", "mse", 0.65),
+            ("flow linear-ridge", "mse", 1.03),
+            ("flow kernel-ridge-plain", "mse", 0.50),
+            ("flow support-vector", "mse", 0.48),
+            ("weight linear-interpolation", "mse", 0.97),
+            ("weight linear-ridge", "mse", 1.04),
+            ("weight kernel-ridge-plain", "mse", 0.39),
+            ("weight support-vector", "mse", 0.48),
+            ("time linear-interpolation", "mse", 1.01),
+            ("time linear-ridge", "mse", 1.01),
+            ("time kernel-ridge-plain", "mse", 0.60),
+            ("time support-vector", "mse", 0.61),
+        ],
+    },
+    Table {
+        name: "Measures of later papers (MoST, SMooDi, Style-ERD)",
+        paper: "content and style by classifiers, Fréchet motion distance, skating ratio",
+        differs: "features and classifiers are this page's, since theirs are networks trained on other skeletons: figures do \
+                  not compare with theirs",
+        run: Run::Measure {
+            run: |e| field::Args.evaluate(e),
+            keys: (
+                &["method"],
+                &["content", "style_right", "style_across", "fmd", "skating_ratio", "jerk_ratio"],
+            ),
+            long: false,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, Table 2: time by component",
+        paper: "a frame takes 18.1 ms: search 7.31, regression 9.7, post-processing 1.09",
+        differs: "the boards' instructions by stage are in docs/PERFORMANCE.md",
+        run: Run::Missing("no command times the stages on the host"),
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, Figures 5 and 7",
+        paper: "the polygon of styles, and the neighbors of inputs drawn",
+        differs: "the polygon is on the page of `gestus page`",
+        run: Run::Missing("no sheet of interpolations, and none of neighbors"),
+        numbers: &[],
+    },
+    Table {
+        name: "Hsu 2005, section 5.2: translation",
+        paper: "a model of 98 states runs at 10,000 frames a second on a Pentium 4; deviations are blended in (video)",
+        differs: "ours has at most a few states a joint",
+        run: Run::Missing(
+            "no command runs a linear model of uncapped order with the paper's own stabilisation",
+        ),
+        numbers: &[],
+    },
+    Table {
+        name: "Statistical style transfer with quaternions, Table 1",
+        paper: "four pairs: time warping 300 to 900 ms, transfer 10 to 21 ms, post-processing 22 to 80 ms",
+        differs: "`gestus transfer` does it; its clips are not in the data",
+        run: Run::Missing("no command times the steps of `gestus transfer`"),
+        numbers: &[],
+    },
+];
