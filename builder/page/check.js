@@ -11,7 +11,7 @@
     delete page.dataset.digest;
     change();
     for (let i = 0; i < 400 && !page.dataset.digest && page.dataset.state !== "error"; i++) await wait(10);
-    results.push({ what, state: page.dataset.state, error: page.dataset.error, digest: page.dataset.digest, mix: page.dataset.mix });
+    results.push({ what, state: page.dataset.state, error: page.dataset.error, digest: page.dataset.digest, mix: page.dataset.mix, verdict: page.dataset.verdict, body: page.dataset.body });
     page.dataset.results = JSON.stringify(results);
     page.dataset.state = "checked";
   }

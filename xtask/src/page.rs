@@ -3,7 +3,7 @@
 //! 1. the style polygon's arithmetic, in node;
 //! 2. the glTF that `gestus translate` writes, in the Khronos validator;
 //! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged, a corner, a method and
-//!    a timing are chosen. Each digest is that of `gestus translate` with the same settings.
+//!    a timing are chosen. Each digest and verdict is that of `gestus translate` with the same settings.
 
 use std::{
     fs,
@@ -151,6 +151,12 @@ fn in_browser(browser: &str, files: &Files) -> Result<()> {
             if seen["digest"] != figures["digest"] {
                 bail!("the page does not compute what the command does: {seen}");
             }
+            ensure!(
+                seen["verdict"] == figures["verdict"]["text"],
+                "another verdict than the command's: {seen}"
+            );
+            let body = seen["body"].as_str().and_then(|frames| frames.parse().ok());
+            ensure!(body == figures["output_frames"].as_u64(), "no body of the database: {seen}");
         }
     }
     let saved = list("data-saved")?;

@@ -79,7 +79,7 @@ impl Page {
     }
 
     /// Takes an animation of the clip as the input. Answers with its skeleton and what was noted in reading; the data is
-    /// its joints' places, metres, shape `[frames x joints x 3]`.
+    /// its joints' places, metres, Y up, shape `[frames x joints x 3]`.
     pub fn animation(&mut self) -> Result<Value> {
         let Numbered { index } = serde_json::from_slice(&self.text)?;
         let database = self.database.context("there is no database")?;
@@ -87,13 +87,14 @@ impl Page {
         let path = Path::new(&self.file);
         self.streamed = None;
         let input = Input::of_document(document.clone(), path, &database, &Reading::default())?;
-        self.data = places(&input.clip);
+        self.data = places(&input.upright(&input.clip));
         let skeleton = &input.clip.skeleton;
         let answer = json!({
             "joints": skeleton.names,
             "parents": skeleton.parents,
             "frames": input.clip.frames.len(),
             "rate": input.clip.rate_hz,
+            "floor": input.floor().height_m,
             "retargeted": input.retarget().is_some(),
             "notes": input.notes().collect::<Vec<_>>(),
         });
@@ -102,17 +103,21 @@ impl Page {
     }
 
     /// Translates the input with the settings in the text. Answers with the figures of `gestus translate`; the data is
-    /// the joints' places in the output, as in [`animation`](Self::animation).
+    /// the joints' places in the output, as in [`animation`](Self::animation), and behind them those of the database's body,
+    /// on a floor at zero, in as many frames.
     pub fn translate(&mut self) -> Result<Value> {
         let settings: Settings = serde_json::from_slice(&self.text)?;
         let database = self.database.context("there is no database")?;
         let input = self.input.as_ref().context("there is no clip")?;
         let streamed = translate(&database, input, &settings.request(&database)?, &mut ())?;
         let output = input.output(&streamed);
-        self.data = places(&output);
+        self.data = places(&input.upright(&output));
+        let body = input.body(&streamed, output.rate_hz);
+        self.data.extend(places(&body));
         let mut answer = figures(&streamed);
         answer["output_frames"] = json!(output.frames.len());
         answer["output_rate"] = json!(output.rate_hz);
+        answer["body_parents"] = json!(body.skeleton.parents);
         answer["degraded_words"] = json!(degraded_words(&answer));
         answer["verdict"] = Verdict::of(&database, input, &streamed).json();
         self.streamed = Some(streamed);

@@ -144,6 +144,7 @@
     $("animation").disabled = next.animations.length < 2;
     $("meshlabel").hidden = !next.model;
     $("skeleton").checked = !next.model;
+    $("body").checked = next.retargeted;
     take(next);
   }
 
@@ -151,7 +152,7 @@
     clip = next;
     let low = Infinity, high = -Infinity;
     for (let i = 1; i < clip.places.length; i += 3) { low = Math.min(low, clip.places[i]); high = Math.max(high, clip.places[i]); }
-    Object.assign(clip, { low, tall: Math.max(0.1, high - low) });
+    Object.assign(clip, { tall: Math.max(0.1, high - low) });
     $("name").textContent = clip.name;
     $("notes").textContent = "";
     for (const note of clip.notes) { const item = document.createElement("li"); item.textContent = note; $("notes").append(item); }
@@ -164,13 +165,18 @@
     try {
       const start = performance.now();
       const { json, bytes: data } = module.call("translate", settings());
-      result = { ...json, places: floats(data), seconds: Math.max(1e-3, (json.output_frames - 1) / json.output_rate) };
+      const all = floats(data), own = 3 * json.output_frames * clip.joints.length;
+      result = { ...json, places: all.subarray(0, own), body: all.subarray(own), seconds: Math.max(1e-3, (json.output_frames - 1) / json.output_rate) };
       if (clip.model) clip.model.animate(module.call("file").bytes, clip.animations[clip.index]);
+      result.bodyScale = bodyScale();
+      $("verdict").textContent = json.verdict.text;
       facts(performance.now() - start);
       show(drawn);
       page.dataset.state = "ready";
       page.dataset.digest = json.digest;
       page.dataset.frames = json.frames;
+      page.dataset.verdict = $("verdict").textContent;
+      page.dataset.body = result.body.length / (3 * json.body_parents.length);
       page.dataset.mix = JSON.stringify(mix);
     } catch (error) { failed(error); }
   }
@@ -222,6 +228,17 @@
     return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
   };
 
+  // Mean height of the output's hips over that of the database's body.
+  function bodyScale() {
+    const height = (places, joints, floor) => {
+      let sum = 0;
+      for (let i = 1; i < places.length; i += 3 * joints) sum += places[i] - floor;
+      return 3 * joints * sum / places.length;
+    };
+    const scale = height(result.places, clip.joints.length, clip.floor) / height(result.body, result.body_parents.length, 0);
+    return scale > 0 && scale < Infinity ? scale : 1;
+  }
+
   // The joints' places at a time, between the two frames beside it.
   function at(places, joints, rate, t) {
     const last = places.length / (3 * joints) - 1, f = Math.min(last, Math.max(0, t * rate)), i = Math.floor(f), u = f - i;
@@ -234,8 +251,8 @@
     if (!stage.gl || !clip || !result) return;
     const joints = clip.joints.length, now = at(result.places, joints, result.output_rate, time);
     const then = at(clip.places, joints, clip.rate, time), thick = 0.02 * clip.tall;
-    const target = [now[0], clip.low + 0.5 * clip.tall, now[2]];
-    const shapes = [Stage.floor(target, clip.low, [...css("--grid"), 1])];
+    const target = [now[0], clip.floor + 0.5 * clip.tall, now[2]];
+    const shapes = [Stage.floor(target, clip.floor, [...css("--grid"), 1])];
     if (clip.model && $("mesh").checked) {
       clip.model.pose(time);
       for (const part of clip.model.parts) {
@@ -248,6 +265,13 @@
       const side = 0.6 * clip.tall, cos = Math.cos(stage.camera.yaw), sin = Math.sin(stage.camera.yaw);
       const moved = then.map((x, k) => x + (k % 3 === 0 ? now[0] - then[0] - side * cos : k % 3 === 2 ? now[2] - then[2] + side * sin : 0));
       shapes.push(Stage.bones(moved, clip.parents, [...css("--dim"), 1], thick));
+    }
+    if ($("body").checked) {
+      // Over the output: its hips where those are, on the same floor, as tall.
+      const bones = result.body_parents.length, body = at(result.body, bones, result.output_rate, time);
+      const from = [body[0], 0, body[2]], to = [now[0], clip.floor, now[2]];
+      const over = body.map((x, k) => to[k % 3] + result.bodyScale * (x - from[k % 3]));
+      shapes.push(Stage.bones(over, result.body_parents, [...css("--dim").map((c) => 0.45 * c), 0.45], 0.7 * thick));
     }
     stage.draw(target, 2.2 * clip.tall, shapes);
   }
