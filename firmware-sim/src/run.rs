@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{
+        blob,
         options::{GroundArgs, UnitArgs},
         outputs::{check_clip, check_outputs, say, tell},
         stylizer_args::StylizerArgs,
@@ -69,7 +70,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
     };
     check_outputs([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
     check_clip("-o", args.output.as_ref(), Some(&args.input))?;
-    let bytes = std::fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
+    let bytes = blob::read(&args.db)?;
     let database = match Database::open(&bytes) {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),

@@ -5,7 +5,7 @@
 //! that it shows. To prove it, the page streams the input a second time with the settings of the command, and compares
 //! the digest with the one that this command computed with the core on the host.
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 // With padding, as JavaScript's `atob` reads it (RFC 4648).
@@ -16,12 +16,13 @@ use gestus_core::{
 };
 use gestus_database::{
     command_line::{
-        options::UnitArgs,
+        blob,
+        options::{GroundArgs, UnitArgs},
         outputs::{check_outputs, say, tell},
         wasm::WasmCrate,
     },
     list,
-    stream::input::{Input, Reading},
+    stream::input::Input,
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
 use gestus_motion::files;
@@ -36,7 +37,11 @@ const MODULE: WasmCrate =
 
 /// Write an HTML page that runs the core in a browser, to try out a database.
 #[derive(clap::Args, Debug)]
-#[command(mut_arg("unit", |unit| unit.requires("input")))]
+#[command(
+    mut_arg("unit", |unit| unit.requires("input")),
+    mut_arg("floor", |floor| floor.requires("input")),
+    mut_arg("root", |root| root.requires("input"))
+)]
 pub struct ViewArgs {
     /// The database
     #[arg(long)]
@@ -47,6 +52,8 @@ pub struct ViewArgs {
     input: Option<PathBuf>,
     #[command(flatten)]
     unit: UnitArgs,
+    #[command(flatten)]
+    ground: GroundArgs,
     /// Initial output style: a name, or two with weights, a=1,b=2. Default: the database's second style
     #[arg(long)]
     style: Option<String>,
@@ -73,7 +80,7 @@ pub struct ViewArgs {
 /// Files that can't be read or written, names that the database does not have, and a missing wasm module.
 pub fn run(args: &ViewArgs) -> Result<()> {
     check_outputs([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
-    let blob = fs::read(&args.db).with_context(|| format!("{} can't be read", args.db.display()))?;
+    let blob = blob::read(&args.db)?;
     let database = match Database::open(&blob) {
         Ok(database) => database,
         Err(error) => bail!("{}: {error}", args.db.display()),
@@ -81,8 +88,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let settings = settings(args, &database.manifest()?).with_context(|| args.db.display().to_string())?;
     let (recording, what) = match &args.input {
         Some(path) => {
-            let input =
-                Input::read_with(path, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
+            let input = Input::read_with(path, &database, &args.ground.reading(None, args.unit.unit)?)?;
             tell(path, input.notes());
             (Recording::of_clip(&input.mapped, settings), format!("{}, one pose at a time", path.display()))
         }

@@ -4,15 +4,8 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result, anyhow};
 use gestus_core::Database;
+pub use gestus_database::command_line::blob::read as read_blob;
 use gestus_motion::files;
-
-/// Largest database that is read, bytes: offsets in it have 32 bits.
-const MOST_DATABASE: u64 = 1 << 32;
-
-/// Reads a database's bytes; it is opened where they live.
-pub fn read_blob(path: &Path) -> Result<Vec<u8>> {
-    files::read(path, MOST_DATABASE).with_context(|| format!("{} can't be read", path.display()))
-}
 
 /// Writes a file.
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {

@@ -16,15 +16,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
-        options::UnitArgs,
+        blob,
+        options::{GroundArgs, UnitArgs},
         outputs::{check_outputs, say, tell},
         progress,
         stylizer_args::StylizerArgs,
     },
-    stream::{
-        Request,
-        input::{Input, Reading},
-    },
+    stream::{Request, input::Input},
 };
 use serde_json::{Value, json};
 
@@ -46,7 +44,11 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v2-legs.
 
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
-#[command(mut_arg("unit", |unit| unit.requires("input")))]
+#[command(
+    mut_arg("unit", |unit| unit.requires("input")),
+    mut_arg("floor", |floor| floor.requires("input")),
+    mut_arg("root", |root| root.requires("input"))
+)]
 pub struct BoardArgs {
     /// The board: m4f, m7, m33, rv32imafc, rv32imac, rv32imc, armv6m or m0, or the name of QEMU's machine
     #[arg(required_unless_present = "all", conflicts_with = "all")]
@@ -64,6 +66,8 @@ pub struct BoardArgs {
     input: Option<PathBuf>,
     #[command(flatten)]
     unit: UnitArgs,
+    #[command(flatten)]
+    ground: GroundArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// Use generated motion in place of a database and a clip: 28 classes, or 6 on m0
@@ -211,10 +215,9 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
     let own = args.generated || (args.all && board.blob_address.is_none());
     match (&args.db, &args.input) {
         (Some(path), Some(input)) if !own => {
-            let bytes = read(path)?;
+            let bytes = blob::read(path)?;
             let database = open(path, &bytes)?;
-            let read =
-                Input::read_with(input, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
+            let read = Input::read_with(input, &database, &args.ground.reading(None, args.unit.unit)?)?;
             tell(input, read.notes());
             let clip = read.mapped;
             let request =
@@ -232,7 +235,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         }
         _ => {
             let path = profile.database()?;
-            let bytes = read(&path)?;
+            let bytes = blob::read(&path)?;
             let database = open(&path, &bytes)?;
             let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             let own = profile.request();
@@ -323,10 +326,6 @@ fn pair<'a>(
     // The last board of the list is the slowest, so it starts first.
     let at = boards.len().checked_sub(at + 1)?;
     Some((boards.get(at)?, images.get(at)?))
-}
-
-fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).with_context(|| format!("{} can't be read", path.display()))
 }
 
 fn open<'b>(path: &Path, bytes: &'b [u8]) -> Result<Database<'b>> {

@@ -7,15 +7,13 @@ use clap::Parser;
 use gestus_core::{Database, robot::Robot};
 use gestus_database::{
     command_line::{
-        options::UnitArgs,
+        blob,
+        options::{GroundArgs, UnitArgs},
         outputs::{check_clip, check_outputs, say, tell},
         progress,
         stylizer_args::StylizerArgs,
     },
-    stream::{
-        Request,
-        input::{Input, Reading},
-    },
+    stream::{Request, input::Input},
 };
 use gestus_motion::files;
 use serde_json::{Value, json};
@@ -47,6 +45,8 @@ pub struct LinkArgs {
     input: PathBuf,
     #[command(flatten)]
     unit: UnitArgs,
+    #[command(flatten)]
+    ground: GroundArgs,
     #[command(flatten)]
     stylizer_args: StylizerArgs,
     /// File for the board's output, at the database's rate: BVH, or glTF where the input is
@@ -97,9 +97,7 @@ impl RobotArgs {
     /// # Errors
     /// A file that can't be read.
     pub fn read(&self) -> Result<Vec<u8>> {
-        let read =
-            |path: &PathBuf| std::fs::read(path).with_context(|| format!("{} can't be read", path.display()));
-        self.robot.as_ref().map_or(Ok(Vec::new()), read)
+        self.robot.as_ref().map_or(Ok(Vec::new()), |path| blob::read(path))
     }
 
     /// Opens the robot's tables, which have to fit the database.
@@ -185,9 +183,9 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     )?;
     check_clip("-o", args.output.as_ref(), Some(&args.input))?;
     let (db, input) = (&args.db, &args.input);
-    let bytes = std::fs::read(db).with_context(|| format!("{} can't be read", db.display()))?;
+    let bytes = blob::read(db)?;
     let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
-    let input = Input::read_with(input, &database, &Reading { unit: args.unit.unit, ..Reading::default() })?;
+    let input = Input::read_with(input, &database, &args.ground.reading(None, args.unit.unit)?)?;
     tell(&args.input, input.notes());
     let request = args.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
     let tables = args.robot.read()?;

@@ -3,6 +3,8 @@
 //! Without the feature `command-line`, as in a wasm module, there is only a progress that shows nothing.
 
 #[cfg(feature = "command-line")]
+pub mod blob;
+#[cfg(feature = "command-line")]
 pub mod options;
 #[cfg(feature = "command-line")]
 pub mod outputs;
