@@ -310,6 +310,27 @@ fn what_is_no_body_is_refused_in_words() {
     assert!(message.contains("left-upper-leg") && message.contains("--map"), "{message}");
 }
 
+#[test]
+fn feet_that_hang_on_controls_are_refused_with_the_controls_names() {
+    let rig = |controls: &[(&str, &str)]| {
+        let mut foreign = Foreign::new().named(|_, name| {
+            controls.iter().find(|(was, _)| *was == name).map_or(name, |(_, now)| now).to_owned()
+        });
+        foreign.skeleton(|s| {
+            let foot = s.names.iter().position(|n| n == "Foot_L").unwrap();
+            s.parents[foot] = Some(0);
+        });
+        Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string()
+    };
+    let message = rig(&[("Hips", "master_ik"), ("Toes_R", "KneePole.R")]);
+    for words in ["left-foot (`Foot_L`)", "but on `master_ik`", "`KneePole.R` are controls", "baked"] {
+        assert!(message.contains(words), "{words}: {message}");
+    }
+    // A tree that is odd in another way names none.
+    let message = rig(&[]);
+    assert!(!message.contains("control") && message.contains("--map"), "{message}");
+}
+
 /// A map with bytes changed and the checksum made right again.
 fn patched(at: usize, bytes: &[u8]) -> Vec<u8> {
     let mut map = Foreign::new().mixamo().map().bytes().to_vec();

@@ -156,7 +156,7 @@ pub fn split(name: &str) -> (Option<Side>, String) {
 }
 
 /// Splits `LeftUpLeg_2` into left, up, leg, 2: at separators and capitals, in lower case.
-fn words(name: &str) -> Vec<String> {
+pub fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut fresh = true;
     let chars: Vec<char> = name.chars().collect();

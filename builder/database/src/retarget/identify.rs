@@ -68,9 +68,16 @@ pub enum IdentifyError {
     #[error("the map file says that {part} is `{name}`, which is not a joint; the joints are {joints}")]
     NoSuchJoint { part: Part, name: String, joints: String },
     #[error(
-        "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`): say in a map file (--map) which joint is which"
+        "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`), but on `{hangs_on}`: {advice}"
     )]
-    Tree { upper: Part, upper_joint: String, lower: Part, lower_joint: String },
+    Tree {
+        upper: Part,
+        upper_joint: String,
+        lower: Part,
+        lower_joint: String,
+        hangs_on: String,
+        advice: String,
+    },
     #[error("{a} and {b} are both `{joint}`: say in a map file (--map) which is which")]
     Twice { a: Part, b: Part, joint: String },
 }
@@ -239,6 +246,8 @@ impl Parts {
                             upper_joint: name(a),
                             lower,
                             lower_joint: name(b),
+                            hangs_on: skeleton.parents[b].map_or_else(|| "nothing".into(), name),
+                            advice: advice(skeleton),
                         });
                     }
                 }
@@ -333,6 +342,29 @@ impl Parts {
             !self.joints.values().any(|k| k == j) && !self.spine.contains(j) && !self.neck.contains(j)
         })
     }
+}
+
+/// True for a control of inverse kinematics, as rigs call them: `IK_foot.L`, `FootIKTarget`, `knee_pole_r`.
+fn is_control(name: &str) -> bool {
+    let words = gestus_motion::names::words(name);
+    let is =
+        |word: &String| ["ik", "pole", "target", "ctrl", "control", "controller"].contains(&word.as_str());
+    words.iter().any(is)
+}
+
+/// What to do where limbs do not hang together.
+fn advice(skeleton: &Skeleton) -> String {
+    let controls: Vec<String> =
+        skeleton.names.iter().filter(|name| is_control(name)).map(|name| format!("`{name}`")).collect();
+    if controls.is_empty() {
+        return "say in a map file (--map) which joint is which".into();
+    }
+    format!(
+        "{} {} of inverse kinematics, by which another program bends the limbs: export the motion baked onto the bones that \
+         carry the mesh, or say in a map file (--map) which joint is which",
+        controls.join(", "),
+        if controls.len() == 1 { "is a control" } else { "are controls" }
+    )
 }
 
 /// Joints from the root to this one.
