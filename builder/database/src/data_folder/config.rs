@@ -146,6 +146,8 @@ pub enum AnnotateError {
          `patterns`, `files` or `names` in {FILE_NAME}"
     )]
     Name { file: String, what: &'static str, name: String, found: char },
+    #[error("{file}: {clip} is in `development` and in `test`: leave it in one of them")]
+    Both { file: String, clip: String },
     #[error("`{key}`: no {what} is called `{name}`: there are {have}")]
     Absent { key: &'static str, what: &'static str, name: String, have: String },
 }

@@ -11,15 +11,15 @@
 //! let split = Split::parse(text, "split.toml")?;
 //! assert_eq!(split.set_of("walk_proud_2.bvh")?, Some(Set::Test));
 //! assert_eq!(split.set_of("walk_proud_3.bvh")?, None);
-//! # Ok::<(), gestus_database::data_folder::split::SplitError>(())
+//! # Ok::<(), gestus_database::data_folder::config::AnnotateError>(())
 //! ```
 
 use std::path::Path;
 
+use gestus_motion::files::{self, MOST_SETTINGS};
 use serde::Deserialize;
-use thiserror::Error;
 
-use super::pattern::Pattern;
+use super::{config::AnnotateError, pattern::Pattern};
 
 /// A set of clips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,26 +31,15 @@ pub enum Set {
     Test,
 }
 
+/// The error of a split; it names the split's file.
+pub type SplitError = AnnotateError;
+
 /// Both sets.
 #[derive(Debug, Clone)]
 pub struct Split {
     file: String,
     development: Vec<Pattern>,
     test: Vec<Pattern>,
-}
-
-/// A split that can't be used. Every error names the split's file.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum SplitError {
-    #[error("{file}: cannot be read: {error}")]
-    Io { file: String, error: String },
-    #[error("{file}: {error}")]
-    Toml { file: String, error: String },
-    #[error("{file}: pattern `{pattern}`: {problem}")]
-    Pattern { file: String, pattern: String, problem: &'static str },
-    #[error("{file}: {clip} is in `development` and in `test`: leave it in one of them")]
-    Both { file: String, clip: String },
 }
 
 #[derive(Deserialize)]
@@ -64,11 +53,11 @@ impl Split {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`SplitError`], with the file's name.
-    pub fn read(path: &Path) -> Result<Self, SplitError> {
+    /// [`AnnotateError`], with the file's name.
+    pub fn read(path: &Path) -> Result<Self, AnnotateError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| SplitError::Io { file: file.clone(), error: e.to_string() })?;
+        let text = files::read_text(path, MOST_SETTINGS)
+            .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         Self::parse(&text, &file)
     }
 
@@ -76,14 +65,14 @@ impl Split {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn parse(text: &str, file: &str) -> Result<Self, SplitError> {
-        let Lists { development, test } = toml::from_str(text).map_err(|e| SplitError::Toml {
+    pub fn parse(text: &str, file: &str) -> Result<Self, AnnotateError> {
+        let Lists { development, test } = toml::from_str(text).map_err(|e| AnnotateError::Toml {
             file: file.to_owned(),
             error: e.to_string().trim_end().to_owned(),
         })?;
         let patterns = |list: Vec<String>| {
             let pattern = |pattern: String| {
-                Pattern::new(&pattern).map_err(|problem| SplitError::Pattern {
+                Pattern::new(&pattern).map_err(|problem| AnnotateError::Pattern {
                     file: file.to_owned(),
                     pattern,
                     problem,
@@ -97,11 +86,11 @@ impl Split {
     /// The set of a clip, by its name; `None` of one in neither list.
     ///
     /// # Errors
-    /// [`SplitError::Both`].
-    pub fn set_of(&self, name: &str) -> Result<Option<Set>, SplitError> {
+    /// [`AnnotateError::Both`].
+    pub fn set_of(&self, name: &str) -> Result<Option<Set>, AnnotateError> {
         let among = |patterns: &[Pattern]| patterns.iter().any(|p| p.find(name).is_some());
         match (among(&self.development), among(&self.test)) {
-            (true, true) => Err(SplitError::Both { file: self.file.clone(), clip: name.to_owned() }),
+            (true, true) => Err(AnnotateError::Both { file: self.file.clone(), clip: name.to_owned() }),
             (true, false) => Ok(Some(Set::Development)),
             (false, true) => Ok(Some(Set::Test)),
             (false, false) => Ok(None),
@@ -117,13 +106,13 @@ mod tests {
     fn odd_files_are_refused() {
         let parse = |text: &str| Split::parse(text, "s.toml");
         let missing = parse("test = []").unwrap_err();
-        assert!(matches!(missing, SplitError::Toml { .. }), "{missing}");
+        assert!(matches!(missing, AnnotateError::Toml { .. }), "{missing}");
         let odd = parse("development = [\"walk\"]\ntest = []").unwrap_err();
-        assert!(matches!(odd, SplitError::Pattern { ref pattern, .. } if pattern == "walk"), "{odd}");
+        assert!(matches!(odd, AnnotateError::Pattern { ref pattern, .. } if pattern == "walk"), "{odd}");
         let both =
             parse("development = [\"{action}_{style}_{*}\"]\ntest = [\"{action}_{style}_2\"]").unwrap();
         let error = both.set_of("walk_proud_2").unwrap_err();
-        assert!(matches!(error, SplitError::Both { ref clip, .. } if clip == "walk_proud_2"), "{error}");
+        assert!(matches!(error, AnnotateError::Both { ref clip, .. } if clip == "walk_proud_2"), "{error}");
         assert_eq!(both.set_of("walk_proud_1"), Ok(Some(Set::Development)));
     }
 

@@ -16,11 +16,7 @@ pub fn translate(
     request: &Request,
     watcher: &mut impl Watcher,
 ) -> Result<Streamed> {
-    let (mut streamed, body) = run(database, input, request, watcher)?;
-    if let (Some(round), Some(body)) = (input.round(), body) {
-        looped::last(&mut streamed, round, &input.mapped, &body);
-    }
-    Ok(streamed)
+    run(database, input, request, watcher, |_| ())
 }
 
 /// The same, and removes foot skate afterwards, with later frames known ([`cleanup`]).
@@ -33,27 +29,29 @@ pub fn translate_clean(
     request: &Request,
     watcher: &mut impl Watcher,
 ) -> Result<Streamed> {
-    let (mut streamed, body) = run(database, input, request, watcher)?;
     let window = cleanup::WINDOW_S * f64::from(database.rate_hz());
-    cleanup::clean_up(database, &mut streamed, window as usize);
-    if let (Some(round), Some(body)) = (input.round(), body) {
-        looped::last(&mut streamed, round, &input.mapped, &body);
-    }
-    Ok(streamed)
+    run(database, input, request, watcher, |streamed| {
+        cleanup::clean_up(database, streamed, window as usize);
+    })
 }
 
-/// All rounds, and the body of a loop.
+/// Streams an input, in all its rounds where it is a loop, lets `finish` work on the whole, and keeps the last round.
 fn run(
     database: &Database<'_>,
     input: &Input,
     request: &Request,
     watcher: &mut impl Watcher,
-) -> Result<(Streamed, Option<Body>)> {
+    finish: impl FnOnce(&mut Streamed),
+) -> Result<Streamed> {
     let body = input.round().map(|_| Body::of(&Corpus::of_clip(&input.mapped))).transpose()?;
     let rounds = body.as_ref().map(|body| looped::repeated(&input.mapped, body));
     let clip = rounds.as_ref().unwrap_or(&input.mapped);
-    let streamed = stream(database, clip, request, watcher).map_err(|e| anyhow::anyhow!("{e}"))?;
-    Ok((streamed, body))
+    let mut streamed = stream(database, clip, request, watcher).map_err(|e| anyhow::anyhow!("{e}"))?;
+    finish(&mut streamed);
+    if let (Some(round), Some(body)) = (input.round(), body) {
+        looped::last(&mut streamed, round, &input.mapped, &body);
+    }
+    Ok(streamed)
 }
 
 /// Figures of a stream, as the commands' JSON has them.
