@@ -195,9 +195,9 @@ fn groups_have_their_own_styles_to_the_bit_under_every_label() {
             continue;
         }
         for (action, input_style) in [(None, None), (Some(0), None), (None, Some(0)), (Some(0), Some(0))] {
-            // The lock's effect on the legs depends on the time step, which depends on the whole body.
+            // The effects of lock and limit depend on the time step, which depends on the whole body.
             let labelled = |style: &[(u16, f32)]| {
-                let mut s = stylizer(Config::new().contacts(false).method(method));
+                let mut s = stylizer(Config::new().contacts(false).speed_limit(0.0).method(method));
                 s.set_action(action).unwrap();
                 s.set_input_style(input_style).unwrap();
                 s.set_style(style).unwrap();
@@ -281,7 +281,8 @@ fn groups_named_at_build_take_strengths_styles_and_masks() {
     assert_eq!((of("head"), of("sword-arm")), (vec![3, 4], vec![9, 10, 11, 12]));
     assert_eq!((of("body"), of("torso")), (vec![0], vec![1, 2, 5, 6, 7, 8]));
     let input = poses(60);
-    let config = Config::new().contacts(false);
+    // As above.
+    let config = Config::new().contacts(false).speed_limit(0.0);
     let styled = |set: &dyn Fn(&mut Standard<'_>)| {
         let mut stylizer = Standard::new(database, config).unwrap();
         stylizer.set_style(&[(2, 1.0)]).unwrap();

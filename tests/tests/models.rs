@@ -17,9 +17,9 @@ use gestus_tests::{
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-// The foot lock is off, so that the predictions are compared.
-const LTI: Config = Config::new().method(Method::Lti).contacts(false);
-const STATISTIC: Config = Config::new().method(Method::Statistic).contacts(false);
+// The foot lock and the speed limit are off, so that the predictions are compared.
+const LTI: Config = Config::new().method(Method::Lti).contacts(false).speed_limit(0.0);
+const STATISTIC: Config = Config::new().method(Method::Statistic).contacts(false).speed_limit(0.0);
 
 fn run(blob: &[u8], config: Config, style: &[(u16, f32)], frames: usize) -> (Trace, Streamed) {
     let database = Database::open(blob).unwrap();

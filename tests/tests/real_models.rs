@@ -52,7 +52,8 @@ fn linear_models_are_stable() {
     let frames = (0..laps).flat_map(|_| lap.iter().cloned()).collect();
     let clip = Clip { frames, ..example.clip.clone() };
     let elderly = corpus.styles.iter().position(|s| s == "elderly").unwrap();
-    let config = Config::new().method(Method::Lti);
+    // After the leap at the seam joints are held to a speed, and their way in a frame depends on its time, which oscillates.
+    let config = Config::new().method(Method::Lti).speed_limit(0.0);
     let request = Request { config, ..Request::style(elderly as u16) };
     let steps = stream(&database, &clip, &request, &mut ()).unwrap().steps;
     for t in 0..lap.len() {

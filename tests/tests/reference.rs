@@ -73,9 +73,11 @@ impl Case {
     }
 
     fn request(&self) -> Request {
-        // The prediction, before the foot lock.
+        // What comes after the settled prediction is not part of the reference: the lock, and the limit, which is one while
+        // a stream begins.
         let config = Config::new()
             .contacts(false)
+            .speed_limit(0.0)
             .trust(0.0)
             .still_speed(0.0)
             .k(self.k)

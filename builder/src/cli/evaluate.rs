@@ -16,7 +16,7 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
-        effort, field, growth, knn, loo, papers, retarget, servo, skate, timing, transitions,
+        effort, field, growth, knn, loo, papers, retarget, servo, skate, starts, timing, transitions,
     },
 };
 
@@ -59,6 +59,8 @@ enum Measure {
     Contacts(Clips<contacts::Args>),
     /// How far standing feet slide
     Skate(Clips<skate::Args>),
+    /// Joint speeds in the first second of a stream and after a change
+    Starts(Clips<starts::Args>),
     /// Motion of actions that the database lacks: no worse than the input, and flagged
     Cross(Clips<cross::Args>),
     /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
@@ -89,6 +91,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::GaussianProcess(measure) => measure.run(),
         Measure::Contacts(measure) => measure.run(),
         Measure::Skate(measure) => measure.run(),
+        Measure::Starts(measure) => measure.run(),
         Measure::Cross(measure) => measure.run(),
         Measure::Field(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),

@@ -72,8 +72,8 @@ choices! {
 
     /// The output where the input fails: it is late, out of order, no pose, or leaps.
     Safety {
-        /// The output takes the input's posture and heading at once, leaps included; on the ground a leap does not move it.
-        /// Where there is no input the last output is held.
+        /// The output takes the input's posture and heading, leaps included, within the speed limit; on the ground a leap
+        /// does not move it. Where there is no input the last output is held.
         Follow = "follow",
         /// The last output is held; afterwards the output is blended back.
         Hold = "hold",

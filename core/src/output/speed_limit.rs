@@ -14,6 +14,11 @@
 //! joint that was held back catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its
 //! bits.
 //!
+//! **Starts.** The first pose fills the search's window, so the first predictions come from frames that stand as the body
+//! does and move otherwise; after a leap or a change of settings the posture is another one. For [`SOFT_S`] no joint turns
+//! faster than the fastest in the output's own classes ([`Familiar::turning`](crate::blob::Familiar)) either; with another
+//! `limit` than the default, than that in proportion.
+//!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
 //! in all of its window; none where there is no limit.
 
@@ -34,6 +39,11 @@ pub const WINDOW_S: f32 = 2.0;
 const FIRST: f32 = 7.5;
 /// The fastest joint assumed at least, rad/s: a body that stands may start to move.
 const LEAST: f32 = 1.0;
+
+/// Seconds after a start, a leap or a change of settings in which the style's own speed is a limit too, and in which that
+/// is then eased out, so that what was held back does not jump.
+pub const SOFT_S: f32 = 1.0;
+const EASED_S: f32 = 0.5;
 
 /// A joint that is faster than all of the last seconds by this factor may be a wrong pose.
 const OUTLIER: f32 = 2.0;
@@ -74,12 +84,29 @@ pub(crate) struct Limit {
     recent: [f32; 2],
     /// Seconds of this window.
     age_s: f32,
+    /// Seconds left until the style's own speed is no limit any more.
+    soft_s: f32,
 }
 
 impl Limit {
     /// The state before the first frame.
     pub const fn new() -> Self {
-        Self { shown: [LEAST, FIRST], recent: [0.0; 2], age_s: 0.0 }
+        Self { shown: [LEAST, FIRST], recent: [0.0; 2], age_s: 0.0, soft_s: SOFT_S + EASED_S }
+    }
+
+    /// Another posture is due: it is taken up softly.
+    pub fn soften(&mut self) {
+        self.soft_s = SOFT_S + EASED_S;
+    }
+
+    /// Part of the way from the input's speed to the style's at which the limit is.
+    pub fn softness(&self) -> f32 {
+        clamp(self.soft_s / EASED_S, 0.0, 1.0)
+    }
+
+    /// Time goes on by a frame.
+    pub fn pass(&mut self, seconds: f32) {
+        self.soft_s = clamp(self.soft_s - seconds, 0.0, SOFT_S + EASED_S);
     }
 
     /// Measures a frame of the input that lasts for `seconds`. The body's turning, rad/s, counts as its first joint's.
@@ -109,24 +136,45 @@ impl Limit {
         }
     }
 
-    /// Holds a pose's joints to `times` what was shown, over the `seconds` since the last pose.
-    pub fn hold<const J: usize>(&self, times: f32, seconds: f32, last: &Pose<J>, pose: &mut Pose<J>) {
-        self.hold_all(times, seconds, &last.rotations, &mut pose.rotations);
-    }
-
-    // Of no capacity: it is compiled with the core, for speed, however its caller is.
-    #[inline(never)]
-    fn hold_all(&self, times: f32, seconds: f32, last: &[Quaternion], rotations: &mut [Quaternion]) {
+    /// `times` what was shown, rad/s.
+    pub fn most(&self, times: f32) -> f32 {
         let all = self.shown.iter().chain(&self.recent);
-        let shown = all.fold(0.0, |most, &speed| if speed > most { speed } else { most });
-        // Half angles, as quaternions have them; a quarter turn of those is as far as there is.
-        let most = clamp(0.5 * times * shown * seconds, 0.0, core::f32::consts::FRAC_PI_2);
-        let cosine = sin_cos(most).1;
-        for (q, &last) in rotations.iter_mut().zip(last) {
-            let along = abs(q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3]);
-            if along < cosine {
-                *q = slerp(most / acos(along), last, *q);
-            }
+        times * all.fold(0.0, |most, &speed| if speed > most { speed } else { most })
+    }
+}
+
+/// Holds each joint of a pose to its speed, rad/s, over the `seconds` since the last pose.
+pub fn hold<const J: usize>(
+    most: impl Iterator<Item = f32>,
+    seconds: f32,
+    last: &Pose<J>,
+    pose: &mut Pose<J>,
+) {
+    // Joints of a group are neighbors: most often all are held at once.
+    let (mut most, mut start) = (most.peekable(), 0);
+    while let Some(speed) = most.next() {
+        let mut end = start + 1;
+        while most.next_if(|next| *next == speed).is_some() {
+            end += 1;
+        }
+        if let Some((last, now)) = last.rotations.get(start..end).zip(pose.rotations.get_mut(start..end)) {
+            hold_all(speed * seconds, last, now);
+        }
+        start = end;
+    }
+}
+
+/// Holds rotations to an angle from the last ones, radians.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
+#[inline(never)]
+fn hold_all(most: f32, last: &[Quaternion], rotations: &mut [Quaternion]) {
+    // Half angles, as quaternions have them; a quarter turn of those is as far as there is.
+    let most = clamp(0.5 * most, 0.0, core::f32::consts::FRAC_PI_2);
+    let cosine = sin_cos(most).1;
+    for (q, &last) in rotations.iter_mut().zip(last) {
+        let along = abs(q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3]);
+        if along < cosine {
+            *q = slerp(most / acos(along), last, *q);
         }
     }
 }
@@ -163,6 +211,10 @@ mod tests {
 
     const FRAME: f32 = 1.0 / 30.0;
 
+    fn hold(limit: &Limit, last: &Pose<2>, pose: &mut Pose<2>) {
+        super::hold([limit.most(1.2); 2].into_iter(), FRAME, last, pose);
+    }
+
     /// Shows three frames, each of which turns the joint by as much.
     fn show(limit: &mut Limit, now: &[f32], before: &[f32]) {
         for _ in 0..3 {
@@ -184,7 +236,7 @@ mod tests {
         let mut turned = Vec::new();
         for _ in 0..7 {
             let mut next = target;
-            limit.hold(1.2, FRAME, &at, &mut next);
+            hold(&limit, &at, &mut next);
             turned.push(angle(at.rotations[1], next.rotations[1]));
             at = next;
         }
@@ -219,12 +271,12 @@ mod tests {
         show(&mut limit, &dofs([0.1, 0.0, 0.0]), &dofs([0.0; 3]));
         for way in [[0.0; 3], [0.05, -0.05, 0.02], [0.0, 0.0, 0.119]] {
             let (mut next, wanted) = (pose(way), pose(way));
-            limit.hold(1.2, FRAME, &pose([0.0; 3]), &mut next);
+            hold(&limit, &pose([0.0; 3]), &mut next);
             assert_eq!(next, wanted, "{way:?}");
             // The other sign is the same rotation.
             next.rotations[1] = next.rotations[1].map(|v| -v);
             let wanted = next;
-            limit.hold(1.2, FRAME, &pose([0.0; 3]), &mut next);
+            hold(&limit, &pose([0.0; 3]), &mut next);
             assert_eq!(next, wanted, "{way:?}");
         }
     }
@@ -260,12 +312,29 @@ mod tests {
     }
 
     #[test]
+    fn each_joint_has_its_limit_and_what_begins_is_soft_for_a_second() {
+        let mut limit = Limit::new();
+        for t in 0..100 {
+            let mut next = Pose::<3> { rotations: [exp([0.0, 3.0, 0.0]); 3], ..Pose::IDENTITY };
+            super::hold([4.0, 4.0, 9.0].into_iter(), FRAME, &Pose::IDENTITY, &mut next);
+            for (q, most) in next.rotations.into_iter().zip([4.0, 4.0, 9.0]) {
+                assert!((angle(IDENTITY, q) / FRAME - most).abs() < 1e-3);
+            }
+            let expected = (3.0 - t as f32 / 15.0).clamp(0.0, 1.0);
+            assert!((limit.softness() - expected).abs() < 1e-3, "frame {t}: {}", limit.softness());
+            limit.pass(FRAME);
+        }
+        limit.soften();
+        assert_eq!(limit.softness(), 1.0);
+    }
+
+    #[test]
     fn a_stream_begins_with_a_walk_taken_for_granted_and_forgets_it() {
         let mut limit = Limit::new();
         let still = dofs([0.0; 3]);
         let most = |limit: &Limit| {
             let mut next = pose([0.0, 3.0, 0.0]);
-            limit.hold(1.2, FRAME, &pose([0.0; 3]), &mut next);
+            hold(limit, &pose([0.0; 3]), &mut next);
             angle(IDENTITY, next.rotations[1]) / FRAME
         };
         assert!((most(&limit) - 1.2 * FIRST).abs() < 1e-3, "{}", most(&limit));

@@ -34,7 +34,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         // A cap on visits changes with the load, not with what is wanted.
         if self.config.visits(config.visits) != config {
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         self.config = config;
         Ok(())

@@ -4,6 +4,7 @@ mod configure;
 pub mod effort_dial;
 mod fallback;
 mod faults;
+mod limits;
 mod many;
 mod settings;
 pub mod style_mix;
@@ -27,7 +28,7 @@ use crate::{
     observe::Stage,
     output::{
         foot_lock::{self, Lock},
-        speed_limit::{Fastest, Limit},
+        speed_limit::Limit,
         stillness::Stillness,
         trust::Trust,
     },
@@ -205,8 +206,11 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.compose_output(first, &mut report, output, observer);
         self.set_standing(report.contacts);
         self.blend_back(report.step_s, output);
-        if let Some(last) = self.last.as_ref().filter(|_| self.config.speed_limit > 0.0) {
-            self.limit.hold(self.config.speed_limit, frames * report.step_s, last, output);
+        if self.config.speed_limit > 0.0 {
+            if leaps {
+                self.limit.soften();
+            }
+            self.limit_speed(&report, frames, output);
         }
 
         self.keep_valid(input, &mut report, output);
@@ -216,32 +220,6 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         signals.x_prev = signals.x;
         self.last = Some(*output);
         report
-    }
-
-    /// Whatever has gone wrong, what is put out is a pose: the input, where nothing else is left.
-    #[inline(never)]
-    fn keep_valid(&mut self, input: &Pose<J>, report: &mut Report, output: &mut Pose<J>) {
-        if output.is_valid(self.database.counts().joints) {
-            return;
-        }
-        *output = *input;
-        self.output_anchor = self.input_anchor;
-        self.lock.reset();
-        report.degraded.set(Degraded::PREDICTION, true);
-    }
-
-    /// Measures how the input has moved in `seconds`.
-    #[inline(never)]
-    fn see_motion(&mut self, leaps: bool, seconds: f32) {
-        let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
-        let at = |dofs: &[f32], d: usize| dofs.get(d).copied().unwrap_or(0.0);
-        let fastest = Fastest::of(x, x_prev);
-        if self.config.speed_limit > 0.0 {
-            self.limit.see(&fastest, at(x, dof::YAW), seconds);
-        }
-        // What leaps is no rest, though its speeds are set to 0.
-        let least = if leaps { 0.0 } else { self.config.still_speed };
-        self.stillness.see(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
     }
 
     /// Measures whether the input is of the database's kind, and passes it on where it is not.

@@ -31,7 +31,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         used.iter_mut().for_each(|w| *w /= total);
         if self.settings.styles != styles {
             self.settings.styles = styles;
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         Ok(())
     }
@@ -69,7 +69,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         own.weights = own.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
         if self.settings.set_own(usize::from(group), own) {
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         Ok(())
     }
@@ -119,7 +119,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         if self.settings.mask != mask {
             self.settings.mask = mask;
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         Ok(())
     }
@@ -141,7 +141,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         if let Some(slot) = self.settings.strength.get_mut(usize::from(group)).filter(|s| **s != strength) {
             *slot = strength;
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         Ok(())
     }
@@ -174,6 +174,12 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         (self.settings.action, self.settings.input_style)
     }
 
+    /// Another posture is due: it is taken up, and softly.
+    pub(super) fn settings_changed(&mut self) {
+        self.stillness.settings_changed();
+        self.limit.soften();
+    }
+
     fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
         if self.config.method.needs().labelled_class
             && !self.database.classes().any(|c| matches(c, action, style))
@@ -182,7 +188,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         if self.labels() != (action, style) {
             (self.settings.action, self.settings.input_style) = (action, style);
-            self.stillness.settings_changed();
+            self.settings_changed();
         }
         Ok(())
     }

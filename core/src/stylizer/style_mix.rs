@@ -157,6 +157,23 @@ impl Settings {
         (0..database.counts().groups).any(|group| self.mix_of(group) == mix)
     }
 
+    /// Speed of the fastest joint of an action in a mix of styles, rad/s; of any action where it is not known, and endless
+    /// where the blob does not say it.
+    #[inline(never)]
+    pub fn fastest(&self, database: &Database<'_>, mix: usize, action: Option<u16>) -> f32 {
+        let mix = self.mix(mix);
+        let mut most = 0.0;
+        for (number, class) in database.classes().enumerate() {
+            if action.is_none_or(|action| action == class.action)
+                && mix.weight(usize::from(class.style)) > 0.0
+            {
+                let turning = database.familiar(number).map_or(0.0, |familiar| familiar.turning);
+                most = if turning > most { turning } else { most };
+            }
+        }
+        if most > 0.0 { most } else { f32::INFINITY }
+    }
+
     /// A mix by its number.
     pub fn mix(&self, id: usize) -> Mix<'_> {
         Mix { settings: self, id }

@@ -4,6 +4,6 @@ use gestus_core::blob::Familiar;
 
 /// Encodes it, class after class.
 pub fn encode(classes: &[Familiar]) -> Vec<u8> {
-    let numbers = |class: &Familiar| [class.far, class.speeds[0], class.speeds[1]];
+    let numbers = |class: &Familiar| [class.far, class.speeds[0], class.speeds[1], class.turning];
     classes.iter().flat_map(numbers).flat_map(f32::to_le_bytes).collect()
 }

@@ -17,7 +17,7 @@ use crate::{
     pairing::Pairing,
     search::{
         falls::falls,
-        familiar::familiar,
+        familiar::{familiar, turning},
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
     },
@@ -140,14 +140,16 @@ impl Index {
             counts.push(searchable.iter().filter(|s| **s).count());
         }
         let (falls, familiar) = if is_draft {
-            ([0.0; FALLS], vec![Familiar { far: 0.0, speeds: [0.0; 2] }; frames.classes.len()])
+            ([0.0; FALLS], vec![Familiar { far: 0.0, speeds: [0.0; 2], turning: 0.0 }; frames.classes.len()])
         } else {
             let captured = &clip_table[..examples.len()];
             let falls = falls(captured, &by_class);
             let of_class: Vec<_> = frames.classes.iter().map(|c| c.action).zip(by_class).collect();
             let velocities: Vec<[f64; 2]> =
                 dofs.iter().flatten().map(|row| [row[dof::FORWARD], row[dof::LEFT]]).collect();
-            (falls, familiar(captured, &of_class, &velocities, clips.corpus.rate_hz))
+            let rate_hz = clips.corpus.rate_hz;
+            let turning: Vec<f64> = dofs.iter().flat_map(|rows| turning(rows, rate_hz)).collect();
+            (falls, familiar(captured, &of_class, (&velocities, &turning), rate_hz))
         };
         Ok(Self {
             clips: clip_table,

@@ -1,12 +1,16 @@
 //! What input of a class is like: how near it is to clips that it is not part of, and how fast it goes. The core passes
-//! input on that is not.
+//! input on that is not. And how fast the joints of the class turn, which bounds the output where it begins.
 
 use gestus_core::{
     Config,
-    blob::Familiar,
+    blob::{Familiar, layout::dof},
     output::trust::{LEAD_S, SMOOTHED_S},
 };
-use gestus_motion::statistics::{quantile, sorted};
+use gestus_motion::{
+    body::about_y,
+    statistics::{quantile, sorted},
+};
+use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::{falls::mean_distance2, graph::ClassFeatures};
@@ -21,15 +25,15 @@ const BEYOND: f64 = 0.01;
 /// A class: its action, its first captured frame, and the features of its frames.
 pub type OfClass<'a> = (usize, (usize, ClassFeatures<'a>));
 
-/// What input of each class is like. `clips` are first row and number of rows of each, `velocities` those of the root of
-/// each row, forward and left, m/s.
+/// What input of each class is like. `clips` are first row and number of rows of each. Of each row come the velocity of the
+/// root, forward and left, m/s, and the speed of the fastest joint ([`turning`]).
 ///
 /// Frames of a class are searched exhaustively in all classes of the action, without the frames of their own clip; 0 where
 /// the action has no other clip. Speeds are those of the action in any style.
 pub fn familiar(
     clips: &[(usize, usize)],
     classes: &[OfClass<'_>],
-    velocities: &[[f64; 2]],
+    (velocities, turning): (&[[f64; 2]], &[f64]),
     rate_hz: f64,
 ) -> Vec<Familiar> {
     let k = usize::from(Config::new().k);
@@ -59,10 +63,12 @@ pub fn familiar(
             let speeds = sorted(own.iter().flat_map(|&(start, count)| {
                 smoothed(&velocities[start + lead.min(count)..start + count], rate_hz)
             }));
+            let turns = sorted(own.iter().flat_map(|&(start, count)| turning[start..start + count].to_vec()));
             let at = |ascending: &[f64], part: f64| quantile(ascending, part).unwrap_or(0.0) as f32;
             Familiar {
                 far: at(&distances, NEARER),
                 speeds: [BEYOND, 1.0 - BEYOND].map(|part| at(&speeds, part)),
+                turning: at(&turns, 1.0 - BEYOND),
             }
         })
         .collect();
@@ -74,6 +80,21 @@ pub fn familiar(
         })
     };
     each.iter().enumerate().map(|(class, own)| Familiar { speeds: widest(class), ..*own }).collect()
+}
+
+/// Speed of the fastest joint from the row before to each row of a clip, rad/s; 0 in the first. The root's turn counts as
+/// a joint's.
+pub fn turning(rows: &[Vec<f64>], rate_hz: f64) -> Vec<f64> {
+    let map = |row: &[f64], at: usize| {
+        UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(&row[at..at + 3]))
+    };
+    let fastest = |pair: &[Vec<f64>]| {
+        let (before, now) = (&pair[0], &pair[1]);
+        let root = about_y(now[dof::YAW] / rate_hz) * map(now, dof::TILT);
+        let joints = (dof::JOINTS..now.len()).step_by(3).map(|at| map(before, at).angle_to(&map(now, at)));
+        rate_hz * joints.fold(map(before, dof::TILT).angle_to(&root), f64::max)
+    };
+    std::iter::once(0.0).chain(rows.windows(2).map(fastest)).take(rows.len()).collect()
 }
 
 /// Speeds over the ground, as the core smooths them.
@@ -103,7 +124,8 @@ mod tests {
         let classes = [(actions[0], (0, of_class(0))), (actions[1], (120, of_class(1)))];
         let velocities: Vec<[f64; 2]> =
             (0..240).map(|t| if t < 120 { [3.0, 4.0] } else { [0.5, 0.0] }).collect();
-        familiar(&clips, &classes, &velocities, 30.0).try_into().unwrap()
+        let turning: Vec<f64> = (0..240).map(|t| f64::from(t / 120) + 2.0).collect();
+        familiar(&clips, &classes, (&velocities, &turning), 30.0).try_into().unwrap()
     }
 
     #[test]
@@ -114,6 +136,25 @@ mod tests {
         }
         assert_eq!(of(4, [0, 1])[0].speeds, [5.0; 2]);
         assert_eq!(of(4, [0, 1])[1].speeds, [0.5; 2]);
+        // Of its own class alone, whatever the action.
+        assert_eq!(of(4, [0, 0]).map(|class| class.turning), [2.0, 3.0]);
+    }
+
+    #[test]
+    fn the_fastest_joint_turns_in_the_room_of_its_parent() {
+        let still = vec![0.0; dof::JOINTS + 6];
+        let [mut turned, mut bent] = [still.clone(), still.clone()];
+        // The root turns about two axes at once; a joint goes on about a third turn and back past half a turn.
+        (turned[dof::YAW], turned[dof::TILT]) = (3.0, 0.0);
+        (bent[dof::JOINTS + 4], bent[dof::YAW]) = (0.2, 3.0);
+        let rows = [still.clone(), turned, bent, still];
+        let speeds = turning(&rows, 30.0);
+        for (speed, expected) in speeds.iter().zip([0.0, 3.0, 6.0, 6.0]) {
+            assert!((speed - expected).abs() < 1e-9, "{speeds:?}");
+        }
+        let far =
+            |angle: f64| vec![0.0; dof::JOINTS].into_iter().chain([angle, 0.0, 0.0]).collect::<Vec<f64>>();
+        assert!((turning(&[far(3.1), far(-3.1)], 1.0)[1] - (std::f64::consts::TAU - 6.2)).abs() < 1e-9);
     }
 
     #[test]

@@ -23,6 +23,7 @@ pub mod papers;
 pub mod retarget;
 pub mod servo;
 pub mod skate;
+pub mod starts;
 pub mod timing;
 pub mod transitions;
 

@@ -1,4 +1,5 @@
-//! Per class: how near input of its kind is, and how fast it goes. What is beyond is not of the database's kind.
+//! Per class: how near input of its kind is, and how fast it goes. What is beyond is not of the database's kind. And how
+//! fast its joints turn: an output of the class that begins is no faster.
 
 use core::ops::Range;
 
@@ -9,5 +10,8 @@ pub const FAR: Range<usize> = 0..4;
 pub const SLOWEST: Range<usize> = 4..8;
 /// Greatest smoothed speed of the root over the ground, f32, m/s.
 pub const FASTEST: Range<usize> = 8..12;
+/// Speed of the fastest joint, of which 99% of the class's frames have less, f32, rad/s; 0 where the builder could not
+/// tell.
+pub const TURNING: Range<usize> = 12..16;
 /// Length of a class.
-pub const LENGTH: usize = 12;
+pub const LENGTH: usize = 16;

@@ -11,6 +11,8 @@ pub struct Familiar {
     pub far: f32,
     /// Least and greatest smoothed speed of the root over the ground, m/s.
     pub speeds: [f32; 2],
+    /// Speed of the fastest joint, rad/s: 99% of the class's frames have less. 0 where the builder could not tell.
+    pub turning: f32,
 }
 
 impl Database<'_> {
@@ -22,6 +24,7 @@ impl Database<'_> {
         Some(Familiar {
             far: record.f32(trust::FAR),
             speeds: [record.f32(trust::SLOWEST), record.f32(trust::FASTEST)],
+            turning: record.f32(trust::TURNING),
         })
     }
 }

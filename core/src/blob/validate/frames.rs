@@ -191,7 +191,8 @@ pub(super) fn trust(db: &Database<'_>, bytes: &[u8]) -> Checked {
     for class in 0..db.counts.classes {
         let fits = db.familiar(class).is_some_and(|familiar| {
             let [slowest, fastest] = familiar.speeds;
-            (0.0..=1e6).contains(&familiar.far) && 0.0 <= slowest && slowest <= fastest && fastest <= 1e3
+            let is_near = (0.0..=1e6).contains(&familiar.far) && (0.0..=1e3).contains(&familiar.turning);
+            is_near && 0.0 <= slowest && slowest <= fastest && fastest <= 1e3
         });
         check(section::TRUST, class, fits)?;
     }
