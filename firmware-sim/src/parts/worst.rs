@@ -43,15 +43,14 @@ mod tests {
             let ratio = worst[crate::parts::cost::STAGE_OF[term] as usize];
             format!("{:.0}", calibration.unit_costs.0[term] * ratio)
         };
-        let [q, s, class, d, r, r_class, t, t_class, joint, e, none, c, l] = std::array::from_fn(factor);
-        assert_eq!(none, "0", "stage rest has a cost a class: add it to the document");
+        let [q, s, class, d, r, r_class, t, t_class, joint, e, e_class, c, l] = std::array::from_fn(factor);
         let lines = [
             format!("query {q} · J W F"),
             format!("search {s} · distances · F + {class} · C"),
             format!("decode {d} · n D · Σ (2 + 3 S) / 5"),
             format!("regression ({r} · n D + {r_class} · classes unpacked · D) · M"),
             format!("timing ({t} · n + {t_class} · classes unpacked) · M"),
-            format!("rest {joint} · J + {e} · n M"),
+            format!("rest {joint} · J + {e} · n M + {e_class} · C"),
             format!(
                 "contacts {c} · the smaller of n and {}",
                 gestus_core::methods::mixture::contact_votes::MOST_VOTERS
