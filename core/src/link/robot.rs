@@ -6,7 +6,7 @@
 //! [`Request::StepRobot`](super::Request::StepRobot) the board counts the ticks that are due. Boards without a robot
 //! contain none of this code.
 //!
-//! Cost: the drive (`docs/PERFORMANCE.md`, "Around a step"), and six bytes a hinge on the line.
+//! Cost: the drive (`docs/experiments/boards.md`, "Around a step"), and six bytes a hinge on the line.
 
 use super::{Board, RobotIdentity, board::Statistic};
 use crate::{
