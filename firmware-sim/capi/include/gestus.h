@@ -212,7 +212,7 @@ typedef enum GestusParameter {
   // stream jumps; a frame that reaches the cap reports `VISITS`. 64 to 448. Default 256.
   GESTUS_PARAMETER_VISITS = 8,
   // Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and
-  // visit more. 1 to 64. Default 40.
+  // visit more. 1 to 64. Default 28.
   GESTUS_PARAMETER_POOL = 9,
   // A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a
   // jump sooner, and searches anew without need. 1 to 1000000000. Default 4.
