@@ -38,8 +38,19 @@ pub struct Args {
 }
 
 /// What can be varied.
-const PARAMETERS: [&str; 9] =
-    ["bias", "kappa-rho", "k", "ridge", "delta", "lti-kc", "pairing", "window", "frame-rate"];
+const PARAMETERS: [&str; 11] = [
+    "bias",
+    "kappa-rho",
+    "k",
+    "ridge",
+    "delta",
+    "settle",
+    "liveliness",
+    "lti-kc",
+    "pairing",
+    "window",
+    "frame-rate",
+];
 
 impl OnClips for Args {
     const USES: Uses = Uses::ALL;
@@ -137,6 +148,12 @@ fn variants(experiment: &Experiment) -> Vec<Variant> {
     }
     for delta in [0.05, 0.1, 0.2, 0.35, 0.7] {
         add("delta", delta.to_string(), base.delta(delta), None, 1);
+    }
+    for settle_s in [0.0, 0.02, 0.04, 0.08, 0.15] {
+        add("settle", settle_s.to_string(), base.settle_s(settle_s), None, 1);
+    }
+    for liveliness in [0.8, 1.0, 1.2, 1.4, 1.6] {
+        add("liveliness", liveliness.to_string(), base.liveliness(liveliness), None, 1);
     }
     let models = BuildOptions { models_by_action: false, ..experiment.build_with_models() };
     for kc in [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 1e6] {
