@@ -265,7 +265,6 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.fits(bytes)?;
         let mut output = Pose::<J>::IDENTITY;
         let report = self.stepped(bytes, &mut output);
-        LinkCounts::increment(&mut self.counts.steps);
         self.answer_pose(header, &output, &report)
     }
 
@@ -276,6 +275,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         self.board.begin();
         let report = self.stylizer.step_observed(&input, output, self.board);
         self.board.end(&report);
+        LinkCounts::increment(&mut self.counts.steps);
         report
     }
 
@@ -326,7 +326,6 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn followed(&mut self, bytes: &PoseBytes<'_>) -> Result<(BriefReport, u16, Driven), Fault> {
         let mut output = Pose::<J>::IDENTITY;
         let report = self.stepped(bytes, &mut output);
-        LinkCounts::increment(&mut self.counts.steps);
         let (ticks, driven) = self.board.follow(&output, report.step_s).ok_or(Fault::NoRobot)?;
         Ok((BriefReport::new(&report), ticks, driven))
     }
