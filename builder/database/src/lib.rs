@@ -8,9 +8,9 @@
 //! 4. [`search`] makes its frames searchable;
 //! 5. [`blob`] encodes the sections. [`build`](mod@build) runs these steps.
 //!
-//! Beside the frames, a blob holds [`models`] and [`effort`]. [`motion_graph`] makes long streams from clips. [`retarget`] and [`robot`] write sections for other
-//! bodies. [`stream`] runs the core over a clip. [`command_line`] and [`list`] are shared by the commands `gestus` and
-//! `gestus-sim`.
+//! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write sections for other bodies.
+//! [`stream`] runs the core over a clip, [`motion_graph`] makes long streams from clips. [`command_line`] and [`list`] are
+//! shared by the commands `gestus` and `gestus-sim`.
 
 pub mod blob;
 pub mod build;

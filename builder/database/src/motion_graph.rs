@@ -31,12 +31,12 @@ const BLEND_S: f64 = 1.0 / 3.0;
 /// Frames of the search's window, as `BuildOptions` has it by default.
 const WINDOW: usize = 5;
 
-/// A walk that is wanted.
+/// Options of a walk.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wish {
+pub struct WalkOptions {
     /// Length, seconds.
     pub seconds: f64,
-    /// Seed of its chances: the same seed gives the same walk.
+    /// Seed of its random choices: the same seed gives the same walk.
     pub seed: u64,
     /// Least time in a clip between two transitions, seconds; at most twice as long. Shorter clips are left earlier.
     pub stay_s: f64,
@@ -163,10 +163,10 @@ impl<'a> MotionGraph<'a> {
     }
 
     /// A walk. Every class is visited once before any is visited twice, and so on.
-    pub fn walk(&self, wish: &Wish) -> Walk {
-        let mut rng = ChaCha8Rng::seed_from_u64(wish.seed);
+    pub fn walk(&self, options: &WalkOptions) -> Walk {
+        let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
         let rate = self.corpus.rate_hz;
-        let wanted = (wish.seconds * rate).round().max(1.0) as usize;
+        let wanted = (options.seconds * rate).round().max(1.0) as usize;
         let mut visits = vec![0u32; self.classes.len()];
         let mut path = Path { graph: self, frames: Vec::new(), labels: Vec::new(), way: Way::default() };
         let mut transitions = Vec::new();
@@ -175,7 +175,7 @@ impl<'a> MotionGraph<'a> {
         let (mut clip, mut frame) = (clips[rng.random_range(0..clips.len())], 0);
         loop {
             visits[self.classes.iter().position(|&c| c == self.class_of(clip)).unwrap_or_default()] += 1;
-            let stay = ((wish.stay_s * (1.0 + rng.random::<f64>())) * rate).round() as usize;
+            let stay = ((options.stay_s * (1.0 + rng.random::<f64>())) * rate).round() as usize;
             let class = self.next_class(&visits, clip, &mut rng);
             let (from, to, entry, distance2) = self.cheapest(clip, frame, stay, class);
             path.follow(clip, frame..from);
@@ -189,7 +189,7 @@ impl<'a> MotionGraph<'a> {
         path.frames.truncate(wanted);
         path.labels.truncate(wanted);
         transitions.retain(|t| t.frame < wanted);
-        let name = format!("graph_{}", wish.seed);
+        let name = format!("graph_{}", options.seed);
         let skeleton = self.corpus.skeleton.clone();
         let clip = Clip { name, skeleton, rate_hz: rate, frames: path.frames };
         Walk { clip, labels: path.labels, transitions }

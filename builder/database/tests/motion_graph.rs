@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use gestus_database::{
-    motion_graph::{GraphError, MotionGraph, Wish},
+    motion_graph::{GraphError, MotionGraph, WalkOptions},
     search::features::{Cloud, FeatureSpace, clouds},
     synth::{self, Options},
 };
@@ -18,20 +18,20 @@ fn corpus() -> Corpus {
 fn a_walk_visits_every_class_and_is_the_same_again() {
     let corpus = corpus();
     let graph = MotionGraph::of(&corpus).unwrap();
-    let wish = Wish { seconds: 60.0, seed: 3, stay_s: 2.0 };
-    let walk = graph.walk(&wish);
+    let options = WalkOptions { seconds: 60.0, seed: 3, stay_s: 2.0 };
+    let walk = graph.walk(&options);
     assert_eq!((walk.clip.frames.len(), walk.labels.len()), (1800, 1800));
     let seen: BTreeSet<(usize, usize)> = walk.labels.iter().map(|l| (l.action, l.style)).collect();
     assert_eq!(seen.len(), 6);
-    assert_eq!(graph.walk(&wish).clip.frames, walk.clip.frames);
-    assert_ne!(graph.walk(&Wish { seed: 4, ..wish }).clip.frames, walk.clip.frames);
+    assert_eq!(graph.walk(&options).clip.frames, walk.clip.frames);
+    assert_ne!(graph.walk(&WalkOptions { seed: 4, ..options }).clip.frames, walk.clip.frames);
 }
 
 #[test]
 fn frames_outside_of_blends_are_the_clips_and_nothing_jumps() {
     let corpus = corpus();
     let graph = MotionGraph::of(&corpus).unwrap();
-    let walk = graph.walk(&Wish { seconds: 40.0, seed: 1, stay_s: 1.5 });
+    let walk = graph.walk(&WalkOptions { seconds: 40.0, seed: 1, stay_s: 1.5 });
     let positions: Vec<Vec<Vector3<f64>>> =
         walk.clip.frames.iter().map(|f| f.positions(&corpus.skeleton)).collect();
     let fastest = |frames: &[Vec<Vector3<f64>>]| {

@@ -5,7 +5,10 @@ use std::collections::BTreeSet;
 use gestus_core::blob::layout::dof;
 use gestus_database::{
     build::BuildOptions,
-    data_folder::split::{Set, Split, SplitError},
+    data_folder::{
+        config::AnnotateError,
+        split::{Set, Split},
+    },
 };
 use gestus_motion::{
     body::Body,
@@ -69,8 +72,8 @@ impl Experiment {
     /// `development` the clips of the test set are not there at all.
     ///
     /// # Errors
-    /// [`SplitError`] for a clip in both sets.
-    pub fn on(self, split: &Split, set: Set) -> Result<Self, SplitError> {
+    /// [`AnnotateError::Both`] for a clip in both sets.
+    pub fn on(self, split: &Split, set: Set) -> Result<Self, AnnotateError> {
         let sets: Vec<Option<Set>> =
             self.corpus.examples.iter().map(|e| split.set_of(&e.clip.name)).collect::<Result<_, _>>()?;
         let of = |wanted: Set| (0..sets.len()).filter(|&i| sets[i] == Some(wanted)).collect::<Vec<_>>();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_database::{
     command_line::options::ReportArgs,
-    motion_graph::{Label, MotionGraph, Walk, Wish},
+    motion_graph::{Label, MotionGraph, Walk, WalkOptions},
 };
 use gestus_evaluate::report::table;
 use gestus_motion::{corpus::Corpus, formats::bvh::Bvh, statistics::mean_or_zero, unit::Unit};
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (_, loaded) = args.selection.load(&args.data)?;
     let corpus = &loaded.corpus;
     let graph = MotionGraph::of(corpus).with_context(|| args.data.display().to_string())?;
-    let walk = graph.walk(&Wish { seconds: args.seconds, seed: args.seed, stay_s: args.stay });
+    let walk = graph.walk(&WalkOptions { seconds: args.seconds, seed: args.seed, stay_s: args.stay });
     open::write(&args.output, Bvh::from_clip(&walk.clip, Unit::Centimetres)?.to_text())?;
     open::write(&labels, csv(corpus, &walk)?)?;
     let classes = classes(corpus, &walk);

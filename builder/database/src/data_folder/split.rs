@@ -31,9 +31,6 @@ pub enum Set {
     Test,
 }
 
-/// The error of a split; it names the split's file.
-pub type SplitError = AnnotateError;
-
 /// Both sets.
 #[derive(Debug, Clone)]
 pub struct Split {

@@ -1,9 +1,9 @@
 //! One frame of the mixture of local autoregressive models (Xia 2015, section 5).
 //!
 //! The window of poses becomes a search feature ([`crate::search::query`]); every class that the labels allow gives its
-//! nearest frames ([`crate::search::graph`]) and a proportion ([`crate::methods::weights`]); the neighbors of the classes kept are
-//! unpacked with their counterparts in the output style ([`super::examples`]) and fitted ([`super::regression`]); the
-//! predictions of the classes are summed by their proportions, and so are the time step ([`super::step_time`]) and the
+//! nearest frames ([`crate::search::graph`]) and a proportion ([`crate::methods::weights`]); the neighbors of the classes
+//! kept are unpacked with their counterparts in the output style ([`super::examples`]) and fitted ([`super::regression`]);
+//! the predictions of the classes are summed by their proportions, and so are the time step ([`super::step_time`]) and the
 //! contacts ([`super::contact_votes`]).
 //!
 //! Cost: the searches (visits a class), then two to three rows unpacked a neighbor and one 4 × 4 solve a dof for

@@ -1,7 +1,7 @@
 //! The clips that are held out, and the streams that a motion graph makes of them.
 
 use anyhow::Result;
-use gestus_database::motion_graph::{MotionGraph, Walk, Wish};
+use gestus_database::motion_graph::{MotionGraph, Walk, WalkOptions};
 use gestus_motion::{body::Body, corpus::Corpus};
 
 use crate::experiment::Experiment;
@@ -48,7 +48,7 @@ pub(super) fn held_out(experiment: &Experiment) -> Vec<usize> {
 
 impl Held<'_> {
     /// A walk over the held-out clips, of one style or of all.
-    pub(super) fn stream(&self, style: Option<usize>, wish: &Wish) -> Result<Stream> {
+    pub(super) fn stream(&self, style: Option<usize>, options: &WalkOptions) -> Result<Stream> {
         let corpus = &self.experiment.corpus;
         let used: Vec<usize> = self
             .clips
@@ -58,7 +58,7 @@ impl Held<'_> {
             .collect();
         let others: Vec<usize> = (0..corpus.examples.len()).filter(|i| !used.contains(i)).collect();
         let subset: Corpus = corpus.without(&others);
-        let walk = MotionGraph::of(&subset)?.walk(wish);
+        let walk = MotionGraph::of(&subset)?.walk(options);
         let clips = walk.labels.iter().map(|l| used[l.clip]).collect();
         let mut since = f64::INFINITY;
         let mut transitions = walk.transitions.iter().map(|t| t.frame).peekable();

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use gestus_core::Database;
-use gestus_database::{build::build, command_line::progress, motion_graph::Wish};
+use gestus_database::{build::build, command_line::progress, motion_graph::WalkOptions};
 use gestus_motion::body::Body;
 
 use crate::{
@@ -69,10 +69,10 @@ impl OnClips for Args {
         let bytes = build(&experiment.corpus.without(&held.clips), &experiment.build)?.bytes;
         let database = Database::open(&bytes)?;
         bar.inc(1);
-        let wish = Wish { seconds: self.seconds, seed: self.seed, stay_s: self.stay };
-        let mut rows = recognition::rows(&held, &database, &held.stream(None, &wish)?)?;
+        let options = WalkOptions { seconds: self.seconds, seed: self.seed, stay_s: self.stay };
+        let mut rows = recognition::rows(&held, &database, &held.stream(None, &options)?)?;
         bar.inc(1);
-        rows.extend(error::rows(&held, &database, &held.stream(Some(experiment.from), &wish)?, &|| {
+        rows.extend(error::rows(&held, &database, &held.stream(Some(experiment.from), &options)?, &|| {
             bar.inc(1)
         })?);
         bar.finish_and_clear();
