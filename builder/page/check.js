@@ -44,6 +44,16 @@
     await settled(`${file.name}: dragged`, () => drag(0.25, -0.4));
     await settled(`${file.name}: phase, sync`, () => { choose("method", "phase"); choose("timing", "sync"); });
     await settled(`${file.name}: corner`, () => { choose("method", "mar"); choose("timing", "free"); corner("proud"); });
+    await settled(`${file.name}: floor, in place`, () => {
+      $("floor").value = "0.12";
+      choose("root", "in-place");
+    });
+    await settled(`${file.name}: loop`, () => {
+      $("floor").value = "";
+      choose("root", "");
+      $("loop").checked = true;
+      $("loop").dispatchEvent(new Event("change"));
+    });
     $("download").dispatchEvent(new Event("click"));
     saved.push(Number(page.dataset.saved));
   }

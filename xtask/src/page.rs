@@ -2,8 +2,9 @@
 //!
 //! 1. the style polygon's arithmetic, in node;
 //! 2. the glTF that `gestus translate` writes, in the Khronos validator;
-//! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged, a corner, a method and
-//!    a timing are chosen. Each digest and verdict is that of `gestus translate` with the same settings.
+//! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged; a corner, a method, a
+//!    timing, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the same
+//!    settings.
 
 use std::{
     fs,
@@ -140,7 +141,14 @@ fn in_browser(browser: &str, files: &Files) -> Result<()> {
     ensure!(broken["error"].as_str().is_some_and(|e| e.contains("broken.bvh")), "a broken file: {broken}");
     let mut results = results.iter();
     for clip in &files.clips {
-        let more: [&[&str]; 4] = [&[], &[], &["--method", "phase", "--timing", "sync"], &[]];
+        let more: [&[&str]; 6] = [
+            &[],
+            &[],
+            &["--method", "phase", "--timing", "sync"],
+            &[],
+            &["--floor", "0.12", "--root", "in-place"],
+            &["--loop"],
+        ];
         for more in more {
             let seen = results.next().context("the page ended before its checks")?;
             let style = mix(seen)?;

@@ -2,8 +2,39 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Effort, Method, config::Timing};
-use gestus_database::stream::Request;
+use gestus_database::stream::{Request, input::Reading};
 use serde::Deserialize;
+
+/// An animation of the file, and what is told about it, with the meaning and the defaults of the options of
+/// `gestus translate`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Animation {
+    /// Its number in the file.
+    pub index: usize,
+    /// Height of the floor, metres; found where not told.
+    #[serde(default)]
+    floor: Option<f64>,
+    /// `in-place` or `motion`; found where not told.
+    #[serde(default)]
+    root: Option<String>,
+    /// Whether it is a loop.
+    #[serde(default, rename = "loop")]
+    looped: bool,
+}
+
+impl Animation {
+    /// What is told about it.
+    ///
+    /// # Errors
+    /// A floor that is too far away, or a root of another name.
+    pub fn reading(&self) -> Result<Reading> {
+        let root = self.root.as_deref().map(str::parse).transpose();
+        let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
+        let reading = Reading { root, looped: self.looped, ..Reading::default() };
+        self.floor.map_or(Ok(reading.clone()), |metres| reading.on_floor(metres))
+    }
+}
 
 /// Settings, with the meaning and the defaults of the options of `gestus translate`.
 #[derive(Deserialize)]

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::{Database, Method};
 use gestus_database::stream::{
     Streamed,
-    input::{Input, Reading},
+    input::Input,
     translate::{degraded_words, figures, translate},
     verdict::Verdict,
 };
@@ -17,7 +17,7 @@ use gestus_motion::{
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::settings::Settings;
+use crate::settings::{Animation, Settings};
 
 /// The page's state, and the buffers that it shares with JavaScript.
 #[derive(Default)]
@@ -37,12 +37,6 @@ pub struct Page {
 #[derive(Deserialize)]
 struct Named {
     name: String,
-}
-
-/// Which animation of the file.
-#[derive(Deserialize)]
-struct Numbered {
-    index: usize,
 }
 
 impl Page {
@@ -78,15 +72,15 @@ impl Page {
         Ok(json!({ "animations": names }))
     }
 
-    /// Takes an animation of the clip as the input. Answers with its skeleton and what was noted in reading; the data is
-    /// its joints' places, metres, Y up, shape `[frames x joints x 3]`.
+    /// Takes an animation of the clip as the input, with what the text tells about it. Answers with its skeleton, its ground
+    /// and what was noted in reading; the data is its joints' places, metres, Y up, shape `[frames x joints x 3]`.
     pub fn animation(&mut self) -> Result<Value> {
-        let Numbered { index } = serde_json::from_slice(&self.text)?;
+        let animation: Animation = serde_json::from_slice(&self.text)?;
         let database = self.database.context("there is no database")?;
-        let (_, document) = self.documents.get(index).context("there is no such animation")?;
+        let (_, document) = self.documents.get(animation.index).context("there is no such animation")?;
         let path = Path::new(&self.file);
+        let input = Input::of_document(document.clone(), path, &database, &animation.reading()?)?;
         self.streamed = None;
-        let input = Input::of_document(document.clone(), path, &database, &Reading::default())?;
         self.data = places(&input.upright(&input.clip));
         let skeleton = &input.clip.skeleton;
         let answer = json!({
@@ -94,7 +88,7 @@ impl Page {
             "parents": skeleton.parents,
             "frames": input.clip.frames.len(),
             "rate": input.clip.rate_hz,
-            "floor": input.floor().height_m,
+            "ground": input.json(),
             "retargeted": input.retarget().is_some(),
             "notes": input.notes().collect::<Vec<_>>(),
         });

@@ -116,23 +116,40 @@
       const content = new Uint8Array(await file.arrayBuffer());
       if (!/\.gestus$/i.test(file.name)) { await useClip(content, file.name); return; }
       useDatabase(content);
-      if (clip) await useClip(clip.content, clip.name);
+      if (clip) await useClip(clip.content, clip.name, clip.told);
     } catch (error) {
       failed(error);
       // The clip before is taken up again.
-      if (clip) load(clip.content, clip.name, clip.index);
+      if (clip) load(clip.content, clip.name, clip.told);
     }
   }
 
-  // Gives the module a clip and one of its animations; returns what it says about them.
-  function load(content, name, index) {
-    const { animations } = module.call("clip", { name }, content).json;
-    const { json, bytes: data } = module.call("animation", { index });
-    return { ...json, animations, index, content, name, places: floats(data) };
+  // What is told about a clip; nothing, at first.
+  const told = () => ({
+    index: Number($("animation").value), floor: $("floor").value === "" ? null : Number($("floor").value),
+    root: $("root").value || null, loop: $("loop").checked,
+  });
+  const UNTOLD = { index: 0, floor: null, root: null, loop: false };
+  function tell({ index, floor, root, loop }) {
+    $("animation").value = index;
+    $("floor").value = floor ?? "";
+    $("root").value = root ?? "";
+    $("loop").checked = loop;
   }
 
-  async function useClip(content, name) {
-    const next = load(content, name, 0);
+  // Gives the module a clip and what is told about it; returns what it says about it.
+  function load(content, name, told) {
+    const { animations } = module.call("clip", { name }, content).json;
+    return { animations, content, name, ...animation(told) };
+  }
+
+  function animation(told) {
+    const { json, bytes: data } = module.call("animation", told);
+    return { ...json, floor: json.ground.floor_m, told, places: floats(data) };
+  }
+
+  async function useClip(content, name, told = UNTOLD) {
+    const next = load(content, name, told);
     if (/\.(glb|gltf)$/i.test(name)) {
       const model = new Model(content);
       for (const part of model.parts) {
@@ -141,6 +158,7 @@
       if (model.parts.length) next.model = model;
     }
     options("animation", next.animations.map((a) => a || name));
+    tell(told);
     $("animation").disabled = next.animations.length < 2;
     $("meshlabel").hidden = !next.model;
     $("skeleton").checked = !next.model;
@@ -154,6 +172,7 @@
     for (let i = 1; i < clip.places.length; i += 3) { low = Math.min(low, clip.places[i]); high = Math.max(high, clip.places[i]); }
     Object.assign(clip, { tall: Math.max(0.1, high - low) });
     $("name").textContent = clip.name;
+    $("floor").placeholder = `${clip.floor.toFixed(2)} (${clip.ground.floor_from})`;
     $("notes").textContent = "";
     for (const note of clip.notes) { const item = document.createElement("li"); item.textContent = note; $("notes").append(item); }
     time = 0;
@@ -167,7 +186,7 @@
       const { json, bytes: data } = module.call("translate", settings());
       const all = floats(data), own = 3 * json.output_frames * clip.joints.length;
       result = { ...json, places: all.subarray(0, own), body: all.subarray(own), seconds: Math.max(1e-3, (json.output_frames - 1) / json.output_rate) };
-      if (clip.model) clip.model.animate(module.call("file").bytes, clip.animations[clip.index]);
+      if (clip.model) clip.model.animate(module.call("file").bytes, clip.animations[clip.told.index]);
       result.bodyScale = bodyScale();
       $("verdict").textContent = json.verdict.text;
       facts(performance.now() - start);
@@ -192,6 +211,9 @@
     const list = [
       ["Frames in, out", `${result.frames}, ${result.output_frames}`],
       ["Skeleton", clip.retargeted ? "retargeted, and back" : "the database's own"],
+      ["Floor", `${clip.floor.toFixed(2)} m, ${clip.ground.floor_from}`],
+      ["Hips", `${clip.ground.root === "in-place" ? "in place" : "move"}, ${clip.ground.root_from}; ${clip.ground.speed_m_s.toFixed(2)} m/s`],
+      ...(clip.ground.loop ? [["Loop", `${clip.ground.loop.frames} frames from ${clip.ground.loop.first_frame}`]] : []),
       ["Unlike the database", `${Math.round(100 * result.passed_mean)}% passed on`],
       ["Degraded", result.degraded_words],
       ["Classes a frame", result.classes_mean.toFixed(1)],
@@ -293,12 +315,17 @@
   $("scrub").oninput = () => { playing = false; time = (result?.seconds || 0) * Number($("scrub").value) / 1000; };
   $("download").onclick = download;
   $("open").onchange = (e) => { if (e.target.files[0]) openFile(e.target.files[0]); };
-  $("animation").onchange = () => {
-    try {
-      const { model } = clip;
-      take({ ...load(clip.content, clip.name, Number($("animation").value)), model });
-    } catch (error) { failed(error); }
-  };
+  for (const id of ["animation", "floor", "root", "loop"]) {
+    $(id).onchange = () => {
+      try {
+        take({ ...clip, ...animation(told()) });
+      } catch (error) {
+        // The clip stays as it was told before.
+        tell(clip.told);
+        failed(error);
+      }
+    };
+  }
   for (const id of ["method", "timing", "action", "inputstyle", "useeffort"]) $(id).onchange = soon;
   addEventListener("dragover", (e) => { e.preventDefault(); document.body.classList.add("over"); });
   addEventListener("dragleave", (e) => { if (!e.relatedTarget) document.body.classList.remove("over"); });

@@ -112,6 +112,8 @@ pub fn run(args: &Args) -> Result<()> {
     if args.report.json {
         let mut figures = figures;
         figures["skipped"] = json!(loaded.skipped);
+        let floors = loaded.floors.iter().map(|(clip, height)| (clip.clone(), json!(height)));
+        figures["floors"] = floors.collect::<serde_json::Map<_, _>>().into();
         if let Some(choice) = &built.choice {
             figures["row_error_cm"] = json!(choice.row_error_cm);
             figures["features"] = json!(choice.features);

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use gestus_motion::unit::Unit;
 use serde_json::Value;
 
 use super::outputs::say;
 use crate::{
-    retarget::{MapFile, file::MOST_FLOOR_M},
+    retarget::MapFile,
     stream::{course::Root, input::Reading},
 };
 
@@ -74,14 +74,12 @@ impl GroundArgs {
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.
     pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<Reading> {
-        let mut map = map.map(MapFile::read).transpose()?.unwrap_or_default();
-        if let Some(metres) = self.floor {
-            if !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(&metres) {
-                bail!("--floor {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}");
-            }
-            map.floor_m = Some(metres);
+        let map = map.map(MapFile::read).transpose()?.unwrap_or_default();
+        let reading = Reading { map, unit, root: self.root, looped: false };
+        match self.floor {
+            Some(metres) => reading.on_floor(metres).map_err(|e| anyhow::anyhow!("--{e}")),
+            None => Ok(reading),
         }
-        Ok(Reading { map, unit, root: self.root, looped: false })
     }
 }
 

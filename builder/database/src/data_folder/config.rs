@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::pattern::{Pattern, built_in};
-use crate::{build::BuildOptions, registration::timeline::Kind};
+use crate::{build::BuildOptions, registration::timeline::Kind, retarget::file::MOST_FLOOR_M};
 use gestus_motion::{
     files::{self, MOST_SETTINGS},
     unit::Unit,
@@ -86,6 +86,10 @@ pub struct Config {
     pub licence: String,
     /// Unit of length (m, cm, mm, inch, cmu, or metres a unit); guessed a file if absent.
     pub unit: Option<String>,
+    /// Height of the clips' floor, metres; found a clip if absent.
+    pub floor: Option<f64>,
+    /// Heights of the floors of single files, by name or path below the folder, metres.
+    pub floors: BTreeMap<String, f64>,
     /// Actions to use; all if empty.
     pub actions: Vec<String>,
     /// Styles to use; all if empty.
@@ -112,6 +116,8 @@ impl Default for Config {
             kind: BTreeMap::new(),
             licence: String::new(),
             unit: None,
+            floor: None,
+            floors: BTreeMap::new(),
             actions: Vec::new(),
             styles: Vec::new(),
             joints: Vec::new(),
@@ -193,6 +199,10 @@ impl Config {
                 "m, cm, mm, inch, cmu, or metres a unit as a number above zero",
             );
         }
+        let too_far = |metres: &&f64| !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(*metres);
+        if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
+            return value("floor", metres.to_string(), "metres from -1000 to 1000");
+        }
         if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
         {
             return value("files", format!("without action or style for {found}"), "both, not empty");
@@ -226,6 +236,12 @@ impl Config {
     /// The unit of length, if given.
     pub fn unit(&self) -> Option<Unit> {
         self.unit.as_deref().and_then(|unit| unit.parse().ok())
+    }
+
+    /// The height of a file's floor, metres, if told.
+    pub fn floor(&self, path: &Path) -> Option<f64> {
+        let [whole, name] = file_names(path);
+        self.floors.get(&whole).or_else(|| self.floors.get(&name)).copied().or(self.floor)
     }
 
     /// True if a file's action and style are selected.
@@ -276,6 +292,7 @@ impl Config {
         absent("styles", "style", self.styles.iter(), &styles)?;
         absent("kind", "action", self.kind.keys(), &actions)?;
         absent("names", "action, as the files have it,", self.names.keys(), &raw)?;
+        absent("floors", "file", self.floors.keys(), &files)?;
         absent("files", "file", self.files.keys(), &files)
     }
 

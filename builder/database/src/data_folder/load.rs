@@ -11,7 +11,10 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    data_folder::config::{AnnotateError, Annotation, Config, FILE_NAME},
+    data_folder::{
+        config::{AnnotateError, Annotation, Config, FILE_NAME},
+        floors,
+    },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
 use gestus_motion::{
@@ -40,6 +43,8 @@ pub struct Loaded {
     pub corpus: Corpus,
     /// One line for each file or clip left out, and for each guess.
     pub notes: Vec<String>,
+    /// Clips that were on a floor of their own, and its height, metres. They were moved onto a floor at zero.
+    pub floors: Vec<(String, f64)>,
     /// How many files could not be used.
     pub skipped: usize,
 }
@@ -113,16 +118,13 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     let mut notes = vec![files.summary()];
     let mut clips = of_one_body(clips, &mut left_out);
     notes.extend(whole_where_nothing_walks(config, &mut clips));
-    let clips = with_cycles(clips, &mut left_out);
+    let mut clips = limited(with_cycles(clips, &mut left_out), config.limit);
+    let floors = on_zero(&mut clips);
     let mut units: Vec<String> = Vec::new();
     let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
     for clip in clips {
         let Annotation { action, style, take, kind } = clip.annotation;
-        let same = |p: &&Performance| p.action == action && p.style == style;
-        if config.limit > 0 && performances.iter().filter(same).count() >= config.limit {
-            continue;
-        }
         if let Some(unit) = clip.guessed.filter(|unit| !units.contains(unit)) {
             units.push(unit);
         }
@@ -149,6 +151,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
     }
     notes.extend(doubt);
+    notes.extend(floors::told(&floors));
     if !units.is_empty() {
         let units = units.join(" and ");
         notes.push(format!(
@@ -157,7 +160,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     }
     notes.extend(left_out.iter().map(|n| format!("left out: {n}")));
     notes.extend(licence_beside(&folder, config));
-    Ok(Loaded { corpus, notes, skipped: left_out.len() })
+    Ok(Loaded { corpus, notes, floors, skipped: left_out.len() })
 }
 
 /// A clip with its file's labels.
@@ -170,6 +173,8 @@ struct Bound {
     guessed: Option<String>,
     /// A warning about the body's size, if the unit was not guessed.
     doubt: Option<String>,
+    /// The height of its floor, metres, if told.
+    floor_m: Option<f64>,
     /// Whether registration has a timeline for it.
     has_cycles: bool,
     clip: Clip,
@@ -259,6 +264,25 @@ fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
     used
 }
 
+/// At most so many clips of each action and style, the first; all for 0.
+fn limited(mut clips: Vec<Bound>, most: usize) -> Vec<Bound> {
+    let mut count = HashMap::<[String; 2], usize>::new();
+    clips.retain(|clip| {
+        let Annotation { action, style, .. } = &clip.annotation;
+        let seen = count.entry([action.clone(), style.clone()]).or_default();
+        *seen += 1;
+        most == 0 || *seen <= most
+    });
+    clips
+}
+
+/// Moves clips onto a floor at zero; returns the names of those that were on another, and its height, metres.
+fn on_zero(clips: &mut [Bound]) -> Vec<(String, f64)> {
+    let names: Vec<String> = clips.iter().map(|clip| clip.clip.name.clone()).collect();
+    let mut moved: Vec<_> = clips.iter_mut().map(|clip| (&mut clip.clip, clip.floor_m)).collect();
+    names.into_iter().zip(floors::lower(&mut moved)).filter(|(_, height)| *height != 0.0).collect()
+}
+
 /// Converts a file to a clip at the database's rate; `None` if it is not selected.
 fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, String> {
     let name = document.name().to_owned();
@@ -274,7 +298,9 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
     let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
     let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
     let has_cycles = has_cycles(&clip, annotation.kind);
-    Ok(Some(Bound { name, below: steps.join("/"), annotation, guessed, doubt, has_cycles, clip }))
+    let floor_m = config.floor(below);
+    let below = steps.join("/");
+    Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, has_cycles, clip }))
 }
 
 /// The selection, for the message that no clip matches it.
@@ -462,6 +488,56 @@ mod tests {
         for wanted in ["lies 57 degrees off at rest", "its bones are 0.01 times as long"] {
             assert!(said.contains(wanted), "{said}");
         }
+    }
+
+    /// A folder in which some clips had their floor at the hips taught feet at two heights.
+    #[test]
+    fn clips_on_floors_of_their_own_are_moved_onto_one_at_zero() {
+        let actions = ["walk", "run", "jump"];
+        let write = |name: &str, floors: [f64; 3]| {
+            let folder = Folder::new(name);
+            for (action, floor) in actions.iter().zip(floors) {
+                for style in ["a", "b"] {
+                    folder.write(action, &format!("{action}_{style}_1.bvh"), 120, |clip| {
+                        clip.frames.iter_mut().for_each(|frame| frame.root.y += floor);
+                    });
+                }
+            }
+            folder
+        };
+        // How far the hips of the first clip of each action are above those of another folder's, metres.
+        let above = |one: &Loaded, other: &Loaded| {
+            let first = |loaded: &Loaded, action: usize| {
+                let of = loaded.corpus.examples.iter().find(|e| e.action == action).unwrap();
+                of.clip.frames[7].root.y
+            };
+            [0, 1, 2].map(|action| first(one, action) - first(other, action))
+        };
+        let plain = write("plain-floor", [0.0; 3]).load("").unwrap();
+        assert_eq!(plain.floors, []);
+        for floors in [[0.0, -0.72, 1.3], [0.0, 0.4, 0.41]] {
+            let folder = write("own-floors", floors);
+            let moved = folder.load("").unwrap();
+            let apart = above(&moved, &plain);
+            assert!(apart.iter().all(|apart| apart.abs() < 0.02), "{floors:?}: {apart:?}");
+            assert_eq!(moved.floors.len(), 4, "{:?}", moved.floors);
+            let said = moved.notes.join("\n");
+            assert!(said.contains("_a_1 is on a floor at ") && said.contains("`[floors]`"), "{said}");
+            // What is told is not looked for.
+            let told = folder.load("floor = 0.0\n[floors]\n\"walk_a_1.bvh\" = 0.5").unwrap();
+            let [jump, run, walk] = above(&told, &plain);
+            let off = [walk + 0.5, run - floors[1], jump - floors[2]];
+            assert!(off.iter().all(|off| off.abs() < 1e-5), "{off:?}");
+        }
+        // All on one floor: as tall as before, up to the height of a sole.
+        let sunk = write("sunk", [-0.72; 3]).load("").unwrap();
+        let [a, b, c] = above(&sunk, &plain);
+        assert!(sunk.floors.len() == 6 && (a - b).abs() < 1e-5 && (a - c).abs() < 1e-5, "{:?}", sunk.floors);
+        assert!(a.abs() < 0.04, "{a}");
+        let message = Config::parse("[floors]\nx = 3000", "c").unwrap_err().to_string();
+        assert!(message.contains("`floor` is 3000; expected metres"), "{message}");
+        let absent = write("sunk", [0.0; 3]).load("[floors]\nx = 3").unwrap_err().to_string();
+        assert!(absent.contains("`floors`: no file is called `x`"), "{absent}");
     }
 
     /// A tall actor's steps are a tall body's, and his feet are where its feet are.

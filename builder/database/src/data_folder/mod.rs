@@ -2,6 +2,7 @@
 
 pub mod balance;
 pub mod config;
+mod floors;
 pub mod load;
 mod pattern;
 pub mod split;

@@ -33,7 +33,7 @@ const KNOWN_M: f64 = 0.03;
 /// Vertical speed of a standing foot, m/s.
 const STILL_M_S: f64 = 0.15;
 /// Heights that belong to one level of the floor, metres.
-const LEVEL_M: f64 = 0.04;
+pub const LEVEL_M: f64 = 0.04;
 /// Share of the frames in which feet have to stand on a floor.
 const LEAST_SHARE: f64 = 0.12;
 /// Height of hips and knees above the floor that they lie on, metres.
@@ -119,11 +119,46 @@ impl Supports {
         let others = legs.iter().map(|leg| leg.knee).chain([0]).collect();
         Self { soles: soles.flatten().collect(), others, leg_m, near_m: KNOWN_M }
     }
+
+    /// Heights that pass for zero, metres.
+    pub fn near_m(&self) -> f64 {
+        self.near_m
+    }
+
+    /// Size of the body, in that which the constants of this module are for.
+    pub fn scale(&self) -> f64 {
+        self.leg_m / LEG_M
+    }
 }
 
 /// The floor of a clip with Y up.
 pub fn find(clip: &Clip, supports: &Supports) -> Floor {
-    let scale = supports.leg_m / LEG_M;
+    let height_m = match heights(clip, supports) {
+        Heights { stands: Some(level), lies, .. } => level.min(lies),
+        // On nothing: above zero is in the air, and below it is no floor.
+        Heights { stands: None, lies, lowest } => lowest.min(lies).min(0.0),
+    };
+    if height_m.abs() <= supports.near_m { Floor::ZERO } else { Floor { height_m, source: Source::Body } }
+}
+
+/// The height at which a clip with Y up stands or lies, metres, near zero too; `None` where it stands on nothing.
+pub fn standing(clip: &Clip, supports: &Supports) -> Option<f64> {
+    let heights = heights(clip, supports);
+    heights.stands.map(|level| level.min(heights.lies))
+}
+
+/// Heights in a clip, metres.
+struct Heights {
+    /// At which its feet stand.
+    stands: Option<f64>,
+    /// Of a floor that its other joints would lie on.
+    lies: f64,
+    /// Of its lowest soles.
+    lowest: f64,
+}
+
+fn heights(clip: &Clip, supports: &Supports) -> Heights {
+    let scale = supports.scale();
     let least = |p: &[Vector3<f64>], joints: &mut dyn Iterator<Item = (usize, f64)>| {
         joints.map(|(j, sole)| p[j].y - sole).fold(f64::INFINITY, f64::min)
     };
@@ -138,7 +173,7 @@ pub fn find(clip: &Clip, supports: &Supports) -> Floor {
         })
         .collect();
     if heights.is_empty() {
-        return Floor::ZERO;
+        return Heights { stands: None, lies: 0.0, lowest: 0.0 };
     }
     let soles: Vec<f64> = heights.iter().map(|h| h[0]).collect();
     let still = still(&soles, clip.rate_hz, STILL_M_S * scale);
@@ -151,12 +186,7 @@ pub fn find(clip: &Clip, supports: &Supports) -> Floor {
         quantile(&level, 0.5)
     });
     let lies = low(heights.iter().map(|h| h[1]).collect()).unwrap_or(0.0);
-    let height_m = match stands {
-        Some(level) => level.min(lies),
-        // On nothing: above zero is in the air, and below it is no floor.
-        None => low(soles).unwrap_or(0.0).min(lies).min(0.0),
-    };
-    if height_m.abs() <= supports.near_m { Floor::ZERO } else { Floor { height_m, source: Source::Body } }
+    Heights { stands, lies, lowest: low(soles).unwrap_or(0.0) }
 }
 
 /// Heights in the frames in which they hardly change.

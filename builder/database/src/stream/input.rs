@@ -3,12 +3,12 @@
 
 use std::{path::Path, sync::Arc};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 
 use crate::{
     registration::floor::{Floor, Source},
-    retarget::{MapFile, Retarget, body::lifted},
+    retarget::{MapFile, Retarget, body::lifted, file::MOST_FLOOR_M},
     stream::{
         Streamed,
         course::{self, Course, Root},
@@ -37,6 +37,20 @@ pub struct Reading {
     pub root: Option<Root>,
     /// Whether the clip is a loop.
     pub looped: bool,
+}
+
+impl Reading {
+    /// The same with a floor at that height, metres along the clip's up, which wins over the map's.
+    ///
+    /// # Errors
+    /// A floor that is too far away.
+    pub fn on_floor(mut self, metres: f64) -> Result<Self> {
+        if !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(&metres) {
+            bail!("floor {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}");
+        }
+        self.map.floor_m = Some(metres);
+        Ok(self)
+    }
 }
 
 /// A clip that is ready to be streamed through a database.
