@@ -31,8 +31,7 @@ impl Animation {
     pub fn reading(&self) -> Result<Reading> {
         let root = self.root.as_deref().map(str::parse).transpose();
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
-        let reading = Reading { root, looped: self.looped, ..Reading::default() };
-        self.floor.map_or(Ok(reading.clone()), |metres| reading.on_floor(metres))
+        Reading { root, looped: self.looped, ..Reading::default() }.on_floor(self.floor)
     }
 }
 

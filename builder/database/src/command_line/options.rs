@@ -76,10 +76,7 @@ impl GroundArgs {
     pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<Reading> {
         let map = map.map(MapFile::read).transpose()?.unwrap_or_default();
         let reading = Reading { map, unit, root: self.root, looped: false };
-        match self.floor {
-            Some(metres) => reading.on_floor(metres).map_err(|e| anyhow::anyhow!("--{e}")),
-            None => Ok(reading),
-        }
+        reading.on_floor(self.floor).map_err(|e| anyhow::anyhow!("--{e}"))
     }
 }
 

@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::pattern::{Pattern, built_in};
-use crate::{build::BuildOptions, registration::timeline::Kind, retarget::file::MOST_FLOOR_M};
+use crate::{build::BuildOptions, registration::timeline::Kind, retarget::file::FLOORS_M};
 use gestus_motion::{
     files::{self, MOST_SETTINGS},
     unit::Unit,
@@ -199,7 +199,7 @@ impl Config {
                 "m, cm, mm, inch, cmu, or metres a unit as a number above zero",
             );
         }
-        let too_far = |metres: &&f64| !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(*metres);
+        let too_far = |metres: &&f64| !FLOORS_M.contains(*metres);
         if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
             return value("floor", metres.to_string(), "metres from -1000 to 1000");
         }

@@ -9,7 +9,7 @@
 //! right-toes = ""
 //! ```
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
 
 use serde::Deserialize;
 use thiserror::Error;
@@ -17,8 +17,8 @@ use thiserror::Error;
 use crate::retarget::parts::Part;
 use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
-/// Greatest height of a floor that can be told, metres.
-pub const MOST_FLOOR_M: f64 = 1000.0;
+/// Heights of a floor that can be told, metres.
+pub const FLOORS_M: RangeInclusive<f64> = -1000.0..=1000.0;
 
 /// The file's content, checked for its words.
 #[derive(Debug, Clone, Default)]
@@ -47,7 +47,7 @@ pub enum MapFileError {
     Up { file: String, word: String },
     #[error("{file}: rest = \"{word}\": zero or motion")]
     Rest { file: String, word: String },
-    #[error("{file}: floor = {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}")]
+    #[error("{file}: floor = {metres}: metres from {} to {}", FLOORS_M.start(), FLOORS_M.end())]
     Floor { file: String, metres: f64 },
 }
 
@@ -112,7 +112,7 @@ impl MapFile {
             Some("motion") => Some(false),
             Some(word) => return Err(MapFileError::Rest { file, word: word.to_owned() }),
         };
-        if let Some(metres) = raw.floor.filter(|metres| !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(metres)) {
+        if let Some(metres) = raw.floor.filter(|metres| !FLOORS_M.contains(metres)) {
             return Err(MapFileError::Floor { file, metres });
         }
         Ok(Self { joints, floor_m: raw.floor, up, upright })

@@ -8,7 +8,7 @@ use gestus_core::Database;
 
 use crate::{
     registration::floor::{Floor, Source},
-    retarget::{MapFile, Retarget, body::lifted, file::MOST_FLOOR_M},
+    retarget::{MapFile, Retarget, body::lifted, file::FLOORS_M},
     stream::{
         Streamed,
         course::{self, Course, Root},
@@ -40,15 +40,15 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// The same with a floor at that height, metres along the clip's up, which wins over the map's.
+    /// The same with a floor at that height, metres along the clip's up, which wins over the map's; `None` leaves the map's.
     ///
     /// # Errors
     /// A floor that is too far away.
-    pub fn on_floor(mut self, metres: f64) -> Result<Self> {
-        if !(-MOST_FLOOR_M..=MOST_FLOOR_M).contains(&metres) {
-            bail!("floor {metres}: metres from -{MOST_FLOOR_M} to {MOST_FLOOR_M}");
+    pub fn on_floor(mut self, metres: Option<f64>) -> Result<Self> {
+        if let Some(metres) = metres.filter(|metres| !FLOORS_M.contains(metres)) {
+            bail!("floor {metres}: metres from {} to {}", FLOORS_M.start(), FLOORS_M.end());
         }
-        self.map.floor_m = Some(metres);
+        self.map.floor_m = metres.or(self.map.floor_m);
         Ok(self)
     }
 }
