@@ -3,10 +3,8 @@
 use std::{
     collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -14,6 +12,7 @@ use crate::{
     data_folder::{
         config::{AnnotateError, Annotation, Config, FILE_NAME},
         floors,
+        skeletons::{difference, most_common, unify},
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
@@ -26,15 +25,6 @@ use gestus_motion::{
     joints::JointsError,
     landmarks::LandmarkError,
 };
-
-/// Greatest ratio of sizes of bodies that share a skeleton: an adult and a child.
-const LARGER: f64 = 2.0;
-/// Least difference in size for which steps are scaled, as a fraction.
-const SAME_SIZE: f64 = 0.01;
-/// Greatest angle between corresponding bones of one skeleton at rest, degrees: actors' shoulders differ.
-const TURNED_DEG: f64 = 30.0;
-/// Length below which the direction of a bone is ignored, metres.
-const SHORT_M: f64 = 0.03;
 
 /// The result of reading a folder.
 #[derive(Debug)]
@@ -193,17 +183,8 @@ fn tell_apart(clips: &mut [Bound]) {
 
 /// The clips on the most common skeleton, of equally common ones the first.
 fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
-    let mut kinds: Vec<(usize, usize)> = Vec::new();
-    for (i, clip) in clips.iter().enumerate() {
-        let skeleton = &clip.clip.skeleton;
-        match kinds.iter_mut().find(|(first, _)| difference(&clips[*first].clip.skeleton, skeleton).is_none())
-        {
-            Some((_, count)) => *count += 1,
-            None => kinds.push((i, 1)),
-        }
-    }
-    let most = kinds.iter().map(|k| k.1).max();
-    let Some((first, count)) = kinds.iter().find(|k| Some(k.1) == most).copied() else { return clips };
+    let skeletons: Vec<&Skeleton> = clips.iter().map(|clip| &*clip.clip.skeleton).collect();
+    let Some((first, count)) = most_common(&skeletons) else { return clips };
     let (skeleton, name) = (clips[first].clip.skeleton.clone(), clips[first].clip.name.clone());
     let fits = |clip: &Bound| match difference(&skeleton, &clip.clip.skeleton) {
         None => true,
@@ -317,60 +298,14 @@ fn wanted(config: &Config, left_out: &[String]) -> String {
     }
 }
 
-/// A difference that prevents two skeletons from being merged.
-fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
-    if a.joints() != b.joints() {
-        return Some(format!("{} joints against {}", b.joints(), a.joints()));
-    }
-    let named = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j]);
-    if let Some(j) = named {
-        return Some(format!("joint {j} is `{}` against `{}`", b.names[j], a.names[j]));
-    }
-    let times = size(b) / size(a);
-    if !(1.0 / LARGER..=LARGER).contains(&times) {
-        return Some(format!("its bones are {times:.2} times as long; is its unit another?"));
-    }
-    (1..a.joints()).find_map(|j| {
-        let (one, other) = (a.offsets[j], b.offsets[j]);
-        let degrees = one.angle(&other).to_degrees();
-        (one.norm().min(other.norm()) > SHORT_M && degrees > TURNED_DEG).then(|| {
-            let name = &a.names[j];
-            format!("`{name}` lies {degrees:.0} degrees off at rest, so that rotations mean something else")
-        })
-    })
-}
-
-/// Length of all bones, metres.
-fn size(skeleton: &Skeleton) -> f64 {
-    skeleton.offsets.iter().skip(1).map(Vector3::norm).sum::<f64>().max(f64::MIN_POSITIVE)
-}
-
-/// Gives all clips the mean skeleton and scales their translation to its size.
-fn unify(performances: &mut [Performance]) {
-    let Some(first) = performances.first() else { return };
-    let mut skeleton = (*first.clip.skeleton).clone();
-    let count = performances.len() as f64;
-    for (j, offset) in skeleton.offsets.iter_mut().enumerate() {
-        *offset = performances.iter().map(|p| p.clip.skeleton.offsets[j]).sum::<Vector3<f64>>() / count;
-    }
-    let skeleton = Arc::new(skeleton);
-    for Performance { clip, .. } in performances {
-        let scale = size(&skeleton) / size(&clip.skeleton);
-        // Smaller differences are noise in one body's markers.
-        if (scale - 1.0).abs() > SAME_SIZE {
-            clip.frames.iter_mut().for_each(|frame| frame.root *= scale);
-        }
-        clip.skeleton = skeleton.clone();
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::{fs, sync::Arc};
 
     use super::*;
     use crate::{
         build::{BuildOptions, build},
+        data_folder::skeletons::size,
         synth::performance,
     };
     use gestus_motion::{formats::bvh::Bvh, unit::Unit};

@@ -5,4 +5,5 @@ pub mod config;
 mod floors;
 pub mod load;
 mod pattern;
+mod skeletons;
 pub mod split;
