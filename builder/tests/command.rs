@@ -131,7 +131,7 @@ fn a_database_without_one_of_its_actions_has_a_dial() {
     }
     let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
     let (ok, stderr) = gestus(&["build", "--data", data, "-o", db, "--no-models", "--effort"]);
-    assert!(ok && stderr.contains("left out: action run lacks proud"), "{stderr}");
+    assert!(ok && stderr.contains("left out: 1 of action run, which lacks proud"), "{stderr}");
     assert!(!stderr.contains("no effort dial"), "{stderr}");
     let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(["inspect", db, "--json"]).output().unwrap();
     let figures: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -155,6 +155,51 @@ fn walks(name: &str) -> [std::path::PathBuf; 3] {
     }
     fs::write(&db, common::blob()).unwrap();
     [folder, data, db]
+}
+
+/// The summary counted files, and not why; the lines that it tells now bring the clips back.
+#[test]
+fn what_is_left_out_is_counted_by_reason_with_the_lines_that_change_it() {
+    let [folder, data, _] = walks("left-out");
+    let write = |name: &str, clip: &Clip| {
+        fs::write(data.join(name), Bvh::from_clip(clip, Unit::Centimetres).unwrap().to_text()).unwrap();
+    };
+    let mut short = common::walk().clone();
+    short.frames.truncate(12);
+    // A walk that goes nowhere, a name without labels, and a file that is none.
+    write("walk_proud_still.bvh", &short);
+    write("what.bvh", common::walk());
+    fs::write(data.join("walk_proud_bad.bvh"), "HIERARCHY").unwrap();
+    // In one style alone.
+    write("walk_weird_1.bvh", common::walk());
+    for style in ["neutral", "weird"] {
+        write(&format!("run_{style}_1.bvh"), common::walk());
+    }
+    let db = folder.join("out.gestus");
+    let build = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gestus"));
+        command.args(["build", "--no-models", "--json", "--data"]).arg(&data).arg("-o").arg(&db);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let group = |figures: &serde_json::Value, reason: &str| {
+        figures["left_out"].as_array().unwrap().iter().find(|g| g["reason"] == reason).cloned()
+    };
+    let before = build();
+    let counts: Vec<_> = before["left_out"].as_array().unwrap().iter().map(|g| &g["count"]).collect();
+    assert_eq!(counts, [1, 1, 1, 2], "{}", before["left_out"]);
+    assert_eq!(before["skipped"], 5);
+    assert_eq!(before["actions"], serde_json::json!(["walk"]), "{}", before["left_out"]);
+    let lines = ["no_cycle", "incomplete"]
+        .map(|reason| group(&before, reason).unwrap()["change"].as_str().unwrap().to_owned());
+    assert_eq!(lines, ["[kind]\nwalk = \"whole\"", "styles = [\"neutral\", \"weird\"]"]);
+    fs::write(data.join("gestus.toml"), &lines[1]).unwrap();
+    let after = build();
+    assert_eq!(after["actions"], serde_json::json!(["run", "walk"]), "{}", after["left_out"]);
+    assert!(group(&after, "incomplete").is_none());
+    fs::write(data.join("gestus.toml"), &lines[0]).unwrap();
+    assert!(group(&build(), "no_cycle").is_none());
 }
 
 /// Options that do nothing were passed over without a word, and names that nothing has with them.

@@ -11,7 +11,7 @@ use gestus_database::{
     blob::assemble::with_section,
     build::{BuildError, BuildOptions, Built, Choice, build},
     command_line::options::ReportArgs,
-    data_folder::{balance::balanced, config::FILE_NAME},
+    data_folder::{balance::balanced, config::FILE_NAME, left_out::Group},
     effort::{
         Source,
         fragment::{self, Library},
@@ -95,8 +95,12 @@ pub fn run(args: &Args) -> Result<()> {
     config.build.from = args.from.clone().or(config.build.from);
     args.choose_size(&mut config.build)?;
     let loaded = load_with_notes(&config)?;
-    let (corpus, left_out) = balanced(&loaded.corpus, !config.styles.is_empty());
-    left_out.iter().for_each(super::note);
+    let (corpus, incomplete) = balanced(&loaded.corpus, !config.styles.is_empty());
+    for group in &incomplete {
+        super::note(format_args!("left out: {group}"));
+    }
+    let left_out: Vec<Group> = Group::all(&loaded.left_out).into_iter().chain(incomplete).collect();
+    let count: usize = left_out.iter().map(|group| group.clips.len()).sum();
     if let [style] = &corpus.styles[..] {
         super::note(format_args!(
             "all clips have the style {style}: there is no other to learn the difference to, and the database translates \
@@ -111,7 +115,8 @@ pub fn run(args: &Args) -> Result<()> {
     let figures = super::inspect::figures(&database, built.bytes.len())?;
     if args.report.json {
         let mut figures = figures;
-        figures["skipped"] = json!(loaded.skipped);
+        figures["skipped"] = json!(count);
+        figures["left_out"] = left_out.iter().map(Group::json).collect();
         let floors = loaded.floors.iter().map(|(clip, height)| (clip.clone(), json!(height)));
         figures["floors"] = floors.collect::<serde_json::Map<_, _>>().into();
         if let Some(choice) = &built.choice {
@@ -135,11 +140,11 @@ pub fn run(args: &Args) -> Result<()> {
         if let Some(choice) = &built.choice {
             super::say(described(choice, built.bytes.len()))?;
         }
-        if loaded.skipped > 0 {
-            super::say(format_args!(
-                "{} files or clips were left out; the lines above say why (--strict stops at the first)",
-                loaded.skipped
-            ))?;
+        if count > 0 {
+            super::say(format_args!("{count} files or clips were left out (--strict stops at the first):"))?;
+            for line in left_out.iter().flat_map(Group::lines) {
+                super::say(format_args!("  {line}"))?;
+            }
         }
     }
     Ok(())

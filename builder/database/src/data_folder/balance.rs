@@ -2,20 +2,20 @@
 
 use gestus_motion::corpus::{Corpus, Example};
 
-use super::config::FILE_NAME;
+use super::left_out::{Group, Reason, selection};
 
-/// The clips of actions that exist in every style, and one line for each action or style that is left out.
+/// The clips of actions that exist in every style, and those of each action or style that is left out.
 ///
 /// Where an action lacks a style, one of the two goes: the one that completes the rest for the fewest clips, so that one
 /// clip of a style of its own costs that clip, and not all actions. Styles stay if `keep_styles` says so.
-pub fn balanced(corpus: &Corpus, keep_styles: bool) -> (Corpus, Vec<String>) {
+pub fn balanced(corpus: &Corpus, keep_styles: bool) -> (Corpus, Vec<Group>) {
     let mut actions: Vec<usize> = (0..corpus.actions.len()).collect();
     let mut styles: Vec<usize> = (0..corpus.styles.len()).collect();
     let clips = |action: usize, style: usize| {
         let of = |e: &&Example| (e.action, e.style) == (action, style) && !e.cycles.is_empty();
         corpus.examples.iter().filter(of).count()
     };
-    let mut notes = Vec::new();
+    let mut left_out = Vec::new();
     loop {
         // Of each action and style: how many classes it lacks, and how many clips it has.
         let row = |of: &dyn Fn(usize) -> usize, others: &[usize]| {
@@ -34,22 +34,12 @@ pub fn balanced(corpus: &Corpus, keep_styles: bool) -> (Corpus, Vec<String>) {
             if cost(&next) < cost(&best) { next } else { best }
         });
         let Some((is_action, number, (missing, lost))) = worst else { break };
-        let listed = |names: &[String], which: &[usize]| {
-            which.iter().map(|&i| names[i].as_str()).collect::<Vec<_>>().join(", ")
-        };
-        let (list, what, name, lacks) = match is_action {
-            true => (&mut actions, "action", &corpus.actions[number], listed(&corpus.styles, &missing)),
-            false => (&mut styles, "style", &corpus.styles[number], listed(&corpus.actions, &missing)),
-        };
+        let (list, others) = if is_action { (&mut actions, &styles) } else { (&mut styles, &actions) };
         list.retain(|&other| other != number);
-        if lost == 0 {
-            continue;
+        let there: Vec<usize> = others.iter().copied().filter(|other| !missing.contains(other)).collect();
+        if lost > 0 {
+            left_out.push(without_all(corpus, is_action, number, [&missing, &there]));
         }
-        let count = if lost == 1 { "1 clip".to_owned() } else { format!("{lost} clips") };
-        notes.push(format!(
-            "left out: {what} {name} lacks {lacks}: a frame needs an output in every style; it costs {count} (add what it \
-             lacks, or choose with `{what}s = [...]` in {FILE_NAME})"
-        ));
     }
     let place = |list: &[usize], number: usize| list.iter().position(|&other| other == number);
     let examples = corpus.examples.iter().filter_map(|e| {
@@ -64,12 +54,40 @@ pub fn balanced(corpus: &Corpus, keep_styles: bool) -> (Corpus, Vec<String>) {
         skeleton: corpus.skeleton.clone(),
         rate_hz: corpus.rate_hz,
     };
-    (whole, notes)
+    (whole, left_out)
+}
+
+/// The clips of an action or style that lacks some of the others: those that are missing, and those that are there.
+fn without_all(corpus: &Corpus, is_action: bool, number: usize, [missing, there]: [&[usize]; 2]) -> Group {
+    let (what, own, list, others) = match is_action {
+        true => ("action", &corpus.actions, "styles", &corpus.styles),
+        false => ("style", &corpus.styles, "actions", &corpus.actions),
+    };
+    let is_own = |e: &&Example| {
+        let class = if is_action { e.action } else { e.style };
+        class == number && !e.cycles.is_empty()
+    };
+    let named = |which: &[usize]| which.iter().map(|&i| others[i].as_str()).collect::<Vec<_>>();
+    let mut advice = "a frame needs an output in every style: add what is missing".to_owned();
+    let mut change = String::new();
+    // One style alone teaches nothing.
+    if there.len() > usize::from(is_action) {
+        advice += ", or keep them and not the others";
+        change = selection(list, &named(there));
+    }
+    Group {
+        reason: Reason::Incomplete,
+        clips: corpus.examples.iter().filter(is_own).map(|e| e.clip.name.clone()).collect(),
+        what: format!("of {what} {}, which lacks {}", own[number], named(missing).join(", ")),
+        advice,
+        change,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data_folder::config::Config;
     use crate::synth::{Options, corpus};
 
     /// Clips of those actions and styles.
@@ -97,18 +115,48 @@ mod tests {
             ["walk", "run", "jump"].into_iter().flat_map(|a| [(a, "neutral"), (a, "proud")]).collect();
         for odd in [("walk", "weird"), ("dance", "proud"), ("dance", "weird")] {
             let corpus = of(&[&whole[..], &[odd]].concat());
-            let (kept, notes) = balanced(&corpus, false);
+            let (kept, left_out) = balanced(&corpus, false);
             assert_eq!(
                 (kept.actions.len(), kept.styles.len(), kept.examples.len()),
                 (3, 2, 6),
-                "{odd:?}: {notes:?}"
+                "{odd:?}: {left_out:?}"
             );
-            assert!(!notes.is_empty());
+            assert_eq!(left_out.iter().map(|group| group.clips.len()).sum::<usize>(), 1, "{left_out:?}");
         }
-        let (kept, notes) = balanced(&of(&whole), false);
-        assert_eq!((kept.examples.len(), notes.len()), (6, 0));
+        let (kept, left_out) = balanced(&of(&whole), false);
+        assert_eq!((kept.examples.len(), left_out.len()), (6, 0));
         // Styles that were asked for are kept.
         let (kept, _) = balanced(&of(&[&whole[..], &[("walk", "weird")]].concat()), true);
         assert_eq!(kept.actions, ["walk"]);
+    }
+
+    /// The line that is told keeps the clips.
+    #[test]
+    fn the_lines_keep_what_was_left_out() {
+        let whole: Vec<(&str, &str)> = ["walk", "run", "jump"]
+            .into_iter()
+            .flat_map(|a| [(a, "neutral"), (a, "proud"), (a, "old")])
+            .collect();
+        let two = [("dance", "neutral"), ("dance", "old")];
+        for (odd, line) in [
+            (&[("walk", "weird")][..], "actions = [\"walk\"]"),
+            (&two, "styles = [\"neutral\", \"old\"]"),
+            (&[("dance", "proud")], ""),
+        ] {
+            let (_, left_out) = balanced(&of(&[&whole[..], odd].concat()), false);
+            let [group] = &left_out[..] else { panic!("{left_out:?}") };
+            assert_eq!((group.clips.len(), group.change.as_str()), (odd.len(), line));
+            if line.is_empty() {
+                continue;
+            }
+            let config = Config::parse(line, "gestus.toml").unwrap();
+            let wanted = |(action, style): &(&str, &str)| {
+                let among = |list: &[String], name: &str| list.is_empty() || list.iter().any(|n| n == name);
+                among(&config.actions, action) && among(&config.styles, style)
+            };
+            let chosen: Vec<(&str, &str)> = whole.iter().chain(odd).copied().filter(wanted).collect();
+            let (kept, left_out) = balanced(&of(&chosen), !config.styles.is_empty());
+            assert!(left_out.is_empty() && kept.examples.len() == chosen.len(), "{left_out:?}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
+    fmt::Display,
     path::{Path, PathBuf},
 };
 
@@ -12,6 +13,7 @@ use crate::{
     data_folder::{
         config::{AnnotateError, Annotation, Config, FILE_NAME},
         floors,
+        left_out::{LeftOut, Reason},
         skeletons::{difference, most_common, unify},
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
@@ -35,8 +37,8 @@ pub struct Loaded {
     pub notes: Vec<String>,
     /// Clips that were on a floor of their own, and its height, metres. They were moved onto a floor at zero.
     pub floors: Vec<(String, f64)>,
-    /// How many files could not be used.
-    pub skipped: usize,
+    /// Clips that could not be used.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// A folder that can't be used.
@@ -84,15 +86,18 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         return Err(LoadError::File(place));
     }
     let files = read_folder(&folder, config.strict)?;
-    let mut left_out: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();
     let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
+    let skipped = files.skipped.iter().map(|error| {
+        LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
+    });
+    let mut left_out: Vec<LeftOut> = skipped.collect();
     // Files that can't be read have names too.
     let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
         .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
         .collect();
     let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
     config.check_names(&paths).map_err(|e| LoadError::Names(place.clone(), e))?;
-    let bound: Vec<Result<Option<Bound>, String>> = files
+    let bound: Vec<Result<Option<Bound>, LeftOut>> = files
         .documents
         .par_iter()
         .map(|(path, document)| bind(config, &below(path), path, document))
@@ -101,7 +106,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     for clip in bound {
         match clip {
             Ok(clip) => clips.extend(clip),
-            Err(note) => left_out.push(note),
+            Err(why) => left_out.push(why),
         }
     }
     tell_apart(&mut clips);
@@ -123,16 +128,16 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         performances.push(Performance { clip, kind, action, style, take, licence });
     }
     if config.strict
-        && let Some(note) = left_out.first()
+        && let Some(first) = left_out.first()
     {
-        return Err(LoadError::Strict(note.clone()));
+        return Err(LoadError::Strict(first.said.clone()));
     }
     if performances.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
     unify(&mut performances);
-    let (mut corpus, warnings) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
-    left_out.extend(warnings);
+    let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
+    left_out.extend(without.iter().map(|p| uncut(&p.clip, &p.action, p.kind)));
     if corpus.examples.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
@@ -148,9 +153,9 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             "lengths are taken as {units}, by the body's size (`unit` in {FILE_NAME} says otherwise)"
         ));
     }
-    notes.extend(left_out.iter().map(|n| format!("left out: {n}")));
+    notes.extend(left_out.iter().map(ToString::to_string));
     notes.extend(licence_beside(&folder, config));
-    Ok(Loaded { corpus, notes, floors, skipped: left_out.len() })
+    Ok(Loaded { corpus, notes, floors, left_out })
 }
 
 /// A clip with its file's labels.
@@ -182,7 +187,7 @@ fn tell_apart(clips: &mut [Bound]) {
 }
 
 /// The clips on the most common skeleton, of equally common ones the first.
-fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let skeletons: Vec<&Skeleton> = clips.iter().map(|clip| &*clip.clip.skeleton).collect();
     let Some((first, count)) = most_common(&skeletons) else { return clips };
     let (skeleton, name) = (clips[first].clip.skeleton.clone(), clips[first].clip.name.clone());
@@ -190,8 +195,8 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
         None => true,
         Some(difference) => {
             let most = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
-            left_out
-                .push(format!("{}: its skeleton differs from that of {name}{most}: {difference}", clip.name));
+            let said = format!("{}: its skeleton differs from that of {name}{most}: {difference}", clip.name);
+            left_out.push(LeftOut::new(Reason::Skeleton, &clip.below, said));
             false
         }
     };
@@ -239,10 +244,19 @@ fn licence_beside(folder: &Path, config: &Config) -> Option<String> {
 }
 
 /// The clips that registration can use. Others do not count for limits and mean bone lengths.
-fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<String>) -> Vec<Bound> {
+fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
-    left_out.extend(others.iter().map(|clip| no_cycle(&clip.clip, clip.annotation.kind)));
+    left_out.extend(others.iter().map(|c| uncut(&c.clip, &c.annotation.action, c.annotation.kind)));
     used
+}
+
+/// A clip that registration can't use.
+fn uncut(clip: &Clip, action: &str, kind: Kind) -> LeftOut {
+    let (reason, action) = match kind {
+        Kind::Gait => (Reason::NoCycle, Some(action.to_owned())),
+        Kind::Whole => (Reason::Short, None),
+    };
+    LeftOut { action, ..LeftOut::new(reason, &clip.name, no_cycle(clip, kind)) }
 }
 
 /// At most so many clips of each action and style, the first; all for 0.
@@ -265,15 +279,18 @@ fn on_zero(clips: &mut [Bound]) -> Vec<(String, f64)> {
 }
 
 /// Converts a file to a clip at the database's rate; `None` if it is not selected.
-fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, String> {
+fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, LeftOut> {
     let name = document.name().to_owned();
-    let annotation = config.annotate(below).map_err(|e| e.to_string())?;
+    let file = below.to_string_lossy();
+    let annotation = config.annotate(below).map_err(|e| LeftOut::new(Reason::Unlabelled, file.clone(), e))?;
     if !config.wants(&annotation) {
         return Ok(None);
     }
     let options = Options { unit: config.unit(), ..Options::default() };
-    let (clip, binding) = to_clip(document, &options).map_err(|e| format!("{name}: {e}"))?;
-    let mut clip = clip.fitted(config.rate_hz).map_err(|e| format!("{name}: {e}"))?;
+    let unread =
+        |e: &dyn Display| LeftOut::new(Reason::Unreadable, file.clone(), format_args!("{name}: {e}"));
+    let (clip, binding) = to_clip(document, &options).map_err(|e| unread(&e))?;
+    let mut clip = clip.fitted(config.rate_hz).map_err(|e| unread(&e))?;
     clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
     let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
     let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
@@ -285,7 +302,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
 }
 
 /// The selection, for the message that no clip matches it.
-fn wanted(config: &Config, left_out: &[String]) -> String {
+fn wanted(config: &Config, left_out: &[LeftOut]) -> String {
     let mut detail = String::new();
     for (what, names) in [("actions", &config.actions), ("styles", &config.styles)] {
         if !names.is_empty() {
@@ -293,7 +310,7 @@ fn wanted(config: &Config, left_out: &[String]) -> String {
         }
     }
     match left_out.first() {
-        Some(first) => format!("{detail}; the first of {} left out: {first}", left_out.len()),
+        Some(first) => format!("{detail}; the first of {} left out: {}", left_out.len(), first.said),
         None => format!("{detail}; are there .bvh or .glb files in it, named like `walk_proud_01.bvh`?"),
     }
 }
@@ -371,7 +388,7 @@ mod tests {
         folder.walk("walk_a_1.bvh", 1, |clip| clip.rate_hz = 120.0);
         folder.walk("walk_b_1.bvh", 120, |_| ());
         let loaded = folder.load("").unwrap();
-        assert_eq!((loaded.corpus.rate_hz, loaded.skipped), (30.0, 1), "{:?}", loaded.notes);
+        assert_eq!((loaded.corpus.rate_hz, loaded.left_out.len()), (30.0, 1), "{:?}", loaded.notes);
         let slower = folder.load("rate_hz = 20").unwrap();
         assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
     }
@@ -499,7 +516,7 @@ mod tests {
         folder.walk("walk_a_2.bvh", 120, |_| ());
         folder.walk("walk_a_3.bvh", 120, |_| ());
         let loaded = folder.load("limit = 1").unwrap();
-        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (1, 1), "{:?}", loaded.notes);
+        assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (1, 1), "{:?}", loaded.notes);
         assert_eq!(loaded.corpus.examples[0].clip.name, "walk_a_2");
     }
 
@@ -515,7 +532,7 @@ mod tests {
         };
         folder.walk("walk_a_2.bvh", 5, tall);
         let loaded = folder.load("").unwrap();
-        assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{:?}", loaded.notes);
+        assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (2, 1), "{:?}", loaded.notes);
         assert_eq!(loaded.corpus.skeleton.offsets, alone.offsets);
         // Nothing is left out, of whatever reason.
         let said = folder.load("strict = true").unwrap_err().to_string();
@@ -538,7 +555,7 @@ mod tests {
                     said.contains(&format!("left out: punch_a_1: too short: {frames} of the 3 frames")),
                     "{said}"
                 );
-                assert_eq!((loaded.corpus.examples.len(), loaded.skipped), (2, 1), "{said}");
+                assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (2, 1), "{said}");
                 build(&loaded.corpus, &BuildOptions::default()).unwrap();
             }
         }
@@ -556,11 +573,11 @@ mod tests {
             folder.walk(&format!("run_{style}_1.bvh"), 12, |_| ());
         }
         let loaded = folder.load("").unwrap();
-        assert_eq!((loaded.corpus.actions.len(), loaded.skipped), (2, 0), "{:?}", loaded.notes);
+        assert_eq!((loaded.corpus.actions.len(), loaded.left_out.len()), (2, 0), "{:?}", loaded.notes);
         assert!(loaded.notes.iter().any(|n| n.contains("action run: no clip has a gait cycle")));
         // Where the folder says what it is, it is that.
         let loaded = folder.load("kind = { run = 'gait' }").unwrap();
-        assert_eq!((loaded.corpus.actions.len(), loaded.skipped), (1, 2), "{:?}", loaded.notes);
+        assert_eq!((loaded.corpus.actions.len(), loaded.left_out.len()), (1, 2), "{:?}", loaded.notes);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod balance;
 pub mod config;
 mod floors;
+pub mod left_out;
 pub mod load;
 mod pattern;
 mod skeletons;

@@ -48,11 +48,11 @@ pub struct Performance {
     pub licence: String,
 }
 
-/// Registers clips of one skeleton and one rate. Clips without a cycle are left out; the second value has a line for each.
+/// Registers clips of one skeleton and one rate. Clips without a cycle are left out: they are the second value.
 ///
 /// # Errors
 /// [`LandmarkError`] if no legs are found in the skeleton.
-pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>), LandmarkError> {
+pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<Performance>), LandmarkError> {
     let skeleton = performances[0].clip.skeleton.clone();
     let rate_hz = performances[0].clip.rate_hz;
     let landmarks = Landmarks::find(&skeleton)?;
@@ -77,10 +77,10 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
             }
         })
         .collect();
-    let mut warnings = Vec::new();
+    let mut left_out = Vec::new();
     for (performance, cycles) in performances.into_iter().zip(timelines) {
         if cycles.is_empty() {
-            warnings.push(no_cycle(&performance.clip, performance.kind));
+            left_out.push(performance);
             continue;
         }
         let contacts = contact::contacts(&performance.clip, &landmarks);
@@ -95,7 +95,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<String>),
         });
     }
     contact::carry(&mut corpus.examples);
-    Ok((corpus, warnings))
+    Ok((corpus, left_out))
 }
 
 /// True if a clip of that kind can be registered on its own. Also true if no legs are found: registration reports that
