@@ -14,6 +14,7 @@ use gestus_database::{
     data_folder::{balance::balanced, config::FILE_NAME, left_out::Group},
     effort::{
         Source,
+        dial::doubt,
         fragment::{self, Library},
         labels,
         model::Model,
@@ -112,6 +113,7 @@ pub fn run(args: &Args) -> Result<()> {
     built.notes.iter().for_each(super::note);
     open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
+    doubt(&database).iter().for_each(super::note);
     let figures = super::inspect::figures(&database, built.bytes.len())?;
     if args.report.json {
         let mut figures = figures;
@@ -248,11 +250,14 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
             return Ok(None);
         }
     };
-    for [one, other] in dial.alike() {
-        let [one, other] = [one, other].map(|s| &corpus.styles[s]);
+    let unused: Vec<&str> = (dial.styles.iter().zip(&corpus.styles))
+        .filter_map(|(effort, style)| effort.is_none().then_some(style.as_str()))
+        .collect();
+    if !unused.is_empty() {
         super::note(format_args!(
-            "the effort dial has the same Efforts for {one} and {other}: it cannot tell them apart, and `--effort` takes \
-             either; label fragments of them (`gestus effort sheet`, --labels)"
+            "the effort dial leaves out {}: no fragment of it has a label, or is as long as {} frames",
+            unused.join(", "),
+            fragment::FEWEST
         ));
     }
     if let Some(path) = table.filter(|_| dial.source != Source::Given) {

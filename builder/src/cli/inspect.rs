@@ -14,6 +14,7 @@ use gestus_core::{
 use gestus_database::{
     blob::export,
     command_line::{options::ReportArgs, stylizer_args::methods},
+    effort::dial::{doubt, styles_alike},
 };
 use serde_json::{Value, json};
 
@@ -95,7 +96,11 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "licences": manifest.licences.iter().collect::<Vec<_>>(),
         "parameters": manifest.parameters.iter().collect::<Vec<_>>(),
         "builder": manifest.builder,
-        "effort": database.dial().map(|dial| effort(&dial, &manifest.styles.iter().collect::<Vec<_>>())),
+        "effort": database.dial().map(|dial| {
+            let mut found = effort(&dial, &manifest.styles.iter().collect::<Vec<_>>());
+            found["alike"] = json!(styles_alike(database));
+            found
+        }),
     }))
 }
 
@@ -127,6 +132,7 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let figures = figures(&database, bytes.len())?;
+    doubt(&database).iter().for_each(super::note);
     if args.report.json {
         return super::say(&figures);
     }

@@ -8,6 +8,7 @@ use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use gestus_database::{
     build::{BuildOptions, build},
     command_line::{options::ReportArgs, wasm::WasmCrate},
+    effort::dial::doubt,
     synth::{self, Options},
 };
 use gestus_motion::formats::gltf::toy;
@@ -53,7 +54,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let given = args.db.as_deref().map(open::read_blob).transpose()?;
     if let (Some(bytes), Some(path)) = (&given, &args.db) {
-        open::open(path, bytes)?;
+        doubt(&open::open(path, bytes)?).iter().for_each(super::note);
     }
     // Before the database, which takes longer to build.
     let module = MODULE.bytes(args.wasm.as_deref())?;

@@ -15,7 +15,7 @@
 //! measuring is the default. Weights are stored as bytes; [`Dial::backsteps`] measures how far rounding and addition
 //! violate monotonicity.
 
-use gestus_core::blob::layout::effort;
+use gestus_core::{Database, blob::layout::effort};
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Value, json};
 
@@ -77,11 +77,15 @@ impl Reach {
     }
 }
 
-/// Efforts of styles from those of mixes: least squares, with as little penalty as keeps styles without samples at
-/// zero.
-fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
-    let mut normal = DMatrix::<f64>::identity(styles, styles) * 1e-6;
-    let mut right = DMatrix::<f64>::zeros(styles, 3);
+/// Weight of what a style was seen as alone, against 1 of a sample that is all of that style.
+const ALONE: f64 = 1e-3;
+
+/// Efforts of styles from those of mixes, by least squares, drawn a little to what each style was seen as `alone`. Styles
+/// that are no end of a way have equal shares of every sample, and the samples cannot tell them apart.
+fn fit(samples: &[(Vec<f64>, Factors)], alone: &[Factors]) -> Vec<Factors> {
+    let styles = alone.len();
+    let mut normal = DMatrix::<f64>::identity(styles, styles) * ALONE;
+    let mut right = DMatrix::from_fn(styles, 3, |s, k| ALONE * alone[s][k]);
     for (mix, effort) in samples {
         let w = DVector::from_row_slice(mix);
         normal += &w * w.transpose();
@@ -94,15 +98,36 @@ fn fit(samples: &[(Vec<f64>, Factors)], styles: usize) -> Vec<Factors> {
 /// Least difference of two styles' Efforts that tells them apart.
 const APART: f64 = 1e-3;
 
-impl Dial {
-    /// Pairs of styles that have the same Efforts.
-    pub fn alike(&self) -> Vec<[usize; 2]> {
-        let of = |s: usize| self.styles[s];
-        let same = |a: Factors, b: Factors| a.iter().zip(b).all(|(a, b)| (a - b).abs() < APART);
-        let pairs = (0..self.styles.len()).flat_map(|s| (s + 1..self.styles.len()).map(move |t| [s, t]));
-        pairs.filter(|&[s, t]| of(s).zip(of(t)).is_some_and(|(a, b)| same(a, b))).collect()
-    }
+/// Pairs of Efforts that are the same.
+fn alike(efforts: &[Factors]) -> Vec<[usize; 2]> {
+    let same = |a: Factors, b: Factors| a.iter().zip(b).all(|(a, b)| (a - b).abs() < APART);
+    let pairs = (0..efforts.len()).flat_map(|s| (s + 1..efforts.len()).map(move |t| [s, t]));
+    pairs.filter(|&[s, t]| same(efforts[s], efforts[t])).collect()
+}
 
+/// Pairs of styles, by name, that the effort dial of a database cannot tell apart.
+pub fn styles_alike(database: &Database<'_>) -> Vec<[String; 2]> {
+    let (Some(dial), Ok(manifest)) = (database.dial(), database.manifest()) else { return Vec::new() };
+    let names: Vec<&str> = manifest.styles.iter().collect();
+    let efforts: Vec<Factors> = (0..names.len()).map(|s| dial.of_style(s).factors().map(f64::from)).collect();
+    let name = |s: usize| names[s].to_owned();
+    alike(&efforts).into_iter().map(|pair| pair.map(name)).collect()
+}
+
+/// What is to be said of a database whose effort dial cannot tell styles apart.
+pub fn doubt(database: &Database<'_>) -> Option<String> {
+    let pairs = styles_alike(database);
+    let list: Vec<String> = pairs.iter().map(|[one, other]| format!("{one} and {other}")).collect();
+    (!list.is_empty()).then(|| {
+        format!(
+            "the effort dial has the same Efforts for {}, and `--effort` takes either: their clips hardly differ, or have no \
+             labels (`gestus effort sheet`, `build --labels`)",
+            list.join(", ")
+        )
+    })
+}
+
+impl Dial {
     /// The dial of styles with those Efforts; styles with `None` are not used.
     ///
     /// # Panics
@@ -136,17 +161,20 @@ impl Dial {
     }
 
     /// The dial of measured ways: how far each factor reaches down and up from the mix at rest, whose Effort is
-    /// `rest`.
+    /// `rest`. `alone` is what each style was seen as, `None` for those that are not used.
     ///
     /// The rest is a node of each axis, as many nodes below it as make the grid finest. The last nodes are the ends of
     /// the ways, so that no part of an axis does nothing; those between have their share of the measured change.
     pub fn of_ways(
         source: Source,
-        styles: usize,
-        even: &[f64],
+        alone: &[Option<Factors>],
         rest: Factors,
         reaches: &[[Reach; 2]; 3],
     ) -> Self {
+        let styles = alone.len();
+        let used: Vec<usize> = (0..styles).filter(|&s| alone[s].is_some()).collect();
+        let even: Vec<f64> =
+            alone.iter().map(|e| if e.is_some() { 1.0 / used.len() as f64 } else { 0.0 }).collect();
         let below: [usize; 3] = std::array::from_fn(|k| {
             let gain = |side: usize| reaches[k][side].gain();
             let spacing = |below: &usize| {
@@ -173,12 +201,11 @@ impl Dial {
                     let mix = reaches[k][side].at(steps as f64 / of.max(1) as f64);
                     mix.map_or_else(
                         || vec![0.0; styles],
-                        |m| m.iter().zip(even).map(|(m, e)| m - e).collect(),
+                        |m| m.iter().zip(&even).map(|(m, e)| m - e).collect(),
                     )
                 })
                 .collect()
         });
-        let used: Vec<usize> = (0..styles).filter(|&s| even[s] > 0.0).collect();
         let table = (0..NODES.pow(3))
             .map(|node| {
                 let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
@@ -196,8 +223,9 @@ impl Dial {
             .collect();
         // The format holds numbers up to 10; a style that stands in few mixes may be fitted beyond.
         let held = |e: Factors| e.map(|v| v.clamp(-3.0 * POLE, 3.0 * POLE));
-        let efforts: Vec<Factors> = fit(&samples, styles).into_iter().map(held).collect();
-        let styles = efforts.into_iter().enumerate().map(|(s, e)| used.contains(&s).then_some(e)).collect();
+        let seen: Vec<Factors> = alone.iter().map(|e| e.unwrap_or_default()).collect();
+        let efforts = fit(&samples, &seen).into_iter().map(held);
+        let styles = efforts.zip(alone).map(|(fitted, used)| used.map(|_| fitted)).collect();
         Self { source, styles, rest, axes, table }
     }
 
@@ -366,9 +394,7 @@ mod tests {
     #[test]
     fn styles_of_the_same_efforts_are_found() {
         let efforts = [[0.0, 1.0, 2.0], [0.5, 1.0, 2.0], [0.0, 1.0, 2.0002]];
-        let mut all: Vec<_> = efforts.into_iter().map(Some).collect();
-        all.push(None);
-        assert_eq!(Dial::new(Source::Estimated, all, 0).alike(), [[0, 2]]);
+        assert_eq!(alike(&efforts), [[0, 2]]);
     }
 
     #[test]
@@ -433,7 +459,7 @@ mod tests {
 
     #[test]
     fn measured_ways_are_the_lines_through_the_rest() {
-        let dial = Dial::of_ways(Source::Estimated, 3, &[1.0 / 3.0; 3], [0.5; 3], &ways());
+        let dial = Dial::of_ways(Source::Estimated, &[Some([0.5; 3]); 3], [0.5; 3], &ways());
         // Six nodes below for 0.9, two above for 0.3: 0.15 each. Eight above for 2.
         assert!(
             (dial.axes[0].0 + 0.4).abs() < 1e-9 && (dial.axes[0].1 - 0.8).abs() < 1e-9,
@@ -477,8 +503,35 @@ mod tests {
                     (mix(s, t, a), std::array::from_fn(|k| (1.0 - a) * truth[s][k] + a * truth[t][k]))
                 })
                 .into();
-        for (found, wanted) in fit(&samples, 3).iter().zip(truth) {
-            assert!(found.iter().zip(wanted).all(|(f, w)| (f - w).abs() < 1e-4), "{found:?}");
+        for (found, wanted) in fit(&samples, &[[0.0; 3]; 3]).iter().zip(truth) {
+            assert!(found.iter().zip(wanted).all(|(f, w)| (f - w).abs() < 0.02), "{found:?}");
+        }
+    }
+
+    /// Two styles that are no end of a way had the same Efforts, whatever they were seen as.
+    #[test]
+    fn styles_that_no_sample_tells_apart_are_what_they_were_seen_as_alone() {
+        let alone = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.5, 0.4]];
+        let samples: Vec<(Vec<f64>, Factors)> = [0.0, 0.5, 1.0]
+            .into_iter()
+            .flat_map(|t: f64| [0, 1].map(|end| (t, end)))
+            .map(|(t, end)| {
+                let mix: Vec<f64> =
+                    (0..4).map(|s| 0.25 * (1.0 - t) + if s == end { t } else { 0.0 }).collect();
+                // The mix of the last two is seen as less than the mean of both.
+                let rest = [0.0, 0.8, 0.2];
+                let seen = std::array::from_fn(|k| {
+                    t * alone[end][k] + (1.0 - t) * 0.25 * (alone[0][k] + alone[1][k] + 2.0 * rest[k])
+                });
+                (mix, seen)
+            })
+            .collect();
+        let found = fit(&samples, &alone);
+        assert!(alike(&found).is_empty(), "{found:?}");
+        for k in 0..3 {
+            let apart = (found[2][k] - found[3][k]) - (alone[2][k] - alone[3][k]);
+            let middle = 0.5 * (found[2][k] + found[3][k]) - [0.0, 0.8, 0.2][k];
+            assert!(apart.abs() < 1e-9 && middle.abs() < 0.02, "{k}: {found:?}");
         }
     }
 }

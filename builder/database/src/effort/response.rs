@@ -247,7 +247,9 @@ pub fn solve(
     let reaches: [[Reach; 2]; 3] =
         std::array::from_fn(|_| std::array::from_fn(|_| reaches.next().unwrap_or_default()));
     let source = if probe.learned.is_some() { Source::Given } else { Source::Estimated };
-    Ok(Ok(Dial::of_ways(source, styles, &even, mean(&middle), &reaches)))
+    let mut alone = vec![None; styles];
+    used.iter().zip(&vertices).for_each(|(&s, seen)| alone[s] = Some(mean(seen)));
+    Ok(Ok(Dial::of_ways(source, &alone, mean(&middle), &reaches)))
 }
 
 fn mean(seen: &[Factors]) -> Factors {
