@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use anyhow::{Result, bail};
 use gestus_core::blob::layout::dof;
 use gestus_database::{
     build::BuildOptions,
+    command_line::outputs::note,
     data_folder::{
         config::AnnotateError,
         split::{Set, Split},
@@ -113,6 +115,48 @@ impl Experiment {
         tests
     }
 
+    /// The test clips without which, all at once, each class keeps a clip. Those that have to stay in the database are named
+    /// on standard error.
+    ///
+    /// # Errors
+    /// Where none is left.
+    pub fn queries(&self) -> Result<Vec<usize>> {
+        let (queries, spared) = self.spared();
+        for clip in spared {
+            let example = &self.corpus.examples[clip];
+            let (action, style) = (&self.corpus.actions[example.action], &self.corpus.styles[example.style]);
+            note(format_args!(
+                "not tested: {} stays in the database, since it is the last clip of {action} in {style}",
+                example.clip.name
+            ));
+        }
+        if queries.is_empty() {
+            bail!(
+                "--folds {}: no clip of the style {} can be a query: its actions have one clip each, which the database \
+                 needs",
+                self.folds,
+                self.corpus.styles[self.from]
+            );
+        }
+        Ok(queries)
+    }
+
+    /// The test clips that leave the database, all at once, and those that stay, since a class would be empty without them.
+    fn spared(&self) -> (Vec<usize>, Vec<usize>) {
+        let (mut gone, mut kept) = (Vec::new(), Vec::new());
+        for test in self.test_clips() {
+            let action = self.corpus.examples[test].action;
+            // An action that lacks a style is not in the database with this clip either.
+            let before = self.lacking(action, &gone).len();
+            gone.push(test);
+            if self.lacking(action, &gone).len() > before {
+                gone.pop();
+                kept.push(test);
+            }
+        }
+        (gone, kept)
+    }
+
     /// Most test clips that an action has.
     pub fn most_tests(&self) -> usize {
         let tests = self.test_clips();
@@ -157,7 +201,7 @@ impl Experiment {
     pub fn folds(&self) -> Result<(Body, Vec<HeldOut>), LandmarkError> {
         let body = Body::of(&self.corpus)?;
         let (folds, left_out) = self.held_out(&body);
-        left_out.iter().for_each(gestus_database::command_line::outputs::note);
+        left_out.iter().for_each(note);
         Ok((body, folds))
     }
 
@@ -312,6 +356,18 @@ mod tests {
             }
         }
         assert_eq!(new().sharing(&new().held_out(&Body::of(&corpus).unwrap()).0).len(), 2);
+    }
+
+    #[test]
+    fn queries_leave_the_database_a_clip_of_each_class() {
+        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 2, 4.0)).unwrap();
+        let mut experiment = Experiment { folds: 5, ..Experiment::new(corpus, BuildOptions::default()) };
+        let tests = experiment.test_clips();
+        assert_eq!(tests.len(), 2);
+        assert_eq!(experiment.spared(), (vec![tests[0]], vec![tests[1]]));
+        experiment.corpus = experiment.corpus.without(&tests[..1]);
+        assert_eq!(experiment.spared().0, Vec::<usize>::new());
+        assert!(experiment.queries().is_err());
     }
 
     #[test]

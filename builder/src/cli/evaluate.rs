@@ -15,7 +15,7 @@ use gestus_evaluate::{
     evaluation::Evaluation,
     experiment::Experiment,
     measures::{
-        OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cross,
+        OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cost, cross,
         effort, field, growth, knn, loo, papers, retarget, servo, skate, starts, timing, transitions,
     },
 };
@@ -51,6 +51,8 @@ enum Measure {
     Methods(Clips<comparison::Args>),
     /// How well clips of different styles are aligned in time
     Correspondence(Clips<correspondence::Args>),
+    /// Time of a frame by stage on this machine, and size of the database
+    Cost(Clips<cost::Args>),
     /// How well Effort is learned, segmented and dialled
     Effort(Clips<effort::Args>),
     /// Gaussian processes: accuracy, time and memory as the data grows
@@ -87,6 +89,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Compression(measure) => measure.run(),
         Measure::Methods(measure) => measure.run(),
         Measure::Correspondence(measure) => measure.run(),
+        Measure::Cost(measure) => measure.run(),
         Measure::Effort(measure) => measure.run(),
         Measure::GaussianProcess(measure) => measure.run(),
         Measure::Contacts(measure) => measure.run(),

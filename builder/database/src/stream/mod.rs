@@ -12,7 +12,7 @@ pub mod verdict;
 mod way;
 
 use gestus_core::{
-    Config, ConfigError, Database, Digest, Observer, Pose, Report, Stylizer,
+    Config, ConfigError, Database, Digest, Observer, Pose, Report, Stage, Stylizer,
     blob::layout,
     body::pose::Dofs,
     output::retime::{Bounds, Retimer, Tick},
@@ -189,6 +189,10 @@ impl Streamed {
 
 /// Observes a step, whatever the stylizer's capacity of joints.
 pub trait Watcher {
+    /// A step begins, with [`Stage::Rest`].
+    fn begin(&mut self) {}
+    /// From here on the work is of that stage.
+    fn stage(&mut self, _stage: Stage) {}
     /// The query, F numbers.
     fn query(&mut self, _feature: &[f32]) {}
     /// What was found of a class.
@@ -210,6 +214,10 @@ struct Adapter<'a, W: Watcher> {
 }
 
 impl<const J: usize, W: Watcher> Observer<J> for Adapter<'_, W> {
+    #[inline(always)]
+    fn stage(&mut self, stage: Stage) {
+        self.watcher.stage(stage);
+    }
     fn query(&mut self, feature: &Feature) {
         self.watcher.query(&feature[..self.features]);
     }
@@ -287,10 +295,11 @@ fn run<const J: usize, const K: usize, const C: usize>(
             stylizer.set_action(Some(told.1))?;
         }
         let input = to_pose::<J>(frame);
+        watcher.begin();
         let mut adapter = Adapter { watcher, features: counts.features, dofs: counts.dofs };
         let (report, micros) = timed(|| stylizer.step_observed(&input, &mut output, &mut adapter));
-        digest.add(&output, counts.joints, report.step_s);
         watcher.done(&report);
+        digest.add(&output, counts.joints, report.step_s);
         if let Some(playback) = &mut playback {
             playback.push(&output, report.step_s, counts.joints);
         }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use gestus_core::{
     Config, Database,
     blob::layout::{MAX_FEATURES, MAX_JOINTS},
@@ -53,22 +53,7 @@ impl OnClips for Args {
 /// Streams held-out clips through the search: every frame is a query to every class.
 fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
     let corpus = &experiment.corpus;
-    let (tests, spared) = spared(experiment);
-    for &clip in &spared {
-        let example = &corpus.examples[clip];
-        let (action, style) = (&corpus.actions[example.action], &corpus.styles[example.style]);
-        gestus_database::command_line::outputs::note(format_args!(
-            "not tested: {} stays in the database, since it is the last clip of {action} in {style}",
-            example.clip.name
-        ));
-    }
-    if tests.is_empty() {
-        bail!(
-            "--folds {}: no clip of the style {} can be a query: its actions have one clip each, which the database needs",
-            experiment.folds,
-            corpus.styles[experiment.from]
-        );
-    }
+    let tests = experiment.queries()?;
     let built = build(&corpus.without(&tests), &experiment.build)?;
     let database = Database::open(&built.bytes)?;
     let bar = progress::bar(tests.len(), "search");
@@ -138,22 +123,6 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
         rows,
         figures,
     })
-}
-
-/// The test clips that leave the database, all at once, and those that stay, since a class would be empty without them.
-fn spared(experiment: &Experiment) -> (Vec<usize>, Vec<usize>) {
-    let (mut gone, mut kept) = (Vec::new(), Vec::new());
-    for test in experiment.test_clips() {
-        let action = experiment.corpus.examples[test].action;
-        // An action that lacks a style is not in the database with this clip either.
-        let before = experiment.lacking(action, &gone).len();
-        gone.push(test);
-        if experiment.lacking(action, &gone).len() > before {
-            gone.pop();
-            kept.push(test);
-        }
-    }
-    (gone, kept)
 }
 
 /// Stored features of each class, as brute force wants them.
@@ -251,21 +220,4 @@ fn stream(
     }
     (graph.recall, brute.recall) = (found / wanted, 1.0);
     (graph, brute)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use gestus_database::{build::BuildOptions, synth};
-
-    #[test]
-    fn queries_leave_the_database_a_clip_of_each_class() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 2, 4.0)).unwrap();
-        let mut experiment = Experiment { folds: 5, ..Experiment::new(corpus, BuildOptions::default()) };
-        let tests = experiment.test_clips();
-        assert_eq!(tests.len(), 2);
-        assert_eq!(spared(&experiment), (vec![tests[0]], vec![tests[1]]));
-        experiment.corpus = experiment.corpus.without(&tests[..1]);
-        assert_eq!(spared(&experiment).0, Vec::<usize>::new());
-    }
 }

@@ -13,6 +13,7 @@ pub mod comparison;
 pub mod compression;
 pub mod contacts;
 pub mod correspondence;
+pub mod cost;
 pub mod cross;
 pub mod effort;
 pub mod field;

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::{
     evaluation::{Evaluation, row},
     experiment::Experiment,
-    measures::{OnClips, Uses},
+    measures::{OnClips, Uses, cost::paper_size},
     report::{html::Figure, table},
 };
 use tables::{Run, TABLES, Table};
@@ -127,8 +127,6 @@ fn figures_of(table: &Table, (names, keys): (&[&str], &[&str]), found: &Evaluati
 
 /// Xia 2015, Table 1: frames of each action. Theirs are 120 a second.
 fn database(experiment: &Experiment) -> Vec<table::Row> {
-    const THEIRS: [(&str, f64); 5] =
-        [("walk", 49461.0), ("run", 7835.0), ("jump", 6293.0), ("punch", 7125.0), ("kick", 6970.0)];
     let corpus = &experiment.corpus;
     let mut frames: BTreeMap<&str, usize> = BTreeMap::new();
     for example in &corpus.examples {
@@ -136,8 +134,7 @@ fn database(experiment: &Experiment) -> Vec<table::Row> {
     }
     frames.insert("all", corpus.examples.iter().map(|e| e.clip.frames.len()).sum());
     let theirs = |action: &str| {
-        let total = [("all", 79829.0)];
-        THEIRS.iter().chain(&total).find(|t| t.0 == action).map(|t| t.1)
+        paper_size::FRAMES.iter().chain(&[("all", paper_size::TOTAL)]).find(|t| t.0 == action).map(|t| t.1)
     };
     let of = |(action, frames): (&str, usize)| {
         row(json!({
@@ -162,13 +159,13 @@ mod tests {
             synth::corpus(&synth::Options::of(&["walk", "run"], &["neutral", "proud"], 3, 4.0)).unwrap();
         let frames: usize = corpus.examples.iter().map(|e| e.clip.frames.len()).sum();
         let experiment = Experiment::new(corpus, BuildOptions::default());
-        let only = ["correspondence", "table 2", "components"].map(String::from).to_vec();
+        let only = ["correspondence", "quaternions", "components"].map(String::from).to_vec();
         let found = Args { all: false, only }.evaluate(&experiment).unwrap();
         let of = |table: &str| -> Vec<&table::Row> {
             found.rows.iter().filter(|r| r["table"].as_str().unwrap().contains(table)).collect()
         };
         assert_eq!(of("the database").iter().find(|r| r["of"] == "all").unwrap()["ours"], frames);
-        assert!(of("Table 2")[0]["missing"].is_string() && of("components")[0]["missing"].is_string());
+        assert!(of("quaternions")[0]["missing"].is_string() && of("components")[0]["missing"].is_string());
         let measured = of("correspondence");
         assert!(measured.len() > 4 && measured.iter().all(|r| r["ours"].is_number()), "{measured:?}");
         assert!(of("Torresani").is_empty());
