@@ -16,7 +16,7 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cost, cross,
-        effort, field, growth, knn, loo, papers, retarget, servo, skate, starts, timing, transitions,
+        effort, field, growth, knn, loo, papers, retarget, servo, sheets, skate, starts, timing, transitions,
     },
 };
 
@@ -67,6 +67,8 @@ enum Measure {
     Cross(Clips<cross::Args>),
     /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
     Field(Clips<field::Args>),
+    /// Sheets of drawn poses: styles over a polygon, inputs with their neighbors
+    Sheets(Clips<sheets::Args>),
     /// The output's time under each timing policy
     Timing(Clips<timing::Args>),
     /// Streams of many actions by a motion graph: error after transitions, recognition
@@ -97,6 +99,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Starts(measure) => measure.run(),
         Measure::Cross(measure) => measure.run(),
         Measure::Field(measure) => measure.run(),
+        Measure::Sheets(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
         Measure::Transitions(measure) => measure.run(),
         Measure::Papers(measure) => measure.run(),

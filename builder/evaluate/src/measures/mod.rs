@@ -23,6 +23,7 @@ pub mod loo;
 pub mod papers;
 pub mod retarget;
 pub mod servo;
+pub mod sheets;
 pub mod skate;
 pub mod starts;
 pub mod timing;

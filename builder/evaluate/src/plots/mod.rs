@@ -9,6 +9,7 @@ use plotters::{
 };
 
 mod place;
+pub mod poses;
 
 /// Colours that are distinct in print and to most colour-blind readers; the first are those of Okabe and Ito.
 const COLOURS: [RGBColor; 18] = [
@@ -98,6 +99,10 @@ impl Legend {
         Self { names, column, lines: ((height - 70) / LINE) as usize }
     }
 
+    fn none() -> Self {
+        Self { names: Vec::new(), column: 0, lines: 1 }
+    }
+
     fn width(&self) -> u32 {
         self.names.len().div_ceil(self.lines) as u32 * self.column
     }
@@ -112,6 +117,11 @@ impl Legend {
         }
         Ok(())
     }
+}
+
+/// Draws a picture without a legend.
+fn drawn_alone(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> String {
+    drawn(size, &Legend::none(), &|_, _, _| Ok(()), draw)
 }
 
 /// Draws a plot and its legend as SVG. Drawing finite numbers does not fail; an error gives an empty picture.

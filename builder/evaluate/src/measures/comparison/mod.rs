@@ -67,7 +67,7 @@ impl OnClips for Args {
             verdict::bars(&rows, "delivered_error_cm", "Delivered error", "cm"),
             verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
         ];
-        figures.extend(loo::figures::one_dof(experiment)?);
+        figures.extend(loo::figures::curves(experiment)?);
         let about = verdict::verdict(&rows);
         Ok(Evaluation { what: "methods", about, keys: vec!["set", "method"], rows, figures })
     }

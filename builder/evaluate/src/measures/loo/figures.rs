@@ -1,6 +1,6 @@
 //! Plots of the leave-one-out measure.
 
-use gestus_core::{Database, blob::layout::dof};
+use gestus_core::{Config, Database, Method, blob::layout::dof};
 use gestus_database::{
     build::BuildError,
     stream::{Request, stream},
@@ -12,7 +12,7 @@ use gestus_motion::{
 };
 
 use crate::{
-    baselines::outputs::{GlobalModel, Outputs, Record},
+    baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
     experiment::Experiment,
     fold::{Fold, Row, class_of, own_dofs},
     metrics::matched,
@@ -99,49 +99,113 @@ pub(super) fn trade_off(results: &[Row]) -> Figure {
     }
 }
 
-/// One dof over time for each method against the truth, as in Xia 2015, Figure 3.
-/// `None` where there is no fold.
-pub(in crate::measures) fn one_dof(experiment: &Experiment) -> Result<Option<Figure>, BuildError> {
+/// A method's prediction for the test clip, and its steps where it predicts any.
+struct Course {
+    method: &'static str,
+    rows: Vec<Vec<f64>>,
+    steps_s: Option<Vec<f64>>,
+}
+
+/// One dof over time for each method against the truth (Xia 2015, Figure 3), and the time warps of those that predict one
+/// (Figure 4). None where there is no fold.
+pub(in crate::measures) fn curves(experiment: &Experiment) -> Result<Vec<Figure>, BuildError> {
     let corpus = &experiment.corpus;
     let body = Body::of(corpus)?;
-    let Some(&held) = experiment.held_out(&body).0.first() else { return Ok(None) };
-    let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build)?;
-    let database = Database::open(&bytes)?;
-    let style = held.style;
-    let example = &corpus.examples[held.test];
-    let request = Request::style(style as u16);
-    let mut record = Record::of(&database);
-    let Ok(_) = stream(&database, &example.clip, &request, &mut record) else { return Ok(None) };
-    let predicted = own_dofs(&fold, &database, &record.predicted);
-    let dof = dof::JOINTS + 3 * (body.landmarks.knees[0] - 1);
+    let Some(&held) = experiment.held_out(&body).0.first() else { return Ok(Vec::new()) };
+    let (fold, bytes) = Fold::new(experiment, &body, held, &experiment.build_with_models())?;
+    let courses = courses(&fold, &Database::open(&bytes)?);
+    let of = format!("{} in the style {}", corpus.examples[held.test].clip.name, corpus.styles[held.style]);
+    Ok(vec![one_dof(&fold, &courses, &of), time_warps(&fold, &courses, &of)])
+}
+
+fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
+    let example = &fold.corpus.examples[fold.test];
+    let mut courses = Vec::new();
+    let methods = [
+        ("mixture", Method::Mar),
+        ("phase", Method::Phase),
+        ("lti", Method::Lti),
+        ("statistic", Method::Statistic),
+    ];
+    for (method, kind) in methods {
+        let request = Request { config: Config::new().method(kind), ..Request::style(fold.style as u16) };
+        let mut record = Record::of(database);
+        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+        let steps = streamed.steps.iter().map(|s| f64::from(s.report.predicted_step_s)).collect();
+        let rows = own_dofs(fold, database, &record.predicted);
+        // Statistics have the input's time.
+        let steps_s = Some(steps).filter(|_| kind != Method::Statistic);
+        courses.push(Course { method, rows, steps_s });
+        if kind == Method::Mar {
+            let of = |classes: &[ClassNeighbors]| {
+                let most = usize::from(request.config.k);
+                interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, Outputs::Mean)
+            };
+            let rows = own_dofs(fold, database, &record.each(of));
+            courses.push(Course { method: "knn", rows, steps_s: None });
+        }
+    }
+    let Some(class) = class_of(database, example.action, example.style) else { return courses };
+    let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
+    for (method, autoregressive) in [("global-affine", false), ("global-ar", true)] {
+        let model = GlobalModel::fit(database, &[class], fold.style, autoregressive, Outputs::One);
+        courses.push(Course { method, rows: own_dofs(fold, database, &model.run(&x, &x[0])), steps_s: None });
+    }
+    courses
+}
+
+/// The knee's dof that varies most.
+fn one_dof(fold: &Fold<'_>, courses: &[Course], of: &str) -> Figure {
+    let dof = dof::JOINTS + 3 * (fold.body.landmarks.knees[0] - 1);
     let spread = |d: usize| variance(fold.x.iter().map(|r| r[d]));
     let dof = (dof..dof + 3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(dof);
+    let rate = fold.corpus.rate_hz;
     let series = |rows: &[Vec<f64>]| {
-        rows.iter().enumerate().map(|(t, r)| (t as f64 / corpus.rate_hz, r[dof])).collect::<Vec<_>>()
+        rows.iter().enumerate().map(|(t, r)| (t as f64 / rate, r[dof])).collect::<Vec<_>>()
     };
     let (cycles, truth_cycles) = fold.cycles();
     let truth: Vec<(f64, f64)> = (0..fold.x.len())
         .filter_map(|t| {
             let at = matched(cycles, t, truth_cycles, fold.shift)?;
-            Some((t as f64 / corpus.rate_hz, row_at(&fold.truth_rows, at)[dof]))
+            Some((t as f64 / rate, row_at(&fold.truth_rows, at)[dof]))
         })
         .collect();
-    let mut all = vec![
-        ("input".to_owned(), series(&fold.x)),
-        ("mixture".to_owned(), series(&predicted)),
-        ("truth".to_owned(), truth),
-    ];
-    if let Some(class) = class_of(&database, example.action, example.style) {
-        for (name, autoregressive) in [("global affine", false), ("global AR", true)] {
-            let model = GlobalModel::fit(&database, &[class], style, autoregressive, Outputs::One);
-            all.push((name.into(), series(&own_dofs(&fold, &database, &model.run(&fold.x, &fold.x[0])))));
-        }
-    }
-    let names = body.dof_names();
-    let title = format!("{} of {} in the style {}", names[dof], example.clip.name, corpus.styles[style]);
-    Ok(Some(Figure {
+    let mut all = vec![("input".to_owned(), series(&fold.x)), ("truth".to_owned(), truth)];
+    all.extend(courses.iter().map(|c| (c.method.to_owned(), series(&c.rows))));
+    let title = format!("{} of {of}", fold.body.dof_names()[dof]);
+    Figure {
         name: "dof".into(),
-        caption: "One dof over the input's time, each method against the truth at equal canonical time (Xia 2015, Figure 3).".into(),
+        caption: "One dof over the input's time, each method against the truth at equal canonical time (Xia 2015, Figure 3)."
+            .into(),
         svg: plots::lines(Labels { title: &title, x: "input time, s", y: "rad" }, &all),
-    }))
+    }
+}
+
+/// Time that has passed in the output beyond the input's, over the frames with a truth.
+fn time_warps(fold: &Fold<'_>, courses: &[Course], of: &str) -> Figure {
+    let rate = fold.corpus.rate_hz;
+    let truth = fold.true_steps();
+    let course = |step: &dyn Fn(usize) -> Option<f64>| {
+        let mut ahead = 0.0;
+        let frames = (0..truth.len()).filter(|&t| truth[t].is_some());
+        frames
+            .filter_map(|t| {
+                ahead += step(t)? - 1.0 / rate;
+                Some((t as f64 / rate, 1000.0 * ahead))
+            })
+            .collect::<Vec<_>>()
+    };
+    let mut all = vec![("truth".to_owned(), course(&|t| truth[t]))];
+    all.extend(courses.iter().filter_map(|c| {
+        let steps = c.steps_s.as_ref()?;
+        Some((c.method.to_owned(), course(&|t| steps.get(t).copied())))
+    }));
+    let title = format!("Time of {of}");
+    Figure {
+        name: "time".into(),
+        caption: "How far the output's time has run ahead of the input's, predicted and in the truth clip (Xia 2015, \
+                  Figure 4)."
+            .into(),
+        svg: plots::lines(Labels { title: &title, x: "input time, s", y: "output less input time, ms" }, &all),
+    }
 }

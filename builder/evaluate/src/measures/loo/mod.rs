@@ -117,7 +117,7 @@ fn evaluate(experiment: &Experiment, methods: &Methods) -> Result<Evaluation, Bu
     bar.finish_and_clear();
     let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();
     let mut figures = vec![figures::error_bars(corpus, &results), figures::trade_off(&results)];
-    figures.extend(figures::one_dof(experiment)?);
+    figures.extend(figures::curves(experiment)?);
     Ok(Evaluation {
         what: "loo",
         about: "Every method translates clips that the database has never seen. Errors are mean joint distances, \
