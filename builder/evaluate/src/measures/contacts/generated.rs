@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::{
-    score::{flickers, score},
+    score::{changes, flickers, over, score},
     smoothing::smoothings,
 };
 use crate::{evaluation::row, report::table};
@@ -116,6 +116,7 @@ fn of_clip(
         "accuracy": agreed.accuracy(),
         "planted_f1": score(&found.contacts, planted).f1(),
         "flickers": flickers(&found.contacts, corpus.rate_hz),
+        "changes_over_truth": over(changes(&found.contacts), changes(truth)),
     }))
 }
 

@@ -29,7 +29,7 @@ use gestus_database::{
 use gestus_motion::{body::Body, corpus::Corpus, statistics::mean_or_zero};
 
 pub use score::Score;
-use score::{flickers, score};
+use score::{changes, flickers, over, score};
 use smoothing::smoothings;
 
 /// Options of `gestus evaluate contacts`.
@@ -96,6 +96,7 @@ fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize,
             "accuracy": score.accuracy(),
             "delay_frames": delay,
             "flickers": flickers(&found, corpus.rate_hz),
+            "changes_over_truth": over(changes(&found), changes(&truth)),
         })));
     }
 }

@@ -42,6 +42,16 @@ pub(super) fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
     score
 }
 
+/// How often a foot comes down or up.
+pub(super) fn changes(contacts: &[[bool; 2]]) -> usize {
+    contacts.windows(2).map(|w| (0..2).filter(|&side| w[0][side] != w[1][side]).count()).sum()
+}
+
+/// A count over that of the truth; none where the truth has none.
+pub(super) fn over(found: usize, truth: usize) -> Option<f64> {
+    (truth > 0).then(|| found as f64 / truth as f64)
+}
+
 /// Contacts and gaps of less than 50 ms, a second.
 pub(super) fn flickers(contacts: &[[bool; 2]], rate_hz: f64) -> f64 {
     let shortest = (0.05 * rate_hz).ceil() as usize;
@@ -70,6 +80,7 @@ mod tests {
         let score = score(&found, &truth);
         assert!((score.f1() - 0.5).abs() < 1e-12);
         assert!((score.accuracy() - 4.0 / 6.0).abs() < 1e-12);
+        assert_eq!((changes(&found), changes(&truth)), (1, 3));
     }
 
     #[test]

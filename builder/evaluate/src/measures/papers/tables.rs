@@ -145,8 +145,9 @@ pub const TABLES: &[Table] = &[
         run: Run::Measure {
             run: |e| transitions::Args::default().evaluate(e),
             keys: (
-                &["part", "since", "action"],
+                &["part", "since", "action", "attribute", "recognised", "yaw"],
                 &[
+                    "share",
                     "error_cm",
                     "alone_cm",
                     "unchanged_cm",
@@ -194,7 +195,10 @@ pub const TABLES: &[Table] = &[
                   generated ones",
         run: Run::Measure {
             run: |e| contacts::Args.evaluate(e),
-            keys: (&["part", "method"], &["contact_f1", "accuracy", "planted_f1", "flickers"]),
+            keys: (
+                &["part", "method"],
+                &["contact_f1", "accuracy", "planted_f1", "flickers", "changes_over_truth"],
+            ),
             long: false,
         },
         numbers: &[],

@@ -5,6 +5,8 @@
 //! |---|---|---|
 //! | `error` | held-out clips in the input style, to each output style | one for each output style and time since a transition |
 //! | `recognition` | held-out clips of all classes | one for each class |
+//! | `confusion` | the same | one for each class and each action, and each style, that it is taken for |
+//! | `turning` | the same | one for each class and yaw rate of the body |
 
 mod error;
 mod held;
@@ -82,9 +84,11 @@ impl OnClips for Args {
                     pose that leaves from the truth clip at the matched moment, `alone_cm` that of the same frames where \
                     their clip was streamed alone: their difference is what transitions cost. `action_right` and \
                     `style_right` are the shares of frames in which the class with most weight is of the true action and \
-                    style, `action_weight` and `style_weight` the weight that the true ones have."
+                    style, `action_weight` and `style_weight` the weight that the true ones have. `confusion` has the share of \
+                    the steady frames in which each action and style is recognised, `turning` what is recognised by how fast \
+                    the body turns."
                 .into(),
-            keys: vec!["part", "method", "since", "action"],
+            keys: vec!["part", "method", "since", "action", "attribute", "recognised", "yaw"],
             figures: vec![costs(&rows), recognised(&rows)],
             rows,
         })
@@ -154,6 +158,16 @@ mod tests {
         assert_eq!(classes.len(), 6);
         let frames: f64 = classes.iter().map(|r| number(r, "frames")).sum();
         assert!((frames - 1800.0).abs() < 0.5);
+        for row in &classes {
+            let confused = rows.iter().filter(|r| {
+                r["part"] == "confusion"
+                    && r["attribute"] == "action"
+                    && (&r["action"], &r["style"]) == (&row["action"], &row["style"])
+            });
+            let own = confused.clone().find(|r| r["recognised"] == row["action"]).map(|r| number(r, "share"));
+            assert_eq!(own, row["action_right_steady"].as_f64());
+            assert!((confused.map(|r| number(r, "share")).sum::<f64>() - 1.0).abs() < 1e-9, "{row:?}");
+        }
         for row in classes {
             for key in ["action_right", "style_right", "action_weight", "style_weight"] {
                 assert!((0.0..=1.0).contains(&number(row, key)), "{key}: {row:?}");

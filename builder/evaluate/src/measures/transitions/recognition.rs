@@ -1,7 +1,8 @@
-//! What the proportions of the mixture recognise: the action and the style of the input, against the truth.
+//! What the proportions of the mixture recognise: the action and the style of the input, against the truth; what each class
+//! is taken for; and how fast the body turns meanwhile.
 
 use anyhow::Result;
-use gestus_core::{Database, Report};
+use gestus_core::{Database, Report, blob::layout::dof};
 use gestus_database::{
     motion_graph::Label,
     stream::{Request, Step, stream},
@@ -14,6 +15,15 @@ use crate::{evaluation::row, report::table};
 
 /// Time after a transition began after which a frame counts as steady, seconds.
 const STEADY_S: f64 = 0.5;
+/// Half the time over which the yaw rate is averaged, seconds: a stride sways the hips by more than a slow turn.
+const YAW_S: f64 = 0.5;
+/// Yaw rates, degrees a second, that have a row of their own.
+const YAW_DEG_S: [(f64, &str); 4] = [
+    (10.0, "under 10 deg/s"),
+    (30.0, "10-30 deg/s"),
+    (60.0, "30-60 deg/s"),
+    (f64::INFINITY, "over 60 deg/s"),
+];
 
 /// An attribute of classes and labels.
 struct Attribute<'a> {
@@ -72,34 +82,90 @@ pub(super) fn rows(held: &Held<'_>, database: &Database<'_>, of: &Stream) -> Res
     let mut classes: Vec<(usize, usize)> = of.walk.labels.iter().map(|l| (l.action, l.style)).collect();
     classes.sort_unstable();
     classes.dedup();
+    let steady = |t: &usize| of.since_s[*t] >= STEADY_S;
+    let yaw = yaw_rates(held, of);
     let mut rows = Vec::new();
     for class in classes {
         let frames: Vec<usize> = (0..of.walk.labels.len())
             .filter(|&t| (of.walk.labels[t].action, of.walk.labels[t].style) == class)
             .collect();
-        let mut figures = row(json!({
-            "part": "recognition",
-            "method": "mixture",
-            "action": corpus.actions[class.0],
-            "style": corpus.styles[class.1],
-            "frames": frames.len(),
-        }));
+        let steady_frames: Vec<usize> = frames.iter().copied().filter(steady).collect();
+        let named = |part: &str| {
+            row(json!({
+                "part": part,
+                "method": "mixture",
+                "action": corpus.actions[class.0],
+                "style": corpus.styles[class.1],
+            }))
+        };
+        let mut figures = named("recognition");
+        figures.insert("frames".into(), frames.len().into());
         for ((name, found), attribute) in ["action", "style"].into_iter().zip(&found).zip(&attributes) {
             let right = |t: &usize| f64::from(u8::from(found[*t].first == Some(found[*t].truth)));
-            let steady = frames.iter().filter(|&&t| of.since_s[t] >= STEADY_S);
             let (delay_s, missed) = delays(found, &frames, corpus.rate_hz);
             let mut put =
                 |key: &str, value: serde_json::Value| figures.insert(format!("{name}_{key}"), value);
             put("right", json!(mean(frames.iter().map(right))));
-            put("right_steady", json!(Some(mean(steady.map(right))).filter(|m| !m.is_nan())));
+            put("right_steady", json!(Some(mean(steady_frames.iter().map(right))).filter(|m| !m.is_nan())));
             put("weight", json!(mean(frames.iter().map(|&t| found[t].weight))));
             put("delay_s", json!(delay_s));
             put("missed", json!(missed));
             put("taken_for", json!(taken_for(found, &frames).map(|v| &attribute.names[v])));
+            for (value, share) in shares(found, &steady_frames) {
+                let mut confused = named("confusion");
+                confused.insert("attribute".into(), name.into());
+                confused.insert("recognised".into(), attribute.names[value].clone().into());
+                confused.insert("share".into(), share.into());
+                rows.push(confused);
+            }
         }
         rows.push(figures);
+        for figures in turning(&found[0], &steady_frames, &yaw) {
+            let mut row = named("turning");
+            row.extend(figures);
+            rows.push(row);
+        }
     }
     Ok(rows)
+}
+
+/// How fast the body turns at each frame, either way, over a second, degrees a second.
+fn yaw_rates(held: &Held<'_>, of: &Stream) -> Vec<f64> {
+    let rows = held.body.clip_dofs(&of.walk.clip);
+    let half = (YAW_S * held.experiment.corpus.rate_hz).round() as usize;
+    let around = |t: usize| &rows[t.saturating_sub(half)..(t + half + 1).min(rows.len())];
+    (0..rows.len()).map(|t| mean(around(t).iter().map(|r| r[dof::YAW])).abs().to_degrees()).collect()
+}
+
+/// How the action is recognised in some frames, by how fast the body turns there.
+fn turning(found: &[Found], frames: &[usize], yaw: &[f64]) -> Vec<table::Row> {
+    let mut slower = 0.0;
+    let mut rows = Vec::new();
+    for (faster, name) in YAW_DEG_S {
+        let within: Vec<usize> =
+            frames.iter().copied().filter(|&t| (slower..faster).contains(&yaw[t])).collect();
+        slower = faster;
+        if within.is_empty() {
+            continue;
+        }
+        let right = |&t: &usize| f64::from(u8::from(found[t].first == Some(found[t].truth)));
+        rows.push(row(json!({
+            "yaw": name,
+            "frames": within.len(),
+            "action_right": mean(within.iter().map(right)),
+            "action_weight": mean(within.iter().map(|&t| found[t].weight)),
+        })));
+    }
+    rows
+}
+
+/// The values that are recognised in some frames, each with its share of these.
+fn shares(found: &[Found], frames: &[usize]) -> Vec<(usize, f64)> {
+    let mut counts = std::collections::BTreeMap::<usize, usize>::new();
+    for value in frames.iter().filter_map(|&t| found[t].first) {
+        *counts.entry(value).or_default() += 1;
+    }
+    counts.into_iter().map(|(value, count)| (value, count as f64 / frames.len() as f64)).collect()
 }
 
 /// Mean time from a change to a class's value until it is first recognised, seconds, over the changes after which it is;
@@ -146,6 +212,8 @@ mod tests {
         let (delay_s, missed) = delays(&found, &frames, 10.0);
         assert!((delay_s.unwrap() - 0.2).abs() < 1e-12 && missed == 1);
         assert_eq!(taken_for(&found, &frames), Some(0));
+        // Of its five frames value 1 is taken for 0 in three, for itself and for 2 in one.
+        assert_eq!(shares(&found, &frames), vec![(0, 0.6), (1, 0.2), (2, 0.2)]);
         assert_eq!(delays(&found[..1], &[0], 10.0), (None, 0));
     }
 }
