@@ -16,7 +16,8 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cost, cross,
-        effort, field, growth, knn, loo, papers, retarget, servo, sheets, skate, starts, timing, transitions,
+        effort, field, growth, knn, literal, loo, papers, retarget, servo, sheets, skate, starts, timing,
+        transitions,
     },
 };
 
@@ -45,6 +46,8 @@ enum Measure {
     Ablation(Clips<ablation::Args>),
     /// Recall, visits and time of the search
     Knn(Clips<knn::Args>),
+    /// What the core does otherwise than Xia 2015, beside what the paper says: eq. 1, neighbors for timing and contacts
+    Literal(Clips<literal::Args>),
     /// Bytes a frame against joint error
     Compression(Clips<compression::Args>),
     /// All methods side by side, with a verdict in words
@@ -88,6 +91,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Exact(measure) => measure.run(),
         Measure::Ablation(measure) => measure.run(),
         Measure::Knn(measure) => measure.run(),
+        Measure::Literal(measure) => measure.run(),
         Measure::Compression(measure) => measure.run(),
         Measure::Methods(measure) => measure.run(),
         Measure::Correspondence(measure) => measure.run(),

@@ -1,5 +1,7 @@
 //! Methods that the core does not have, to compare it with.
 
+pub mod clouds;
 pub mod gaussian_process;
+pub mod local_ar;
 pub mod models;
 pub mod outputs;

@@ -19,6 +19,7 @@ pub mod effort;
 pub mod field;
 pub mod growth;
 pub mod knn;
+pub mod literal;
 pub mod loo;
 pub mod papers;
 pub mod retarget;

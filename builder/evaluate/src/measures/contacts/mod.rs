@@ -8,7 +8,7 @@ use gestus_core::Database;
 use serde_json::json;
 
 mod generated;
-mod score;
+pub(in crate::measures) mod score;
 mod smoothing;
 
 use crate::{

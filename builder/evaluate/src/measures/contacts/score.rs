@@ -33,7 +33,7 @@ impl Score {
 }
 
 /// Agreement of two lists of contacts.
-pub(super) fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
+pub(in crate::measures) fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
     let mut score = Score::default();
     for (f, t) in found.iter().zip(truth) {
         score.add(f[0], t[0]);
@@ -43,17 +43,17 @@ pub(super) fn score(found: &[[bool; 2]], truth: &[[bool; 2]]) -> Score {
 }
 
 /// How often a foot comes down or up.
-pub(super) fn changes(contacts: &[[bool; 2]]) -> usize {
+pub(in crate::measures) fn changes(contacts: &[[bool; 2]]) -> usize {
     contacts.windows(2).map(|w| (0..2).filter(|&side| w[0][side] != w[1][side]).count()).sum()
 }
 
 /// A count over that of the truth; none where the truth has none.
-pub(super) fn over(found: usize, truth: usize) -> Option<f64> {
+pub(in crate::measures) fn over(found: usize, truth: usize) -> Option<f64> {
     (truth > 0).then(|| found as f64 / truth as f64)
 }
 
 /// Contacts and gaps of less than 50 ms, a second.
-pub(super) fn flickers(contacts: &[[bool; 2]], rate_hz: f64) -> f64 {
+pub(in crate::measures) fn flickers(contacts: &[[bool; 2]], rate_hz: f64) -> f64 {
     let shortest = (0.05 * rate_hz).ceil() as usize;
     let mut count = 0;
     for side in [0, 1] {

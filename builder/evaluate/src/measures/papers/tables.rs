@@ -7,7 +7,7 @@ use crate::{
     experiment::Experiment,
     measures::{
         OnClips, ablation, comparison, contacts, correspondence, cost, cost::paper_size, cross, effort,
-        field, knn, loo, sheets, skate, timing, transitions,
+        field, knn, literal, loo, sheets, skate, timing, transitions,
     },
 };
 
@@ -124,6 +124,31 @@ pub const TABLES: &[Table] = &[
             run: |e| comparison::Args::default().evaluate(e),
             keys: (&["set", "method"], ERRORS),
             long: true,
+        },
+        numbers: &[],
+    },
+    Table {
+        name: "Xia 2015, eq. 1, and neighbors for timing and contacts",
+        paper: "each pair of clouds is aligned, with weights that may taper off; timing and contacts have searches of their own \
+                (no numbers)",
+        differs: "`core` is what a stream has; the others are exact searches in f64",
+        run: Run::Measure {
+            run: |e| literal::Args.evaluate(e),
+            keys: (
+                &["part", "method", "option"],
+                &[
+                    "joint_error_cm",
+                    "variability",
+                    "third_difference",
+                    "shared",
+                    "step_error_ms",
+                    "duration_error",
+                    "contact_f1",
+                    "accuracy",
+                    "flickers",
+                ],
+            ),
+            long: false,
         },
         numbers: &[],
     },
