@@ -154,17 +154,21 @@ fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
     courses
 }
 
+/// Seconds of a dof that are drawn: more than a few strides can't be told apart.
+const DRAWN_S: f64 = 4.0;
+
 /// The knee's dof that varies most.
 fn one_dof(fold: &Fold<'_>, courses: &[Course], of: &str) -> Figure {
     let dof = dof::JOINTS + 3 * (fold.body.landmarks.knees[0] - 1);
     let spread = |d: usize| variance(fold.x.iter().map(|r| r[d]));
     let dof = (dof..dof + 3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(dof);
     let rate = fold.corpus.rate_hz;
+    let drawn = fold.x.len().min((DRAWN_S * rate) as usize);
     let series = |rows: &[Vec<f64>]| {
-        rows.iter().enumerate().map(|(t, r)| (t as f64 / rate, r[dof])).collect::<Vec<_>>()
+        rows.iter().take(drawn).enumerate().map(|(t, r)| (t as f64 / rate, r[dof])).collect::<Vec<_>>()
     };
     let (cycles, truth_cycles) = fold.cycles();
-    let truth: Vec<(f64, f64)> = (0..fold.x.len())
+    let truth: Vec<(f64, f64)> = (0..drawn)
         .filter_map(|t| {
             let at = matched(cycles, t, truth_cycles, fold.shift)?;
             Some((t as f64 / rate, row_at(&fold.truth_rows, at)[dof]))

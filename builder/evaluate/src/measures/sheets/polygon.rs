@@ -18,9 +18,11 @@ use crate::{
 /// Most corners.
 const CORNERS: usize = 8;
 /// Width and height of the picture, radius of the polygon, and a metre of the body, pixels.
-const SIZE: (u32, u32) = (1060, 1010);
+const SIZE: (u32, u32) = (1060, 1050);
 const RADIUS: f64 = 420.0;
 const SCALE: f64 = 80.0;
+/// How far the polygon makes room for the heading.
+const HEADING: i32 = 12;
 /// How far the floor of a figure is under its place on the polygon.
 const UNDER: i32 = 70;
 
@@ -120,5 +122,5 @@ pub(super) fn drawn(
 
 fn pixel((x, y): (f64, f64), under: i32) -> (i32, i32) {
     let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
-    ((0.5 * width + RADIUS * x) as i32, (0.5 * height - RADIUS * y) as i32 + under)
+    ((0.5 * width + RADIUS * x) as i32, (0.5 * height - RADIUS * y) as i32 + HEADING + under)
 }
