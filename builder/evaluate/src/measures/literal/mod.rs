@@ -56,7 +56,7 @@ impl OnClips for Args {
         bar.finish_and_clear();
         Ok(Evaluation {
             what: "literal",
-            about: "What the core does otherwise than Xia 2015, beside what the paper says, with the paper's constants (K 40) \
+            about: "What the core does otherwise than Xia 2015, beside what the paper says, with the paper's constants (K 40, or the class's cap) \
                     and action and style labelled. `search`: neighbors by point clouds (eq. 1), and the local autoregressive \
                     model and interpolation over them. `timing` and `contacts`: neighbors of their own."
                 .into(),

@@ -43,10 +43,11 @@ pub(super) fn rows(
         .iter()
         .map(|classes| classes.iter().find(|c| c.0 == class).map_or_else(Vec::new, |c| c.1.clone()))
         .collect();
+    // A small class has fewer, whatever the search.
+    let most = usize::from(config.k).min(database.class(class).k_cap);
     let mut searches = vec![("core", core.clone())];
     for (option, comparison) in OPTIONS {
-        let found =
-            CloudSearch::of(database, &body, &[class], comparison).nearest(clip, usize::from(config.k));
+        let found = CloudSearch::of(database, &body, &[class], comparison).nearest(clip, most);
         let narrow = |near: Vec<(usize, f64)>| near.into_iter().map(|(r, d)| (r, d as f32)).collect();
         searches.push((option, found.into_iter().map(narrow).collect()));
     }

@@ -29,12 +29,13 @@ pub(super) fn rows(
         .map(|i| database.timing(i))
         .map(|t| (t.dof, f64::from(t.pose), f64::from(t.change)))
         .collect();
+    let most = usize::from(Config::paper().k).min(database.class(class).k_cap);
     let own = |metric: &[Term]| -> Vec<Option<f64>> {
         (0..record.x.len())
             .map(|t| {
                 let before = t.checked_sub(1)?;
                 let at = [&record.x[t], &record.x[before], &record.predicted[t], &record.predicted[before]];
-                Some(predicted(metric, examples, &steps, at))
+                Some(predicted((metric, most), examples, &steps, at))
             })
             .collect()
     };
@@ -69,9 +70,13 @@ fn all_dofs(examples: &[Example]) -> Vec<Term> {
     (0..dofs).map(|d| (d, weight(&|e| e.x[d]), weight(&|e| e.x[d] - e.x_prev[d]))).collect()
 }
 
-/// The step at `[x[t], x[t-1], y[t], y[t-1]]`: of the K nearest, weighted by a Gaussian.
-fn predicted(metric: &[Term], examples: &[Example], steps: &[f64], at: [&Vec<f64>; 4]) -> f64 {
-    let config = Config::paper();
+/// The step at `[x[t], x[t-1], y[t], y[t-1]]`: of the nearest `most`, weighted by a Gaussian.
+fn predicted(
+    (metric, most): (&[Term], usize),
+    examples: &[Example],
+    steps: &[f64],
+    at: [&Vec<f64>; 4],
+) -> f64 {
     let distance2 = |e: &Example| {
         let theirs = [&e.x, &e.x_prev, &e.y, &e.y_prev];
         let of = |&(d, pose, change): &Term| {
@@ -82,9 +87,11 @@ fn predicted(metric: &[Term], examples: &[Example], steps: &[f64], at: [&Vec<f64
     };
     let mut near: Vec<(f64, f64)> = examples.iter().map(distance2).zip(steps.iter().copied()).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate(usize::from(config.k));
-    let (least, width) =
-        (near[0].0, 2.0 * f64::from(config.timing_width) * mean(near.iter().map(|n| n.0)).max(1e-20));
+    near.truncate(most);
+    let (least, width) = (
+        near[0].0,
+        2.0 * f64::from(Config::paper().timing_width) * mean(near.iter().map(|n| n.0)).max(1e-20),
+    );
     let weight = |distance2: f64| (-(distance2 - least) / width).exp();
     let total: f64 = near.iter().map(|n| weight(n.0)).sum();
     near.iter().map(|n| weight(n.0) * n.1).sum::<f64>() / total
