@@ -16,8 +16,8 @@ use gestus_evaluate::{
     experiment::Experiment,
     measures::{
         OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cost, cross,
-        effort, field, growth, knn, literal, loo, papers, retarget, servo, sheets, skate, starts, timing,
-        transitions,
+        deviations, effort, field, growth, knn, literal, loo, papers, retarget, servo, sheets, skate, starts,
+        timing, transfer, transitions,
     },
 };
 
@@ -68,12 +68,16 @@ enum Measure {
     Starts(Clips<starts::Args>),
     /// Motion of actions that the database lacks: no worse than the input, and flagged
     Cross(Clips<cross::Args>),
+    /// A walk that steps over something, ducks or leans back: kept, and recovered from
+    Deviations(Clips<deviations::Args>),
     /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
     Field(Clips<field::Args>),
     /// Sheets of drawn poses: styles over a polygon, inputs with their neighbors
     Sheets(Clips<sheets::Args>),
     /// The output's time under each timing policy
     Timing(Clips<timing::Args>),
+    /// Statistics of joints: the paper's reverse time warp, its times, and where Euler angles fail
+    Transfer(Clips<transfer::Args>),
     /// Streams of many actions by a motion graph: error after transitions, recognition
     Transitions(Clips<transitions::Args>),
     /// The tables and figures of the papers, with their own numbers beside ours
@@ -102,9 +106,11 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Skate(measure) => measure.run(),
         Measure::Starts(measure) => measure.run(),
         Measure::Cross(measure) => measure.run(),
+        Measure::Deviations(measure) => measure.run(),
         Measure::Field(measure) => measure.run(),
         Measure::Sheets(measure) => measure.run(),
         Measure::Timing(measure) => measure.run(),
+        Measure::Transfer(measure) => measure.run(),
         Measure::Transitions(measure) => measure.run(),
         Measure::Papers(measure) => measure.run(),
         Measure::Retarget(measure) => measure.run(),

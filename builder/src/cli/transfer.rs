@@ -42,6 +42,9 @@ pub struct Args {
     /// Euler angles instead of quaternions, to compare
     #[arg(long)]
     euler: bool,
+    /// Take every frame through the time warp and back, as the paper does, instead of weighing it by the warp
+    #[arg(long)]
+    literal: bool,
     /// Leave foot skate in the output: feet that stand in the clip may slide
     #[arg(long)]
     no_clean_up: bool,
@@ -102,6 +105,7 @@ pub fn run(args: &Args) -> Result<()> {
     let options = transfer::Options {
         rounds: args.rounds,
         euler: args.euler,
+        literal: args.literal,
         clean_up,
         floor_m: args.floor,
         ..Default::default()
@@ -117,17 +121,18 @@ pub fn run(args: &Args) -> Result<()> {
     args.report.print(
         || json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
-            "transfer_ms": out.transfer_ms, "recursive_mean_off_deg": offset.to_degrees(),
+            "transfer_ms": out.transfer_ms, "clean_up_ms": out.clean_up_ms, "recursive_mean_off_deg": offset.to_degrees(),
             "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m, "skate_cm_s": skate,
             "output": args.output,
         }),
         || format!(
-            "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms; the recursive mean is {:.2} degrees off the geodesic one at most",
+            "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms, clean-up {:.1} ms; the recursive mean is {:.2} degrees off the geodesic one at most",
             args.output.display(),
             out.clip.frames.len(),
             args.reference.display(),
             out.warp_ms,
             out.transfer_ms,
+            out.clean_up_ms,
             offset.to_degrees()
         ),
     )

@@ -18,6 +18,7 @@ mod tables;
 
 pub use fit::Choice;
 pub use options::{BuildError, BuildOptions};
+pub use pairs::stretches;
 
 use gestus_core::Database;
 use gestus_motion::corpus::Corpus;

@@ -2,9 +2,9 @@
 //!
 //! Cycles are paired by content ([`crate::pairing`]) at equal canonical time. In whole-clip actions only the ends
 //! correspond, and iterative motion warping ([`crate::registration::warp::imw`]) finds the rest for each pair. Gaits
-//! correspond at foot strikes, and time between strikes is taken as uniform; warping them too is an option that does not
-//! pay (`docs/experiments/methods.md`). The output is warped to the input's time. The logarithm of the differential time
-//! warp `w` is added as one more dof, so that a linear model's output gives a positive `w`.
+//! correspond at foot strikes, and time between strikes is taken as uniform; [`Correspondence`] has the other ways. The
+//! output is warped to the input's time. The logarithm of the differential time warp `w` is added as one more dof, so that
+//! a linear model's output gives a positive `w`.
 
 use crate::{
     pairing::{CycleData, Pairing},
@@ -23,6 +23,18 @@ use gestus_motion::{body::row_at, corpus::Cycle};
 const SMOOTH_S: f64 = 0.06;
 /// Bounds of the differential time warp.
 const SLOPE: f64 = 4.0;
+
+/// How the frames of two paired cycles correspond.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Correspondence {
+    /// Gaits by their foot strikes. Whole-clip actions by iterative motion warping, smoothed.
+    Phase,
+    /// Iterative motion warping, smoothed, on top of the strikes of gaits too. It does not pay
+    /// (`docs/experiments/methods.md`).
+    Refined,
+    /// Iterative motion warping from the ends of the cycle alone, as it comes out (Hsu 2005, sections 3.4 and 4.1).
+    Warped,
+}
 
 /// A stretch of the input with its counterpart in the output style. T frames of the input, D dofs.
 #[derive(Debug, Clone)]
@@ -50,8 +62,8 @@ pub struct Pairs<'a> {
     pub pairing: &'a Pairing,
     /// Frames a second.
     pub rate_hz: f64,
-    /// Whether iterative motion warping refines gaits too, whose strikes are known.
-    pub warp_gaits: bool,
+    /// How their frames correspond.
+    pub correspondence: Correspondence,
 }
 
 /// All stretches of a style that have a counterpart in another; consecutive cycles of a clip form one stretch. Cost: one
@@ -117,8 +129,10 @@ fn positions(
     let rate_hz = pairs.rate_hz;
     let place = |t: f64| output.position(input.cycle.phase(t));
     let canonical: Vec<f64> = frames.iter().map(|&t| place(t as f64)).collect();
-    if input.cycle.knots.len() == GAIT_KNOTS && !pairs.warp_gaits {
-        return canonical;
+    match pairs.correspondence {
+        Correspondence::Warped => return warped(input.dofs, frames, output, rows).unwrap_or(canonical),
+        Correspondence::Phase if input.cycle.knots.len() == GAIT_KNOTS => return canonical,
+        Correspondence::Phase | Correspondence::Refined => {}
     }
     let last = (frames.len() - 1) as f64;
     let count = frames.len().min(warp::MOST_FRAMES);
@@ -145,6 +159,19 @@ fn positions(
     if refined.windows(2).all(|w| w[0] < w[1]) { refined } else { canonical }
 }
 
+/// Positions in the output clip of an input cycle's frames, by iterative motion warping of the two whole cycles. `None`
+/// where one lasts more than twice as long as the other, the paper's slope limit.
+fn warped(inputs: &[Vec<f64>], frames: &[usize], output: &Cycle, rows: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let (start, end) = output.span();
+    let last = rows.len().checked_sub(1)?;
+    let [first, last] = [start, end].map(|at| (at.round().max(0.0) as usize).min(last));
+    let u: Vec<Vec<f64>> = frames.iter().map(|&t| warp::shape(&inputs[t])).collect();
+    let y: Vec<Vec<f64>> = rows[first..=last].iter().map(|row| warp::shape(row)).collect();
+    let (u, y) = warp::standardised(&u, &y);
+    let solution = imw(&u, &y, &Config::default()).ok()?;
+    Some(solution.warp.positions.iter().map(|at| first as f64 + at).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,7 +194,7 @@ mod tests {
     }
 
     /// The stretch of a cycle of so many frames, and of one that takes a third longer.
-    fn aligned(frames: usize, rate_hz: f64) -> Vec<Aligned> {
+    fn aligned(frames: usize, rate_hz: f64, correspondence: Correspondence) -> Vec<Aligned> {
         let bend = |x: f64| x + 0.06 * (TAU * x).sin();
         let longer = frames + (frames - 1) / 3;
         let (input, output) = (rows(frames, |x| x, 0.6, 0.0), rows(longer, bend, 0.9, 0.3));
@@ -187,7 +214,7 @@ mod tests {
             contacts: &[&contacts[0], &contacts[1]],
             pairing: &pairing,
             rate_hz,
-            warp_gaits: false,
+            correspondence,
         };
         align(&pairs, 0, 1)
     }
@@ -204,8 +231,8 @@ mod tests {
     /// Four times the frames a second, which are warped thinned, meet the same counterparts.
     #[test]
     fn frames_of_a_long_clip_meet_theirs_too() {
-        let full = aligned(warp::MOST_FRAMES - 1, 600.0);
-        let long = aligned(4 * warp::MOST_FRAMES - 5, 2400.0);
+        let full = aligned(warp::MOST_FRAMES - 1, 600.0, Correspondence::Phase);
+        let long = aligned(4 * warp::MOST_FRAMES - 5, 2400.0, Correspondence::Phase);
         let ([off, _], [off_long, time]) = (measured(&full), measured(&long));
         println!("off {off:.4} and {off_long:.4}");
         assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off_long}, {time}");
@@ -213,11 +240,18 @@ mod tests {
 
     #[test]
     fn frames_meet_their_counterparts() {
-        let aligned = aligned(61, 60.0);
+        let aligned = aligned(61, 60.0, Correspondence::Phase);
         assert_eq!((aligned.len(), aligned[0].inputs.len()), (1, 60));
         assert_eq!(aligned[0].contacts[10], [false, true]);
         let [inverse_error, time] = measured(&aligned);
         assert!(inverse_error < 0.03, "{inverse_error}");
         assert!((time - 80.0).abs() < 2.0, "the warp integrates to the output's length: {time}");
+    }
+
+    /// Nothing but the ends of the cycles is known, and slopes are multiples of one half that nothing smooths.
+    #[test]
+    fn a_warp_of_whole_cycles_needs_no_phase() {
+        let [off, time] = measured(&aligned(61, 60.0, Correspondence::Warped));
+        assert!(off < 0.06 && (time - 80.0).abs() < 3.0, "{off}, {time}");
     }
 }

@@ -195,6 +195,21 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
     poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }
 
+/// The poses with their ankles where those of other poses are, as far as legs reach; the feet keep their orientation.
+pub fn with_ankles_of(limbs: &Limbs, frames: &[Frame], others: &[Frame]) -> Vec<Frame> {
+    let place = |(frame, other): (&Frame, &Frame)| {
+        let mut pose = to_pose::<MAX_JOINTS>(frame);
+        let other = to_pose::<MAX_JOINTS>(other);
+        for (side, leg) in limbs.legs.iter().enumerate() {
+            let chain = limbs.chain(side, &pose);
+            let reach = (STRETCH * f64::from(chain.length())) as f32;
+            chain.place(leg, limbs.chain(side, &other).ankle, reach, &mut pose);
+        }
+        from_pose(&pose, limbs.parents.len())
+    };
+    frames.iter().zip(others).map(place).collect()
+}
+
 fn vector(v: [f32; 3]) -> Vector3<f64> {
     Vector3::from(v.map(f64::from))
 }

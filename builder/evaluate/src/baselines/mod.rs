@@ -2,6 +2,7 @@
 
 pub mod clouds;
 pub mod gaussian_process;
+pub(crate) mod hsu;
 pub mod local_ar;
 pub mod models;
 pub mod outputs;

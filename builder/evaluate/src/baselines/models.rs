@@ -30,7 +30,7 @@ use gestus_database::{
 };
 
 /// Standard deviations of trust that no input leaves: no blend.
-const NO_BLEND: f32 = 1e6;
+pub(crate) const NO_BLEND: f32 = 1e6;
 
 /// Adds the rows of a fold.
 pub(crate) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {

@@ -45,14 +45,30 @@ pub(crate) fn each<T: Send, E: From<BuildError> + Send>(
     options: &BuildOptions,
     of: impl Fn(HeldOut, &Database<'_>) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
+    each_with(experiment, folds, options, |_| Ok(()), |held, database, ()| of(held, database))
+}
+
+/// The same, with what else is made of the clips that a database is built from.
+///
+/// # Errors
+/// Those of [`each`].
+pub(crate) fn each_with<T: Send, P: Sync, E: From<BuildError> + Send>(
+    experiment: &Experiment,
+    folds: &[HeldOut],
+    options: &BuildOptions,
+    prepare: impl Fn(&Corpus) -> Result<P, E> + Sync,
+    of: impl Fn(HeldOut, &Database<'_>, &P) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
     let groups: Vec<Vec<T>> = experiment
         .sharing(folds)
         .par_iter()
         .map(|group| {
             let left_out: Vec<usize> = group.iter().flat_map(|f| [f.test, f.truth]).collect();
-            let bytes = build(&experiment.corpus.without(&left_out), options)?.bytes;
+            let corpus = experiment.corpus.without(&left_out);
+            let bytes = build(&corpus, options)?.bytes;
             let database = Database::open(&bytes).map_err(BuildError::from)?;
-            group.par_iter().map(|&held| of(held, &database)).collect()
+            let prepared = prepare(&corpus)?;
+            group.par_iter().map(|&held| of(held, &database, &prepared)).collect()
         })
         .collect::<Result<_, E>>()?;
     Ok(groups.into_iter().flatten().collect())
@@ -122,8 +138,25 @@ impl<'a> Fold<'a> {
 
     /// The figures of a method's output, one pose a frame of the test clip.
     pub(crate) fn row(&self, method: &str, output: &[Vec<f64>], streamed: Option<&Streamed>) -> Row {
+        let steps_s =
+            streamed.map(|s| s.steps.iter().map(|s| f64::from(s.report.predicted_step_s)).collect());
+        self.measured(method, output, steps_s, streamed)
+    }
+
+    /// The same of a method outside the core that says how long each step takes, seconds.
+    pub(crate) fn timed_row(&self, method: &str, output: &[Vec<f64>], steps_s: Vec<f64>) -> Row {
+        self.measured(method, output, Some(steps_s), None)
+    }
+
+    fn measured(
+        &self,
+        method: &str,
+        output: &[Vec<f64>],
+        steps_s: Option<Vec<f64>>,
+        streamed: Option<&Streamed>,
+    ) -> Row {
         let reference = &self.reference;
-        let predicted = reference.figures(&reference.predicted(output, streamed));
+        let predicted = reference.figures(&reference.predicted(output, steps_s));
         let example = &self.corpus.examples[self.test];
         Row {
             method: method.to_owned(),

@@ -15,6 +15,7 @@ pub mod contacts;
 pub mod correspondence;
 pub mod cost;
 pub mod cross;
+pub mod deviations;
 pub mod effort;
 pub mod field;
 pub mod growth;
@@ -28,6 +29,7 @@ pub mod sheets;
 pub mod skate;
 pub mod starts;
 pub mod timing;
+pub mod transfer;
 pub mod transitions;
 
 /// A measure that builds databases from the clips of a folder.

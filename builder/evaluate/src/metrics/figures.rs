@@ -102,14 +102,12 @@ impl Reference {
         }
     }
 
-    /// Dofs, on the way that their own velocities and times make; the times are a stream's predicted ones.
-    pub(crate) fn predicted(&self, rows: &[Vec<f64>], streamed: Option<&Streamed>) -> Motion {
-        let step = |t: usize| {
-            streamed.map_or(1.0 / self.test.rate_hz, |s| f64::from(s.steps[t].report.predicted_step_s))
-        };
-        let steps_s = (0..rows.len()).map(step).collect();
+    /// Dofs, on the way that their own velocities and times make; `steps_s` are the times of a method that predicts them.
+    pub(crate) fn predicted(&self, rows: &[Vec<f64>], steps_s: Option<Vec<f64>>) -> Motion {
+        let timed = steps_s.is_some();
+        let steps_s = steps_s.unwrap_or_else(|| vec![1.0 / self.test.rate_hz; rows.len()]);
         let performance = Performance::of_rows(&self.body, rows, steps_s, self.stands.clone());
-        Motion { rows: rows.to_vec(), performance, timed: streamed.is_some() }
+        Motion { rows: rows.to_vec(), performance, timed }
     }
 
     /// The poses that leave, each at its own time.

@@ -66,9 +66,7 @@ impl Model {
                 continue;
             }
             let furthest = u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-            let passed = options
-                .generalise
-                .map_or(0.0, |(kc, kp)| libm::erf(furthest / (kc * std::f64::consts::SQRT_2)).powf(kp));
+            let passed = options.generalise.map_or(0.0, |constants| blend(furthest, constants));
             let value = |d: usize| self.outputs[d].0 + self.outputs[d].1 * y[d];
             out.rows.push((0..dofs).map(|d| passed * x[d] + (1.0 - passed) * value(d)).collect());
             out.warp.push(((1.0 - passed) * value(dofs).clamp(-LOG_STEP, LOG_STEP)).exp());
@@ -82,6 +80,11 @@ impl Model {
         }
         out
     }
+}
+
+/// How much of the input is blended in where a dof is so many standard deviations from its mean (Hsu 2005, eqs. 7 and 8).
+pub fn blend(deviations: f64, (kc, kp): (f64, f64)) -> f64 {
+    libm::erf(deviations.abs() / (kc * std::f64::consts::SQRT_2)).powf(kp)
 }
 
 /// Extrapolated frames before the first, in order of time. Shape `[count][D]`; empty for clips that are too short.

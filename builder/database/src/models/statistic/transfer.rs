@@ -8,7 +8,7 @@
 //!
 //! The map of step 2 is the same for every frame, so the warp and its inverse cancel except for interpolation errors. Only
 //! the weights of the frames in the statistics depend on the warp. By default frames are weighted and mapped in place;
-//! [`Options::literal`] warps the clips, and a test compares the two. Euler angles are always warped.
+//! [`Options::literal`] warps the clips, and `evaluate transfer` compares the two. Euler angles are always warped.
 //!
 //! Then foot skate is cleaned up (section 6, [`crate::stream::cleanup`]) with the source's contacts
 //! ([`Transferred::contacts`]), unless [`Options::clean_up`] is off.
@@ -85,6 +85,8 @@ pub struct Transferred {
     pub warp_ms: f64,
     /// Milliseconds that statistics and transfer took.
     pub transfer_ms: f64,
+    /// Milliseconds that the removal of foot skate took.
+    pub clean_up_ms: f64,
 }
 
 /// Gives `source` the style of `reference`; both on the body's skeleton, and at one rate.
@@ -143,14 +145,16 @@ pub fn transfer(
         frames.push(Frame { root: Vector3::new(ground.x, height, ground.z), rotations: turns });
     }
     let transfer_ms = start.elapsed().as_secs_f64() * 1e3;
+    let start = Instant::now();
     let mut contacts = contact::contacts(source, &body.landmarks);
     if let Some((limbs, stands)) = Limbs::of_clip(body, source).filter(|_| options.clean_up) {
         let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
         frames = cleanup::clean(&limbs, &frames, &stands, window);
         contacts = stands;
     }
+    let clean_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let clip = raised(&Clip { frames, ..source.clone() }, floor_m);
-    Ok(Transferred { clip, contacts, floor_m, warp_ms, transfer_ms })
+    Ok(Transferred { clip, contacts, floor_m, warp_ms, transfer_ms, clean_up_ms })
 }
 
 /// A clip lifted by a height.

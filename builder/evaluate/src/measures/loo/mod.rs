@@ -6,12 +6,12 @@ use gestus_core::{Config, Database};
 
 use crate::{
     baselines::{
-        gaussian_process,
+        gaussian_process, hsu, models,
         outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
     },
     evaluation::Evaluation,
     experiment::{Experiment, HeldOut, Truth},
-    fold::{Fold, Row, class_of, classes_of, each, own_dofs},
+    fold::{Fold, Row, class_of, classes_of, each_with, own_dofs},
     measures::{OnClips, Uses, growth},
     report::table,
 };
@@ -22,7 +22,7 @@ use gestus_database::{
     stream::{Request, stream},
     synth::affine,
 };
-use gestus_motion::body::Body;
+use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Options of `gestus evaluate loo`.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -155,8 +155,11 @@ pub(super) fn run_folds(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Row>, BuildError> {
     let options = if methods.baselines { experiment.build_with_models() } else { experiment.build.clone() };
-    let rows = each(experiment, folds, &options, |held, database| {
-        let rows = fold(experiment, body, held, methods, database);
+    let paper = |corpus: &Corpus| {
+        methods.baselines.then(|| hsu::Models::of(corpus, &options, &experiment.to)).transpose()
+    };
+    let rows = each_with(experiment, folds, &options, paper, |held, database, paper| {
+        let rows = fold(experiment, body, held, methods, (database, paper.as_ref()));
         progress();
         Ok::<_, BuildError>(rows)
     })?;
@@ -168,13 +171,16 @@ fn fold(
     body: &Body,
     held: HeldOut,
     methods: &Methods,
-    database: &Database<'_>,
+    (database, paper): (&Database<'_>, Option<&hsu::Models>),
 ) -> Vec<Row> {
     let fold = Fold::of(experiment, body, held);
     let mut rows = Vec::new();
     if methods.baselines {
         baselines(&fold, database, &mut rows);
-        crate::baselines::models::rows(&fold, database, &mut rows);
+        models::rows(&fold, database, &mut rows);
+    }
+    if let Some(paper) = paper {
+        hsu::rows(&fold, database, paper, &mut rows);
     }
     if methods.gaussian_process {
         let settings = gaussian_process::Options::default();

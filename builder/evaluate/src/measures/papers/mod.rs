@@ -159,13 +159,13 @@ mod tests {
             synth::corpus(&synth::Options::of(&["walk", "run"], &["neutral", "proud"], 3, 4.0)).unwrap();
         let frames: usize = corpus.examples.iter().map(|e| e.clip.frames.len()).sum();
         let experiment = Experiment::new(corpus, BuildOptions::default());
-        let only = ["correspondence", "quaternions", "components"].map(String::from).to_vec();
+        let only = ["correspondence", "bilinear", "components"].map(String::from).to_vec();
         let found = Args { all: false, only }.evaluate(&experiment).unwrap();
         let of = |table: &str| -> Vec<&table::Row> {
             found.rows.iter().filter(|r| r["table"].as_str().unwrap().contains(table)).collect()
         };
         assert_eq!(of("the database").iter().find(|r| r["of"] == "all").unwrap()["ours"], frames);
-        assert!(of("quaternions")[0]["missing"].is_string() && of("components")[0]["missing"].is_string());
+        assert!(of("bilinear")[0]["missing"].is_string() && of("components")[0]["missing"].is_string());
         let measured = of("correspondence");
         assert!(measured.len() > 4 && measured.iter().all(|r| r["ours"].is_number()), "{measured:?}");
         assert!(of("Torresani").is_empty());

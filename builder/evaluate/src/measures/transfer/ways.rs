@@ -1,0 +1,14 @@
+//! The ways to transfer that are compared.
+
+use gestus_database::models::statistic::transfer::Options;
+
+/// A way to transfer, by name.
+pub(super) type Way = (&'static str, fn() -> Options);
+
+/// The ways to transfer: ours, which weighs frames by the warp; the paper's, through the warp and back; and with Euler
+/// angles, which the paper holds against its own.
+pub(super) const METHODS: [Way; 3] = [
+    ("transfer", Options::default),
+    ("transfer-literal", || Options { literal: true, ..Options::default() }),
+    ("transfer-euler", || Options { euler: true, ..Options::default() }),
+];
