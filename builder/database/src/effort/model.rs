@@ -158,7 +158,8 @@ impl Model {
             efforts,
         };
         // Without blends to learn from there is interpolation.
-        let method = if examples.len() < FEWEST { Method::LinearInterpolation } else { Method::KernelRidge };
+        let method =
+            if examples.len() < FEWEST { Method::LinearInterpolation } else { Method::PairKernelRidge };
         let learner = Learner::fit(method, &known, &examples);
         Self { library, source, known, examples, learner }
     }

@@ -27,10 +27,11 @@ use crate::{
     evaluation::Evaluation,
     experiment::Experiment,
     measures::{OnClips, Uses},
+    metrics::annotator::Eye,
 };
 
 pub use regression::annotated;
-use regression::{ANNOTATORS, SEED, TRAIN};
+use regression::{ANNOTATORS, CORPORA, SEED, TRAIN};
 use segmentation::STREAMS;
 
 /// Options of `gestus evaluate effort`.
@@ -91,12 +92,13 @@ pub fn evaluate(
         None => estimated(&library),
     };
     let each = splits.div_ceil(ANNOTATORS);
-    let steps = 2 * splits + ANNOTATORS * each + 3 * STREAMS + 6 * tests.len();
+    let steps = CORPORA.len() * splits + ANNOTATORS * each + 3 * STREAMS + 6 * tests.len();
     let bar = progress::bar(steps, "effort");
     let tick = || bar.inc(1);
-    let generated = regression::generated(SEED)?;
+    let first = regression::generated(Eye::Descriptors, SEED)?;
+    let generated = regression::generated(Eye::Force, SEED)?;
     let mut rows = Vec::new();
-    for (name, model) in [("data", &model), ("generated", &generated)] {
+    for (name, model) in CORPORA.into_iter().zip([&model, &first, &generated]) {
         rows.extend(regression::regression(name, model, splits, &tick));
     }
     rows.extend(regression::annotators(each, &tick)?);
