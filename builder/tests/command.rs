@@ -65,8 +65,8 @@ fn no_input_is_written_over() {
     assert!(ok, "{stderr}");
 }
 
-/// A whole clip of blended fragments has no steps, no feet that are held and no robot: options that are about these were
-/// passed over without a word.
+/// A whole clip of blended fragments has no steps and no robot, and its feet are always held: options that are about these
+/// were passed over without a word.
 #[test]
 fn a_whole_clip_takes_no_options_of_streams() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole");
@@ -115,6 +115,31 @@ fn a_whole_clip_takes_no_options_of_streams() {
     let (ok, stderr) = gestus(&[&wanted[..], &said].concat());
     assert!(ok, "{stderr}");
     assert!(Path::new(out).exists() && Path::new(page).exists());
+}
+
+/// Outputs are rated in a table that is written once, and counted when someone has filled it in.
+#[test]
+fn outputs_are_rated_and_counted() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("outputs");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let [db, clip, sheet] = ["k.gestus", "walk.bvh", "sheet"].map(|n| folder.join(n));
+    fs::write(&db, common::blob()).unwrap();
+    fs::write(&clip, Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text()).unwrap();
+    let table = sheet.join("outputs.csv");
+    let [db, clip, sheet, path] = [&db, &clip, &sheet, &table].map(|p| p.to_str().unwrap());
+    let outputs = ["effort", "outputs", "--db", db, "--input", clip, "-o", sheet];
+    let (ok, stderr) = gestus(&outputs);
+    assert!(ok && Path::new(sheet).join("outputs.html").exists(), "{stderr}");
+    let (ok, stderr) = gestus(&outputs);
+    assert!(!ok && stderr.contains("is there already"), "{stderr}");
+    let (ok, stderr) = gestus(&["effort", "score", path]);
+    assert!(!ok && stderr.contains("nothing is rated"), "{stderr}");
+    let text = fs::read_to_string(&table).unwrap();
+    assert_eq!(text.lines().count(), 7, "{text}");
+    fs::write(&table, text.replacen(",\n", ",yes\n", 1)).unwrap();
+    let (ok, stderr) = gestus(&["effort", "score", path]);
+    assert!(ok, "{stderr}");
 }
 
 /// An action that lacks a style is left out of a database; the dial of the others was lost with it.

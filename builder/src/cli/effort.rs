@@ -1,22 +1,28 @@
-//! `gestus effort`: a table in which people label motion with its Effort.
+//! `gestus effort`: tables in which people label motion with its Effort, and rate outputs by theirs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use gestus_core::Database;
 use gestus_database::{
     command_line::options::ReportArgs,
     effort::{
-        fragment::Library,
-        model::BLENDS,
+        POLE,
+        fragment::{FEWEST, Library},
+        labels,
+        model::{BLENDS, Model},
+        outputs::{self, Row, Score},
         sheet::{SEEDS, selected, sheet},
     },
+    stream::input::Input,
 };
-use gestus_evaluate::pages::effort_sheet;
+use gestus_evaluate::pages::{effort_outputs, effort_sheet};
+use gestus_motion::clip::Clip;
 use serde_json::json;
 
 use super::{open, selection::Selection};
 
-/// Laban Effort: tables for people to label.
+/// Laban Effort: tables for people to label, and to rate outputs.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -27,6 +33,41 @@ pub struct Args {
 enum Command {
     /// Write a table of fragments and blends for a person to fill in, and a page that shows each of them
     Sheet(SheetArgs),
+    /// Rebuild clips with each factor at either end, and write a table in which an expert rates them, and a page
+    Outputs(OutputsArgs),
+    /// How many of the rated outputs are consistent with their target
+    Score(ScoreArgs),
+}
+
+/// Write the table of outputs and its page.
+#[derive(clap::Args)]
+struct OutputsArgs {
+    /// The database
+    #[arg(long)]
+    db: PathBuf,
+    /// The clips, BVH or glTF
+    #[arg(long, required = true, num_args = 1..)]
+    input: Vec<PathBuf>,
+    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    #[arg(long)]
+    labels: Option<PathBuf>,
+    /// How far each factor is turned, 0 to 3
+    #[arg(long, default_value_t = 2.0)]
+    reach: f64,
+    /// Folder for `outputs.csv` and `outputs.html`
+    #[arg(short, long)]
+    output: PathBuf,
+    #[command(flatten)]
+    report: ReportArgs,
+}
+
+/// Count what an expert found.
+#[derive(clap::Args)]
+struct ScoreArgs {
+    /// The filled-in table
+    table: PathBuf,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Write a table to fill in, and the page that goes with it.
@@ -55,15 +96,94 @@ struct SheetArgs {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    let Command::Sheet(args) = &args.command;
-    if args.fragments < 2 {
-        bail!("--fragments {}: at least 2", args.fragments);
+    match &args.command {
+        Command::Sheet(args) => inputs(args),
+        Command::Outputs(args) => rebuilt(args),
+        Command::Score(args) => score(args),
     }
-    let table = args.output.join("effort.csv");
-    // Hours of labelling go into a table: it must not be overwritten.
+}
+
+/// The model of a database, of Efforts that people gave or of estimates.
+pub fn model(database: &Database<'_>, db: &Path, given: Option<&Path>) -> Result<Model> {
+    let model = match given {
+        Some(path) => {
+            let rows = labels::read(path, f64::from(database.rate_hz()))?;
+            Model::given(&rows, &path.display().to_string(), |spans| Library::marked(database, spans))?
+        }
+        None => Model::of_database(database)?,
+    };
+    if model.library.fragments.is_empty() {
+        bail!("{}: no cycle is as long as {FEWEST} frames: there is nothing to blend", db.display());
+    }
+    Ok(model)
+}
+
+/// Writes the sheet of outputs.
+fn rebuilt(args: &OutputsArgs) -> Result<()> {
+    if !(0.0..=POLE).contains(&args.reach) {
+        bail!("--reach {}: from 0 to {POLE}", args.reach);
+    }
+    let table = fresh(&args.output, "outputs.csv")?;
+    let bytes = open::read_blob(&args.db)?;
+    let database = open::open(&args.db, &bytes)?;
+    let model = model(&database, &args.db, args.labels.as_deref())?;
+    let clips: Vec<Clip> =
+        args.input.iter().map(|path| Ok(Input::read(path, &database)?.mapped)).collect::<Result<_>>()?;
+    let outputs = outputs::outputs(&model, &clips, args.reach);
+    let rows: Vec<Row> = outputs.iter().map(|(row, _)| row.clone()).collect();
+    open::make_folder(&args.output)?;
+    let page = args.output.join("outputs.html");
+    open::write(&table, outputs::write(&rows))?;
+    open::write(&page, effort_outputs::page(&model, &clips, &outputs))?;
+    args.report.print(
+        || json!({ "csv": table, "html": page, "outputs": rows.len() }),
+        || format!(
+            "{} outputs: look at them in {}, fill in yes or no in the last column of {}, then\n  gestus effort score {}",
+            rows.len(),
+            page.display(),
+            table.display(),
+            table.display()
+        ),
+    )
+}
+
+/// Prints the score of each target and of all.
+fn score(args: &ScoreArgs) -> Result<()> {
+    let (targets, all) = outputs::scores(&outputs::read(&args.table)?);
+    if all.rated == 0 {
+        bail!("{}: nothing is rated: fill in yes or no in the column `consistent`", args.table.display());
+    }
+    args.report.print(
+        || {
+            let of = |(target, s): &(String, Score)| {
+                json!({ "target": target, "rated": s.rated, "consistent": s.consistent })
+            };
+            let targets: Vec<_> = targets.iter().map(of).collect();
+            json!({ "targets": targets, "rated": all.rated, "consistent": all.consistent })
+        },
+        || {
+            let line = |name: &str, s: &Score| format!("{name}: {} of {} consistent", s.consistent, s.rated);
+            let lines = targets.iter().map(|(target, s)| line(target, s)).chain([line("all", &all)]);
+            lines.collect::<Vec<_>>().join("\n")
+        },
+    )
+}
+
+/// The table's place in a folder. Hours of labelling go into a table: it must not be overwritten.
+fn fresh(folder: &Path, name: &str) -> Result<PathBuf> {
+    let table = folder.join(name);
     if table.exists() {
         bail!("{} is there already: move it away, or choose another folder", table.display());
     }
+    Ok(table)
+}
+
+/// Writes the sheet of fragments and blends.
+fn inputs(args: &SheetArgs) -> Result<()> {
+    if args.fragments < 2 {
+        bail!("--fragments {}: at least 2", args.fragments);
+    }
+    fresh(&args.output, "effort.csv")?;
     let (_, loaded) = args.selection.load(&args.data)?;
     let library = selected(&Library::found(&loaded.corpus)?, args.fragments);
     if library.fragments.is_empty() {

@@ -10,14 +10,7 @@ use gestus_database::{
         options::{ClipArgs, ReportArgs},
         stylizer_args::{MethodArgs, StylizerArgs},
     },
-    effort::{
-        self,
-        fragment::{self, Library},
-        labels,
-        model::Model,
-        sheet::caveat,
-        synthesize,
-    },
+    effort::{self, sheet::caveat, synthesize},
     stream::{
         Request, Streamed, Watcher,
         input::{Input, Reading},
@@ -30,7 +23,7 @@ use gestus_evaluate::pages::{self, Track, view};
 use gestus_motion::{clip::Clip, statistics::mean_or_zero};
 use serde_json::{Value, json};
 
-use super::{batch, figures::add, open, robot::RobotArgs};
+use super::{batch, effort::model, figures::add, open, robot::RobotArgs};
 
 /// Output time over the clip's that is not worth a word.
 const OWN_PACE: std::ops::RangeInclusive<f64> = 0.67..=1.5;
@@ -291,20 +284,7 @@ fn one(args: &Args) -> Result<Value> {
 fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input) -> Result<Value> {
     let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
     let start = std::time::Instant::now();
-    let model = match &args.labels {
-        Some(path) => {
-            let rows = labels::read(path, f64::from(database.rate_hz()))?;
-            Model::given(&rows, &path.display().to_string(), |spans| Library::marked(database, spans))?
-        }
-        None => Model::of_database(database)?,
-    };
-    if model.library.fragments.is_empty() {
-        bail!(
-            "{}: no cycle is as long as {} frames: --method effort has nothing to blend",
-            args.db.display(),
-            fragment::FEWEST
-        );
-    }
+    let model = model(database, &args.db, args.labels.as_deref())?;
     let output = synthesize::translate(&model, &input.mapped, &factors);
     let clip = input.carried(&output.frames, &output.sources);
     open::write(&args.output, args.written(input, &clip)?)?;

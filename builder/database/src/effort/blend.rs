@@ -109,6 +109,22 @@ impl<'a> Pair<'a> {
     }
 }
 
+impl Pair<'_> {
+    /// Which foot stands in the blend, from which stand in the two fragments. Shape `[frames]`.
+    pub fn stands(&self, alpha: f64, of: &[Vec<[bool; 2]>; 2]) -> Vec<[bool; 2]> {
+        let share = alpha.clamp(0.0, 1.0);
+        let weights = [1.0 - share, share];
+        let votes = |places: &[f64; 2], foot: usize| -> f64 {
+            let vote = |side: usize| {
+                let at = (places[side].round() as usize).min(of[side].len().saturating_sub(1));
+                of[side].get(at).map_or(0.0, |feet| f64::from(u8::from(feet[foot])))
+            };
+            weights[0] * vote(0) + weights[1] * vote(1)
+        };
+        self.positions(alpha).iter().map(|places| [0, 1].map(|foot| votes(places, foot) > 0.5)).collect()
+    }
+}
+
 /// Linear interpolation of values at integer positions.
 fn at(values: &[f64], place: f64) -> f64 {
     let i = (place as usize).min(values.len() - 1);

@@ -20,7 +20,7 @@ use crate::{
 };
 use gestus_motion::{
     body::{Body, database_skeleton},
-    clip::{Frame, Skeleton},
+    clip::{Clip, Frame, Skeleton},
     corpus::Corpus,
     landmarks::{LandmarkError, Landmarks},
     statistics::{quantile, sorted},
@@ -237,6 +237,16 @@ impl Library {
     /// Rows as poses in the world, starting at the origin.
     pub fn frames(&self, rows: &[Vec<f64>]) -> Vec<Frame> {
         walk(&self.body, rows, self.rate_hz)
+    }
+
+    /// The same as a clip.
+    pub fn clip(&self, rows: &[Vec<f64>]) -> Clip {
+        Clip {
+            name: String::new(),
+            skeleton: self.body.skeleton.clone(),
+            rate_hz: self.rate_hz,
+            frames: self.frames(rows),
+        }
     }
 }
 

@@ -54,7 +54,7 @@ pub enum LabelError {
         error: csv::Error,
     },
     /// A column that is not there.
-    #[error("{file}: there is no column `{column}`: `gestus effort sheet` writes a table to start from")]
+    #[error("{file}: there is no column `{column}`: `gestus effort` writes a table to start from")]
     Column {
         /// The file.
         file: String,

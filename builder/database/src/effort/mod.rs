@@ -27,6 +27,7 @@ pub mod fragment;
 pub mod labels;
 pub mod learn;
 pub mod model;
+pub mod outputs;
 pub mod response;
 pub mod ridge;
 pub mod sheet;

@@ -7,6 +7,9 @@
 //! Two things that the paper leaves open: the K nearest fragments are those of each style in turn, since the K nearest
 //! of all are cycles of one clip and all of one Effort; and where two blends meet, half of their difference is added to
 //! either side and fades out, so that nothing jumps. The output turns as the input does, snippet by snippet.
+//!
+//! Blends of poses do not stand still where their feet stand. A foot stands where it does in the fragments, weighted as they
+//! are, and foot skate is cleaned up as in a whole clip of any other method ([`cleanup`]).
 
 use gestus_core::blob::layout::dof;
 use rayon::prelude::*;
@@ -15,9 +18,13 @@ use crate::effort::{
     ALPHA, Factors,
     align::distance,
     blend::Pair,
-    fragment::content,
+    fragment::{Fragment, content},
     model::Model,
     stage::{Snippet, segment},
+};
+use crate::{
+    registration::contact::contacts,
+    stream::cleanup::{self, Limbs},
 };
 use gestus_motion::clip::{Clip, Frame};
 
@@ -28,7 +35,7 @@ const SAMPLES: usize = 13;
 /// Steps of golden section: each takes the interval to 0.618 of itself.
 const GOLDEN: usize = 12;
 /// How long a difference at a join takes to fade, seconds.
-const FADE_S: f64 = 0.15;
+const FADE_S: f64 = 0.25;
 
 /// What a snippet became.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,10 +53,14 @@ pub struct Choice {
 }
 
 /// A translated clip.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Output {
     /// The poses, at the library's rate.
     pub frames: Vec<Frame>,
+    /// The same before their feet were cleaned up.
+    pub blended: Vec<Frame>,
+    /// Which foot stands, by the fragments. Shape `[frames]`.
+    pub stands: Vec<[bool; 2]>,
     /// Dofs of the poses, `[frames][D]`.
     pub rows: Vec<Vec<f64>>,
     /// Where in the input each pose is, in frames.
@@ -140,8 +151,7 @@ pub fn translate(model: &Model, clip: &Clip, wanted: &[Option<f64>; 3]) -> Outpu
     let fragments: Vec<&[Vec<f64>]> = library.fragments.iter().map(|f| f.content.as_slice()).collect();
     let snippets = segment(&content(&input), &fragments);
     let mut chosen: Vec<(usize, (usize, usize, f64))> = Vec::new();
-    let mut output =
-        Output { frames: Vec::new(), rows: Vec::new(), sources: Vec::new(), choices: Vec::new() };
+    let mut output = Output::default();
     let mut joins = Vec::new();
     for snippet in snippets {
         let known = chosen.iter().find(|c| c.0 == snippet.fragment).map(|c| c.1);
@@ -151,7 +161,12 @@ pub fn translate(model: &Model, clip: &Clip, wanted: &[Option<f64>; 3]) -> Outpu
             choice
         });
         let (a, b) = (&library.fragments[first], &library.fragments[second]);
-        let mut rows = if first == second { a.rows.clone() } else { Pair::new(a, b).blend(alpha) };
+        let (mut rows, stands) = if first == second {
+            (a.rows.clone(), standing(model, a))
+        } else {
+            let pair = Pair::new(a, b);
+            (pair.blend(alpha), pair.stands(alpha, &[a, b].map(|f| standing(model, f))))
+        };
         // A snippet that was cut off covers part of its fragment only; the frames go by its share of it.
         let whole = fragments[snippet.fragment].len() as f64;
         let share = ((snippet.to - snippet.from) as f64 / whole).min(1.0);
@@ -160,6 +175,7 @@ pub fn translate(model: &Model, clip: &Clip, wanted: &[Option<f64>; 3]) -> Outpu
         }
         joins.push(output.rows.len());
         let span = (snippet.to - snippet.from) as f64 / rows.len() as f64;
+        output.stands.extend(stands.into_iter().take(rows.len()));
         output.sources.extend((0..rows.len()).map(|k| snippet.from as f64 + span * k as f64));
         output.rows.extend(rows);
         let effort = model.predict(first, second, alpha);
@@ -167,7 +183,22 @@ pub fn translate(model: &Model, clip: &Clip, wanted: &[Option<f64>; 3]) -> Outpu
     }
     fade(&mut output.rows, &joins, (FADE_S * library.rate_hz).round() as usize);
     place(&mut output, clip, model);
+    clean(&mut output, clip, model);
     output
+}
+
+/// Which foot stands in a fragment, on the way that its velocities make.
+fn standing(model: &Model, fragment: &Fragment) -> Vec<[bool; 2]> {
+    contacts(&model.library.clip(&fragment.rows), &model.library.body.landmarks)
+}
+
+/// Takes foot skate out, with the legs and soles of the input. An input whose feet never stand has none.
+fn clean(output: &mut Output, clip: &Clip, model: &Model) {
+    let body = &model.library.body;
+    let Some((limbs, _)) = Limbs::of_clip(body, clip) else { return };
+    let window = (cleanup::WINDOW_S * clip.rate_hz) as usize;
+    output.frames = cleanup::clean(&limbs, &output.blended, &output.stands, window);
+    output.rows = body.clip_dofs(&Clip { frames: output.frames.clone(), ..clip.clone() });
 }
 
 /// Adds half of the difference at each join to either side, fading out.
@@ -178,8 +209,8 @@ fn fade(rows: &mut [Vec<f64>], joins: &[usize], reach: usize) {
         let [before, join, after] = [w[0], w[1], w[2]];
         let jump: Vec<f64> = rows[join].iter().zip(&rows[join - 1]).map(|(b, a)| b - a).collect();
         let weight = |i: usize, room: usize| {
-            let reach = reach.min(room).max(1) as f64;
-            0.5 * (1.0 - i as f64 / reach).max(0.0)
+            let x = (i as f64 / reach.min(room).max(1) as f64).min(1.0);
+            0.5 * (1.0 - x * x * (3.0 - 2.0 * x))
         };
         for i in 0..reach.min(join - before) {
             let share = weight(i, join - before);
@@ -213,8 +244,9 @@ fn place(output: &mut Output, clip: &Clip, model: &Model) {
             ground[0] += sin * forward + cos * left;
             ground[1] += cos * forward - sin * left;
         }
-        output.frames.push(body.pose(row, ground, heading));
+        output.blended.push(body.pose(row, ground, heading));
     }
+    output.frames.clone_from(&output.blended);
 }
 
 #[cfg(test)]

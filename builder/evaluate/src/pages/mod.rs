@@ -10,6 +10,7 @@
 //!
 //! Cost: about 2.5 bytes a coordinate, 160 a frame of 21 joints; a minute at 60 Hz is 0.6 MB a track.
 
+pub mod effort_outputs;
 pub mod effort_sheet;
 pub mod view;
 

@@ -8,7 +8,9 @@ use gestus_database::{
     stream::{Request, Streamed, stream},
 };
 use gestus_motion::{
-    corpus::Corpus,
+    body::Body,
+    clip::{Clip, Frame},
+    corpus::{Corpus, Example},
     statistics::{mean, rank_correlation},
 };
 use rayon::prelude::*;
@@ -17,6 +19,7 @@ use serde_json::json;
 use crate::{
     evaluation,
     experiment::Experiment,
+    metrics::{centred, feet, performance::Performance, third_difference},
     plots::{self, Labels, Series},
     report::{html::Figure, table},
 };
@@ -149,12 +152,13 @@ pub(super) fn clips(
         .filter_map(|(test, k)| {
             let example = &corpus.examples[test];
             let mut asked = Vec::new();
-            let (mut got, mut predicted) = (Vec::new(), Vec::new());
+            let (mut got, mut predicted, mut delivered) = (Vec::new(), Vec::new(), Vec::new());
             for i in 0..5 {
                 let target = low + (high - low) * f64::from(i) / 4.0;
                 let mut wanted = [None; 3];
                 wanted[k] = Some(target);
                 let output = synthesize::translate(model, &example.clip, &wanted);
+                delivered.push(Delivered::of(model, example, &output));
                 let action = Some(example.action);
                 got.push(estimator.estimate(&library.body, &output.rows, library.rate_hz, action)?[k]);
                 predicted.push((mean(output.choices.iter().map(|c| c.effort[k])) - target).abs());
@@ -168,11 +172,63 @@ pub(super) fn clips(
                 "low": low, "high": high,
                 "moved": got[got.len() - 1] - got[0],
                 "predicted_off": mean(predicted),
+                "third_difference": mean(delivered.iter().map(|d| d.third_difference)),
+                "third_difference_blended": mean(delivered.iter().map(|d| d.third_difference_blended)),
+                "skate_cm_s": mean(delivered.iter().map(|d| d.skate_cm_s)),
+                "skate_blended_cm_s": mean(delivered.iter().map(|d| d.skate_blended_cm_s)),
                 "targets": asked, "estimates": got,
                 "held_out": held_out,
             })))
         })
         .collect()
+}
+
+/// How a clip that was rebuilt of fragments moves.
+struct Delivered {
+    /// Third difference over that of the fragments, weighted as they are blended; and before feet were cleaned up.
+    third_difference: f64,
+    third_difference_blended: f64,
+    /// Mean speed on the ground of feet that stand in the fragments, cm/s; and before feet were cleaned up.
+    skate_cm_s: f64,
+    skate_blended_cm_s: f64,
+}
+
+impl Delivered {
+    fn of(model: &Model, input: &Example, output: &synthesize::Output) -> Self {
+        let body = &model.library.body;
+        let roughness = |frames: &[Frame]| {
+            let clip = Clip { frames: frames.to_vec(), ..input.clip.clone() };
+            rough(body, &body.clip_dofs(&clip))
+        };
+        let real = |i: usize| rough(body, &model.library.fragments[i].rows);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for choice in &output.choices {
+            let frames = (choice.snippet.to - choice.snippet.from) as f64;
+            let share = choice.alpha.clamp(0.0, 1.0);
+            sum += frames * ((1.0 - share) * real(choice.first) + share * real(choice.second));
+            count += frames;
+        }
+        let legs = feet::legs(body, &[input]);
+        let skate = |frames: &[Frame]| {
+            let performance = Performance {
+                frames: frames.to_vec(),
+                steps_s: vec![1.0 / input.clip.rate_hz; frames.len()],
+                stands: output.stands.clone(),
+            };
+            feet::skate_cm_s(&body.skeleton, &legs, &performance)
+        };
+        Self {
+            third_difference: roughness(&output.frames) / (sum / count),
+            third_difference_blended: roughness(&output.blended) / (sum / count),
+            skate_cm_s: skate(&output.frames),
+            skate_blended_cm_s: skate(&output.blended),
+        }
+    }
+}
+
+/// Third difference of rows.
+fn rough(body: &Body, rows: &[Vec<f64>]) -> f64 {
+    third_difference(&rows.iter().map(|row| centred(body, row)).collect::<Vec<_>>())
 }
 
 /// Where the dial was set and what came out, mean over the clips.
