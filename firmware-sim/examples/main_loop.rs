@@ -58,9 +58,9 @@ pub struct Local<'db, T, S, L> {
 
 /// The stylizer's configuration. One pose is played at each tick, so every time step is the tick's (with
 /// `Timing::Free`, the default, each pose has its own). If the input fails the body holds still, and later continues
-/// without a jump.
+/// without a jump. Twice the default's neighbors leave the cap on visits something to take away.
 pub const fn config() -> Config {
-    Config::new().timing(Timing::Sync).safety(Safety::Hold)
+    Config::new().k(16).pool(28).timing(Timing::Sync).safety(Safety::Hold)
 }
 
 /// Receives a pose from the radio, with the tracker's frame number. A newer pose replaces an older one.

@@ -376,7 +376,10 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
             }
         }
     }
-    let left = if p.settle_s > 0.0 { (-1.0 / (p.settle_s * f64::from(db.rate_hz()))).exp() } else { 0.0 };
+    let part = |class: u16| if db.is_gait(usize::from(class)) { 0.25 } else { 1.0 };
+    let settle_s = p.settle_s
+        * frame.report.classes.iter().map(|s| f64::from(s.proportion) * part(s.class)).sum::<f64>();
+    let left = if settle_s > 0.0 { (-1.0 / (settle_s * f64::from(db.rate_hz()))).exp() } else { 0.0 };
     settled.iter_mut().zip(&held).for_each(|(settled, held)| *settled = held + left * (*settled - held));
     // The heading is the input's.
     let mut held = settled.clone();

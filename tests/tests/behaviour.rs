@@ -154,8 +154,8 @@ fn capacities_and_parameters_are_checked() {
     assert_eq!(joints, Some(ConfigError::Joints { need: 21, have: 20 }));
     let classes = Stylizer::<22, 40, 5>::new(database, Config::new()).err();
     assert_eq!(classes, Some(ConfigError::Classes { need: 6, have: 5 }));
-    let neighbors = Stylizer::<22, 12, 6>::new(database, Config::new()).err();
-    assert_eq!(neighbors, Some(ConfigError::Neighbors { need: 16, have: 12 }));
+    let neighbors = Stylizer::<22, 6, 6>::new(database, Config::new()).err();
+    assert_eq!(neighbors, Some(ConfigError::Neighbors { need: 8, have: 6 }));
     let none = Standard::new(database, Config::new().k(0)).err();
     assert_eq!(none, Some(ConfigError::Neighbors { need: 0, have: 40 }));
     assert!(Stylizer::<21, 40, 6>::new(database, Config::new()).is_ok());

@@ -193,7 +193,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                 // A frame keeps the four heaviest, one in which classes are searched again the two heaviest.
                 let kept = traced.row("proportion", t).iter().filter(|p| **p > 0.0).count();
                 assert!(
-                    own < 0.011 || kept == 4 || kept == 2,
+                    own < 1.1 * f64::from(Config::new().prune) || kept == 4 || kept == 2,
                     "frame {t}: {own} of the weight was dropped at once"
                 );
                 continue;

@@ -104,7 +104,8 @@ fn a_gesture_of_the_arm_is_kept_and_the_rest_is_as_it_was() {
         );
         assert!(arm_error <= most, "axis {axis}, κ {kappa}: {arm_error}");
         assert!(rest <= 0.1, "axis {axis}, κ {kappa}: {rest}");
-        assert!(lost > 2.0 * arm_error, "axis {axis}, κ {kappa}: {lost}");
+        // With eight neighbors the output follows an arm of its own accord more closely than with sixteen.
+        assert!(lost > 1.8 * arm_error, "axis {axis}, κ {kappa}: {lost}");
     }
 }
 

@@ -4,7 +4,7 @@ use gestus_core::{
     Config, Database, Degraded,
     blob::layout::dof,
     config::{Ridge, Timing},
-    search::metric::TOTAL,
+    search::{graph::MAX_VISITS, metric::TOTAL},
 };
 use gestus_database::{
     build::{BuildOptions, build},
@@ -92,6 +92,7 @@ impl Case {
             .delta(self.delta)
             .classes(self.classes)
             .prune(0.01)
+            .visits(MAX_VISITS)
             .timing_width(0.5)
             .timing(self.timing);
         Request {

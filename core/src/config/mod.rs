@@ -37,7 +37,7 @@ impl Config {
     /// the neighbors count; a heavier penalty on the feedback forgets an error within a second all the same; K is 40,
     /// because slopes take more examples than means do. Beyond the paper.
     pub const fn normalised() -> Self {
-        Self::new().k(40).ridge(Ridge::Normalised).lambda(0.1).feedback(30.0).kappa(4.0).rho(0.7)
+        Self::new().k(40).prune(0.01).ridge(Ridge::Normalised).lambda(0.1).feedback(30.0).kappa(4.0).rho(0.7)
     }
 
     /// Checks every parameter, for a stylizer that has room for so many neighbors.

@@ -144,7 +144,7 @@ parameters! {
     /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
     /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
     /// the stylizer's `K`.
-    0 K k: u16 = 16, [1.0 to 64.0], &Method::ALL;
+    0 K k: u16 = 8, [1.0 to 64.0], &Method::ALL;
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
     1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
@@ -156,7 +156,7 @@ parameters! {
     3 DELTA delta: f32 = 0.2, [1e-3 to 1e3], &[Method::Mar];
     /// Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a class
     /// comes or goes.
-    4 PRUNE prune: f32 = 0.01, [0.0 to 1.0 - f32::EPSILON / 2.0], &[Method::Mar, Method::Phase];
+    4 PRUNE prune: f32 = 0.1, [0.0 to 1.0 - f32::EPSILON / 2.0], &[Method::Mar, Method::Phase];
     /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`.
     5 CLASSES classes: u8 = 4, [1.0 to 8.0], &[Method::Mar, Method::Phase];
     /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations of
@@ -170,7 +170,7 @@ parameters! {
     8 VISITS visits: u16 = 256, [64.0 to 448.0], &[Method::Mar];
     /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
     /// more.
-    9 POOL pool: u8 = 28, [1.0 to 64.0], &[Method::Mar];
+    9 POOL pool: u8 = 20, [1.0 to 64.0], &[Method::Mar];
     /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a jump
     /// sooner, and searches anew without need.
     10 JUMP jump: f32 = 4.0, [1.0 to 1e9], &[Method::Mar];
@@ -225,9 +225,9 @@ parameters! {
     /// further from any one clip. 0 keeps ρ in every style, as Xia 2015 does.
     27 LIVELINESS liveliness: f32 = 0.0, [0 or 0.01 to 4.0], &[Method::Mar];
     /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move, so that
-    /// it does not jump where others take their place, and does not lag. More is smoother, and takes longer to take up a
-    /// change; 0 puts the prediction out as it is, as Xia 2015 does.
-    28 SETTLE settle_s: f32 = 0.08, [0 or 0.01 to 10.0], &[Method::Mar];
+    /// it does not jump where others take their place, and does not lag. Gaits take a quarter of it. More is smoother, and takes
+    /// longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
+    28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar];
 }
 
 impl Parameter {

@@ -54,8 +54,8 @@ impl Trust {
         Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: None }
     }
 
-    /// The input has leapt: the frames before say nothing of those that follow.
-    pub fn leapt(&mut self) {
+    /// The input has leapt, or frames are missing: those before say nothing of those that follow.
+    pub fn begin_again(&mut self) {
         *self = Self { speeds: self.speeds, ..Self::new() };
     }
 

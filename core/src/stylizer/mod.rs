@@ -37,6 +37,8 @@ use crate::{
 
 /// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
 const BEYOND_ANY_BODY: f32 = 1e3;
+/// After a way of more frames than these, the window of the search says nothing of the motion.
+const MOST_MISSED: f32 = 3.0;
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
 ///
@@ -202,7 +204,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let signals = &mut self.signals;
         self.engine.predict(&mut Context { frame, input, signals, report: &mut report, observer });
         self.engine.contacts(&mut report);
-        self.see_kind(leaps, &mut report);
+        self.see_kind(leaps || frames > MOST_MISSED, &mut report);
         self.compose_output(first, &mut report, output, observer);
         self.set_standing(report.contacts);
         self.blend_back(report.step_s, output);
@@ -222,11 +224,12 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         report
     }
 
-    /// Measures whether the input is of the database's kind, and passes it on where it is not.
+    /// Measures whether the input is of the database's kind, and passes it on where it is not. `breaks`: the frames before
+    /// do not lead to this one.
     #[inline(never)]
-    fn see_kind(&mut self, leaps: bool, report: &mut Report) {
-        if leaps {
-            self.trust.leapt();
+    fn see_kind(&mut self, breaks: bool, report: &mut Report) {
+        if breaks {
+            self.trust.begin_again();
         }
         let x = self.signals.x.as_flattened();
         let velocity = [dof::FORWARD, dof::LEFT].map(|d| x.get(d).copied().unwrap_or(0.0));

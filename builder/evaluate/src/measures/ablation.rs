@@ -38,10 +38,11 @@ pub struct Args {
 }
 
 /// What can be varied.
-const PARAMETERS: [&str; 11] = [
+const PARAMETERS: [&str; 12] = [
     "bias",
     "kappa-rho",
     "k",
+    "prune",
     "ridge",
     "delta",
     "settle",
@@ -134,8 +135,11 @@ fn variants(experiment: &Experiment) -> Vec<Variant> {
             add("kappa-rho", format!("{kappa}, {rho}"), base.kappa(kappa).rho(rho), None, 1);
         }
     }
-    for k in [8, 12, 20, 30, 40] {
+    for k in [4, 6, 8, 10, 12, 16, 20, 30, 40] {
         add("k", k.to_string(), base.k(k), None, 1);
+    }
+    for prune in [0.001, 0.01, 0.05, 0.1, 0.2] {
+        add("prune", prune.to_string(), base.prune(prune), None, 1);
     }
     for (ridge, name) in [(Ridge::Raw, "raw"), (Ridge::Normalised, "norm")] {
         for lambda in [0.01, 0.1, 1.0, 10.0] {
@@ -149,7 +153,7 @@ fn variants(experiment: &Experiment) -> Vec<Variant> {
     for delta in [0.05, 0.1, 0.2, 0.35, 0.7] {
         add("delta", delta.to_string(), base.delta(delta), None, 1);
     }
-    for settle_s in [0.0, 0.02, 0.04, 0.08, 0.15] {
+    for settle_s in [0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.3] {
         add("settle", settle_s.to_string(), base.settle_s(settle_s), None, 1);
     }
     for liveliness in [0.8, 1.0, 1.2, 1.4, 1.6] {

@@ -19,6 +19,9 @@ use crate::{
     math::clamp,
 };
 
+/// Segments of a gait cycle: from one strike of the left foot to that of the right one, and to the next.
+const GAIT_SEGMENTS: usize = 2;
+
 /// A place in a clip, between two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -95,6 +98,13 @@ impl<'db> Database<'db> {
         let knots = self.required.knots.as_chunks::<4>().0.get(first_knot..).unwrap_or(&[]);
         let segments = usize::from(record.u16(cycle::KNOTS)).saturating_sub(1);
         Cycle { knots, segments, first_row, rows }
+    }
+
+    /// True if the class is a gait: its cycles go from strike to strike, in two segments. Those of other actions have more.
+    #[inline(never)]
+    pub fn is_gait(&self, class: usize) -> bool {
+        let class = self.class(class);
+        class.cycles > 0 && self.cycle(class.first_cycle).segments == GAIT_SEGMENTS
     }
 
     /// First row of a cycle.

@@ -19,8 +19,11 @@
 //!
 //! ```text
 //! v  = mean (y[t] - y[t-1]) + part (x[t] - x[t-1] - mean (x[t] - x[t-1]))         means over the neighbors
-//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                          τ: Config::settle_s
+//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                          τ: Config::settle_s, by class
 //! ```
+//!
+//! Gaits take a quarter of that time: their cycles are alike, and longer settling smooths them. Repetitions of gestures
+//! differ, and neighbors that change make them jump.
 //!
 //! A plain low pass would lag behind the motion; this one does not, since `v` leads it.
 //!
@@ -32,7 +35,10 @@ use crate::{
     body::pose::Dofs,
     config::Yaw,
     math::{abs, clamp, exp, sqrt},
-    methods::context::{Context, Frame},
+    methods::{
+        context::{Context, Frame},
+        weights::Share,
+    },
     stylizer::style_mix::Mix,
 };
 
@@ -60,6 +66,15 @@ pub(super) fn part_kept(database: &Database<'_>, config: &Config, class: usize, 
     clamp(config.rho * config.liveliness * ratio, 0.0, 1.0)
 }
 
+/// Part of [`Config::settle_s`] that gaits take.
+const GAIT_PART: f32 = 0.25;
+
+/// How long the output of these classes settles, seconds.
+fn settling_s(database: &Database<'_>, config: &Config, classes: &[Share]) -> f32 {
+    let part = |share: &Share| if database.is_gait(usize::from(share.class)) { GAIT_PART } else { 1.0 };
+    config.settle_s * classes.iter().map(|share| share.proportion * part(share)).sum::<f32>()
+}
+
 /// The output before strength.
 #[derive(Debug, Clone)]
 pub(super) struct Settled<const J: usize>(Dofs<J>);
@@ -82,9 +97,10 @@ impl<const J: usize> Settled<J> {
     /// to the output.
     #[inline(never)]
     pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
-        let Context { frame: Frame { database, config, settings, .. }, signals, .. } = context;
+        let Context { frame: Frame { database, config, settings, .. }, signals, report, .. } = context;
         let seconds = 1.0 / database.rate_hz();
-        let left = if config.settle_s > 0.0 { exp(-seconds / config.settle_s) } else { 0.0 };
+        let time = settling_s(database, config, &report.classes);
+        let left = if time > 0.0 { exp(-seconds / time) } else { 0.0 };
         let predicted = signals.predicted.as_flattened();
         let slots = signals.correction.as_flattened_mut().iter_mut().zip(self.0.as_flattened_mut());
         for (d, ((correction, settled), &predicted)) in

@@ -22,7 +22,7 @@ pub(super) const DEEPEST_M: f32 = 0.4;
 /// The other joint carries the foot when it is lower by this much, metres.
 const HANDOVER_M: f32 = 0.0005;
 /// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.
-const RETURN_SPEED: f32 = 0.3;
+const RETURN_SPEED: f32 = 0.25;
 /// Highest speed of a step, m/s.
 const STEP_SPEED: f32 = 1.0;
 /// Height of a step, as a part of its length, and its maximum, metres.
