@@ -183,7 +183,7 @@ typedef enum GestusMethod {
 typedef enum GestusParameter {
   // Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
   // becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
-  // the stylizer's `K`. 1 to 64. Default 16.
+  // the stylizer's `K`. 1 to 64. Default 8.
   GESTUS_PARAMETER_K = 0,
   // Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
   // longer to forget an error; from about 1 on raw variables it is the neighbors' mean. 0.000000001 to 1000000.
@@ -196,7 +196,7 @@ typedef enum GestusParameter {
   // 2015 has 0.7. 0.001 to 1000. Default 0.2.
   GESTUS_PARAMETER_DELTA = 3,
   // Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a
-  // class comes or goes. 0 to 0.99999994. Default 0.01.
+  // class comes or goes. 0 to 0.99999994. Default 0.1.
   GESTUS_PARAMETER_PRUNE = 4,
   // Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`. 1 to
   // 8. Default 4.
@@ -212,7 +212,7 @@ typedef enum GestusParameter {
   // stream jumps; a frame that reaches the cap reports `VISITS`. 64 to 448. Default 256.
   GESTUS_PARAMETER_VISITS = 8,
   // Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and
-  // visit more. 1 to 64. Default 28.
+  // visit more. 1 to 64. Default 20.
   GESTUS_PARAMETER_POOL = 9,
   // A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a
   // jump sooner, and searches anew without need. 1 to 1000000000. Default 4.
@@ -277,8 +277,9 @@ typedef enum GestusParameter {
   // and further from any one clip. 0 keeps ρ in every style, as Xia 2015 does. 0.01 to 4, or 0 for none. Default 0.
   GESTUS_PARAMETER_LIVELINESS = 27,
   // Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move,
-  // so that it does not jump where others take their place, and does not lag. More is smoother, and takes longer to
-  // take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to 10, or 0 for none. Default 0.08.
+  // so that it does not jump where others take their place, and does not lag. Gaits take a quarter of it. More is
+  // smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to
+  // 10, or 0 for none. Default 0.1.
   GESTUS_PARAMETER_SETTLE = 28,
 } GestusParameter;
 
