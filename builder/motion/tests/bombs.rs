@@ -94,6 +94,79 @@ fn bvh_bombs() {
     assert_eq!(clip.frames.len(), 4_000);
 }
 
+/// A `.glb` of a chain of joints that all turn, and of their motion: honest, and most of it keys of that many bytes.
+fn glb(joints: usize, keys: usize, narrow: bool) -> Vec<u8> {
+    let times: Vec<u8> = (0..keys).flat_map(|k| (k as f32 / 60.0).to_le_bytes()).collect();
+    let (component, width) = if narrow { (5122, 2) } else { (5126, 4) };
+    let turn = |k: usize, j: usize| {
+        let half = 0.4 * (0.05 * k as f64 + j as f64).sin();
+        [half.sin(), 0.0, 0.0, half.cos()]
+    };
+    let mut bin = times.clone();
+    for j in 0..joints {
+        for k in 0..keys {
+            for value in turn(k, j) {
+                if narrow {
+                    bin.extend(((value * 32_767.0).round() as i16).to_le_bytes());
+                } else {
+                    bin.extend((value as f32).to_le_bytes());
+                }
+            }
+        }
+    }
+    let size = 4 * width * keys;
+    let rotations =
+        (0..joints).map(|j| json!({ "buffer": 0, "byteOffset": times.len() + j * size, "byteLength": size }));
+    let mut made = overlapping(joints, keys);
+    made["bufferViews"] =
+        [json!({ "buffer": 0, "byteLength": times.len() })].into_iter().chain(rotations).collect();
+    made["buffers"] = json!([{ "byteLength": bin.len() }]);
+    for j in 0..joints {
+        made["accessors"][j]["bufferView"] = json!(j + 1);
+        made["accessors"][j]["componentType"] = json!(component);
+        made["accessors"][j]["normalized"] = json!(narrow);
+        if j > 0 {
+            made["nodes"][j]["translation"] = json!([0.0, 0.1, 0.0]);
+        }
+    }
+    made["accessors"][joints]["bufferView"] = json!(0);
+    let mut text = made.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let word = |n: usize| u32::try_from(n).unwrap().to_le_bytes();
+    let mut file = [&b"glTF"[..], &word(2), &word(28 + text.len() + bin.len())].concat();
+    for (kind, chunk) in [(&b"JSON"[..], &text), (b"BIN\0", &bin)] {
+        file.extend([&word(chunk.len())[..], kind, chunk].concat());
+    }
+    file
+}
+
+/// What is written of honest files: the document, its clip and the file that comes out, all at once.
+fn writers(folder: &Path) {
+    let row = "12.3456 ".repeat(1 + 3 * 59) + "\n";
+    let text = bvh(60, 60, 20_000, &row);
+    let written = within("bvh, out again", text.len(), || {
+        let document = Bvh::parse(text.as_bytes(), "walk.bvh").unwrap();
+        let (clip, binding) = to_clip(&document, &Options::default()).unwrap();
+        binding.write(&document, &clip).unwrap().to_text()
+    });
+    assert!(written.len() > text.len() / 2);
+    let path = folder.join("walk.glb");
+    for (narrow, keys) in [(false, 50_000), (true, 16_000)] {
+        let name = if narrow { "glb of short numbers" } else { "glb" };
+        let size = {
+            let file = glb(40, keys, narrow);
+            write(&path, &file).unwrap();
+            file.len()
+        };
+        let document = within(name, size, || capture::read(&path).unwrap());
+        let (clip, binding) = to_clip(&document, &Options::default()).unwrap();
+        let written = within(&format!("{name}, out again"), size, || {
+            document.write(&binding, &clip, &path, None).unwrap()
+        });
+        assert!(written.len() > size, "{name}");
+    }
+}
+
 /// A glTF file of a body of two nodes, with that many animations of accessors that all begin at byte 0 of a buffer.
 fn overlapping(channels: usize, keys: usize) -> serde_json::Value {
     let nodes: Vec<_> = (0..channels)
@@ -243,5 +316,7 @@ fn no_file_takes_more_than_its_share() {
     bvh_bombs();
     gltf_bombs();
     urdf_bombs();
-    a_folder_of_traps(tempfile::tempdir().unwrap().path());
+    let folder = tempfile::tempdir().unwrap();
+    writers(folder.path());
+    a_folder_of_traps(folder.path());
 }

@@ -79,15 +79,14 @@ impl Gltf {
         let rigging = Rigging::of(&tree, &curves.moved)?;
         let carried: Vec<usize> = rigging.above.iter().chain(&rigging.body).copied().collect();
         let (start, _, _) = curves.timeline(&carried);
-        let keys = keys(binding, clip, &tree, &curves, &rigging, start);
+        let keys = Keyed::new(binding, clip, &tree, &curves, &rigging, start);
 
         let mut file = Container::of(&self.bytes)?;
         if elsewhere {
             file.embed(&self.folder)?;
         }
         let mut animation = file.json["animations"][index].clone();
-        let replaced: HashSet<usize> = keys.iter().map(|(node, _)| *node).collect();
-        keep_others(&mut animation, &replaced);
+        keep_others(&mut animation, &keys.nodes().collect());
         let mut data = Vec::new();
         let view = file.json["bufferViews"].as_array().map_or(0, Vec::len);
         let mut accessors = Accessors { json: &mut file.json, data: &mut data, view };
@@ -95,7 +94,8 @@ impl Gltf {
             (0..clip.frames.len()).map(|f| [(start + f as f64 / clip.rate_hz) as f32]).collect();
         let each = accessors.push("SCALAR", &times, true);
         let mut one = None;
-        for (node, keys) in &keys {
+        let mut turned = Vec::new();
+        for (node, keys) in keys.all() {
             let mut add = |accessors: &mut Accessors<'_>, path: &str, output: usize, count: usize| {
                 let input = match count {
                     1 if times.len() > 1 => {
@@ -103,7 +103,7 @@ impl Gltf {
                     }
                     _ => each,
                 };
-                channel(&mut animation, *node, path, input, output);
+                channel(&mut animation, node, path, input, output);
             };
             if !keys.rotations.is_empty() {
                 let output = accessors.push("VEC4", &keys.rotations, false);
@@ -113,10 +113,10 @@ impl Gltf {
                 let output = accessors.push("VEC3", &keys.translations, false);
                 add(&mut accessors, "translation", output, keys.translations.len());
             }
+            turned.extend((!keys.rotations.is_empty() || !keys.translations.is_empty()).then_some(node));
         }
-        let turned = keys.iter().filter(|(_, k)| !k.rotations.is_empty() || !k.translations.is_empty());
-        for (node, _) in turned {
-            spell_out(&mut file.json["nodes"][*node], document.nodes().nth(*node));
+        for node in turned {
+            spell_out(&mut file.json["nodes"][node], document.nodes().nth(node));
         }
         let place = match name {
             Some(name) => known.iter().position(|n| n == name),
@@ -135,49 +135,84 @@ impl Gltf {
     }
 }
 
-/// The keys of each node that the clip moves or that its hips hang on. Times begin at `start`.
-fn keys(
-    binding: &Binding,
-    clip: &Clip,
-    tree: &Tree,
-    curves: &Curves<'_>,
-    rigging: &Rigging,
+/// What the keys of each node are made of: those that the clip moves, and those that its hips hang on. Keys are made node
+/// by node, since those of all would take as much memory as the file.
+struct Keyed<'a> {
+    binding: &'a Binding,
+    clip: &'a Clip,
+    tree: &'a Tree,
+    curves: &'a Curves<'a>,
+    rigging: &'a Rigging,
+    /// Time of the first key.
     start: f64,
-) -> Vec<(usize, Keys)> {
-    let hips = rigging.body[binding.joints[0]];
-    let mut above: Vec<usize> = tree.up(hips).skip(1).collect();
-    above.reverse();
-    let held = |node: usize| curves.pose(tree, rigging, node, start);
-    let carrier = above.iter().fold(Isometry3::identity(), |sum, &n| sum * held(n)).inverse();
-    let scale = binding.unit().metres();
-    let mut all = Vec::new();
-    for &node in &above {
-        let pose = held(node);
-        let mut keys = Keys::default();
-        if curves.rotations.contains_key(&node) {
-            keys.rotations.push(numbers(&pose.rotation));
-        }
-        if curves.translations.contains_key(&node) {
-            keys.translations.push(single(pose.translation.vector / rigging.unit(tree, node)));
-        }
-        all.push((node, keys));
+    /// Nodes that the hips hang on, from the top.
+    above: Vec<usize>,
+}
+
+impl<'a> Keyed<'a> {
+    fn new(
+        binding: &'a Binding,
+        clip: &'a Clip,
+        tree: &'a Tree,
+        curves: &'a Curves<'a>,
+        rigging: &'a Rigging,
+        start: f64,
+    ) -> Self {
+        let mut above: Vec<usize> = tree.up(rigging.body[binding.joints[0]]).skip(1).collect();
+        above.reverse();
+        Self { binding, clip, tree, curves, rigging, start, above }
     }
-    for (s, &joint) in binding.joints.iter().enumerate() {
-        let node = rigging.body[joint];
+
+    /// The nodes, in the order of [`Self::all`].
+    fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        let body = self.binding.joints.iter().map(|&joint| self.rigging.body[joint]);
+        self.above.iter().copied().chain(body)
+    }
+
+    /// Each node with its keys.
+    fn all(&self) -> impl Iterator<Item = (usize, Keys)> + '_ {
+        let carrier = self.above.iter().fold(Isometry3::identity(), |sum, &n| sum * self.held(n)).inverse();
+        let above = self.above.iter().map(|&node| (node, self.once(node)));
+        let body = (0..self.binding.joints.len()).map(move |s| self.joint(s, &carrier));
+        above.chain(body)
+    }
+
+    /// The pose of a node as the animation begins.
+    fn held(&self, node: usize) -> Isometry3<f64> {
+        self.curves.pose(self.tree, self.rigging, node, self.start)
+    }
+
+    /// One key for each curve of a node above the hips.
+    fn once(&self, node: usize) -> Keys {
+        let pose = self.held(node);
         let mut keys = Keys::default();
-        let poses = clip.frames.iter().map(|frame| {
-            let place = if s == 0 { frame.root } else { binding.skeleton.offsets[s] } / scale;
-            let pose = Isometry3::from_parts(place.into(), frame.rotations[s]);
-            if s == 0 { carrier * pose } else { pose }
-        });
-        for pose in poses {
+        if self.curves.rotations.contains_key(&node) {
             keys.rotations.push(numbers(&pose.rotation));
-            keys.translations.push(single(pose.translation.vector / rigging.unit(tree, node)));
+        }
+        if self.curves.translations.contains_key(&node) {
+            keys.translations.push(single(pose.translation.vector / self.rigging.unit(self.tree, node)));
+        }
+        keys
+    }
+
+    /// The keys of joint number `s` of the clip; `carrier` takes the hips into the space of their parent.
+    fn joint(&self, s: usize, carrier: &Isometry3<f64>) -> (usize, Keys) {
+        let Self { binding, clip, curves, .. } = self;
+        let node = self.rigging.body[binding.joints[s]];
+        let unit = self.rigging.unit(self.tree, node);
+        let mut keys = Keys::default();
+        for frame in &clip.frames {
+            let place =
+                if s == 0 { frame.root } else { binding.skeleton.offsets[s] } / binding.unit().metres();
+            let pose = Isometry3::from_parts(place.into(), frame.rotations[s]);
+            let pose = if s == 0 { carrier * pose } else { pose };
+            keys.rotations.push(numbers(&pose.rotation));
+            keys.translations.push(single(pose.translation.vector / unit));
         }
         continuous(&mut keys.rotations);
         shorten(&mut keys.rotations);
         shorten(&mut keys.translations);
-        let rest = &tree.nodes[node];
+        let rest = &self.tree.nodes[node];
         let off = clip.frames.iter().map(|f| f.rotations[s].angle_to(&rest.rotation)).fold(0.0, f64::max);
         if s > 0 && off <= AT_REST && !curves.rotations.contains_key(&node) {
             keys.rotations.clear();
@@ -185,9 +220,8 @@ fn keys(
         if s > 0 && !curves.translations.contains_key(&node) {
             keys.translations.clear();
         }
-        all.push((node, keys));
+        (node, keys)
     }
-    all
 }
 
 fn numbers(q: &UnitQuaternion<f64>) -> [f32; 4] {
@@ -309,6 +343,7 @@ impl Container<'_> {
                 let used = own["byteLength"].as_u64().and_then(|n| usize::try_from(n).ok());
                 bin.resize(aligned(used.unwrap_or(bin.len()).min(bin.len())), 0);
                 let offset = bin.len();
+                bin.reserve_exact(length);
                 bin.extend(data);
                 own["byteLength"] = json!(bin.len());
                 (0, offset)
