@@ -31,6 +31,7 @@ use gestus_database::{
 };
 use gestus_motion::{
     body::about_y,
+    capture::file_of,
     clip::{Clip, Frame},
     statistics::{quantile, sorted},
 };
@@ -122,8 +123,8 @@ fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> 
     let streamed = translate(database, &input, &Request::style(style), &mut ())?;
     let output = input.output(&streamed);
     // What is written is what was checked.
-    let to = if path.extension().is_some_and(|e| e == "bvh") { "out.bvh" } else { "out.glb" };
-    input.written(&output, Path::new(to), None)?;
+    let ending = file_of(&path).extension().and_then(|e| e.to_str()).unwrap_or("bvh").to_owned();
+    input.written(&output, Path::new(&format!("out.{ending}")), None)?;
     let (given, output) = (input.shown(&input.clip), input.shown(&output));
     let retarget = input.retarget().context("it has the database's skeleton")?;
     let verdict = Verdict::of(database, &input, &streamed);
@@ -213,7 +214,7 @@ fn clips_that_nobody_prepared_come_out_well_or_are_refused_for_a_reason() {
     let (mut checked, mut missing) = (0, 0);
     for row in table["clip"].as_array().unwrap() {
         let row = Row { table: row.as_table().unwrap(), folder: &folder };
-        if !row.path().is_file() {
+        if !file_of(&row.path()).is_file() {
             println!("| {} | missing |", row.name());
             missing += 1;
             continue;

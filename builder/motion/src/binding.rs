@@ -2,9 +2,9 @@
 //!
 //! A [`Binding`] is made once per file:
 //!
-//! * Joint 0 of the skeleton is the hips. Joints above them with a single child that do not move, or whose name
-//!   says that they only carry the body (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local`
-//!   in each frame. Writing puts them back as they are in the file's first frame.
+//! * Joint 0 of the skeleton is the hips. Joints above them that do not move, or whose name says that they only carry the
+//!   body (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local` in each frame. What
+//!   else hangs on such a joint, as weapons and controls of inverse kinematics do, stays as it is in the file. Writing puts them back as they are in the file's first frame.
 //! * Every other joint's offset is its position at rest, or its mean position over the clip if the animation translates
 //!   it. [`Binding::notes`] names joints that move by more than a centimetre.
 
@@ -16,6 +16,7 @@ use thiserror::Error;
 use crate::{
     animation::{Joint, Recording, children},
     clip::{Clip, Frame, Skeleton},
+    names,
     unit::Unit,
 };
 
@@ -278,8 +279,16 @@ pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
 fn find_hips(all: &[Joint]) -> usize {
     let mut joint = 0;
     loop {
-        let mut below = children(all, joint);
-        let (Some(child), None) = (below.next(), below.next()) else { return joint };
+        let below: Vec<usize> = children(all, joint).collect();
+        let child = match below[..] {
+            [] => return joint,
+            [only] => only,
+            // Beside the body there may be weapons, or the controls of inverse kinematics that Unreal and Blender export.
+            [..] => match below.into_iter().find(|&child| has_both_legs(all, child)) {
+                Some(body) => body,
+                None => return joint,
+            },
+        };
         let name = all[joint].name.to_ascii_lowercase();
         let is_hips = ["hips", "pelvis"].iter().any(|n| name.contains(n));
         let is_carrier =
@@ -292,6 +301,25 @@ fn find_hips(all: &[Joint]) -> usize {
         }
         joint = child;
     }
+}
+
+/// Whether thigh, shin and foot of either side hang on a joint, as the names say.
+fn has_both_legs(all: &[Joint], joint: usize) -> bool {
+    /// Joints of a leg, one on the other.
+    const LEG: usize = 3;
+    let words = names::names();
+    let mut depth = vec![None; all.len()];
+    depth[joint] = Some(0);
+    let mut found = [false; 2];
+    for j in joint + 1..all.len() {
+        let Some(above) = all[j].parent.and_then(|p| depth[p]) else { continue };
+        let here = above + usize::from(words.is_leg(&all[j].name));
+        depth[j] = Some(here);
+        if let Some(side) = names::side(&all[j].name).filter(|_| here >= LEG) {
+            found[side.index()] = true;
+        }
+    }
+    found == [true; 2]
 }
 
 fn mean_translation(recording: &impl Recording, joints: &[Joint], joint: usize) -> Vector3<f64> {

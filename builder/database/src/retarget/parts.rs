@@ -123,7 +123,7 @@ mod tests {
 
     /// Joints of a skeleton of each family: hips and head, then the left side from the collarbone to the toes. The right
     /// side is the same with the words for left replaced.
-    const SKELETONS: [(&str, &str, [&str; 10]); 20] = [
+    const SKELETONS: [(&str, &str, [&str; 10]); 21] = [
         (
             "Poser",
             "Poser or DAZ",
@@ -415,6 +415,22 @@ mod tests {
                 "Robot_LeftLeg",
                 "Robot_LeftFoot",
                 "Robot_LeftToeBase",
+            ],
+        ),
+        (
+            "Blender, limbs numbered",
+            "Blender, limbs numbered",
+            [
+                "Body",
+                "Head",
+                "Shoulder.L",
+                "Arm1.L",
+                "Arm2.L",
+                "Hand.L",
+                "Leg1.L",
+                "Leg2.L",
+                "Foot.L",
+                "Toes.L",
             ],
         ),
         (
