@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::{
-    bare_metal, budget, capi, firmware, fuzz, no_panic,
+    bare_metal, budget, capi, firmware, foreign, fuzz, no_panic,
     shell::{Outcome, cargo, in_ci, run as run_command},
     structure, tools, wasm,
 };
@@ -57,6 +57,7 @@ pub fn run(setup: bool) -> Outcome {
     step("no panic", &|| no_panic::run(setup));
     step("C interface", &|| capi::run(setup));
     step("wasm", &|| wasm::run(setup));
+    step("foreign", &|| foreign::run(setup));
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
     summary(&steps)
 }

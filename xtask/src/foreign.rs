@@ -41,7 +41,13 @@ impl Package {
         fs::create_dir_all(&part)?;
         let name = self.name.as_str();
         match self.registry.as_str() {
-            "debian" => run_command(command("apt-get").args(["download", name]).current_dir(&part))?,
+            "debian" => {
+                let download = || run_command(command("apt-get").args(["download", name]).current_dir(&part));
+                // A new machine has no list of packages.
+                download().or_else(|_| {
+                    run_command(command("apt-get").args(["update", "--quiet"])).and_then(|()| download())
+                })?;
+            }
             "pypi" => run_command(
                 command("pip")
                     .args(["download", "--quiet", "--no-deps", "--no-binary", ":all:", name])
@@ -107,8 +113,8 @@ pub fn run(setup: bool) -> Result<Outcome> {
         }
     }
     let mut test = cargo();
-    test.args(["test", "-p", "gestus-tests", "--test", "foreign", "--", "--nocapture"])
-        .env("GESTUS_FOREIGN", &all);
+    // Of the whole workspace, as `cargo test --workspace` has compiled it.
+    test.args(["test", "--workspace", "--test", "foreign", "--", "--nocapture"]).env("GESTUS_FOREIGN", &all);
     if let Some(data) = real_data::folder() {
         test.env("GESTUS_DATA", data);
     }
