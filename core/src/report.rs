@@ -77,8 +77,8 @@ pub struct Report {
     /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
     /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
-    /// The same over what input of the database's kind has: 1 or less in some frame of every step. Mixture and tables by
-    /// phase: over what frames of the nearest class have that the builder left out, and 0 where the blob does not say it.
+    /// The same over what frames of the nearest class have that the builder left out: about 1 at most for input of the
+    /// database's kind. Mixture and tables by phase; 0 where the blob does not say it, and for other methods.
     pub distance_ratio: f32,
     /// Part of the input that is passed on because it is unlike the database, 0 to 1.
     pub passed: f32,

@@ -238,10 +238,7 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
                         })
                         .sum();
                     let weight = proportion / (distance2 + 3e-8).powi(2);
-                    // Of the frame before: the contacts are voted before this one is measured.
-                    let passed = if t > 0 { traced.at("passed", t - 1) } else { 0.0 };
-                    let strength = strength[0].min(1.0) * (1.0 - passed);
-                    let label = own[side] + strength * (output[side] - own[side]);
+                    let label = own[side] + strength[0].min(1.0) * (output[side] - own[side]);
                     total[side] += weight;
                     stands[side] += weight * label;
                 }
@@ -251,12 +248,11 @@ fn recompute(folder: &str, blob: &[u8], request: &Request) {
         y[yaw] = traced.row("input", t)[yaw];
         for j in 0..d {
             let x = traced.row("input", t)[j];
-            let passed = traced.at("passed", t);
-            let own = x + strength[j] * (1.0 - passed) * (y[j] - x);
+            let own = x + strength[j] * (y[j] - x);
             near(&format!("dof {j}"), t, traced.row("predicted", t)[j], own, 1e-4);
             if t > 0 {
                 near("input before", t, traced.row("input_prev", t)[j], traced.row("input", t - 1)[j], 0.0);
-                if strength[j] == 1.0 && traced.at("passed", t - 1) == 0.0 {
+                if strength[j] == 1.0 {
                     let last = traced.row("predicted", t - 1)[j];
                     near("output before", t, traced.row("output_prev", t)[j], last, 1e-6);
                 }

@@ -155,8 +155,7 @@ fn no_foot_goes_through_the_floor() {
     let styles = database.manifest().unwrap().styles;
     for style in ["neutral", "old", "childlike"] {
         let run = |held: bool| {
-            // So low a body is unlike the database, and would be put out as it is.
-            let config = Config::new().contacts(held).trust(0.0);
+            let config = Config::new().contacts(held);
             let request = Request { config, ..Request::style(styles.find(style).unwrap()) };
             let of = Performance::of_stream(&stream(&database, &sunk, &request, &mut ()).unwrap());
             deepest_cm(&clip.skeleton, &legs, &of)

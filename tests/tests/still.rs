@@ -74,7 +74,7 @@ fn without_it_some_pose_glides() {
         for action in 0..2 {
             let input = input(action, 0, 120);
             for at in (5..120).step_by(5) {
-                let mut stylizer = stylizer(Config::new().method(method).still_speed(0.0).trust(0.0));
+                let mut stylizer = stylizer(Config::new().method(method).still_speed(0.0));
                 most = most.max(fastest_at_rest(&mut stylizer, &input[..at], &input[at]).0);
             }
         }

@@ -215,12 +215,11 @@ parameters! {
     /// that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More stops
     /// slow motion of the style, less takes the noise of a sensor for motion.
     25 STILL_SPEED still_speed: f32 = 0.1, [0 or 1e-3 to 1.0], &Method::ALL;
-    /// Input that never comes nearer, within a second, than this many times the squared distance that clips have which the
-    /// builder left out, or whose root goes much faster or slower than theirs, is unlike the database: it is passed on
-    /// unchanged, in part from here and whole from a fifth more on, and the report says `FAR`. 0 gives every input the
-    /// style. Less passes unusual motion of known actions on, more gives unknown actions a style that spoils them, and is
-    /// for input from other bodies.
-    26 TRUST trust: f32 = 1.0, [0 or 0.1 to 100.0], &Method::ALL;
+    /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
+    /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part from
+    /// here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less passes unusual
+    /// motion of known actions on, more gives unknown actions a style that spoils them.
+    26 TRUST trust: f32 = 6.0, [0 or 1.0 to 100.0], &Method::ALL;
     /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how much
     /// clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier and
     /// further from any one clip. 0 keeps ρ in every style, as Xia 2015 does.

@@ -36,8 +36,6 @@ use crate::{
 pub const BLENDED: usize = 4;
 /// Most that a weight changes in a frame.
 const GLIDE: f32 = 0.125;
-/// Largest squared distance of a dof, in variances, that input of the model's action comes below in every step.
-const FAR2: f32 = 36.0;
 /// Inputs are held within this many standard deviations: states stay finite whatever comes.
 const FURTHEST: f32 = 1e3;
 /// The logarithm of the time warp is held within ±ln 4.
@@ -127,7 +125,6 @@ impl<const J: usize> Linear<J> {
                 *standing += if sum > boundary { share } else { -share };
             }
         }
-        report.distance_ratio = report.distance2 / FAR2;
         report.contacts = standing.map(|s| s > 0.0);
         report.predicted_step_s = step_s;
     }

@@ -40,8 +40,6 @@ use crate::{
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
 const MOST_SCALE: f32 = 4.0;
-/// Largest squared distance of a joint, in variances, that input of the table's action comes below in every step.
-const FAR2: f32 = 16.0;
 /// Dofs of the root that are scaled as numbers.
 const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];
 
@@ -185,16 +183,15 @@ fn transfer(
         if let Some(slots) = predicted.get_mut(first..first + 3) {
             slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
         }
-        let distance = norm(way);
-        furthest = further(furthest, distance, deviation);
         if running {
+            let distance = norm(way);
+            furthest = further(furthest, distance, deviation);
             let on = quaternion::turned_about(*own, times(alpha, way));
             *own = quaternion::normalize(on).unwrap_or(*own);
             *variance += alpha * (distance * distance - *variance);
         }
     }
     report.distance2 = furthest * furthest;
-    report.distance_ratio = report.distance2 / FAR2;
     for (side, contact) in report.contacts.iter_mut().enumerate() {
         let (boundary, projection) = source.foot(side);
         let x = x.get(..database.counts().dofs).unwrap_or(&[]);

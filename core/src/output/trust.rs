@@ -4,39 +4,25 @@
 //! ([`Familiar`](crate::blob::Familiar)): the distance to the class's frames, and the root's smoothed speed.
 //!
 //! ```text
-//! r  = d² / far                                      of the nearest class
-//! r' = r' + Δt / τ (r - r')                          τ: [`NEARER_S`] where r < r', [`FARTHER_S`] elsewhere
+//! r  = d² / far                                      smoothed over [`SMOOTHED_S`]; of the nearest class
 //! e  = max(v / (v_max + 0.1 m/s), v_min / v)         smoothed over [`SMOOTHED_S`]; 0 in place, below 0.2 m/s
-//! p* = clamp(max(5 (r' / R - 1), (e - 1.6) / 0.25), 0, 1)        R: Config::trust
+//! p* = clamp(max(2 (r / R - 1), (e - 1.6) / 0.25), 0, 1)         R: Config::trust
 //! ```
 //!
-//! r' stays near the least of the last second. Motion that the database knows comes near a frame of it in every step,
-//! however far it is in between; motion that it lacks never does, and a walk among runs is no further away in the mean
-//! than a known turn at its furthest.
-//!
 //! p, the part of the input that is passed on, goes to p* within [`CHANGE_S`]: the strength of every joint group is
-//! multiplied by 1 - p. Of a stream, and after a leap, the first tenth of a second is not measured and the speed not until
-//! [`LEAD_S`], since the search's window is not full yet. A body that stands is not measured, and p stays.
+//! multiplied by 1 - p. The first [`LEAD_S`] of a stream and after a leap are not measured, since the search's window is
+//! not full yet.
 
 use crate::{
     blob::Database,
     math::{clamp, sqrt},
 };
 
-/// Time constants of the distance, seconds: of input that comes nearer, and of input that goes away.
-const NEARER_S: f32 = 0.1;
-const FARTHER_S: f32 = 1.0;
-/// Age at which the distance counts, seconds: the window is not full yet, but no longer of one pose.
-const DISTANCE_S: f32 = 0.1 - LEAD_S;
-/// Distances beyond the limit by this part of it are passed on whole.
-const MARGIN: f32 = 0.2;
-/// Distances count up to this many limits: of something endless r' would never come back.
-const MOST: f32 = 4.0;
-/// Time constant of the speed, seconds.
+/// Time constant of both measures, seconds.
 pub const SMOOTHED_S: f32 = 0.5;
 /// Seconds of a stream that are not measured.
 pub const LEAD_S: f32 = 0.2;
-/// Seconds of a stream that have to be measured before its speed is judged.
+/// Seconds of a stream that have to be measured before it is judged.
 const JUDGED_S: f32 = 0.3;
 /// Time in which the output goes over to the input or back, seconds.
 pub const CHANGE_S: f32 = 0.25;
@@ -52,7 +38,7 @@ const WIDTH: f32 = 0.25;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Trust {
-    /// Distance over that of the class, near the least of the last second.
+    /// Smoothed distance, over that of the class.
     ratio: f32,
     /// Smoothed speed of the root over the ground, m/s.
     speed: f32,
@@ -85,34 +71,21 @@ impl Trust {
         (most, seconds): (f32, f32),
         passed: &mut f32,
     ) {
-        self.see_distance(clamp(ratio, 0.0, MOST * most), seconds);
-        self.see_speed(velocity, seconds);
-        let target = if most > 0.0 { self.target(database, class, most) } else { 0.0 };
-        let change = seconds / CHANGE_S;
-        *passed += clamp(target - *passed, -change, change);
-    }
-
-    /// Time goes on by a frame, whose distance is in that of the class.
-    fn see_distance(&mut self, ratio: f32, seconds: f32) {
-        let begins = self.age_s <= DISTANCE_S;
         self.age_s = clamp(self.age_s + seconds, -LEAD_S, SMOOTHED_S);
-        if self.age_s > DISTANCE_S {
-            let time = if ratio < self.ratio { NEARER_S } else { FARTHER_S };
-            let taken = if begins { 1.0 } else { clamp(seconds / time, 0.0, 1.0) };
-            self.ratio += taken * (ratio - self.ratio);
-        }
-    }
-
-    fn see_speed(&mut self, velocity: [f32; 2], seconds: f32) {
         if self.age_s <= 0.0 {
             return;
         }
-        // A plain mean at first.
+        // A plain mean at first. Of something endless the smoothed ratio would never come back.
         let taken = clamp(seconds / self.age_s, 0.0, 1.0);
+        self.ratio += taken * (clamp(ratio, 0.0, 4.0 * most) - self.ratio);
         let speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
         // A body that stops is in place at once.
         let taken = if speed < IN_PLACE { 1.0 } else { taken };
         self.speed += taken * (clamp(speed, 0.0, 20.0) - self.speed);
+        let target =
+            if self.age_s < JUDGED_S || most <= 0.0 { 0.0 } else { self.target(database, class, most) };
+        let change = seconds / CHANGE_S;
+        *passed += clamp(target - *passed, -change, change);
     }
 
     fn target(&mut self, database: &Database<'_>, class: Option<usize>, most: f32) -> f32 {
@@ -123,18 +96,18 @@ impl Trust {
                 self.speeds
             }
         };
-        let by_distance = (self.ratio / most - 1.0) / MARGIN;
-        let by_speed = speeds.map_or(0.0, |speeds| (self.beyond(speeds) - BEYOND) / WIDTH);
-        clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
-    }
-
-    /// How many times faster or slower than a class the input is; 0 where nothing is known of it.
-    fn beyond(&self, [slowest, fastest]: [f32; 2]) -> f32 {
-        if self.age_s < JUDGED_S || self.speed < IN_PLACE {
-            return 0.0;
-        }
+        let Some([slowest, fastest]) = speeds else { return 0.0 };
+        let by_distance = 2.0 * (self.ratio / most - 1.0);
         let fast = self.speed / (fastest + FASTER);
-        if fast < 1.0 { slowest / self.speed } else { fast }
+        let beyond = if self.speed < IN_PLACE {
+            0.0
+        } else if fast < 1.0 {
+            slowest / self.speed
+        } else {
+            fast
+        };
+        let by_speed = (beyond - BEYOND) / WIDTH;
+        clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
     }
 }
 
@@ -146,46 +119,4 @@ fn all_speeds(database: &Database<'_>) -> Option<[f32; 2]> {
     classes.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
         [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FRAME: f32 = 1.0 / 30.0;
-
-    /// The distance after each frame, in those of the class.
-    fn seen(distances: impl IntoIterator<Item = f32>) -> Vec<f32> {
-        let mut trust = Trust::new();
-        let see = |distance| {
-            trust.see_distance(distance, FRAME);
-            trust.ratio
-        };
-        distances.into_iter().map(see).collect()
-    }
-
-    #[test]
-    fn what_comes_near_in_every_step_counts_as_near() {
-        // Two steps a second, a quarter of each near: far in the mean, and no further than what never comes near.
-        let step = |t: usize| if t % 15 < 4 { 0.4 } else { 2.0 };
-        assert!((0..150).map(step).sum::<f32>() / 150.0 > 1.5);
-        assert!(seen((0..150).map(step)).into_iter().skip(9).all(|r| r < 1.0));
-        assert!(seen([1.5; 150]).into_iter().skip(3).all(|r| r == 1.5));
-    }
-
-    #[test]
-    fn a_wrong_frame_does_not_count_for_long() {
-        let after = seen((0..90).map(|t| if t == 60 { MOST } else { 0.4 }));
-        assert!(after.iter().skip(4).all(|&r| r < 0.6) && after[75] < 0.401, "{after:?}");
-        // Nor does one that happens to be near.
-        let after = seen((0..150).map(|t| if t == 60 { 0.0 } else { 2.0 }));
-        assert!(after.iter().skip(3).all(|&r| r > 1.0 + MARGIN), "{after:?}");
-    }
-
-    #[test]
-    fn a_stream_begins_with_its_first_distance_that_counts() {
-        // The search's window is of one pose, and far from all motion.
-        let after = seen([9.0, 9.0, 0.3, 0.3, 0.3]);
-        assert_eq!(after, [0.0, 0.0, 0.0, 0.3, 0.3]);
-    }
 }

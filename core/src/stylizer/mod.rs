@@ -236,10 +236,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let class = report.classes.first().map(|share| usize::from(share.class));
         let seen = (class, report.distance_ratio);
         let limits = (self.config.trust, 1.0 / self.database.rate_hz());
-        // A pose that is held says nothing of the motion, and is kept as it is.
-        if !self.stillness.stands() {
-            self.trust.see(&self.database, seen, velocity, limits, &mut self.settings.passed);
-        }
+        self.trust.see(&self.database, seen, velocity, limits, &mut self.settings.passed);
         report.passed = self.settings.passed;
         report.degraded.set(Degraded::FAR, report.passed >= 0.5);
     }

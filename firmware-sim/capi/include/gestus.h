@@ -266,11 +266,11 @@ typedef enum GestusParameter {
   // stops slow motion of the style, less takes the noise of a sensor for motion. 0.001 to 1, or 0 for none. Default
   // 0.1.
   GESTUS_PARAMETER_STILL_SPEED = 25,
-  // Input that never comes nearer, within a second, than this many times the squared distance that clips have which
-  // the builder left out, or whose root goes much faster or slower than theirs, is unlike the database: it is passed
-  // on unchanged, in part from here and whole from a fifth more on, and the report says `FAR`. 0 gives every input
-  // the style. Less passes unusual motion of known actions on, more gives unknown actions a style that spoils them,
-  // and is for input from other bodies. 0.1 to 100, or 0 for none. Default 1.
+  // Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
+  // whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part
+  // from here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less
+  // passes unusual motion of known actions on, more gives unknown actions a style that spoils them. 1 to 100, or 0
+  // for none. Default 6.
   GESTUS_PARAMETER_TRUST = 26,
   // How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how
   // much clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier

@@ -30,7 +30,6 @@ pub struct Trace {
     timing_weights: Vec<f32>,
     step_seconds: Vec<f32>,
     contacts: Vec<u8>,
-    passed: Vec<f32>,
     /// Frames are counted here; places of the arrays follow.
     frames: usize,
 }
@@ -58,7 +57,6 @@ impl Trace {
             timing_weights: Vec::new(),
             step_seconds: Vec::new(),
             contacts: Vec::new(),
-            passed: Vec::new(),
             frames: 0,
         }
     }
@@ -94,7 +92,6 @@ impl Trace {
         archive.add("timing_weights", &[t, c, k], &filled(&self.timing_weights, t * c * k, 0.0))?;
         archive.add("step_seconds", &[t], &self.step_seconds)?;
         archive.add("contacts", &[t, 2], &self.contacts)?;
-        archive.add("passed", &[t], &self.passed)?;
         let config = config(database, request).to_string().into_bytes();
         archive.add("config", &[config.len()], &config)?;
         archive.finish()
@@ -184,7 +181,6 @@ impl Watcher for Trace {
         }
         self.step_seconds.push(report.predicted_step_s);
         self.contacts.extend(report.contacts.map(u8::from));
-        self.passed.push(report.passed);
         self.frames += 1;
     }
 }

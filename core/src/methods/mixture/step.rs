@@ -38,9 +38,6 @@ use crate::{
     },
 };
 
-/// Input this near is of a class's kind however near the class's clips are to each other, weighted square metres.
-const NEAR2: f32 = 0.0025;
-
 /// State of the method between frames, and its scratch memory.
 #[derive(Debug, Clone)]
 pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
@@ -176,8 +173,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let Some(nearest) = report.classes.first().map(|share| usize::from(share.class)) else { return };
         report.distance2 = self.reach.last(nearest).0;
         if let Some(familiar) = database.familiar(nearest).filter(|familiar| familiar.far > 0.0) {
-            report.distance_ratio =
-                report.distance2 / if familiar.far > NEAR2 { familiar.far } else { NEAR2 };
+            report.distance_ratio = report.distance2 / familiar.far;
         }
     }
 

@@ -41,8 +41,6 @@ const SLOPE_KEPT: f32 = 0.5;
 const NOT_TRACKED: f32 = -1.0;
 /// Streams are this much further from a class than the cycles are that it was made of.
 const FURTHER: f32 = 2.0;
-/// Seconds after a stream begins or leaps in which the distances say nothing: the tracks look for their phase.
-const SETTLED_S: f32 = 0.6;
 /// Mean speed above which a class moves from place to place, m/s.
 const WALKS: f32 = 0.3;
 /// Part of the class's mean speed below which the body is taken to stop.
@@ -259,9 +257,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
-        if far > 0.0 && f32::from(self.age) >= SETTLED_S * database.rate_hz() {
-            report.distance_ratio = report.distance2 / (FURTHER * far);
-        }
+        report.distance_ratio = if far > 0.0 { report.distance2 / (FURTHER * far) } else { 0.0 };
         // A body that stands goes nowhere.
         for d in [dof::FORWARD, dof::LEFT] {
             if let Some((predicted, x)) = predicted.get_mut(d).zip(x.get(d)) {
