@@ -18,12 +18,13 @@ use crate::{
     target::{self, Source},
 };
 
-/// What is proved for: with and without an FPU, with and without micromath.
-const TARGETS: [(&str, &str); 4] = [
+/// What is proved for: with and without an FPU, micromath and the core's own arithmetic of floats.
+const TARGETS: [(&str, &str); 5] = [
     ("thumbv7em-none-eabihf", ""),
     ("riscv32imac-unknown-none-elf", ""),
     ("thumbv6m-none-eabi", ""),
     ("thumbv6m-none-eabi", "micromath"),
+    ("thumbv6m-none-eabi", "soft-float"),
 ];
 /// The function that exists nowhere.
 const MISSING: &str = "gestus_a_panic_can_be_reached";

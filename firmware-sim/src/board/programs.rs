@@ -16,6 +16,7 @@ use gestus_database::{
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap},
 };
+use gestus_float::trial;
 use gestus_motion::formats::urdf::TOY;
 use gestus_motion::{
     clip::{Clip, Skeleton},
@@ -69,14 +70,19 @@ pub fn around(board: &Board) -> Result<Value> {
 /// Instructions and errors of elementary functions, by name.
 ///
 /// # Errors
-/// As [`around`].
+/// As [`around`], and a board whose sums and products have other bits than the host's.
 pub fn functions(board: &Board) -> Result<Value> {
     if !["m4f", "m0"].contains(&board.name) {
         bail!("--functions works on m4f and m0 only, not on {}", board.name);
     }
     let path = if board.blob_address.is_some() { REFERENCE.database()? } else { SMALL.database()? };
     let options = Options { program: Some("functions"), blob: Some(&path), ..Options::default() };
-    let lines = run(board, options, &path)?;
+    let mut lines = run(board, options, &path)?;
+    let bits =
+        lines.remove("bits").with_context(|| format!("{}: the program printed no digest", board.name))?;
+    if bits[0] != u64::from(trial::digest(trial::PAIRS)) {
+        bail!("{}: sums and products of floats have other bits than on this machine", board.name);
+    }
     let figures = |n: Vec<u64>| {
         let [instructions, error, relative] = [n[0], n[1], n[2]].map(|n| n as f64);
         json!({ "instructions": instructions / 100.0, "error": error / 1e9, "relative_error": relative / 1e9 })

@@ -3,7 +3,8 @@
 //!
 //! Prints a line `name instructions error error` for each function: the mean instructions of a call in hundredths (some
 //! functions take only ten instructions), and the largest error against libm in f64 in billionths, absolute and
-//! relative to the value; for `gestus-sim board m4f --functions`, and m0.
+//! relative to the value; for `gestus-sim board m4f --functions`, and m0. A last line `bits digest` has the digest of
+//! operations of all kinds of numbers, which is the host's.
 #![no_std]
 #![no_main]
 
@@ -11,6 +12,7 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use gestus_firmware::counter::Counter;
+use gestus_float::trial;
 use micromath::{F32, F32Ext};
 
 /// Arguments of a function.
@@ -79,6 +81,9 @@ fn main() -> ! {
     let counter = time();
     let half_turn = [-3.1, 3.1];
     let run = |name: &str, function: Function, exact, range| report(&counter, name, function, exact, range);
+    run("sum", |x, y| x + y, |x, y| x + y, half_turn);
+    run("product", |x, y| x * y, |x, y| x * y, half_turn);
+    run("quotient", |x, y| x / y, |x, y| x / y, half_turn);
     run("sin.libm", |x, _| libm::sinf(x), |x, _| libm::sin(x), half_turn);
     run("sin.micromath", |x, _| F32(x).sin().0, |x, _| libm::sin(x), half_turn);
     run("cos.libm", |x, _| libm::cosf(x), |x, _| libm::cos(x), half_turn);
@@ -95,5 +100,6 @@ fn main() -> ! {
     run("atan2.micromath", |y, x| F32(y).atan2(F32(x)).0, libm::atan2, half_turn);
     run("pow.libm", libm::powf, libm::pow, [0.01, 3.0]);
     run("pow.micromath", |x, y| F32(x).powf(F32(y)).0, libm::pow, [0.01, 3.0]);
+    semihosting::println!("bits {}", trial::digest(trial::PAIRS));
     semihosting::process::exit(0)
 }
