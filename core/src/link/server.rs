@@ -109,7 +109,7 @@ where
         LinkCounts::increment(&mut self.counts.frames);
         let mut handler = Handler {
             stylizer: self.stylizer,
-            config: self.config,
+            config: &self.config,
             board: &mut self.board,
             answer: &mut self.answer,
             session: &mut self.session,
@@ -138,7 +138,7 @@ where
 /// A server without its receiver, which holds the bytes of the request that is executed.
 pub(super) struct Handler<'a, 'db, B, const J: usize, const K: usize, const C: usize, const N: usize> {
     pub(super) stylizer: &'a mut Stylizer<'db, J, K, C>,
-    config: Config,
+    config: &'a Config,
     board: &'a mut B,
     answer: &'a mut Frame<N>,
     session: &'a mut Option<u32>,
@@ -215,14 +215,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             defmt::info!("request: {}", request);
         }
         match *request.ok_or(Fault::Malformed)? {
-            Request::Hello { .. } => {
-                if new_session.is_some() {
-                    *self.session = new_session;
-                    self.stylizer.restore(self.config)?;
-                    let _ = self.board.place(&[]);
-                }
-                return self.hello(header);
-            }
+            Request::Hello { .. } => return self.hello(header, new_session),
             Request::Pose(ref pose) => return self.step(header, pose),
             Request::Statistics { skip } => return self.statistics(header, skip),
             Request::Robot { angles } => return self.place(header, angles),
@@ -234,7 +227,12 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     }
 
     #[inline(never)]
-    fn hello(&mut self, header: Header) -> Result<(), Fault> {
+    fn hello(&mut self, header: Header, new_session: Option<u32>) -> Result<(), Fault> {
+        if new_session.is_some() {
+            *self.session = new_session;
+            self.stylizer.restore(*self.config)?;
+            let _ = self.board.place(&[]);
+        }
         let database = self.stylizer.database();
         let counts = database.counts();
         let identity = Identity {

@@ -41,10 +41,7 @@ impl<'db> Database<'db> {
     /// [`BlobError`] says which section and record is wrong.
     #[inline]
     pub fn open(bytes: &'db [u8]) -> Result<Self, BlobError> {
-        let database = sections(bytes)?;
-        checksums(bytes)?;
-        contents(&database)?;
-        Ok(database)
+        checked(bytes, sections(bytes))
     }
 
     /// Opens a blob, without its checks where it has the mark: header, section table and the places of sections are still
@@ -59,12 +56,26 @@ impl<'db> Database<'db> {
     /// As [`open`](Self::open).
     #[inline]
     pub fn open_marked(bytes: &'db [u8], mark: Mark) -> Result<Self, BlobError> {
-        let database = sections(bytes)?;
-        if database.mark() != mark {
-            checksums(bytes)?;
-            contents(&database)?;
+        let found = sections(bytes);
+        if found.as_ref().is_ok_and(|database| database.mark() == mark) {
+            found
+        } else {
+            checked(bytes, found)
         }
-        Ok(database)
+    }
+}
+
+/// What was found in the bytes, once it is checked too.
+// Taken and given back as a whole, which is then one on the stack, not three.
+#[inline]
+fn checked<'db>(bytes: &[u8], found: Result<Database<'db>, BlobError>) -> Result<Database<'db>, BlobError> {
+    let fault = match &found {
+        Ok(database) => checksums(bytes).and_then(|()| contents(database)).err(),
+        Err(_) => None,
+    };
+    match fault {
+        Some(fault) => Err(fault),
+        None => found,
     }
 }
 
