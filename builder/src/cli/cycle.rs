@@ -27,7 +27,7 @@ pub struct Args {
     /// Style, or weights a=1,b=0.5, which are normalised to sum 1; a negative weight goes away from a style
     #[arg(long, allow_hyphen_values = true)]
     style: String,
-    /// Speed, metres a second, which may be beyond the data's; the data's medium speed where left out
+    /// Speed, metres a second, which may be beyond the data's; the style's medium speed where left out
     #[arg(long)]
     speed: Option<f64>,
     /// Style whose cycle the others are warped onto; `normal` or `neutral`, or else the first, where left out
@@ -71,31 +71,33 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let body = Body::of(corpus)?;
     let model = Bilinear::of(corpus, &body, action, from).with_context(place)?;
-    let speed = args.speed.unwrap_or(model.speeds_m_s[1]);
-    if !(0.0..=20.0).contains(&speed) {
-        bail!("--speed {speed}: metres a second, from 0 to 20");
-    }
-    let (slow, fast) = (model.speeds_m_s[0], model.speeds_m_s[model.speeds_m_s.len() - 1]);
+    let known = model.speeds_of(&weights);
+    let speed = args.speed.unwrap_or(known[1]);
+    let cycle = model.cycle(&weights, speed, 0.0).with_context(|| format!("--style {}", args.style))?;
+    let (slow, fast) = (known[0], known[known.len() - 1]);
     if !(slow..=fast).contains(&speed) {
         super::note(format_args!(
-            "--speed {speed}: the data walks at {slow:.2} to {fast:.2} m/s; what lies beyond is extrapolated"
+            "--speed {speed}: {} walks at {slow:.2} to {fast:.2} m/s in the data; its steps are {:.2} times as quick",
+            args.style, cycle.cadence
         ));
     }
-    let clip = model.walk(&body, &weights, speed, args.seconds);
+    let clip = cycle.walk(&body, args.seconds, corpus.rate_hz);
     let text = Bvh::from_clip(&clip, Unit::Centimetres)?.to_text();
     open::write(&args.output, text)?;
     let frames = clip.frames.len();
     args.report.print(
         || json!({
-            "frames": frames, "seconds": clip.duration_s(), "speed_m_s": speed, "speeds_m_s": model.speeds_m_s,
+            "frames": frames, "seconds": clip.duration_s(), "speed_m_s": cycle.speed_m_s(), "speeds_m_s": known,
+            "cadence": cycle.cadence,
             "styles": corpus.styles, "weights": weights, "style_explained": model.explained[0],
             "speed_explained": model.explained[1], "output": args.output,
         }),
         || {
-        let known: Vec<String> = model.speeds_m_s.iter().map(|v| format!("{v:.2}")).collect();
+        let known: Vec<String> = known.iter().map(|v| format!("{v:.2}")).collect();
         format!(
-            "{}: {frames} frames at {speed:.2} m/s; the data walks at {} m/s (slow, medium, fast)",
+            "{}: {frames} frames at {speed:.2} m/s; {} walks at {} m/s in the data (slow, medium, fast)",
             args.output.display(),
+            args.style,
             known.join(", ")
         )
     })

@@ -15,9 +15,9 @@ use gestus_evaluate::{
     evaluation::Evaluation,
     experiment::Experiment,
     measures::{
-        OnClips, OnDatabase, Uses, ablation, comparison, compression, contacts, correspondence, cost, cross,
-        deviations, effort, field, growth, knn, literal, loo, papers, retarget, servo, sheets, skate, starts,
-        timing, transfer, transitions,
+        OnClips, OnDatabase, Uses, ablation, bilinear, comparison, compression, contacts, correspondence,
+        cost, cross, deviations, effort, field, growth, knn, literal, loo, papers, retarget, servo, sheets,
+        skate, starts, timing, transfer, transitions,
     },
 };
 
@@ -54,6 +54,8 @@ enum Measure {
     Methods(Clips<comparison::Args>),
     /// How well clips of different styles are aligned in time
     Correspondence(Clips<correspondence::Args>),
+    /// Cycles of the bilinear model at speeds that it has not seen
+    Bilinear(Clips<bilinear::Args>),
     /// Time of a frame by stage on this machine, and size of the database
     Cost(Clips<cost::Args>),
     /// How well Effort is learned, segmented and dialled
@@ -99,6 +101,7 @@ pub fn run(args: &Args) -> Result<()> {
         Measure::Compression(measure) => measure.run(),
         Measure::Methods(measure) => measure.run(),
         Measure::Correspondence(measure) => measure.run(),
+        Measure::Bilinear(measure) => measure.run(),
         Measure::Cost(measure) => measure.run(),
         Measure::Effort(measure) => measure.run(),
         Measure::GaussianProcess(measure) => measure.run(),

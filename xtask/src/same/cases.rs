@@ -145,6 +145,7 @@ const CASES: &[(&str, bool, &str, &str, &str)] = &[
     ("real-loo", QUICK, "gestus", "evaluate loo", REAL),
     ("real-methods", QUICK, "gestus", "evaluate methods", REAL),
     ("correspondence", FULL, "gestus", "evaluate correspondence", GENERATED),
+    ("bilinear", FULL, "gestus", "evaluate bilinear", GENERATED),
     ("compression", FULL, "gestus", "evaluate compression", GENERATED),
     ("contacts", FULL, "gestus", "evaluate contacts", FOLD),
     ("timing", FULL, "gestus", "evaluate timing", FOLD),

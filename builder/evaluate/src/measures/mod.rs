@@ -9,6 +9,7 @@ use gestus_core::Database;
 use crate::{evaluation::Evaluation, experiment::Experiment};
 
 pub mod ablation;
+pub mod bilinear;
 pub mod comparison;
 pub mod compression;
 pub mod contacts;
