@@ -1,4 +1,4 @@
-//! Sums and products, of the bits of numbers.
+//! Sums, products and quotients, of the bits of numbers.
 //!
 //! Each has a straight way for ordinary numbers, whose result is ordinary, and a cold one for the rest: zeros, numbers
 //! below 2^-126, infinities and NaN.
@@ -154,6 +154,57 @@ pub(crate) fn multiply_rare(a: u32, b: u32) -> u32 {
     multiply_scaled(sign, ea + eb, a, b)
 }
 
+/// `a / b`.
+#[inline(always)]
+pub fn divide(a: u32, b: u32) -> u32 {
+    let (ea, eb) = (exponent(a), exponent(b));
+    if !(is_ordinary(ea) && is_ordinary(eb)) {
+        return divide_rare(a, b);
+    }
+    divide_scaled((a ^ b) & SIGN, (ea as i32) - (eb as i32), mantissa(a), mantissa(b))
+}
+
+/// The quotient of two mantissas, whose exponents are so far apart.
+#[inline(always)]
+fn divide_scaled(sign: u32, exponents: i32, a: u32, b: u32) -> u32 {
+    let (a, b) = (a >> 8, b >> 8);
+    // 1 to 2, so that 25 bits of the quotient and whether there are more are all.
+    let (rest, exponent) = if a < b { (a << 1, exponents + 126) } else { (a, exponents + 127) };
+    // The inverse, 16 bits: a line, 6% off at most, and Newton's r (2 - b r) twice. At most 4 too large, so less 5.
+    let wide = b >> 8;
+    let mut inverse = 92_500 - ((wide * 30_840) >> 15);
+    inverse = (inverse * ((1 << 16) - ((wide * inverse) >> 16))) >> 15;
+    inverse = ((inverse * ((1 << 16) - ((wide * inverse) >> 16))) >> 15) - 5;
+    // Twelve bits, and what is left of them, below four times `b`; then twelve more. Each is too small by a few at most.
+    let first = ((rest >> 9) * inverse) >> 18;
+    let rest = (rest << 12).wrapping_sub(first.wrapping_mul(b));
+    let second = ((rest >> 10) * inverse) >> 17;
+    let (mut quotient, mut rest) =
+        ((first << 12) + second, (rest << 12).wrapping_sub(second.wrapping_mul(b)));
+    while rest >= b {
+        rest -= b;
+        quotient += 1;
+    }
+    // All 24 bits, one for rounding, and whether anything is left.
+    round(sign, exponent, (quotient << 7) | u32::from(rest != 0))
+}
+
+/// The quotient where one is not ordinary.
+#[cold]
+#[inline(never)]
+pub(crate) fn divide_rare(a: u32, b: u32) -> u32 {
+    let sign = (a ^ b) & SIGN;
+    match (size(a), size(b)) {
+        (x, y) if x > INFINITY || y > INFINITY || (x == y && (x == 0 || x == INFINITY)) => NOT_A_NUMBER,
+        (INFINITY, _) | (_, 0) => sign | INFINITY,
+        (_, INFINITY) | (0, _) => sign,
+        _ => {
+            let ((ea, a), (eb, b)) = (scaled(a), scaled(b));
+            divide_scaled(sign, ea - eb, a, b)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +222,28 @@ mod tests {
             assert!(same(add(x, y), a + b), "{a:e} + {b:e} ({x:#x}, {y:#x})");
             assert!(same(subtract(x, y), a - b), "{a:e} - {b:e} ({x:#x}, {y:#x})");
             assert!(same(multiply(x, y), a * b), "{a:e} * {b:e} ({x:#x}, {y:#x})");
+            assert!(same(divide(x, y), a / b), "{a:e} / {b:e} ({x:#x}, {y:#x})");
+        }
+    }
+
+    #[test]
+    fn a_quotient_of_any_mantissas_is_exact() {
+        // Every upper half of a divisor, which the inverse is found from, and the mantissas next to a whole quotient.
+        for wide in 0..1u32 << 15 {
+            for low in [0, 1, 0x7f, 0xff] {
+                let y = 0x3f80_0000 | wide << 8 | low;
+                for x in [
+                    0x3f80_0000,
+                    y,
+                    y + 1,
+                    y ^ 1,
+                    0x3fff_ffff,
+                    0x3f80_0000 | (y.wrapping_mul(77) & 0x7f_ffff),
+                ] {
+                    let (a, b) = (f32::from_bits(x), f32::from_bits(y));
+                    assert!(same(divide(x, y), a / b), "{a:e} / {b:e} ({x:#x}, {y:#x})");
+                }
+            }
         }
     }
 

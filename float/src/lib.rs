@@ -1,4 +1,4 @@
-//! Sums and products of `f32` for processors without an FPU, with the same bits as the compiler's routines, in half of the instructions.
+//! Sums, products, quotients and comparisons of `f32` for processors without an FPU, with the same bits as the compiler's routines, in half of the instructions.
 //!
 //! Without an FPU the compiler calls a routine for every operation of a float, and its own ones are generic. A program that
 //! names this crate (`use gestus_float as _;`, or the feature `soft-float` of gestus-core) takes the routines from here,
@@ -9,6 +9,8 @@
 //! |---|---|---|
 //! | `a + b`, `a - b` | `__aeabi_fadd`, `__aeabi_fsub` | `__addsf3`, `__subsf3` |
 //! | `a · b` | `__aeabi_fmul` | `__mulsf3` |
+//! | `a / b` | `__aeabi_fdiv`, in Rust | `__divsf3` |
+//! | `a < b` and the like | `__aeabi_fcmplt`, `fcmple`, `fcmpgt`, `fcmpge`, `fcmpun` | |
 //! | product of whole numbers of 64 bits | `__aeabi_lmul` | |
 //! | leading zeros | `__clzsi2` | |
 //!
@@ -26,6 +28,11 @@ mod thumb {
     use crate::{arithmetic, round};
 
     core::arch::global_asm!(include_str!("thumb.s"), options(raw));
+
+    #[unsafe(no_mangle)]
+    extern "aapcs" fn __aeabi_fdiv(a: u32, b: u32) -> u32 {
+        arithmetic::divide(a, b)
+    }
 
     #[unsafe(no_mangle)]
     extern "aapcs" fn gestus_float_add_rare(a: u32, b: u32) -> u32 {
@@ -61,5 +68,10 @@ mod riscv {
     #[unsafe(no_mangle)]
     extern "C" fn __mulsf3(a: u32, b: u32) -> u32 {
         arithmetic::multiply(a, b)
+    }
+
+    #[unsafe(no_mangle)]
+    extern "C" fn __divsf3(a: u32, b: u32) -> u32 {
+        arithmetic::divide(a, b)
     }
 }

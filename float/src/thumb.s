@@ -84,7 +84,11 @@ __aeabi_fadd:
     b       gestus_float_round
 7:  movs    r0, #0
     pop     {r4, r5, r6, pc}
-8:  bl      gestus_float_add_rare
+8:  lsls    r3, r1, #1
+    bne     7f
+    cmp     r2, #0
+    bne     9f                  @ The smaller one is 0, the larger is not.
+7:  bl      gestus_float_add_rare
 9:  pop     {r4, r5, r6, pc}
 
     .global __aeabi_fmul
@@ -162,7 +166,20 @@ gestus_float_round:
     movs    r2, r3
     bl      gestus_float_round_rare
     pop     {r4, r5, r6, pc}
-8:  bl      gestus_float_multiply_rare
+8:  lsls    r2, r0, #1          @ 0 times what is finite is 0.
+    beq     5f
+    lsls    r3, r1, #1
+    bne     6f
+    b       7f
+5:  lsls    r2, r1, #1
+7:  lsrs    r2, r2, #24
+    cmp     r2, #255
+    beq     6f
+    eors    r0, r1
+    lsrs    r0, r0, #31
+    lsls    r0, r0, #31
+    pop     {r4, r5, r6, pc}
+6:  bl      gestus_float_multiply_rare
     pop     {r4, r5, r6, pc}
 
 @ The product of two numbers of 64 bits. Most are of 32, whose sign fills the rest.
@@ -223,3 +240,77 @@ __clzsi2:
     bx      lr
     .p2align 2
 2:  .byte   4, 3, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0
+
+@ Comparisons: 1 or 0 in r0. `\lower` ends one of two positive numbers that is false, `\upper` one of two negative ones.
+    .macro  compare name, reversed, lower, upper, zeros
+    .section .text.\name, "ax", %progbits
+    .global \reversed
+    .type   \reversed, %function
+    .thumb_func
+    .p2align 2
+\reversed:
+    movs    r2, r0
+    movs    r0, r1
+    movs    r1, r2
+    .global \name
+    .type   \name, %function
+    .thumb_func
+\name:
+    movs    r2, r0
+    orrs    r2, r1
+    bmi     1f
+    cmp     r0, r1
+    \lower  9f
+    movs    r2, #255            @ The larger is a number.
+    lsls    r2, r2, #23
+    cmp     r1, r2
+    bhi     9f
+    movs    r0, #1
+    bx      lr
+1:  lsls    r2, r2, #1
+    beq     8f                  @ Both are 0.
+    movs    r3, #255
+    lsls    r3, r3, #24
+    cmp     r0, #0
+    bpl     9f
+    lsls    r2, r0, #1
+    cmp     r2, r3
+    bhi     9f
+    cmp     r1, #0
+    bmi     2f
+    lsls    r2, r1, #1
+    cmp     r2, r3
+    bhi     9f
+    movs    r0, #1
+    bx      lr
+2:  cmp     r0, r1
+    \upper  9f
+    movs    r0, #1
+    bx      lr
+8:  movs    r0, #\zeros
+    bx      lr
+9:  movs    r0, #0
+    bx      lr
+    .endm
+
+    compare __aeabi_fcmplt, __aeabi_fcmpgt, bge, bls, 0
+    compare __aeabi_fcmple, __aeabi_fcmpge, bgt, blo, 1
+
+    .section .text.__aeabi_fcmpun, "ax", %progbits
+    .global __aeabi_fcmpun
+    .type __aeabi_fcmpun, %function
+    .thumb_func
+    .p2align 2
+__aeabi_fcmpun:
+    movs    r2, #255
+    lsls    r2, r2, #24
+    lsls    r0, r0, #1
+    cmp     r0, r2
+    bhi     1f
+    lsls    r1, r1, #1
+    cmp     r1, r2
+    bhi     1f
+    movs    r0, #0
+    bx      lr
+1:  movs    r0, #1
+    bx      lr

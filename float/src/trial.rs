@@ -49,17 +49,19 @@ pub fn pairs(count: usize) -> impl Iterator<Item = (u32, u32)> {
     edges.chain(others).take(count)
 }
 
-/// A digest of the sums, differences and products of so many pairs, of the wide products of their bits and of leading zeros,
+/// A digest of the sums, differences, products, quotients and comparisons of so many pairs, of the wide products of their bits and of leading zeros,
 /// by this machine's own operations.
 pub fn digest(count: usize) -> u32 {
     let mut digest = 0u32;
     let mut take = |value: u32| digest = (digest.rotate_left(5) ^ value).wrapping_mul(0x9e37_79b1);
     for (x, y) in pairs(count) {
         let (a, b) = (f32::from_bits(x), f32::from_bits(y));
-        for result in [a + b, a - b, a * b] {
+        for result in [a + b, a - b, a * b, a / b] {
             // What bits a NaN has is left to a machine.
             take(if result.is_nan() { 0x7fc0_0000 } else { result.to_bits() });
         }
+        let compared = [a < b, a <= b, a > b, a >= b, a == b, a != b];
+        take(compared.iter().fold(0, |bits, &is| bits << 1 | u32::from(is)));
         for wide in
             [i64::from(x as i32) * i64::from(y as i32), (i64::from(x) << 20 | 77).wrapping_mul(!i64::from(y))]
         {

@@ -67,11 +67,17 @@ pub(crate) fn proportions(
     // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
     let weight = |d: f32| exp(-(d - least) / width);
     let total: f32 = searched().map(|(_, d)| weight(d)).sum();
-    for (class, d) in searched() {
+    let most = most.clamp(1, MAX_KEPT);
+    // Classes further away than so many others are never kept: their weights are not computed again.
+    let mut nearest: Vec<f32, MAX_KEPT> = Vec::new();
+    for (_, d) in searched() {
+        insert(&mut nearest, most, d, |other| *other <= d);
+    }
+    let farthest = nearest.last().copied().unwrap_or(0.0);
+    for (class, d) in searched().filter(|(_, d)| *d <= farthest) {
         let share = Share { class: class as u16, proportion: weight(d) / total };
         insert(shares, MAX_KEPT, share, |other| other.proportion >= share.proportion);
     }
-    let most = most.clamp(1, MAX_KEPT);
     let mut kept = 0.0;
     let mut count = 0;
     for share in shares.iter().take(most) {

@@ -88,7 +88,8 @@ impl Metric {
     #[inline(never)]
     pub fn new(database: &Database<'_>, feature: &mut Feature, mask: u8) -> Self {
         let scales = (0..database.counts().features).map(|f| database.feature_scale(f));
-        Self::of(scales, feature, |f| mask >> database.feature_group(f) & 1 == 1)
+        let groups = database.feature_groups();
+        Self::of(scales, feature, |f| groups.get(f).is_some_and(|&group| mask >> (group & 7) & 1 == 1))
     }
 
     fn of(
@@ -105,12 +106,16 @@ impl Metric {
             shift: 0,
         };
         // The largest distance that codes can have, of which a far query has too many units.
-        let farthest = |(f, ((query, scale), unit)): (usize, ((&f32, f32), &u16))| {
-            let codes = clamp(abs(*query / scale), 0.0, MOST_CODES) + 128.0;
-            if is_searched(f) { f32::from(*unit) * codes * codes } else { 0.0 }
-        };
-        let of = feature.iter().zip(scales.clone()).zip(&metric.weights.units);
-        let farthest: f32 = of.enumerate().map(farthest).sum();
+        let mut farthest = 0.0;
+        let of = feature.iter_mut().zip(scales.clone()).zip(&metric.weights.units);
+        for (f, ((query, scale), &unit)) in of.enumerate() {
+            // From here on in codes.
+            *query = clamp(*query / scale, -MOST_CODES, MOST_CODES);
+            if is_searched(f) {
+                let codes = abs(*query) + 128.0;
+                farthest += f32::from(unit) * codes * codes;
+            }
+        }
         metric.shift =
             (0..MOST_SHIFT).find(|&k| farthest < MOST_UNITS * (1 << k) as f32).unwrap_or(MOST_SHIFT);
         let half = (1i64 << metric.shift) >> 1;
@@ -118,7 +123,7 @@ impl Metric {
         let mut norm2 = 0i64;
         let slots = feature.iter_mut().zip(&mut metric.weights.units).zip(scales);
         for (f, ((query, unit), scale)) in slots.enumerate() {
-            let code = clamp(*query / scale, -MOST_CODES, MOST_CODES) * (1 << FINE) as f32;
+            let code = *query * (1 << FINE) as f32;
             // To the nearest: the cast truncates. At most 2^26.
             let code = i64::from((code + if code < 0.0 { -0.5 } else { 0.5 }) as i32);
             let weight = i64::from(*unit);

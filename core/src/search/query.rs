@@ -120,8 +120,8 @@ impl<'a> Clouds<'a> {
         let counts = database.counts();
         let at = query::components(counts.window, counts.joints, counts.features);
         let mut components = database.query_section().get(at..).unwrap_or(&[]).as_chunks::<2>().0;
-        for (f, value) in feature.iter_mut().enumerate().take(counts.features) {
-            let group = database.feature_group(f);
+        for (f, (value, &group)) in feature.iter_mut().zip(database.feature_groups()).enumerate() {
+            let group = usize::from(group);
             let start = group.checked_sub(1).and_then(|before| ends.get(before)).copied().unwrap_or(0);
             let end = ends.get(group).copied().unwrap_or(start);
             let points = aligned.get(start..end).unwrap_or(&[]);
@@ -146,62 +146,116 @@ impl<'a> Clouds<'a> {
             [p[0].saturating_sub(here_x), p[2].saturating_sub(here_z)]
                 .map(|v| v.clamp(-FARTHEST << FRACTION, FARTHEST << FRACTION))
         };
-        // A frame of the window, 0 the oldest: each joint's weight, place on the ground, and point of the mean cloud.
-        let frame = |w: usize| {
-            let mean = mean.get(w * joints..).unwrap_or(&[]).iter().map(point);
-            let cloud = self.cloud(oldest + w).iter().take(joints).map(near);
-            weights.iter().map(|&w| i32::from(w)).zip(cloud).zip(mean)
-        };
+        let units = |parts: i32| parts.saturating_add(1 << (FRACTION - 1)) >> FRACTION;
+        let order = Joints::by_group(database, members, joints);
+        let weight = |j: u8| weights.get(usize::from(j)).map_or(0, |&weight| i32::from(weight));
+        let mean = |w: usize| mean.get(w * joints..).unwrap_or(&[]);
 
+        // The heights, as they come out, and the places on the ground as seen from the root; and the weighted centroid.
         let (mut total, mut cx, mut cz) = (0i64, 0i64, 0i64);
-        for w in 0..window {
-            for ((weight, [x, z]), _) in frame(w) {
-                let [weight, x, z] = [weight, x, z].map(i64::from);
-                total += weight;
-                cx += weight * x;
-                cz += weight * z;
+        let ends = order.visit(window, aligned, |w, own, slots| {
+            let (cloud, mean) = (self.cloud(oldest + w), mean(w));
+            for (slot, &j) in slots.iter_mut().zip(own) {
+                let place = usize::from(j);
+                let (Some(p), Some(m)) = (cloud.get(place), mean.get(place).map(point)) else { continue };
+                let [x, z] = near(p);
+                *slot = [x, held(units(p[1]).saturating_sub(m[1])), z];
+                let weight = weight(j);
+                total += i64::from(weight);
+                // Below 2^28.
+                cx += i64::from(weight * x);
+                cz += i64::from(weight * z);
             }
-        }
+        });
         let [cx, cz] = [cx, cz].map(|sum| (sum / total.max(1)) as i32);
 
         let (mut a, mut b) = (0i64, 0i64);
-        for w in 0..window {
-            for ((weight, [x, z]), m) in frame(w) {
-                let [mx, mz, x, z] = [weight * m[0], weight * m[2], x - cx, z - cz].map(i64::from);
-                a += mx * x + mz * z;
-                b += mx * z - mz * x;
+        order.visit(window, aligned, |w, own, slots| {
+            let mean = mean(w);
+            for (slot, &j) in slots.iter_mut().zip(own) {
+                let (x, z) = (slot[0] - cx, slot[2] - cz);
+                (slot[0], slot[2]) = (x, z);
+                let weight = weight(j);
+                let m = mean.get(usize::from(j)).map(point).filter(|_| weight != 0);
+                if let Some(m) = m {
+                    let [mx, mz, x, z] = [weight * m[0], weight * m[2], x, z].map(i64::from);
+                    a += mx * x + mz * z;
+                    b += mx * z - mz * x;
+                }
             }
-        }
+        });
         let (a, b) = (a as f32, b as f32);
         let length = sqrt(a * a + b * b);
         let (c, s) = if length > 0.0 { (a / length, b / length) } else { (1.0, 0.0) };
-        let [c, s] = [c, s].map(|v| i64::from((v * (1 << TURN_BITS) as f32) as i32));
+        let [c, s] = [c, s].map(|v| (v * (1 << TURN_BITS) as f32) as i32);
         // A coordinate on the ground lies within 2^22 parts, the sum of both products within 2^47.
         let turned = |v: i64| ((v + (1 << (TURN_BITS + FRACTION - 1))) >> (TURN_BITS + FRACTION)) as i32;
-        let units = |parts: i32| parts.saturating_add(1 << (FRACTION - 1)) >> FRACTION;
-        let mut slots = aligned.as_chunks_mut::<3>().0.iter_mut();
-        let mut ends = [0; MAX_GROUPS];
-        let mut end = 0;
-        for (group, slot) in ends.iter_mut().enumerate().take(counts.groups) {
-            let own = database.groups().enumerate().filter(|(_, of)| *of == group);
-            let count = members.iter_mut().zip(own).map(|(slot, (j, _))| *slot = j as u8).count();
-            for w in 0..window {
-                let cloud = self.cloud(oldest + w);
-                let mean = mean.get(w * joints..).unwrap_or(&[]);
-                for j in members.iter().take(count).map(|&j| usize::from(j)) {
-                    let (Some(p), Some(m)) = (cloud.get(j), mean.get(j).map(point)) else { continue };
-                    let [x, z] = near(p);
-                    let [x, z] = [x - cx, z - cz].map(i64::from);
-                    if let Some(slot) = slots.next() {
-                        let found = [turned(c * x + s * z), units(p[1]), turned(c * z - s * x)];
-                        *slot = core::array::from_fn(|i| held(found[i].saturating_sub(m[i])));
-                        end += 3;
-                    }
-                }
+        order.visit(window, aligned, |w, own, slots| {
+            let mean = mean(w);
+            for (slot, &j) in slots.iter_mut().zip(own) {
+                let Some(m) = mean.get(usize::from(j)).map(point) else { continue };
+                let [x, z, c, s] = [slot[0], slot[2], c, s].map(i64::from);
+                slot[0] = held(turned(c * x + s * z).saturating_sub(m[0]));
+                slot[2] = held(turned(c * z - s * x).saturating_sub(m[2]));
             }
-            *slot = end;
-        }
+        });
         ends
+    }
+}
+
+/// The joints in the order of their joint groups, as components are stored.
+struct Joints<'a> {
+    members: &'a [u8],
+    /// Where each joint group ends among them.
+    ends: [usize; MAX_GROUPS],
+}
+
+impl<'a> Joints<'a> {
+    fn by_group(database: &Database<'_>, members: &'a mut [u8], joints: usize) -> Self {
+        let mut ends = [0; MAX_GROUPS];
+        for group in database.groups().take(joints) {
+            if let Some(count) = ends.get_mut(group) {
+                *count += 1;
+            }
+        }
+        // At first where each joint group begins: every joint moves the end of its own on.
+        let mut start = 0;
+        for end in &mut ends {
+            start += core::mem::replace(end, start);
+        }
+        for (j, group) in database.groups().enumerate().take(joints) {
+            let Some(end) = ends.get_mut(group) else { continue };
+            if let Some(member) = members.get_mut(*end) {
+                *member = j as u8;
+            }
+            *end += 1;
+        }
+        Self { members, ends }
+    }
+
+    /// Passes the frames of a window to `see`, the oldest first, joint group by joint group: the number of the frame, the
+    /// group's joints, and their slots. Returns where each joint group's numbers end.
+    #[inline(always)]
+    fn visit(
+        &self,
+        window: usize,
+        aligned: &mut [i32],
+        mut see: impl FnMut(usize, &[u8], &mut [Point]),
+    ) -> [usize; MAX_GROUPS] {
+        let mut rest = aligned.as_chunks_mut::<3>().0;
+        let (mut start, mut numbers) = (0, 0);
+        self.ends.map(|end| {
+            let own = self.members.get(start..end).unwrap_or(&[]);
+            start = end.max(start);
+            for w in 0..window {
+                let (slots, others) =
+                    core::mem::take(&mut rest).split_at_mut_checked(own.len()).unwrap_or_default();
+                see(w, own, slots);
+                numbers += 3 * slots.len();
+                rest = others;
+            }
+            numbers
+        })
     }
 }
 

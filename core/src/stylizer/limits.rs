@@ -20,15 +20,15 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let mut most = [self.limit.most(self.config.speed_limit); MAX_GROUPS];
         let softness = self.limit.softness();
         if softness > 0.0 {
+            let mut known = None;
             for (group, most) in most.iter_mut().enumerate().take(database.counts().groups) {
+                // Most often all joint groups have the same mix.
                 let mix = settings.mix_of(group);
-                let actions =
-                    report.classes.iter().map(|share| database.class(usize::from(share.class)).action);
-                // Of the actions that the input may be of, the slowest.
-                let each = actions.map(|action| settings.fastest(database, mix, Some(action)));
-                let least = each.reduce(|a, b| if b < a { b } else { a });
-                let fastest = least.unwrap_or_else(|| settings.fastest(database, mix, None));
-                let fastest = fastest * self.config.speed_limit / DEFAULT_LIMIT;
+                let fastest = match known {
+                    Some((of, fastest)) if of == mix => fastest,
+                    _ => self.fastest(report, mix),
+                };
+                known = Some((mix, fastest));
                 if fastest < *most {
                     // A weaker style is less of a limit.
                     let part = softness * clamp(settings.strength_of(group), 0.0, 1.0);
@@ -40,6 +40,17 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let most = groups.map(|group| most.get(group).copied().unwrap_or(0.0));
         speed_limit::hold(most, frames * report.step_s, last, output);
         self.limit.pass(frames / database.rate_hz());
+    }
+
+    /// How fast joints of a mix of styles may turn while an output begins, rad/s.
+    fn fastest(&self, report: &Report, mix: usize) -> f32 {
+        let (database, settings) = (&self.database, &self.settings);
+        let actions = report.classes.iter().map(|share| database.labels(usize::from(share.class))[0]);
+        // Of the actions that the input may be of, the slowest.
+        let each = actions.map(|action| settings.fastest(database, mix, Some(action)));
+        let least = each.reduce(|a, b| if b < a { b } else { a });
+        let fastest = least.unwrap_or_else(|| settings.fastest(database, mix, None));
+        fastest * self.config.speed_limit / DEFAULT_LIMIT
     }
 
     /// Whatever has gone wrong, what is put out is a pose: the input, where nothing else is left.

@@ -163,11 +163,10 @@ impl Settings {
     pub fn fastest(&self, database: &Database<'_>, mix: usize, action: Option<u16>) -> f32 {
         let mix = self.mix(mix);
         let mut most = 0.0;
-        for (number, class) in database.classes().enumerate() {
-            if action.is_none_or(|action| action == class.action)
-                && mix.weight(usize::from(class.style)) > 0.0
-            {
-                let turning = database.familiar(number).map_or(0.0, |familiar| familiar.turning);
+        for class in 0..database.counts().classes {
+            let [of, style] = database.labels(class);
+            if action.is_none_or(|action| action == of) && mix.weight(usize::from(style)) > 0.0 {
+                let turning = database.familiar(class).map_or(0.0, |familiar| familiar.turning);
                 most = if turning > most { turning } else { most };
             }
         }

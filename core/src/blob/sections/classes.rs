@@ -45,6 +45,13 @@ impl<'db> Database<'db> {
         }
     }
 
+    /// Action and style of a class alone.
+    #[inline(never)]
+    pub fn labels(&self, index: usize) -> [u16; 2] {
+        let record = Record::of(self.required.classes, index, class::LENGTH);
+        [record.u16(class::ACTION), record.u16(class::STYLE)]
+    }
+
     /// The classes, by number.
     pub fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         (0..self.counts.classes).map(|c| self.class(c))

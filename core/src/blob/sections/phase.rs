@@ -122,8 +122,8 @@ impl<'db> Database<'db> {
     #[inline(never)]
     pub fn features_by_group(&self) -> [usize; MAX_GROUPS] {
         let mut counts = [0; MAX_GROUPS];
-        for f in 0..self.counts.features {
-            if let Some(count) = counts.get_mut(self.feature_group(f)) {
+        for &group in self.feature_groups() {
+            if let Some(count) = counts.get_mut(usize::from(group)) {
                 *count += 1;
             }
         }

@@ -53,11 +53,18 @@ impl<'db> Database<'db> {
         f32_at(self.required.query, query::SCALES + 4 * feature)
     }
 
-    /// Joint group of a feature.
+    /// Joint group of each feature.
     #[inline(never)]
+    pub fn feature_groups(&self) -> &'db [u8] {
+        let counts = &self.counts;
+        let at = query::groups(counts.window, counts.joints, counts.features);
+        self.required.query.get(at..).and_then(|rest| rest.get(..counts.features)).unwrap_or(&[])
+    }
+
+    /// Joint group of a feature.
+    #[inline]
     pub fn feature_group(&self, feature: usize) -> usize {
-        let at = query::groups(self.counts.window, self.counts.joints, self.counts.features) + feature;
-        self.required.query.get(at).copied().map_or(0, usize::from)
+        self.feature_groups().get(feature).copied().map_or(0, usize::from)
     }
 
     /// Metres for one unit of length of the query section.

@@ -270,7 +270,10 @@ impl<const J: usize, const C: usize> Phase<J, C> {
 /// The class of an action in a style.
 #[inline(never)]
 fn output_class(database: &Database<'_>, action: u16, style: usize) -> Option<usize> {
-    database.classes().position(|c| c.action == action && usize::from(c.style) == style)
+    (0..database.counts().classes).find(|&class| {
+        let [of, own] = database.labels(class);
+        of == action && usize::from(own) == style
+    })
 }
 
 /// Seconds of the output for a second of the input. It is interpolated between the middles of the halves of a cycle, so
