@@ -19,6 +19,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod arithmetic;
+pub mod fixed;
 mod round;
 pub mod trial;
 

@@ -1,6 +1,30 @@
 //! Whole numbers in place of fractions, for parts without an FPU: a product of two of them is a few instructions there, of
 //! two floats a hundred or more.
 
+/// Without an FPU by whole numbers; the bits are the same.
+#[cfg(feature = "soft-float")]
+pub use gestus_float::fixed::{from_fixed, to_fixed};
+
+/// `value · 2^bits`, without what is behind the point and held within 32 bits; 0 of NaN.
+#[cfg(not(feature = "soft-float"))]
+#[inline]
+pub fn to_fixed(value: f32, bits: i32) -> i32 {
+    (value * power_of_two(bits)) as i32
+}
+
+/// `number / 2^bits`, rounded to the nearest.
+#[cfg(not(feature = "soft-float"))]
+#[inline]
+pub fn from_fixed(number: i32, bits: i32) -> f32 {
+    number as f32 * power_of_two(-bits)
+}
+
+#[cfg(not(feature = "soft-float"))]
+#[inline]
+fn power_of_two(bits: i32) -> f32 {
+    f32::from_bits(((127 + bits) << 23) as u32)
+}
+
 /// How many bits the size of `value` takes; 0 of 0.
 #[inline]
 pub fn bit_length(value: i32) -> i32 {

@@ -22,7 +22,7 @@ use crate::{
         abs, acos, atan2,
         quaternion::{self, Quaternion, Vector},
         sqrt,
-        vector::{cross, dot},
+        vector::{cross, dot, norm},
     },
 };
 
@@ -101,9 +101,11 @@ impl Hinges {
             // The rotation that the first two leave: its twist about the third axis.
             let before = quaternion::multiply(about(a1, q1), second);
             let rest = quaternion::multiply(quaternion::conjugate(before), turn);
-            let free3 = near(2.0 * atan2(dot([rest[0], rest[1], rest[2]], a3), rest[3]), last[2]);
+            let part = [rest[0], rest[1], rest[2]];
+            let free3 = near(2.0 * atan2(dot(part, a3), rest[3]), last[2]);
             q3 = self.nearest(2, free3, last[2]);
-            cost += 10.0 * abs(free3 - q3) + abs(q3 - last[2]);
+            // Beside the twist nothing is left, but where the first angle is held: there both are as near to the last ones.
+            cost += 10.0 * abs(free3 - q3) + abs(q3 - last[2]) + 2.0 * norm(cross(part, a3));
         }
         ([q1, q2, q3], cost)
     }

@@ -32,6 +32,13 @@ pub struct Board {
     pub long_stream: bool,
 }
 
+impl Board {
+    /// Whether the target's code computes with floats by instructions.
+    pub fn has_fpu(&self) -> bool {
+        self.target.ends_with("eabihf") || self.target.contains("imafc")
+    }
+}
+
 const NO_FPU_CPU: &str = "rv32,f=false,d=false";
 const FPU_CPU: &str = "rv32,d=false";
 const NO_ATOMICS_CPU: &str = "rv32,a=false,f=false,d=false";

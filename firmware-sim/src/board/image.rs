@@ -108,7 +108,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
         flags.push("-Zemit-stack-sizes".to_owned());
         cargo.env("RUSTC_BOOTSTRAP", "1");
     }
-    cargo.args(["--features", &options.features()]);
+    let arithmetic = if board.has_fpu() { "" } else { ",soft-float" };
+    cargo.args(["--features", &format!("{}{arithmetic}", options.features())]);
     if !options.methods.is_empty() {
         cargo.arg("--no-default-features");
     }
