@@ -17,6 +17,9 @@ pub fn most_kept(config: &Config, classes: u32) -> u32 {
     u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(classes)
 }
 
+/// Widths beyond the nearest class at which another has no weight: hundreds of `exp(-24)` are 1e-8.
+const FARTHEST: f32 = 24.0;
+
 /// What the sum of all shares may be short of 1.
 const ROUNDING: f32 = 1e-6;
 
@@ -58,23 +61,29 @@ pub(crate) fn proportions(
 ) -> bool {
     shares.clear();
     let searched = || distances.iter().copied().enumerate().filter(|(_, d)| *d >= 0.0);
-    let least = searched().fold(f32::INFINITY, |least, (_, d)| if d < least { d } else { least });
+    // Numbers that are not negative are in the order of their bits.
+    let bits = |d: f32| d.to_bits() as i32;
+    let least = searched().fold(f32::INFINITY, |least, (_, d)| if bits(d) < bits(least) { d } else { least });
     let width = match width {
         // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
         Width::Relative(delta) => delta * if least > 1e-12 { least } else { 1e-12 },
         Width::Absolute(width) => width,
     };
     // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
-    let weight = |d: f32| exp(-(d - least) / width);
+    // What is below a quarter of the last bit of the nearest one's, all classes together, is none.
+    let weight = |d: f32| {
+        let apart = (d - least) / width;
+        if apart > FARTHEST { 0.0 } else { exp(-apart) }
+    };
     let total: f32 = searched().map(|(_, d)| weight(d)).sum();
     let most = most.clamp(1, MAX_KEPT);
     // Classes further away than so many others are never kept: their weights are not computed again.
-    let mut nearest: Vec<f32, MAX_KEPT> = Vec::new();
+    let mut nearest: Vec<i32, MAX_KEPT> = Vec::new();
     for (_, d) in searched() {
-        insert(&mut nearest, most, d, |other| *other <= d);
+        insert(&mut nearest, most, bits(d), |other| *other <= bits(d));
     }
-    let farthest = nearest.last().copied().unwrap_or(0.0);
-    for (class, d) in searched().filter(|(_, d)| *d <= farthest) {
+    let farthest = nearest.last().copied().unwrap_or(0);
+    for (class, d) in searched().filter(|(_, d)| bits(*d) <= farthest) {
         let share = Share { class: class as u16, proportion: weight(d) / total };
         insert(shares, MAX_KEPT, share, |other| other.proportion >= share.proportion);
     }

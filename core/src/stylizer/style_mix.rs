@@ -178,9 +178,9 @@ impl Settings {
         Mix { settings: self, id }
     }
 
-    /// Whether the labels allow a class.
-    pub fn allow(&self, class: Class) -> bool {
-        matches(class, self.action, self.input_style)
+    /// Whether the labels allow a class of an action in a style.
+    pub fn allow(&self, [action, style]: [u16; 2]) -> bool {
+        self.action.is_none_or(|a| a == action) && self.input_style.is_none_or(|s| s == style)
     }
 }
 

@@ -164,9 +164,19 @@ impl<'db> Database<'db> {
     }
 
     /// The tables of a class.
-    #[inline(never)]
     pub fn phase_tables(&self, class: usize) -> PhaseTables<'db> {
-        let record = self.phase_record(class);
+        self.phase_tables_of(self.phase_record(class))
+    }
+
+    /// The tables of any class, by its number: for many of them, since where the records begin takes longer to find than what
+    /// is in one.
+    pub fn all_phase_tables(&self) -> impl Fn(usize) -> PhaseTables<'db> {
+        let records = self.phase().0.get(self.phase_classes_at()..).unwrap_or(&[]);
+        move |class| self.phase_tables_of(Record::of(records, class, tables::LENGTH))
+    }
+
+    #[inline(never)]
+    fn phase_tables_of(&self, record: Record<'_>) -> PhaseTables<'db> {
         let short = |range| usize::from(record.u16(range));
         let mut found = PhaseTables {
             feature_knots: short(tables::FEATURE_KNOTS),

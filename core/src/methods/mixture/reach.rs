@@ -76,7 +76,7 @@ impl<const C: usize> Reach<C> {
         let slots = candidates.bounds.iter_mut().zip(&mut self.mean_distance2).zip(&mut self.age);
         for (class, ((bound, mean), age)) in slots.enumerate().take(classes) {
             *age = age.saturating_add(1);
-            if !settings.allow(database.class(class)) {
+            if !settings.allow(database.labels(class)) {
                 *mean = UNKNOWN;
             } else if is_settled && *mean >= 0.0 {
                 *bound = *mean * database.fall(usize::from(*age));

@@ -149,12 +149,13 @@ fn track(
     let Frame { database, config, settings, first } = frame;
     let rate_hz = database.rate_hz();
     let classes = database.counts().classes;
+    let tables_of = database.all_phase_tables();
     for (class, (track, distance)) in tracks.iter_mut().zip(&mut *distances).enumerate().take(classes) {
-        if !settings.allow(database.class(class)) {
+        if !settings.allow(database.labels(class)) {
             *distance = NOT_TRACKED;
             continue;
         }
-        let tables = database.phase_tables(class);
+        let tables = tables_of(class);
         let found = query.project(&tables);
         if first || *distance < 0.0 || taken >= 1.0 {
             *track = Track::begin(&tables, found.phase, rate_hz);
