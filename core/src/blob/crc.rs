@@ -37,6 +37,7 @@ const RUNS: [[usize; 4]; 5] =
     [[0, 171, 61, 80], [80, 0, 141, 80], [160, 80, 221, 30], [190, 110, 0, 60], [250, 170, 60, 1]];
 
 /// Checksum of the pieces, as if they were one.
+#[inline(never)]
 pub fn crc32c(pieces: &[&[u8]]) -> u32 {
     let mut crc = Crc32c::new();
     for piece in pieces {

@@ -1,15 +1,29 @@
 //! A mark: the note that a blob was checked.
 
 use super::{Database, layout::VERSION};
+use crate::Method;
 
 /// Grows when `open` checks more than it did: marks of before no longer hold.
 const CHECKS: u32 = 1;
+
+/// A bit for each method that the core was built with: `open` checks only what they read.
+const METHODS: u32 = {
+    let (mut bits, mut method) = (0, 0);
+    while method < Method::ALL.len() {
+        bits |= (Method::ALL[method].is_built() as u32) << method;
+        method += 1;
+    }
+    bits
+};
+
+/// Of which format version, checks and methods a mark is.
+const KIND: u32 = (VERSION as u32) << 16 | CHECKS << 8 | METHODS;
 
 /// The note that [`Database::open`] has checked a blob, for [`Database::open_marked`]. A board that can store eight bytes
 /// checks a blob once, when it was flashed, and not at every start.
 ///
 /// A mark is of one blob, by the checksum of its header and section table, which holds the sections' checksums; and of
-/// the checks of one version of the core.
+/// the checks of one version of the core with the same methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mark(u64);
@@ -29,18 +43,9 @@ impl Mark {
 impl Database<'_> {
     /// The mark of this blob, which is checked.
     pub fn mark(&self) -> Mark {
-        let checks = (VERSION as u32) << 16 | CHECKS;
-        Mark(u64::from(checks) << 32 | u64::from(self.identity))
+        Mark(u64::from(KIND) << 32 | u64::from(self.identity))
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn erased_storage_is_no_mark() {
-        let checks = (VERSION as u32) << 16 | CHECKS;
-        assert!(checks != 0 && checks != u32::MAX);
-    }
-}
+// Erased storage, all zeros or all ones, is no mark.
+const _: () = assert!(KIND != 0 && KIND != u32::MAX);

@@ -65,6 +65,17 @@ pub fn product(a: i32, b: i32, bits: u32) -> i32 {
     ((i64::from(a) * i64::from(b)) >> bits) as i32
 }
 
+/// `a / b`, rounded towards zero, for b below 2^16 and a quotient that fits; 0 is taken as 1. Two divisions of 32 bits: one
+/// of 64 takes a kilobyte of flash.
+#[inline]
+pub fn quotient(a: i64, b: u32) -> i32 {
+    let (size, b) = (a.unsigned_abs(), b.max(1));
+    let high = (size >> 16) as u32;
+    let rest = (high % b) << 16 | (size & 0xffff) as u32;
+    let quotient = ((high / b) << 16).wrapping_add(rest / b) as i32;
+    if a < 0 { quotient.wrapping_neg() } else { quotient }
+}
+
 /// `value` held within ±`most`.
 #[inline]
 fn held(value: i64, most: i32) -> i32 {
@@ -245,6 +256,19 @@ mod tests {
                 assert!((finely - held).abs() <= 32.0, "{fraction} {value}: {finely}");
             }
         }
+    }
+
+    #[test]
+    fn quotients_are_those_of_64_bits() {
+        for b in [1, 2, 3, 255, 256, 1000, 32_768, 65_534, 65_535] {
+            let most = i64::from(b) * i64::from(i32::MAX);
+            for a in [0, 1, 7, 65_535, 65_536, 1 << 20, 123_456_789, (1 << 36) + 12_345, most - 1, most] {
+                for a in [a, -a].map(|a| a.clamp(-most, most)) {
+                    assert_eq!(i64::from(quotient(a, b)), a / i64::from(b), "{a} / {b}");
+                }
+            }
+        }
+        assert_eq!(quotient(5, 0), 5);
     }
 
     #[test]

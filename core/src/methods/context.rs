@@ -35,9 +35,11 @@ pub(crate) struct Signals<const J: usize> {
     pub y_prev: Dofs<J>,
     /// `y[t]`.
     pub predicted: Dofs<J>,
-    /// Added to the output after strength, and not fed back. Cleared when it is added.
+    /// Added to the output after strength, and not fed back. Cleared when it is added. Only the mixture corrects.
+    #[cfg(feature = "mar")]
     pub correction: Dofs<J>,
     /// True where a correction is to be added.
+    #[cfg(feature = "mar")]
     pub is_corrected: bool,
     /// The output, after strength.
     pub output: Dofs<J>,
@@ -54,12 +56,38 @@ impl<const J: usize> Signals<J> {
             x_prev: zero,
             y_prev: zero,
             predicted: zero,
+            #[cfg(feature = "mar")]
             correction: zero,
+            #[cfg(feature = "mar")]
             is_corrected: false,
             output: zero,
             scratch: zero,
         }
     };
+
+    /// Adds the correction to the output, and clears it. Where something was held back it `is_good` no longer, and is left.
+    #[cfg(feature = "mar")]
+    #[inline]
+    pub fn add_correction(&mut self, is_good: bool) {
+        if core::mem::take(&mut self.is_corrected) {
+            add_corrections(self.output.as_flattened_mut(), self.correction.as_flattened_mut(), is_good);
+        }
+    }
+
+    #[cfg(not(feature = "mar"))]
+    pub fn add_correction(&mut self, _: bool) {}
+}
+
+/// Adds the corrections, which are taken, unless what they correct was held back.
+#[cfg(feature = "mar")]
+#[inline(never)]
+fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
+    for (output, correction) in output.iter_mut().zip(corrections) {
+        let correction = core::mem::take(correction);
+        if are_good {
+            *output += correction;
+        }
+    }
 }
 
 /// What a method asks of labels and styles.

@@ -24,7 +24,7 @@ use crate::{
         kinematics::{self, Point},
         pose::Pose,
     },
-    math::sqrt,
+    math::{fixed::quotient, sqrt},
 };
 
 /// A feature: the first F of its numbers are in use. Metres, weighted.
@@ -167,7 +167,7 @@ impl<'a> Clouds<'a> {
                 cz += i64::from(weight * z);
             }
         });
-        let [cx, cz] = [cx, cz].map(|sum| (sum / total.max(1)) as i32);
+        let [cx, cz] = [cx, cz].map(|sum| quotient(sum, total as u32));
 
         let (mut a, mut b) = (0i64, 0i64);
         order.visit(window, aligned, |w, own, slots| {

@@ -115,6 +115,10 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     last: Option<Pose<J>>,
 }
 
+/// A stylizer of tables by phase alone takes 8 KB.
+#[cfg(all(target_pointer_width = "32", not(any(feature = "mar", feature = "lti", feature = "statistic"))))]
+const _: () = assert!(size_of::<Stylizer<'_, 22, 1, 28>>() <= 8192);
+
 /// What it was made of, and not its state.
 #[cfg(feature = "defmt")]
 impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<'_, J, K, C> {
@@ -281,13 +285,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         report.degraded.set(Degraded::PREDICTION, held_back);
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
         let signals = &mut self.signals;
-        if core::mem::take(&mut signals.is_corrected) {
-            add_corrections(
-                signals.output.as_flattened_mut(),
-                signals.correction.as_flattened_mut(),
-                !held_back,
-            );
-        }
+        signals.add_correction(!held_back);
         if keeps {
             let (x, offset) = (signals.x.as_flattened(), signals.scratch.as_flattened());
             self.stillness.keep(x, offset, signals.output.as_flattened_mut());
@@ -365,15 +363,4 @@ fn apply_strength(
         }
     }
     held_back
-}
-
-/// Adds the corrections, which are taken. Where something was held back they may be of what was, and are left.
-#[inline(never)]
-fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
-    for (output, correction) in output.iter_mut().zip(corrections) {
-        let correction = core::mem::take(correction);
-        if are_good {
-            *output += correction;
-        }
-    }
 }

@@ -16,8 +16,11 @@ use crate::{
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
 const MOST_RECORDS: usize = 1 << 22;
 
-#[inline]
-pub(super) fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
+/// Reads and checks the counts of a blob that is as long as a header.
+#[inline(never)]
+pub(super) fn counts(bytes: &[u8]) -> Result<Counts, BlobError> {
+    // Of a length that the compiler knows, so that fields are plain loads.
+    let head = Record::of(bytes, 0, header::LENGTH);
     let small = |range| usize::from(head.u16(range));
     let large = |range| head.u32(range) as usize;
     let counts = Counts {
@@ -46,24 +49,28 @@ pub(super) fn counts(head: Record<'_>) -> Result<Counts, BlobError> {
         return Err(BlobError::Value { section: 0, record: 8 });
     }
     let least = usize::from(!models_only);
-    let fits = [
-        (2..=MAX_JOINTS).contains(&c.joints),
-        c.dofs == layout::dofs(c.joints),
-        (least..=MAX_FEATURES).contains(&c.features),
-        (least..=MAX_WINDOW).contains(&c.window),
-        (1..=MAX_STYLES).contains(&c.styles),
-        (1..=MAX_ACTIONS).contains(&c.actions),
-        (least..=c.styles * c.actions).contains(&c.classes),
-        (1..=MAX_GROUPS).contains(&c.groups),
-        (least..=MOST_RECORDS).contains(&c.frames),
-        (c.frames..=MOST_RECORDS).contains(&c.rows),
-        c.block_rows.is_power_of_two() && c.block_rows <= 64,
-        (least..=MAX_TIMING).contains(&c.timing),
-        (least..usize::from(NONE)).contains(&c.cycles),
-        (least..=MOST_RECORDS).contains(&c.clips),
-        (1.0..=1000.0).contains(&head.f32(header::RATE)),
+    // A power of two, or none that fits.
+    let block_rows = if c.block_rows.is_power_of_two() { c.block_rows } else { 0 };
+    let has_rate = usize::from((1.0..=1000.0).contains(&head.f32(header::RATE)));
+    // Each with the least and the most that it may be: one loop is less code than a comparison for each.
+    let limits = [
+        (c.joints, 2, MAX_JOINTS),
+        (c.dofs, layout::dofs(c.joints), layout::dofs(c.joints)),
+        (c.features, least, MAX_FEATURES),
+        (c.window, least, MAX_WINDOW),
+        (c.styles, 1, MAX_STYLES),
+        (c.actions, 1, MAX_ACTIONS),
+        (c.classes, least, c.styles * c.actions),
+        (c.groups, 1, MAX_GROUPS),
+        (c.frames, least, MOST_RECORDS),
+        (c.rows, c.frames, MOST_RECORDS),
+        (block_rows, 1, 64),
+        (c.timing, least, MAX_TIMING),
+        (c.cycles, least, usize::from(NONE) - 1),
+        (c.clips, least, MOST_RECORDS),
+        (has_rate, 1, 1),
     ];
-    match fits.iter().position(|fit| !fit) {
+    match limits.iter().position(|(count, least, most)| !(least..=most).contains(&count)) {
         Some(record) => Err(BlobError::Value { section: 0, record: as_u32(record) }),
         None => Ok(counts),
     }

@@ -2,13 +2,16 @@
 //! and the timing metric.
 
 use super::{labels::Labels, lengths::blocks_of};
-use crate::blob::{
-    Class, Database,
-    check::{Checked, check, length, reserved},
-    layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing, trust},
-    read::{Record, u16_at, u32_at},
+use crate::{
+    Method,
+    blob::{
+        Class, Database,
+        check::{Checked, check, length, reserved},
+        layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing, trust},
+        read::{Record, u16_at, u32_at},
+    },
+    search::metric::MOST_NORM2,
 };
-use crate::search::metric::MOST_NORM2;
 
 #[inline]
 pub(super) fn clips(db: &Database<'_>) -> Checked {
@@ -64,10 +67,11 @@ pub(super) fn cycles(db: &Database<'_>) -> Checked {
     Ok(())
 }
 
+/// The labels of classes and, if the mixture `is_built`, their rows.
 // Not inlined, so that the labels do not stay on the stack.
 #[inline(never)]
-pub(super) fn classes(db: &Database<'_>) -> Checked {
-    let c = &db.counts;
+pub(super) fn classes(db: &Database<'_>, is_built: &impl Fn(Method) -> bool) -> Checked {
+    let (c, reads_frames) = (&db.counts, is_built(Method::Mar));
     let (mut next_row, mut next_cycle) = (0, 0);
     let mut labels = Labels::new();
     for i in 0..c.classes {
@@ -79,6 +83,9 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
             // A blob that was cut to its models: labels, and nothing else.
             let record = Record::of(db.required.classes, i, class::LENGTH);
             bad(record.zero(0..class::ACTION.start) && record.zero(class::STYLE.end..class::LENGTH))?;
+            continue;
+        }
+        if !reads_frames {
             continue;
         }
         bad((1..=usize::from(u16::MAX)).contains(&class.rows) && class.first_row == next_row)?;
@@ -105,7 +112,7 @@ pub(super) fn classes(db: &Database<'_>) -> Checked {
         }
         rows_of_class(db, &class, flags)?;
     }
-    check(section::CLASSES, c.classes, next_row == c.frames)
+    check(section::CLASSES, c.classes, next_row == c.frames || !reads_frames)
 }
 
 /// True if the search may return this row of the class with those flags.

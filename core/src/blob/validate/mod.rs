@@ -70,7 +70,7 @@ impl<'db> Database<'db> {
 #[inline]
 fn checked<'db>(bytes: &[u8], found: Result<Database<'db>, BlobError>) -> Result<Database<'db>, BlobError> {
     let fault = match &found {
-        Ok(database) => checksums(bytes).and_then(|()| contents(database)).err(),
+        Ok(database) => checksums(bytes).and_then(|()| contents(database, Method::is_built)).err(),
         Err(_) => None,
     };
     match fault {
@@ -128,7 +128,7 @@ fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     for ((slot, content), &id) in sections.iter_mut().zip(required).zip(&section::REQUIRED) {
         *slot = content.ok_or(BlobError::Section { section: id })?;
     }
-    let counts = counts::counts(head)?;
+    let counts = counts::counts(bytes)?;
     Ok(Database {
         counts,
         identity: head.u32(header::CRC),
@@ -154,26 +154,34 @@ fn checksums(bytes: &[u8]) -> Checked {
     Ok(())
 }
 
-/// Checks every number of every section.
+/// Checks every number of every section that one of the methods reads which the core `is_built` with.
+// With a closure it is compiled with the program that opens a blob, mostly for size: it runs once. The loops that take long
+// are functions of their own, which are compiled with the core, for speed.
 #[inline(never)]
-fn contents(db: &Database<'_>) -> Checked {
+fn contents(db: &Database<'_>, is_built: impl Fn(Method) -> bool) -> Checked {
     lengths::lengths(db)?;
     body::manifest(db)?;
     body::skeleton(db)?;
     body::dofs(db)?;
     query::query_section(db)?;
-    frames::clips(db)?;
-    frames::cycles(db)?;
-    frames::classes(db)?;
-    frames::blocks(db)?;
-    frames::timing_metric(db)?;
     // A retargeting map is checked where it is opened. What belongs to a method that the core was built without is not read,
-    // and its checks would take flash.
+    // and its checks would take flash. Captured motion belongs to the mixture; all that others read of it are the labels of
+    // classes.
+    let reads_frames = is_built(Method::Mar);
+    if reads_frames {
+        frames::clips(db)?;
+        frames::cycles(db)?;
+    }
+    frames::classes(db, &is_built)?;
+    if reads_frames {
+        frames::blocks(db)?;
+        frames::timing_metric(db)?;
+    }
     let Optional { lti, statistic, effort, retarget: _, feet, phase, distances, trust } = db.optional;
-    if let Some(bytes) = lti.filter(|_| Method::Lti.is_built()) {
+    if let Some(bytes) = lti.filter(|_| is_built(Method::Lti)) {
         lti::linear_models(db, bytes)?;
     }
-    if let Some(bytes) = statistic.filter(|_| Method::Statistic.is_built()) {
+    if let Some(bytes) = statistic.filter(|_| is_built(Method::Statistic)) {
         statistic::tables(db, bytes)?;
     }
     if let Some(bytes) = effort {
@@ -182,10 +190,10 @@ fn contents(db: &Database<'_>) -> Checked {
     if let Some(bytes) = feet {
         body::feet(db, bytes)?;
     }
-    if let Some(bytes) = phase.filter(|_| Method::Phase.is_built()) {
+    if let Some(bytes) = phase.filter(|_| is_built(Method::Phase)) {
         phase::tables_by_phase(db, bytes)?;
     }
-    if let Some(bytes) = distances {
+    if let Some(bytes) = distances.filter(|_| reads_frames) {
         frames::distances(db, bytes)?;
     }
     if let Some(bytes) = trust {
