@@ -82,7 +82,8 @@ impl Load {
 
     /// The classes that the labels allow.
     pub(crate) fn classes(&self, database: &Database<'_>) -> impl Iterator<Item = (usize, Class)> {
-        database.classes().enumerate().filter(|(_, class)| matches(*class, self.action, self.input_style))
+        let allowed = |class: &Class| matches([class.action, class.style], self.action, self.input_style);
+        database.classes().enumerate().filter(move |(_, class)| allowed(class))
     }
 }
 

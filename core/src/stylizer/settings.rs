@@ -182,7 +182,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
         if self.config.method.needs().labelled_class
-            && !self.database.classes().any(|c| matches(c, action, style))
+            && !self.database.classes().any(|c| matches([c.action, c.style], action, style))
         {
             return Err(ConfigError::NoClass);
         }

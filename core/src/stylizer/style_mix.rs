@@ -17,7 +17,7 @@
 
 use crate::{
     blob::{
-        Class, Database,
+        Database,
         layout::{MAX_GROUPS, MAX_STYLES},
     },
     math::{clamp, exp},
@@ -179,12 +179,13 @@ impl Settings {
     }
 
     /// Whether the labels allow a class of an action in a style.
-    pub fn allow(&self, [action, style]: [u16; 2]) -> bool {
-        self.action.is_none_or(|a| a == action) && self.input_style.is_none_or(|s| s == style)
+    pub fn allow(&self, labels: [u16; 2]) -> bool {
+        matches(labels, self.action, self.input_style)
     }
 }
 
-/// Whether labels allow a class.
-pub(crate) fn matches(class: Class, action: Option<u16>, style: Option<u16>) -> bool {
-    action.is_none_or(|a| a == class.action) && style.is_none_or(|s| s == class.style)
+/// Whether labels allow a class of an action in a style.
+#[inline]
+pub(crate) fn matches([of, by]: [u16; 2], action: Option<u16>, style: Option<u16>) -> bool {
+    action.is_none_or(|action| action == of) && style.is_none_or(|style| style == by)
 }
