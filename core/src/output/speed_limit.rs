@@ -17,7 +17,8 @@
 //! **Starts.** The first pose fills the search's window, so the first predictions come from frames that stand as the body
 //! does and move otherwise; after a leap or a change of settings the posture is another one. For [`SOFT_S`] no joint turns
 //! faster than the fastest in the output's own classes ([`Familiar::turning`](crate::blob::Familiar)) either; with another
-//! `limit` than the default, than that in proportion.
+//! `limit` than the default, than that in proportion. After a leap the window holds both places and looks like other
+//! actions: for half a second the action of before is one of those whose speeds are limits.
 //!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, two exponential maps more where the input is faster than
 //! in all of its window; none where there is no limit.
@@ -44,6 +45,8 @@ const LEAST: f32 = 1.0;
 /// is then eased out, so that what was held back does not jump.
 pub const SOFT_S: f32 = 1.0;
 const EASED_S: f32 = 0.5;
+/// Seconds after a leap or a change of settings in which the input is taken to be of the action that it was of.
+const KNOWN_S: f32 = 0.5;
 
 /// A joint that is faster than all of the last seconds by this factor may be a wrong pose.
 const OUTLIER: f32 = 2.0;
@@ -86,12 +89,14 @@ pub(crate) struct Limit {
     age_s: f32,
     /// Seconds left until the style's own speed is no limit any more.
     soft_s: f32,
+    /// The action of the input before the last start, leap or change, then that of the last frame; `None` if not known.
+    action: Option<u16>,
 }
 
 impl Limit {
     /// The state before the first frame.
     pub const fn new() -> Self {
-        Self { shown: [LEAST, FIRST], recent: [0.0; 2], age_s: 0.0, soft_s: SOFT_S + EASED_S }
+        Self { shown: [LEAST, FIRST], recent: [0.0; 2], age_s: 0.0, soft_s: SOFT_S + EASED_S, action: None }
     }
 
     /// Another posture is due: it is taken up softly.
@@ -102,6 +107,14 @@ impl Limit {
     /// Part of the way from the input's speed to the style's at which the limit is.
     pub fn softness(&self) -> f32 {
         clamp(self.soft_s / EASED_S, 0.0, 1.0)
+    }
+
+    /// The action that the input is known to be of, where the frame looks like one of `action`.
+    pub fn known(&mut self, action: Option<u16>) -> Option<u16> {
+        if self.soft_s <= SOFT_S + EASED_S - KNOWN_S {
+            self.action = action;
+        }
+        self.action
     }
 
     /// Time goes on by a frame.
@@ -326,6 +339,24 @@ mod tests {
         }
         limit.soften();
         assert_eq!(limit.softness(), 1.0);
+    }
+
+    #[test]
+    fn an_action_is_known_for_half_a_second_after_a_leap() {
+        let mut limit = Limit::new();
+        let seem = |limit: &mut Limit, action: u16| {
+            let known = limit.known(Some(action));
+            limit.pass(FRAME);
+            known
+        };
+        // What a stream that begins looks like tells nothing yet.
+        let begins: Vec<_> = (0..16).map(|_| seem(&mut limit, 1)).collect();
+        assert_eq!(begins[..15], [None; 15]);
+        assert_eq!([1, 2, 3].map(|action| seem(&mut limit, action)), [1, 2, 3].map(Some));
+        limit.soften();
+        let leapt: Vec<_> = (0..20).map(|_| seem(&mut limit, 4)).collect();
+        assert_eq!(leapt[..15], [Some(3); 15]);
+        assert_eq!(leapt[16..], [Some(4); 4]);
     }
 
     #[test]

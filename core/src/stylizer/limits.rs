@@ -19,6 +19,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let (database, settings) = (&self.database, &self.settings);
         let mut most = [self.limit.most(self.config.speed_limit); MAX_GROUPS];
         let softness = self.limit.softness();
+        let seems = report.classes.first().map(|share| database.labels(usize::from(share.class))[0]);
+        let action = self.limit.known(seems);
         if softness > 0.0 {
             let mut known = None;
             for (group, most) in most.iter_mut().enumerate().take(database.counts().groups) {
@@ -26,7 +28,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
                 let mix = settings.mix_of(group);
                 let fastest = match known {
                     Some((of, fastest)) if of == mix => fastest,
-                    _ => self.fastest(report, mix),
+                    _ => self.fastest(report, action, mix),
                 };
                 known = Some((mix, fastest));
                 if fastest < *most {
@@ -42,12 +44,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.limit.pass(frames / database.rate_hz());
     }
 
-    /// How fast joints of a mix of styles may turn while an output begins, rad/s.
-    fn fastest(&self, report: &Report, mix: usize) -> f32 {
+    /// How fast joints of a mix of styles may turn while an output begins, rad/s, where the input is known to be of `action`.
+    fn fastest(&self, report: &Report, action: Option<u16>, mix: usize) -> f32 {
         let (database, settings) = (&self.database, &self.settings);
         let actions = report.classes.iter().map(|share| database.labels(usize::from(share.class))[0]);
         // Of the actions that the input may be of, the slowest.
-        let each = actions.map(|action| settings.fastest(database, mix, Some(action)));
+        let each =
+            action.into_iter().chain(actions).map(|action| settings.fastest(database, mix, Some(action)));
         let least = each.reduce(|a, b| if b < a { b } else { a });
         let fastest = least.unwrap_or_else(|| settings.fastest(database, mix, None));
         fastest * self.config.speed_limit / DEFAULT_LIMIT
