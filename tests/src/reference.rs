@@ -218,7 +218,14 @@ pub fn example(db: &Database<'_>, class: usize, at: usize, styles: &[f64]) -> Ex
         for (sum, value) in result.y_prev.iter_mut().zip(dofs_at(output, before)) {
             *sum += weight * value;
         }
-        result.step_s += weight * (now - before) / rate;
+        let mut rows = now - before;
+        let [from, to] = [input, output].map(knots);
+        if output != input && from.len() != 3 {
+            // No gait: half of the step is by the cycles' durations.
+            let whole = |knots: &[f64]| knots[knots.len() - 1] - knots[0];
+            rows = 0.5 * (rows + whole(&to) / whole(&from));
+        }
+        result.step_s += weight * rows / rate;
     }
     result
 }

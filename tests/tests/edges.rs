@@ -1,13 +1,17 @@
 //! Streams and blobs at the limits of what is allowed: jumps, turns on the spot, unusual timelines, repeated glitches.
 
 use gestus_core::{
-    Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer, blob::layout::section,
-    body::two_bone_ik::Chain, math::quaternion, search::found::Found,
+    Config, ConfigError, Database, Degraded, Method, Observer, Pose, Safety, Stylizer,
+    blob::{Counterpart, Moment, layout::section},
+    body::two_bone_ik::Chain,
+    math::quaternion,
+    search::found::Found,
 };
 use gestus_database::{
     build::{BuildError, BuildOptions, build},
     stream::to_pose,
 };
+use gestus_motion::corpus::Corpus;
 use gestus_tests::{
     motion::{self, Size},
     patch::with_section,
@@ -179,6 +183,50 @@ fn time_goes_on_and_not_by_hours() {
             assert!(is_finite(&output), "strength {strength}, frame {t}: {:?}", output.position);
         }
     }
+}
+
+/// The corpus, each cycle of four even segments instead of a gait's two.
+fn whole_clips() -> Corpus {
+    let mut corpus = motion::corpus(motion::SMALL);
+    for cycle in corpus.examples.iter_mut().flat_map(|example| &mut example.cycles) {
+        let (start, end) = cycle.span();
+        cycle.knots = [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| start + part * (end - start)).to_vec();
+    }
+    corpus
+}
+
+/// The warp between two waves, of three swings and of four, goes fast and slow as no body does.
+#[test]
+fn a_bent_warp_counts_half_in_the_time_of_whole_clips() {
+    let even = build(&whole_clips(), &BuildOptions::default()).unwrap().bytes;
+    // The outer segments of outputs take four fifths of the time; the pairs stay.
+    let bent = with_knots(&even, |own, k, _, start, _, knot| match k {
+        1 if !own => start + 1.6 * (knot - start),
+        3 if !own => start + 0.8 * (knot - start),
+        _ => knot,
+    });
+    let [even, bent] = [&even, &bent].map(|blob| Database::open(blob).unwrap());
+    let mut slopes = 0;
+    for (number, class) in even.classes().enumerate().filter(|(_, class)| class.style == 0) {
+        for row in class.first_row + 1..class.first_row + class.rows {
+            // Frames of a counterpart's step, and from its moment before to its moment now.
+            let steps = |db: &Database<'_>| -> Vec<(f32, Option<f32>)> {
+                let cycle = db.cycle_of(number, row);
+                let found = cycle.into_iter().flat_map(|cycle| db.counterparts(cycle, row, 1));
+                // Moments beyond a clip are clamped to its first or last row.
+                let place = |m: Moment| (m.fraction > 0.0).then_some(m.row as f32 + m.fraction);
+                let way = |c: &Counterpart| Some(place(c.now)? - place(c.before)?);
+                found.map(|c| (c.step_s * db.rate_hz(), way(&c))).collect()
+            };
+            for ((even, _), (step, way)) in steps(&even).into_iter().zip(steps(&bent)) {
+                if let Some(way) = way.filter(|way| (way / even - 1.0).abs() > 0.2) {
+                    assert!((step - 0.5 * (even + way)).abs() < 1e-3, "row {row}: {step}, {even}, {way}");
+                    slopes += 1;
+                }
+            }
+        }
+    }
+    assert!(slopes > 100, "{slopes}");
 }
 
 #[test]

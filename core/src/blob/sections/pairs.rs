@@ -9,6 +9,10 @@
 //!
 //! The counterpart of the frame *before* comes from the same output cycle, since an autoregressive model needs a
 //! `y[t-1]` that leads to `y[t]`. At the beginning of a cycle it lies a little before phase 0.
+//!
+//! The time step is the way between the two on the output's timeline. Where a gesture is repeated, as in a wave, two clips
+//! need not repeat it equally often, and the slope of their warp says little of the output's pace. So a step of a
+//! whole-clip action is half of that way, and half of what both cycles' durations say.
 
 use crate::{
     blob::{
@@ -21,6 +25,8 @@ use crate::{
 
 /// Segments of a gait cycle: from one strike of the left foot to that of the right one, and to the next.
 const GAIT_SEGMENTS: usize = 2;
+/// Part of a whole-clip action's step that its cycles' durations say; the warp's slope says the rest.
+const WHOLE_PART: f32 = 0.5;
 
 /// A place in a clip, between two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +63,17 @@ impl Cycle<'_> {
     #[inline]
     fn knot(&self, index: usize) -> f32 {
         self.knots.get(index).map_or(0.0, |knot| f32::from_le_bytes(*knot))
+    }
+
+    #[inline]
+    fn is_gait(&self) -> bool {
+        self.segments == GAIT_SEGMENTS
+    }
+
+    /// Rows from the first knot to the last: above 0.
+    #[inline]
+    fn duration(&self) -> f32 {
+        self.knot(self.segments) - self.knot(0)
     }
 
     /// Canonical time of a position, in segments, 0 at the first knot. The outer segments are extrapolated.
@@ -104,7 +121,7 @@ impl<'db> Database<'db> {
     #[inline(never)]
     pub fn is_gait(&self, class: usize) -> bool {
         let class = self.class(class);
-        class.cycles > 0 && self.cycle(class.first_cycle).segments == GAIT_SEGMENTS
+        class.cycles > 0 && self.cycle(class.first_cycle).is_gait()
     }
 
     /// First row of a cycle.
@@ -166,7 +183,11 @@ impl<'db> Database<'db> {
             let scale = there.segments as f32 / input.segments as f32;
             let now = there.position(input.canonical(position) * scale);
             let before = there.position(input.canonical(position - 1.0) * scale);
-            (there, now, before, (now - before) * seconds)
+            let mut rows = now - before;
+            if !input.is_gait() {
+                rows += WHOLE_PART * (there.duration() / input.duration() - rows);
+            }
+            (there, now, before, rows * seconds)
         };
         Some(Counterpart { now: there.moment(now), before: there.moment(before), step_s })
     }
