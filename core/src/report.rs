@@ -77,8 +77,9 @@ pub struct Report {
     /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
     /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
-    /// The same over what frames of the nearest class have that the builder left out: about 1 at most for input of the
-    /// database's kind. Mixture and tables by phase; 0 where the blob does not say it, and for other methods.
+    /// The same over what input of the database's kind has, about 1 at most. Mixture and tables by phase: what frames of
+    /// the nearest class have that the builder left out; 0 where the blob does not say it. Linear models and statistics: a
+    /// constant of the method, in variances.
     pub distance_ratio: f32,
     /// Part of the input that is passed on because it is unlike the database, 0 to 1.
     pub passed: f32,

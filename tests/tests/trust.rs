@@ -43,7 +43,7 @@ fn apart(a: &Pose<JOINTS>, b: &Pose<JOINTS>) -> f32 {
 #[test]
 fn what_is_unlike_the_database_is_passed_on() {
     let input = unlike(150);
-    for method in [Method::Mar, Method::Phase] {
+    for method in Method::ALL {
         let (output, reports) = streamed(Config::new().method(method), &input);
         assert!(reports[60..].iter().all(is_far), "{method:?}");
         assert!(reports[60..].iter().all(|r| r.passed == 1.0 && r.distance_ratio > 1.0), "{method:?}");

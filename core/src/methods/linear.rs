@@ -34,6 +34,9 @@ use crate::{
 
 /// Most models that are blended.
 pub const BLENDED: usize = 4;
+/// Squared distance of the furthest dof, in the model's variances, that input of the database's kind stays below in the
+/// mean, in other styles too.
+const FAR2: f32 = 33.0;
 /// Most that a weight changes in a frame.
 const GLIDE: f32 = 0.125;
 /// Inputs are held within this many standard deviations: states stay finite whatever comes.
@@ -125,6 +128,7 @@ impl<const J: usize> Linear<J> {
                 *standing += if sum > boundary { share } else { -share };
             }
         }
+        report.distance_ratio = report.distance2 / FAR2;
         report.contacts = standing.map(|s| s > 0.0);
         report.predicted_step_s = step_s;
     }

@@ -40,6 +40,9 @@ use crate::{
 
 /// Most that a spread is scaled: a joint that stood still tells nothing of how to move.
 const MOST_SCALE: f32 = 4.0;
+/// Squared distance of the furthest joint, in variances, that input of the database's kind stays below in the mean, in
+/// other styles too.
+const FAR2: f32 = 20.0;
 /// Dofs of the root that are scaled as numbers.
 const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];
 
@@ -183,15 +186,16 @@ fn transfer(
         if let Some(slots) = predicted.get_mut(first..first + 3) {
             slots.iter_mut().zip(map).for_each(|(slot, v)| *slot = v);
         }
+        let distance = norm(way);
+        furthest = further(furthest, distance, deviation);
         if running {
-            let distance = norm(way);
-            furthest = further(furthest, distance, deviation);
             let on = quaternion::turned_about(*own, times(alpha, way));
             *own = quaternion::normalize(on).unwrap_or(*own);
             *variance += alpha * (distance * distance - *variance);
         }
     }
     report.distance2 = furthest * furthest;
+    report.distance_ratio = report.distance2 / FAR2;
     for (side, contact) in report.contacts.iter_mut().enumerate() {
         let (boundary, projection) = source.foot(side);
         let x = x.get(..database.counts().dofs).unwrap_or(&[]);

@@ -1,10 +1,11 @@
 //! Whether the input is of the database's kind. Where it is not, the output is the input.
 //!
 //! Two measures are held against what the builder found in clips of the nearest class that were left out
-//! ([`Familiar`](crate::blob::Familiar)): the distance to the class's frames, and the root's smoothed speed.
+//! ([`Familiar`](crate::blob::Familiar)): the distance to the class's frames, and the root's smoothed speed. Linear models
+//! and statistics have the distance from their mean instead, in their own variances, and a limit for it.
 //!
 //! ```text
-//! r  = d² / far                                      smoothed over [`SMOOTHED_S`]; of the nearest class
+//! r  = d² / far                                      smoothed over [`SMOOTHED_S`]; of the nearest class, or of a model
 //! e  = max(v / (v_max + 0.1 m/s), v_min / v)         smoothed over [`SMOOTHED_S`]; 0 in place, below 0.2 m/s
 //! p* = clamp(max(2 (r / R - 1), (e - 1.6) / 0.25), 0, 1)         R: Config::trust
 //! ```
@@ -96,18 +97,21 @@ impl Trust {
                 self.speeds
             }
         };
-        let Some([slowest, fastest]) = speeds else { return 0.0 };
         let by_distance = 2.0 * (self.ratio / most - 1.0);
+        let by_speed = speeds.map_or(0.0, |speeds| (self.beyond(speeds) - BEYOND) / WIDTH);
+        clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
+    }
+
+    /// How many times faster or slower than a class the input is; 0 in place.
+    fn beyond(&self, [slowest, fastest]: [f32; 2]) -> f32 {
         let fast = self.speed / (fastest + FASTER);
-        let beyond = if self.speed < IN_PLACE {
+        if self.speed < IN_PLACE {
             0.0
         } else if fast < 1.0 {
             slowest / self.speed
         } else {
             fast
-        };
-        let by_speed = (beyond - BEYOND) / WIDTH;
-        clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
+        }
     }
 }
 
