@@ -11,7 +11,7 @@
 //! Armv6-M.
 //!
 //! The clip is streamed without labels, with its action, with action and style, and with 40 neighbors, then by the
-//! other methods. Two frames in three are fitted, the third is predicted.
+//! other methods, which stream generated motion too. Two frames in three are fitted, the third is predicted.
 
 use std::path::Path;
 
@@ -28,6 +28,7 @@ use gestus_firmware_sim::{
         cost::{STAGE_OF, TERMS, UnitCosts, Units, units},
     },
 };
+use gestus_motion::clip::Clip;
 use nalgebra::{DMatrix, DVector};
 
 const FRAMES: usize = 45;
@@ -59,31 +60,49 @@ fn main() -> Result<()> {
     };
     let (action, input_style) = (find(manifest.actions, action)?, find(manifest.styles, input_style)?);
     let base = Request::style(find(manifest.styles, style)?);
-    let requests = [
+    let mut requests = vec![
         base.clone(),
         Request { action: Some(action), ..base.clone() },
         Request { action: Some(action), input_style: Some(input_style), ..base.clone() },
         Request { config: Config::new().k(40), ..base.clone() },
     ];
-    let requests =
-        [&requests[..], &other_methods(&base, Request { action: Some(action), ..base.clone() })].concat();
+    requests.extend(other_methods(&base, Request { action: Some(action), ..base.clone() }));
+    // Bytes of models, joints and knots hardly differ within one database, so a second one tells them apart.
+    let (generated_path, mut generated_clip) =
+        (generated::REFERENCE.database()?, generated::REFERENCE.clip(12.0)?);
+    let generated_bytes = std::fs::read(&generated_path)?;
+    let generated =
+        Database::open(&generated_bytes).map_err(|e| anyhow::anyhow!("{}: {e}", generated_path.display()))?;
+    generated_clip.frames.truncate(FRAMES);
+    let of_generated = other_methods(&Request::style(1), Request { action: Some(0), ..Request::style(1) });
     let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac", "armv6m"].map(str::to_owned).to_vec();
     for name in if names.is_empty() { &all[..] } else { names } {
         let board = boards::find(name)?;
-        let path = Path::new(db);
-        let image = image::build(board, image::Options { blob: Some(path), ..image::Options::default() })?;
-        let mut samples = Vec::new();
-        for request in &requests {
-            let job = Job { path, database, clip: &clip, request, robot: None };
-            let measured = measure(board, &image, job, || ())?;
-            for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
-                let units = units(&database, request, &step.report);
-                samples.push(Sample { units, stages: stages.iter().map(|&s| f64::from(s)).collect() });
-            }
-        }
+        let mut samples = count(board, Path::new(db), database, &clip, &requests)?;
+        samples.extend(count(board, &generated_path, generated, &generated_clip, &of_generated)?);
         report(name, &samples);
     }
     Ok(())
+}
+
+/// The frames of a clip on a board, request by request.
+fn count(
+    board: &'static boards::Board,
+    path: &Path,
+    database: Database<'_>,
+    clip: &Clip,
+    requests: &[Request],
+) -> Result<Vec<Sample>> {
+    let image = image::build(board, image::Options { blob: Some(path), ..image::Options::default() })?;
+    let mut samples = Vec::new();
+    for request in requests {
+        let measured = measure(board, &image, Job { path, database, clip, request, robot: None }, || ())?;
+        for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
+            let units = units(&database, request, &step.report);
+            samples.push(Sample { units, stages: stages.iter().map(|&s| f64::from(s)).collect() });
+        }
+    }
+    Ok(samples)
 }
 
 /// The other methods, each with one and with two output styles, and with a label.
