@@ -85,10 +85,11 @@ pub(crate) fn as_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// True if every number is between -`most` and `most`.
+/// True if every number is between -`most` and `most`, which is not negative.
 #[inline]
 pub(crate) fn in_range(mut numbers: impl Iterator<Item = f32>, most: f32) -> bool {
-    numbers.all(|v| (-most..=most).contains(&v))
+    // Without its sign a float has the order of its bits, NaN behind all numbers.
+    numbers.all(|v| v.to_bits() << 1 <= most.to_bits() << 1)
 }
 
 /// True for a positive standard deviation of plausible size.

@@ -79,7 +79,8 @@ fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
         if !sizes_fit || unit.numbers.count() < numbers {
             return false;
         }
-        if !in_range(unit.numbers.take(numbers), 1e4) || !is_stable(&unit) {
+        let mut rest = unit.numbers;
+        if !in_range(rest.take_first(numbers), 1e4) || !is_stable(&unit) {
             return false;
         }
         at += lti::UNIT + 4 * numbers;
@@ -88,35 +89,45 @@ fn one_model(model: &LinearModel<'_>, dofs: usize) -> bool {
     at == model.bytes() && states == model.states
 }
 
-#[inline(never)]
-fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += factor * value;
+/// The rows of a matrix of up to [`MAX_ORDER`] columns; further columns are 0.
+type Rows = [[f32; MAX_ORDER]];
+
+/// Writes the square of a matrix, and sums up the squares of what it writes. With rows of a length that the compiler
+/// knows, one stays in registers.
+#[inline]
+fn square(matrix: &Rows, out: &mut Rows) -> f32 {
+    let mut sum = 0.0;
+    for (row, out) in matrix.iter().zip(out) {
+        let mut sums = [0.0; MAX_ORDER];
+        for (factor, other) in row.iter().zip(matrix) {
+            for (sum, value) in sums.iter_mut().zip(other) {
+                *sum += factor * value;
+            }
+        }
+        sum = sums.iter().fold(sum, |sum, v| sum + v * v);
+        *out = sums;
     }
+    sum
 }
 
 /// True if every pole lies inside the unit circle, so that `A` to the power of 1,024 (ten squarings) is small. A power
 /// whose squares sum up to 1 or less will do: further powers are no larger.
 #[inline(never)]
 fn is_stable(unit: &Unit<'_>) -> bool {
-    let order = unit.order.max(1);
-    let mut power = [0.0_f32; MAX_ORDER * MAX_ORDER];
-    for (slot, number) in power.iter_mut().zip(unit.numbers.take(unit.order * unit.order)) {
-        *slot = number;
+    let [mut power, mut next] = [[[0.0; MAX_ORDER]; MAX_ORDER]; 2];
+    let (Some(mut power), Some(mut next)) = (power.get_mut(..unit.order), next.get_mut(..unit.order)) else {
+        return false;
+    };
+    let mut numbers = unit.numbers;
+    for row in power.iter_mut() {
+        row.iter_mut().zip(numbers.take_first(unit.order)).for_each(|(slot, number)| *slot = number);
     }
     for _ in 0..10 {
-        let mut square = [0.0; MAX_ORDER * MAX_ORDER];
-        let rows = power.chunks_exact(order).take(order);
-        for (out, row) in square.chunks_exact_mut(order).zip(rows.clone()) {
-            for (&factor, other) in row.iter().zip(rows.clone()) {
-                add_scaled(out, factor, other);
-            }
-        }
-        power = square;
         // An unstable system gives more than 1, infinity or NaN.
-        if (0.0..=1.0).contains(&power.iter().map(|v| v * v).sum::<f32>()) {
+        if (0.0..=1.0).contains(&square(power, next)) {
             return true;
         }
+        core::mem::swap(&mut power, &mut next);
     }
     false
 }

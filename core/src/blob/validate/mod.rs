@@ -174,6 +174,7 @@ fn contents(db: &Database<'_>, is_built: impl Fn(Method) -> bool) -> Checked {
     }
     frames::classes(db, &is_built)?;
     if reads_frames {
+        frames::rows(db)?;
         frames::blocks(db)?;
         frames::timing_metric(db)?;
     }

@@ -53,7 +53,8 @@ pub(super) fn tables_by_phase(db: &Database<'_>, bytes: &[u8]) -> Checked {
         next += found.parts().end;
         check(id, class, next <= bytes.len())?;
         for (codes, norm2) in found.knots() {
-            let squares: i32 = codes.iter().map(|&code| i32::from(code as i8).pow(2)).sum();
+            let square = |code: u8| i32::from(code as i8) * i32::from(code as i8);
+            let squares: i32 = codes.iter().map(|&code| square(code)).sum();
             check(id, class, norm2 == squares)?;
         }
     }
