@@ -39,8 +39,9 @@ pub const BLENDED: usize = 4;
 const FAR2: f32 = 33.0;
 /// Most that a weight changes in a frame.
 const GLIDE: f32 = 0.125;
-/// Inputs are held within this many standard deviations: states stay finite whatever comes.
-const FURTHEST: f32 = 1e3;
+/// Inputs are held within this many standard deviations, which is beyond any trust: states stay finite whatever comes, and
+/// what one wrong frame leaves in them is gone in two seconds.
+const FURTHEST: f32 = 30.0;
 /// The logarithm of the time warp is held within ±ln 4.
 const LOG_STEP: f32 = 1.386_294_4;
 

@@ -9,10 +9,9 @@
 //! ```
 //!
 //! with Δt the output's own time step. In each frame ω is the angle of the joint whose exponential map changed most. The
-//! limit uses the maximum over the last [`WINDOW_S`] to twice as many seconds, so that a long stream forgets. Of an angle
-//! more than twice that maximum, and faster than a walk, the least of three frames counts, beside the last two alone: one wrong pose, which is two jumps, is forgotten at once. A
-//! joint that was held back catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its
-//! bits.
+//! limit uses the last two frames, and the maximum over the last [`WINDOW_S`] to twice as many seconds of what three frames
+//! have in common: one wrong pose, which is two jumps, is forgotten at once, and a long stream forgets. A joint that was
+//! held back catches up in the next frames. There is no look-ahead, and a joint below the limit keeps its bits.
 //!
 //! **Starts.** The first pose fills the search's window, so the first predictions come from frames that stand as the body
 //! does and move otherwise; after a leap or a change of settings the posture is another one. For [`SOFT_S`] no joint turns
@@ -47,9 +46,6 @@ pub const SOFT_S: f32 = 1.0;
 const EASED_S: f32 = 0.5;
 /// Seconds after a leap or a change of settings in which the input is taken to be of the action that it was of.
 const KNOWN_S: f32 = 0.5;
-
-/// A joint that is faster than all of the last seconds by this factor may be a wrong pose.
-const OUTLIER: f32 = 2.0;
 
 /// The joint of a frame of the input whose exponential map changed most.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,12 +134,11 @@ impl Limit {
             let turned = turned(&fastest.before, &fastest.now);
             speed = if turned > most { turned / seconds } else { speed };
         }
+        // A wrong pose is two jumps: there and back.
         let [a, b] = self.recent;
         self.recent = [b, speed];
-        let known = if self.shown[1] > shown { self.shown[1] } else { shown };
         let least = if a < b { a } else { b };
-        let may_be_wrong = speed > FIRST && speed > OUTLIER * known;
-        let least = if !may_be_wrong || speed < least { speed } else { least };
+        let least = if speed < least { speed } else { least };
         if least > shown {
             self.shown[0] = least;
         }

@@ -15,7 +15,7 @@
 //! Poses that are out of order, but in order among themselves, are those of a counter that has started anew, or whose last
 //! number was wrong: after eight of them the stream goes on with their numbers.
 //!
-//! Under [`Safety::Follow`] a leap is taken up at once, but for its speed over the ground.
+//! Under [`Safety::Follow`] a leap is taken up at once, but for its speed over the ground. The search's window begins anew.
 //!
 //! A leap that lasts longer than [`PATIENCE`] frames is not a glitch: the body is in another place. The stream then
 //! continues there, without the speed that the leap would imply.
@@ -126,11 +126,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
                 }
             }
         }
-        if leapt && self.config.safety != Safety::Follow {
-            self.faults.blend_back_s = BLEND_BACK_S;
-            // No motion led there: neither between the frames nor within the window.
-            self.signals.x_prev = self.signals.x;
+        if leapt {
+            // No motion led there.
             self.engine.forget_window();
+            if self.config.safety != Safety::Follow {
+                self.faults.blend_back_s = BLEND_BACK_S;
+                self.signals.x_prev = self.signals.x;
+            }
         }
         self.faults.leaps = 0;
     }
