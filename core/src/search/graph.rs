@@ -37,7 +37,7 @@ const SPREAD: usize = 48;
 /// Most frames that neighbors are followed through. A class that was not searched for longer is searched anew.
 pub const MOST_FOLLOWED: usize = 32;
 /// How many of the nearest frames a search that begins anew expands, and at least `k`.
-const FRESH: usize = 20;
+const FRESH: usize = 12;
 /// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
 const LOST: usize = 2;
 

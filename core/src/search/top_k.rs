@@ -20,20 +20,19 @@ pub(crate) fn insert<T: Copy, const N: usize>(
     } else if list.last().is_some_and(&goes_before) {
         return list.len();
     }
-    let mut at = list.len();
     let mut slots = list.iter_mut().rev();
     let Some(mut free) = slots.next() else { return 0 };
-    at -= 1;
-    for slot in slots {
-        if goes_before(slot) {
-            break;
+    while let Some(slot) = slots.next() {
+        let other = *slot;
+        if goes_before(&other) {
+            *free = item;
+            return slots.len() + 1;
         }
-        *free = *slot;
+        *free = other;
         free = slot;
-        at -= 1;
     }
     *free = item;
-    at
+    0
 }
 
 #[cfg(test)]
