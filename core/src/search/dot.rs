@@ -16,6 +16,15 @@ pub(crate) fn dot<T: Copy + Into<i32>>(query: &[T; MAX_FEATURES], codes: &[u8]) 
     query.iter().zip(codes).map(|(&query, &code)| query.into() * i32::from(code as i8)).sum()
 }
 
+/// Sum of products of codes of i8 with each other.
+// Not inlined: two places of a loop need it.
+#[inline(never)]
+pub(crate) fn dot_of_codes(a: &[u8], b: &[u8]) -> i32 {
+    let ((chunks, rest), (other_chunks, other_rest)) = (a.as_chunks::<CHUNK>(), b.as_chunks::<CHUNK>());
+    let whole: i32 = chunks.iter().zip(other_chunks).map(|(a, b)| chunk(&a.map(|code| code as i8), b)).sum();
+    whole + rest.iter().zip(other_rest).map(|(&a, &b)| i32::from(a as i8) * i32::from(b as i8)).sum::<i32>()
+}
+
 /// The same for whole chunks of codes, in straight code.
 #[inline]
 fn dot_of<T: Copy + Into<i32>, const N: usize>(query: &[T; MAX_FEATURES], codes: &[u8; N]) -> i32 {
@@ -93,5 +102,24 @@ impl Products {
     pub fn dot_of<const N: usize>(&self, codes: &[u8; N]) -> i32 {
         let [high, low] = &self.0;
         512 * dot_of(high, codes) + dot_of(low, codes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pair_of_codes_counts_once() {
+        let codes: [u8; 32] = core::array::from_fn(|i| (47 * i + 128) as u8);
+        let other: [u8; 32] = core::array::from_fn(|i| (91 * i + 3) as u8);
+        for length in 0..=codes.len() {
+            let pairs = codes[..length].iter().zip(&other);
+            let wanted = pairs.map(|(&a, &b)| i32::from(a as i8) * i32::from(b as i8)).sum::<i32>();
+            assert_eq!(dot_of_codes(&codes[..length], &other[..length]), wanted, "{length}");
+            let query: [i16; MAX_FEATURES] =
+                core::array::from_fn(|i| other.get(i).map_or(0, |&code| i16::from(code as i8)));
+            assert_eq!(dot(&query, &codes[..length]), wanted, "{length}");
+        }
     }
 }

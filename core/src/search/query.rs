@@ -42,6 +42,9 @@ const FARTHEST: i32 = u16::MAX as i32;
 const TURN_BITS: u32 = 24;
 /// Bits that a product with a component is shifted by, so that the sum of all products fits: 3 · 8 · 64 of them.
 pub const PRODUCT_BITS: u32 = 10;
+/// Bits that an aligned coordinate is shifted up by. Processors that have an FPU multiply 32 bits by 16 and add what is above
+/// the lowest 16 of the product in one instruction; for the others a product fits 32 bits.
+const UP: u32 = if cfg!(all(target_arch = "arm", target_abi = "eabihf")) { 16 - PRODUCT_BITS } else { 0 };
 
 /// The joint positions of the last frames.
 #[derive(Debug, Clone)]
@@ -159,7 +162,7 @@ impl<'a> Clouds<'a> {
                 let place = usize::from(j);
                 let (Some(p), Some(m)) = (cloud.get(place), mean.get(place).map(point)) else { continue };
                 let [x, z] = near(p);
-                *slot = [x, held(units(p[1]).saturating_sub(m[1])), z];
+                *slot = [x, held(units(p[1]).saturating_sub(m[1])) << UP, z];
                 let weight = weight(j);
                 total += i64::from(weight);
                 // Below 2^28.
@@ -195,8 +198,8 @@ impl<'a> Clouds<'a> {
             for (slot, &j) in slots.iter_mut().zip(own) {
                 let Some(m) = mean.get(usize::from(j)).map(point) else { continue };
                 let [x, z, c, s] = [slot[0], slot[2], c, s].map(i64::from);
-                slot[0] = held(turned(c * x + s * z).saturating_sub(m[0]));
-                slot[2] = held(turned(c * z - s * x).saturating_sub(m[2]));
+                slot[0] = held(turned(c * x + s * z).saturating_sub(m[0])) << UP;
+                slot[2] = held(turned(c * z - s * x).saturating_sub(m[2])) << UP;
             }
         });
         ends
@@ -270,25 +273,69 @@ fn point(stored: &[u8; 6]) -> Point {
     core::array::from_fn(|i| numbers.get(i).map_or(0, |&n| i32::from(i16::from_le_bytes(n))))
 }
 
+/// The product of an aligned coordinate with a stored number, shifted by [`PRODUCT_BITS`].
+#[inline(always)]
+fn product(point: i32, stored: [u8; 2]) -> i32 {
+    let stored = i16::from_le_bytes(stored);
+    if UP != 0 {
+        ((i64::from(point) * i64::from(stored)) >> (UP + PRODUCT_BITS)) as i32
+    } else {
+        (point * i32::from(stored)) >> PRODUCT_BITS
+    }
+}
+
+/// Products in straight code: those of a joint in a window of four frames, where a sum and what it takes fit the registers.
+const STRAIGHT: usize = if UP != 0 { 12 } else { 4 };
+
 /// The sum of the products of an aligned window with a stored component, each shifted by [`PRODUCT_BITS`].
 fn dot(points: &[i32], component: &[[u8; 2]]) -> i32 {
-    let product =
-        |point: i32, stored: [u8; 2]| (point * i32::from(i16::from_le_bytes(stored))) >> PRODUCT_BITS;
     // A shift rounds down, by half on average.
     let mut sum = points.len() as i32 / 2;
-    let (chunks, rest) = points.as_chunks::<4>();
-    let (stored, stored_rest) = component.as_chunks::<4>();
-    for (p, c) in chunks.iter().zip(stored) {
+    let (chunks, rest) = points.as_chunks::<STRAIGHT>();
+    let (stored, stored_rest) = component.as_chunks::<STRAIGHT>();
+    // Not zipped: the compiler then computes all addresses from one index, one by one.
+    let (mut next_chunk, mut next_stored) = (chunks.iter(), stored.iter());
+    while let (Some(p), Some(c)) = (next_chunk.next(), next_stored.next()) {
+        let mut add = |i: usize| {
+            if let (Some(p), Some(c)) = (p.as_chunks::<4>().0.get(i), c.as_chunks::<4>().0.get(i)) {
+                sum = sum
+                    + product(p[0], c[0])
+                    + product(p[1], c[1])
+                    + product(p[2], c[2])
+                    + product(p[3], c[3]);
+            }
+        };
         // Written out, so that it is straight code whatever the compiler is told of loops.
-        sum += product(p[0], c[0]) + product(p[1], c[1]) + product(p[2], c[2]) + product(p[3], c[3]);
+        add(0);
+        add(1);
+        add(2);
     }
-    // What does not fill four lies behind the last four taken.
+    // What does not fill a chunk lies behind the last one taken.
     let stored = stored.get(chunks.len()).map_or(stored_rest, |next| next.as_slice());
-    sum + rest.iter().zip(stored).map(|(&p, &c)| product(p, c)).sum::<i32>()
+    rest.iter().zip(stored).fold(sum, |sum, (&p, &c)| sum + product(p, c))
 }
 
 impl<const J: usize> Default for Window<J> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_product_of_a_window_counts_once() {
+        let points: [i32; 40] = core::array::from_fn(|i| (9_973 * i as i32) % 131_071 - 65_535);
+        let component: [[u8; 2]; 50] = core::array::from_fn(|i| ((i as i16 - 20) * 1_001).to_le_bytes());
+        for length in 0..=points.len() {
+            let products = points[..length].iter().zip(component).map(|(&p, c)| {
+                (i64::from(p) * i64::from(i16::from_le_bytes(c))).div_euclid(1 << PRODUCT_BITS) as i32
+            });
+            let wanted = products.sum::<i32>() + length as i32 / 2;
+            let shifted = points.map(|p| p << UP);
+            assert_eq!(dot(&shifted[..length], &component), wanted, "{length}");
+        }
     }
 }

@@ -14,7 +14,10 @@
 use crate::{
     blob::{Database, PhaseTables, layout::MAX_FEATURES},
     math::{abs, clamp},
-    search::{dot::dot, query::Feature},
+    search::{
+        dot::{dot, dot_of_codes},
+        query::Feature,
+    },
 };
 
 /// Steps of the query in one step of a knot.
@@ -98,6 +101,9 @@ impl WhitenedQuery {
     /// Product of two knots over the features in use, square steps: at most 32 · 128².
     #[inline]
     fn product(&self, a: &[u8], b: &[u8]) -> i32 {
+        if self.is_whole {
+            return dot_of_codes(a, b);
+        }
         let codes = a.iter().zip(b).map(|(&a, &b)| i32::from(a as i8) * i32::from(b as i8));
         codes.zip(&self.used).map(|(product, &used)| product * i32::from(used)).sum()
     }
