@@ -17,6 +17,8 @@ const COMPARED: usize = 16;
 /// How far apart they may be: a degree, and 2 mm.
 const ANGLE: f32 = 0.0175;
 const HEIGHT_M: f32 = 0.002;
+/// Bits below this one change a number by less than a two-thousandth of it.
+const LOW: usize = 12;
 
 /// A stream just before the frame that is wrong.
 struct Stream {
@@ -80,13 +82,15 @@ fn one_wrong_height_or_place_leaves_no_trace() {
     }
 }
 
-/// Every bit of every number of a frame.
+/// Every bit of every number of a frame; in debug builds one of the lowest a number, for the time.
 #[test]
 fn one_wrong_bit_leaves_no_trace() {
     let try_bits = |method: Method| {
         let stream = Stream::new(method);
         let good = stream.after(&stream.clean[WRONG]);
-        for (number, bit) in (0..3 + 4 * JOINTS).flat_map(|n| (0..32).map(move |bit| (n, bit))) {
+        let bits = (0..3 + 4 * JOINTS).flat_map(|n| (0..32).map(move |bit| (n, bit)));
+        for (number, bit) in bits.filter(|(n, bit)| !cfg!(debug_assertions) || *bit >= LOW || *bit == n % LOW)
+        {
             let mut pose = stream.clean[WRONG];
             let slot = match number.checked_sub(3) {
                 None => &mut pose.position[number],
