@@ -130,8 +130,8 @@ fn variants(experiment: &Experiment) -> Vec<Variant> {
     };
     add("default", String::new(), base, None, 1);
     add("bias", "off".into(), base.kappa(1e6), None, 1);
-    for kappa in [0.25, 1.0, 2.0] {
-        for rho in [0.0, 0.3, 0.7, 1.0] {
+    for kappa in [0.25, 0.5, 1.0, 2.0] {
+        for rho in [0.0, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
             add("kappa-rho", format!("{kappa}, {rho}"), base.kappa(kappa).rho(rho), None, 1);
         }
     }
