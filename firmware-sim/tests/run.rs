@@ -82,9 +82,9 @@ fn a_part_fits_or_not_and_gives_so_many_frames() {
         assert!(median < rate(&fast, "frames_per_second_median"), "{board}");
         assert_eq!(board["fits"], true, "{board}");
     }
-    // An FPU matters more than the clock.
+    // An FPU matters more than twice the clock, even beside `soft-float`.
     let [soft, hard] = ["rp2040", "nrf52840"].map(|n| rate(&part(n, &[]), "frames_per_second_median"));
-    assert!(hard > 2.0 * soft, "{hard} {soft}");
+    assert!(hard > 1.5 * soft, "{hard} {soft}");
     // Labels save work.
     let labelled = part("rp2350", &["--action", "walk", "--input-style", "normal"]);
     assert!(rate(&labelled, "instructions_median") < 0.8 * rate(&part("rp2350", &[]), "instructions_median"));
