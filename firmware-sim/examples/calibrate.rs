@@ -168,19 +168,15 @@ fn compare_m0() -> Result<()> {
     let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
     let clip = generated::SMALL.clip(2.0)?;
     let request = generated::SMALL.request();
-    let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
-    let job = Job { path: &path, database, clip: &clip, request: &request, robot: None };
-    let measured = measure(board, &image, job, || ())?;
     let unit_costs = Isa::Armv6M.calibration().unit_costs;
     let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
-    for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
-        let units = units(&database, &request, &step.report);
+    for Sample { units, stages } in count(board, &path, database, &clip, &[request])? {
         let modelled = unit_costs.stages(&units);
-        for ((sums, &counted), modelled) in by_stage.iter_mut().zip(stages).zip(modelled) {
-            sums[0] += f64::from(counted);
+        for ((sums, counted), modelled) in by_stage.iter_mut().zip(&stages).zip(modelled) {
+            sums[0] += counted;
             sums[1] += modelled;
         }
-        factors.push(stages.iter().map(|&s| f64::from(s)).sum::<f64>() / modelled.iter().sum::<f64>());
+        factors.push(stages.iter().sum::<f64>() / modelled.iter().sum::<f64>());
     }
     factors.sort_by(f64::total_cmp);
     let quantile = |q: f64| factors[((factors.len() - 1) as f64 * q) as usize];
