@@ -227,6 +227,33 @@ fn what_is_left_out_is_counted_by_reason_with_the_lines_that_change_it() {
     assert!(group(&build(), "no_cycle").is_none());
 }
 
+/// `--strict` passed over an action that lacks a style: the database did without it, and the command succeeded.
+#[test]
+fn nothing_is_left_out_under_strict() {
+    let [folder, data, _] = walks("strict");
+    for name in ["run_neutral_1.bvh", "run_weird_1.bvh", "walk_weird_1.bvh"] {
+        fs::write(data.join(name), Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text())
+            .unwrap();
+    }
+    let db = folder.join("out.gestus");
+    let _ = fs::remove_file(&db);
+    let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
+    let build = ["build", "--data", data, "-o", db, "--no-models", "--strict"];
+    let (ok, stderr) = gestus(&build);
+    assert!(!ok && !Path::new(db).exists(), "{stderr}");
+    for wanted in [
+        "2 files or clips can't be used (--strict",
+        "of action run, which lacks proud (run_neutral_1, run_weird_1)",
+        "    styles = [\"neutral\", \"weird\"]",
+    ] {
+        assert!(stderr.contains(wanted), "{wanted}: {stderr}");
+    }
+    // With the lines it builds, of all that is selected.
+    fs::write(Path::new(data).join("gestus.toml"), "styles = [\"neutral\", \"weird\"]").unwrap();
+    let (ok, stderr) = gestus(&build);
+    assert!(ok && Path::new(db).exists(), "{stderr}");
+}
+
 /// Options that do nothing were passed over without a word, and names that nothing has with them.
 #[test]
 fn measures_say_what_they_do_not_use() {

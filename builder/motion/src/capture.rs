@@ -216,20 +216,20 @@ impl Folder {
         };
         match self.skipped.len() {
             0 => read,
-            n => format!("{read}, skipped {n} that could not be read (--strict stops at the first)"),
+            n => format!("{read}, skipped {n} that could not be read"),
         }
     }
 }
 
 /// Reads every `.bvh`, `.glb` and `.gltf` file below a folder (or the one file that `path` is), sorted by path.
 ///
-/// A file that can't be read is listed in [`Folder::skipped`]; with `strict`, the first such file in order is the error.
-/// Links to folders are not followed; hidden files and folders (`.name`) are skipped. A document's name is its path.
-pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
+/// A file that can't be read is listed in [`Folder::skipped`]. Links to folders are not followed; hidden files and folders
+/// (`.name`) are skipped. A document's name is its path.
+///
+/// # Errors
+/// The folder itself can't be read.
+pub fn read_folder(path: &Path) -> Result<Folder, CaptureError> {
     let (paths, errors) = motion_files(path)?;
-    if strict && let Some(error) = errors.first() {
-        return Err(error.clone());
-    }
     let read: Vec<Result<Vec<(PathBuf, Document)>, CaptureError>> =
         paths.par_iter().map(|path| clips(path)).collect();
     let mut folder = Folder { skipped: errors, ..Folder::default() };
@@ -239,7 +239,6 @@ pub fn read_folder(path: &Path, strict: bool) -> Result<Folder, CaptureError> {
                 folder.animations += if is_gltf(path) { clips.len() } else { 0 };
                 folder.documents.extend(clips);
             }
-            Err(error) if strict => return Err(error),
             Err(error) => folder.skipped.push(error),
         }
     }

@@ -303,7 +303,7 @@ fn a_folder_of_traps(folder: &Path) {
     }
     write(&clips.join("bomb.bvh"), bvh(4_000, 1, 40_000, "0\n")).unwrap();
     write(&clips.join("walk.bvh"), bvh(3, 3, 9, "1 2 3 4 5 6 7\n")).unwrap();
-    let found = within("folder", 300_000, || read_folder(&clips, false)).unwrap();
+    let found = within("folder", 300_000, || read_folder(&clips)).unwrap();
     let names: Vec<_> =
         found.documents.iter().map(|(path, _)| path.file_name().unwrap().to_owned()).collect();
     assert_eq!(names, ["good.gltf", "walk.bvh"]);

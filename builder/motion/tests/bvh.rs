@@ -283,27 +283,27 @@ fn hidden_files_and_folders_are_no_clips() {
     {
         std::fs::write(folder.join(name), text).unwrap();
     }
-    let read = read_folder(&folder, true).unwrap();
+    let read = read_folder(&folder).unwrap();
     assert_eq!(read.documents.len(), 1);
     // A folder that is named is read, whatever its name.
-    assert_eq!(read_folder(&folder.join(".trash"), true).unwrap().documents.len(), 1);
+    assert_eq!(read_folder(&folder.join(".trash")).unwrap().documents.len(), 1);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
-fn one_bad_file_is_skipped_unless_strict() {
+fn a_file_that_cannot_be_read_is_listed() {
     let folder = std::env::temp_dir().join(format!("gestus-bvh-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("inner")).unwrap();
     for (name, text) in [("b.bvh", SMALL), ("inner/a.BVH", SMALL), ("c.bvh", "nothing"), ("d.txt", "no")] {
         std::fs::write(folder.join(name), text).unwrap();
     }
-    let read = read_folder(&folder, false).unwrap();
+    let read = read_folder(&folder).unwrap();
     let names: Vec<_> =
         read.documents.iter().map(|(p, _)| p.strip_prefix(&folder).unwrap().to_owned()).collect();
     assert_eq!(names, [std::path::Path::new("b.bvh"), std::path::Path::new("inner/a.BVH")]);
     assert_eq!(read.skipped.len(), 1);
     assert!(read.summary().starts_with("read 2 BVH files, skipped 1"));
-    assert!(read_folder(&folder, true).unwrap_err().file().ends_with("c.bvh"));
+    assert!(read.skipped[0].file().ends_with("c.bvh"));
     std::fs::remove_dir_all(&folder).unwrap();
-    assert!(read_folder(&folder, false).is_err());
+    assert!(read_folder(&folder).is_err());
 }

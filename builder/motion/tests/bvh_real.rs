@@ -27,7 +27,7 @@ fn data() -> Option<PathBuf> {
 #[test]
 fn every_file_reads_and_comes_back() {
     let Some(data) = data() else { return };
-    let folder = read_folder(&data, false).unwrap();
+    let folder = read_folder(&data).unwrap();
     assert!(folder.skipped.is_empty(), "{:?}", folder.skipped);
     let (mut angle, mut place, mut frames) = (0f64, 0f64, 0usize);
     for (path, document) in &folder.documents {

@@ -11,7 +11,11 @@ use gestus_database::{
     blob::assemble::with_section,
     build::{BuildError, BuildOptions, Built, Choice, build},
     command_line::options::ReportArgs,
-    data_folder::{balance::balanced, config::FILE_NAME, left_out::Group},
+    data_folder::{
+        balance::balanced,
+        config::FILE_NAME,
+        left_out::{Group, Refused},
+    },
     effort::{
         Source,
         dial::doubt,
@@ -97,6 +101,10 @@ pub fn run(args: &Args) -> Result<()> {
     args.choose_size(&mut config.build)?;
     let loaded = load_with_notes(&config)?;
     let (corpus, incomplete) = balanced(&loaded.corpus, !config.styles.is_empty());
+    if config.strict {
+        let folder = config.data.as_deref().unwrap_or(Path::new(".")).display().to_string();
+        Refused::unless_empty(Vec::new(), incomplete.clone()).context(folder)?;
+    }
     for group in &incomplete {
         super::note(format_args!("left out: {group}"));
     }
@@ -143,7 +151,7 @@ pub fn run(args: &Args) -> Result<()> {
             super::say(described(choice, built.bytes.len()))?;
         }
         if count > 0 {
-            super::say(format_args!("{count} files or clips were left out (--strict stops at the first):"))?;
+            super::say(format_args!("{count} files or clips were left out (--strict makes that an error):"))?;
             for line in left_out.iter().flat_map(Group::lines) {
                 super::say(format_args!("  {line}"))?;
             }

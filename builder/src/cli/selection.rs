@@ -48,7 +48,7 @@ pub struct FrameArgs {
     /// Use at most so many clips of each action and style; clips that can't be used do not count; 0: no limit
     #[arg(long)]
     limit: Option<usize>,
-    /// Stop at a clip that can't be used, instead of leaving it out
+    /// Make it an error if a clip can't be used, instead of leaving it out
     #[arg(long)]
     strict: bool,
 }

@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fmt};
 
 use serde_json::{Value, json};
+use thiserror::Error;
 
 use super::config::FILE_NAME;
 
@@ -151,6 +152,33 @@ impl Group {
 impl fmt::Display for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {} ({}): {}", self.clips.len(), self.what, self.named(), self.advice)
+    }
+}
+
+/// Clips that can't be used where none may be left out: each with its reason, and what would change it.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub struct Refused {
+    /// One line a clip, where it has one of its own.
+    said: Vec<String>,
+    groups: Vec<Group>,
+}
+
+impl Refused {
+    /// The error of a command under `strict`, if it would leave out anything.
+    ///
+    /// # Errors
+    /// There are such clips.
+    pub fn unless_empty(said: Vec<String>, groups: Vec<Group>) -> Result<(), Self> {
+        if groups.is_empty() { Ok(()) } else { Err(Self { said, groups }) }
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count: usize = self.groups.iter().map(|group| group.clips.len()).sum();
+        write!(f, "{count} files or clips can't be used (--strict: nothing is left out):")?;
+        let groups = self.groups.iter().flat_map(Group::lines);
+        self.said.iter().cloned().chain(groups).try_for_each(|line| write!(f, "\n  {line}"))
     }
 }
 

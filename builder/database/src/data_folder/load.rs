@@ -13,7 +13,7 @@ use crate::{
     data_folder::{
         config::{AnnotateError, Annotation, Config, FILE_NAME},
         floors,
-        left_out::{LeftOut, Reason},
+        left_out::{Group, LeftOut, Reason, Refused},
         skeletons::{difference, most_common, unify},
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
@@ -47,7 +47,7 @@ pub enum LoadError {
     /// A file.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// `gestus.toml`, or a file that it does not know, under `strict`.
+    /// `gestus.toml`.
     #[error(transparent)]
     Annotate(#[from] AnnotateError),
     /// A file in place of a folder.
@@ -62,9 +62,9 @@ pub enum LoadError {
     /// A selection of joints that can't be kept.
     #[error("{0}: {1}")]
     Joints(String, JointsError),
-    /// A file that was left out, under `strict`.
-    #[error("{0} (--strict: nothing is left out)")]
-    Strict(String),
+    /// Clips that can't be used, under `strict`.
+    #[error("{0}: {1}")]
+    Strict(String, Refused),
     /// No clips.
     #[error("{folder}: no clip can be used{detail}")]
     Empty {
@@ -78,14 +78,14 @@ pub enum LoadError {
 /// Reads the clips that a configuration selects, and registers them.
 ///
 /// # Errors
-/// [`LoadError`] if no clip can be used, or with `strict` if any file can't.
+/// [`LoadError`] if no clip can be used, or with `strict` if any can't.
 pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     let folder = config.data.clone().unwrap_or_else(|| PathBuf::from("."));
     let place = folder.display().to_string();
     if folder.is_file() {
         return Err(LoadError::File(place));
     }
-    let files = read_folder(&folder, config.strict)?;
+    let files = read_folder(&folder)?;
     let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
     let skipped = files.skipped.iter().map(|error| {
         LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
@@ -127,17 +127,20 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         let (clip, licence) = (clip.clip, config.licence.clone());
         performances.push(Performance { clip, kind, action, style, take, licence });
     }
-    if config.strict
-        && let Some(first) = left_out.first()
-    {
-        return Err(LoadError::Strict(first.said.clone()));
-    }
+    let refuse = |left_out: &[LeftOut]| {
+        let left_out = if config.strict { left_out } else { &[] };
+        let said = left_out.iter().map(|one| one.said.clone()).collect();
+        let refused = Refused::unless_empty(said, Group::all(left_out));
+        refused.map_err(|e| LoadError::Strict(place.clone(), e))
+    };
+    refuse(&left_out)?;
     if performances.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
     unify(&mut performances);
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
     left_out.extend(without.iter().map(|p| uncut(&p.clip, &p.action, p.kind)));
+    refuse(&left_out)?;
     if corpus.examples.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
     }
@@ -534,9 +537,18 @@ mod tests {
         let loaded = folder.load("").unwrap();
         assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (2, 1), "{:?}", loaded.notes);
         assert_eq!(loaded.corpus.skeleton.offsets, alone.offsets);
-        // Nothing is left out, of whatever reason.
+        // Nothing is left out, of whatever reason, and all of it is told.
+        fs::write(folder.0.join("walk_b_2.bvh"), "HIERARCHY").unwrap();
         let said = folder.load("strict = true").unwrap_err().to_string();
-        assert!(said.contains("walk_a_2: no gait cycle found") && said.contains("--strict"), "{said}");
+        for wanted in
+            ["2 files or clips can't be used (--strict", "walk_a_2: no gait cycle found", "walk_b_2.bvh:1:"]
+        {
+            assert!(said.contains(wanted), "{wanted}: {said}");
+        }
+        assert!(
+            said.contains("1 without a gait cycle (walk_a_2)") && said.contains("walk = \"whole\""),
+            "{said}"
+        );
     }
 
     /// A pose to calibrate by, beside good clips: `build` called its knots a fault of the builder.

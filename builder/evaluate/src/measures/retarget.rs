@@ -137,7 +137,7 @@ impl OnDatabase for Args {
 pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
     let config = Config::of_folder(folder)?;
     let options = Options { unit: config.unit(), ..Options::default() };
-    let files = read_folder(folder, false)?;
+    let files = read_folder(folder)?;
     let target = Body::of_database(database)?;
     let mut rows: Vec<table::Row> = Vec::new();
     let mut notes: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();

@@ -66,7 +66,7 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
     }
     let config = Config::of_folder(folder)?;
     let options = Options { unit: config.unit(), ..Options::default() };
-    let files = read_folder(folder, false)?;
+    let files = read_folder(folder)?;
     let step = files.documents.len().div_ceil(CLIPS).max(1);
     let mut rows: Vec<table::Row> = Vec::new();
     let mut figures = Vec::new();
