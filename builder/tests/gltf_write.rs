@@ -316,6 +316,11 @@ fn translate_writes_what_it_was_given() {
         let off = apart(&bvh, &clip_of(name));
         assert!(off < 1e-4, "{name}: {off}");
     }
+    // VRM is glTF, whatever the file is called.
+    fs::copy(folder.join("hero.glb"), folder.join("hero.vrm")).unwrap();
+    let input = file("hero.vrm#Walk");
+    run(&["translate", "--db", &db, "--input", &input, "--style", "proud", "-o", &file("out.vrm")]);
+    assert_eq!(fs::read(folder.join("out.vrm")).unwrap(), fs::read(folder.join("out.glb")).unwrap());
     assert_eq!(clip_of("added.glb#Walk").frames, clip_of("hero.glb#Walk").frames);
     for (output, said) in [
         ("hero.glb", "over an input"),

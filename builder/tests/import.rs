@@ -157,6 +157,9 @@ fn fbx_is_told_by_its_bytes_and_a_count_that_is_off_by_one_is_a_note() {
         fs::write(&path, content).unwrap();
         let error = capture::read(&path).unwrap_err();
         assert!(matches!(&error, CaptureError::Fbx { file } if Path::new(file) == path), "{error}");
+        // Dropped on a page, there is no file.
+        let error = capture::documents(&path, &content.into()).unwrap_err();
+        assert!(matches!(error, CaptureError::Fbx { .. }), "{error}");
     }
     let text = Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text();
     let frames = common::walk().frames.len();

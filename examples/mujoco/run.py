@@ -5,6 +5,7 @@
 position servo (PD) that is told its angle of the tick. Nothing balances the robot. See README.md.
 """
 import argparse
+import importlib.util
 import json
 import pathlib
 import sys
@@ -160,10 +161,16 @@ def main():
         return
     if args.qpos is None:
         parser.error("a file of gestus translate --qpos is needed")
+    if not args.qpos.is_file():
+        parser.error(f"{args.qpos}: there is no such file")
+    if args.picture and not importlib.util.find_spec("matplotlib"):
+        parser.error("--picture needs matplotlib: pip install matplotlib")
     names = None
     if args.qpos.suffix == ".csv":
         with open(args.qpos) as lines:
             names = next(lines).strip().split(",")
+        if names[0] == "time_s":
+            parser.error(f"{args.qpos}: this is a file of --csv; give one of gestus translate --qpos")
         qpos = np.loadtxt(args.qpos, delimiter=",", skiprows=1, ndmin=2)
     else:
         qpos = np.load(args.qpos)

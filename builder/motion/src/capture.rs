@@ -278,17 +278,17 @@ pub fn motion_files(path: &Path) -> Result<(Vec<PathBuf>, Vec<CaptureError>), Ca
     Ok((paths, errors))
 }
 
-/// The documents in the bytes of a file, each with the name of its animation, which BVH does not have. The file's name
-/// says the format.
+/// The documents in the bytes of a file, each with the name of its animation, which BVH does not have.
 ///
 /// # Errors
 /// As [`read`]; a glTF file has to hold all its data itself.
 pub fn documents(file: &Path, bytes: &Arc<[u8]>) -> Result<Vec<(String, Document)>, CaptureError> {
     let name = file.to_string_lossy();
-    if !is_gltf(file) {
-        return Ok(vec![(String::new(), Document::Bvh(Bvh::parse(bytes, &name)?))]);
-    }
-    let animations = Gltf::of(bytes.clone(), &name, Path::new(""))?;
+    let animations = match Format::of_content(file, bytes) {
+        Format::Gltf => Gltf::of(bytes.clone(), &name, Path::new(""))?,
+        Format::Bvh => return Ok(vec![(String::new(), Document::Bvh(Bvh::parse(bytes, &name)?))]),
+        Format::Fbx => return Err(CaptureError::Fbx { file: name.into_owned() }),
+    };
     Ok(animations.into_iter().map(|one| (one.name().to_owned(), Document::Gltf(Box::new(one)))).collect())
 }
 

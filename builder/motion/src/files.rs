@@ -47,11 +47,17 @@ pub enum FileError {
     Size { bytes: u64, most: u64 },
     #[error("it is outside of the folder of the file that names it, and only files in that folder are read")]
     Outside,
+    #[error("a page in a browser reads a file without those beside it")]
+    Alone,
 }
 
 impl From<io::Error> for FileError {
     fn from(error: io::Error) -> Self {
-        Self::Io(error.to_string())
+        match error.kind() {
+            // There are no files where a wasm module runs.
+            io::ErrorKind::Unsupported => Self::Alone,
+            _ => Self::Io(error.to_string()),
+        }
     }
 }
 

@@ -22,14 +22,18 @@ impl Format {
 
     /// The format of a file by its first bytes, or else by its name. A name without a known ending is BVH.
     pub(crate) fn of_file(path: &Path) -> Result<Self, FileError> {
-        let head = files::head(path, 64)?;
+        Ok(Self::of_content(path, &files::head(path, 64)?))
+    }
+
+    /// The same, of a file with these first bytes.
+    pub(crate) fn of_content(path: &Path, head: &[u8]) -> Self {
         let text = head.trim_ascii_start();
-        Ok(match Self::of(path) {
+        match Self::of(path) {
             _ if head.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX") => Self::Fbx,
             _ if head.starts_with(b"glTF") => Self::Gltf,
             _ if text.starts_with(b"HIERARCHY") => Self::Bvh,
             by_name => by_name.unwrap_or(Self::Bvh),
-        })
+        }
     }
 
     /// The format of a file, by the ending of its name.
@@ -77,7 +81,8 @@ impl Format {
     const fn endings(self) -> &'static [&'static str] {
         match self {
             Self::Bvh => &["bvh"],
-            Self::Gltf => &["glb", "gltf"],
+            // VRM and its animations are glTF by another name.
+            Self::Gltf => &["glb", "gltf", "vrm", "vrma"],
             Self::Fbx => &["fbx"],
         }
     }

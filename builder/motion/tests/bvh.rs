@@ -190,6 +190,7 @@ fn every_error_names_its_place_and_what_to_do() {
     let latin = [b"HIERARCHY\nROOT H".as_slice(), &[0xfc, b'f', b't', b'e']].concat();
     let error = Bvh::parse(&latin, "latin.bvh").unwrap_err();
     assert_eq!((error.line, error.column, error.kind), (2, 7, Kind::NotUtf8));
+    assert_eq!(Bvh::parse(b"\x89PNG\r\n", "picture.bvh").unwrap_err().kind, Kind::Binary);
 }
 
 #[test]

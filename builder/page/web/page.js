@@ -115,7 +115,11 @@
     try {
       const content = new Uint8Array(await file.arrayBuffer());
       if (!/\.gestus$/i.test(file.name)) { await useClip(content, file.name); return; }
-      useDatabase(content);
+      try {
+        useDatabase(content);
+      } catch (error) {
+        throw new Error(`${file.name}: ${error.message || error}`);
+      }
       if (clip) await useClip(clip.content, clip.name, clip.told);
     } catch (error) {
       failed(error);
@@ -333,7 +337,7 @@
     e.preventDefault();
     document.body.classList.remove("over");
     const files = [...(e.dataTransfer?.files || [])];
-    const file = files.find((f) => /\.(bvh|glb|gltf|gestus)$/i.test(f.name)) || files[0];
+    const file = files.find((f) => /\.(bvh|glb|gltf|vrma?|gestus)$/i.test(f.name)) || files[0];
     if (file) openFile(file);
   });
   addEventListener("keydown", (e) => {

@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use gestus_core::{Database, robot::Robot};
+use gestus_core::{BlobError, Database, robot::Robot};
 use gestus_database::{
     command_line::{
         blob,
@@ -106,7 +106,13 @@ impl RobotArgs {
     /// Bytes that are not a robot's tables, and tables made for another database.
     pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
         let Some(path) = &self.robot else { return Ok(None) };
-        let robot = Robot::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+        let robot = Robot::open(bytes).map_err(|error| match error {
+            BlobError::Magic => anyhow::anyhow!(
+                "{}: these are no tables of a robot: `gestus translate --robot R.urdf --robot-section FILE` writes them",
+                path.display()
+            ),
+            error => anyhow::anyhow!("{}: {error}", path.display()),
+        })?;
         robot.fits(database, HINGES).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         Ok(Some(robot))
     }

@@ -31,6 +31,9 @@ impl WasmCrate {
         let target =
             env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.target(), PathBuf::from).join("wasm");
         let path = target.join(TARGET).join("release").join(self.file);
+        if !path.is_file() {
+            eprintln!("building the wasm module, which takes a few minutes, once");
+        }
         if let Err(why) = self.build(&target) {
             if !path.is_file() {
                 bail!(

@@ -31,6 +31,8 @@ pub enum BvhErrorKind {
     File(FileError),
     #[error("the text is not UTF-8; save the file as UTF-8 (plain ASCII will do) and try again")]
     NotUtf8,
+    #[error("this is no text, so it is no BVH file; give one, or a glTF file")]
+    Binary,
     #[error("expected {expected}, found {found}; {advice}")]
     Unexpected { expected: &'static str, found: String, advice: &'static str },
     #[error(

@@ -28,7 +28,16 @@ impl Bvh {
             let mut lexer = Lexer::new(&before);
             while lexer.next().is_some() {}
             let (line, column) = lexer.place();
-            BvhError { file: file.to_string(), line, column, kind: Kind::NotUtf8 }
+            BvhError {
+                file: file.to_string(),
+                line,
+                column,
+                kind: if bytes.trim_ascii_start().starts_with(b"HIERARCHY") {
+                    Kind::NotUtf8
+                } else {
+                    Kind::Binary
+                },
+            }
         })?;
         Parser { lexer: Lexer::new(text), file, joints: Vec::new(), channels: 0, lines: HashMap::new() }
             .document()

@@ -25,7 +25,9 @@ pub enum GltfErrorKind {
     NotGltf(String),
     #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
     Packed(String),
-    #[error("buffer {buffer} is in {uri}: {reason}; put it there, or export one .glb file")]
+    #[error(
+        "buffer {buffer} is in {uri}: {reason}; export one .glb file that holds it, or put it beside this one"
+    )]
     Buffer { buffer: usize, uri: String, reason: FileError },
     #[error("buffer {buffer} is in the binary part, and the file has none; export it again")]
     NoBinary { buffer: usize },
