@@ -97,6 +97,19 @@ fn a_clip_keeps_its_own_floor() {
     }
 }
 
+/// A roll of a game was taken for a walk in a world whose Z is up, a metre over its floor.
+#[test]
+fn a_body_that_rolls_does_not_turn_its_world() {
+    let mut roll = without_toes();
+    let count = roll.frames.len() as f64;
+    for (t, frame) in roll.frames.iter_mut().enumerate() {
+        let turn = t as f64 / count * 1.1 * std::f64::consts::PI;
+        frame.rotations[0] = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), turn) * frame.rotations[0];
+    }
+    let input = read(&roll, &Reading::default()).unwrap();
+    assert!((input.up() - Vector3::y()).norm() < 1e-6, "{}", input.up());
+}
+
 #[test]
 fn a_told_floor_wins() {
     let told = |floor_m| Reading {

@@ -7,6 +7,7 @@
 //! | left is left: hips and toes say so of the joints that were found | the same side |
 //! | the fastest turn of any joint, against the input's fastest | twice |
 //! | the last pose of a loop, against its first | 0.5 cm |
+//! | whether its root is found to move or to be held in place, where the table says it | as it says |
 
 use std::{
     env, fs,
@@ -14,6 +15,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use base64::{Engine, engine::general_purpose::STANDARD};
 use gestus_core::Database;
 use gestus_database::{
     build::{BuildOptions, build},
@@ -76,10 +78,26 @@ impl<'a> Row<'a> {
         }
     }
 
+    /// The clip; of a script that wraps a GLB file as base64, as packages for browsers do, the file.
+    fn unwrapped(&self) -> Result<PathBuf> {
+        let path = self.path();
+        if path.extension().is_none_or(|ending| ending != "js") {
+            return Ok(path);
+        }
+        let text = fs::read_to_string(&path)?;
+        let data =
+            text.split_once(";base64,").and_then(|(_, rest)| rest.split_once('"')).context("no data URL")?.0;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let path = env::temp_dir().join(format!("gestus-foreign-{}-{stem}.glb", std::process::id()));
+        fs::write(&path, STANDARD.decode(data)?)?;
+        Ok(path)
+    }
+
     /// The clip, or a changed copy of it.
     fn file(&self, database: &Database<'_>) -> Result<PathBuf> {
-        let Some(change) = self.word("change") else { return Ok(self.path()) };
-        let (document, binding, mut clip) = read_clip(&self.path(), database, None)?;
+        let whole = self.unwrapped()?;
+        let Some(change) = self.word("change") else { return Ok(whole) };
+        let (document, binding, mut clip) = read_clip(&whole, database, None)?;
         // Z up is not known before it is retargeted.
         let first = clip.frames[0].root;
         for frame in &mut clip.frames {
@@ -101,6 +119,8 @@ struct Figures {
     turn: f64,
     left: bool,
     seam_cm: Option<f64>,
+    /// Whether the root is found as the table has it.
+    root: bool,
     words: String,
 }
 
@@ -112,6 +132,7 @@ impl Figures {
             (!self.left, "left and right"),
             (self.turn > 2.0, "fast joints"),
             (self.seam_cm.is_some_and(|cm| cm > 0.5), "loop"),
+            (!self.root, "root"),
         ];
         faults.into_iter().filter(|f| f.0).map(|f| f.1).collect()
     }
@@ -141,7 +162,10 @@ fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> 
         let (a, b) = (shape(&output.frames[0]), shape(&output.frames[output.frames.len() - 1]));
         100.0 * a.iter().zip(&b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
     });
+    let ground = input.json();
+    let root = ground["root"].as_str().unwrap_or("?");
     Ok(Figures {
+        root: row.word("root").is_none_or(|told| told == root),
         floor_cm: 100.0 * (standing(&output, retarget) - standing(&given, retarget)) * LEG_M
             / retarget.source.anatomy.leg_m,
         turn: fastest(&output) / fastest(&given).max(1e-6),
@@ -150,7 +174,7 @@ fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> 
         words: format!(
             "floor {:.2} m, {}, {}, passed {:.0}%",
             input.floor().height_m,
-            input.json()["root"].as_str().unwrap_or("?"),
+            root,
             verdict.likeness.name(),
             100.0 * verdict.passed
         ),
@@ -186,11 +210,13 @@ fn is_left(clip: &Clip, retarget: &Retarget) -> bool {
         return true;
     };
     let hands = both(Part::UpperArm).unwrap_or(hips);
+    let Some(&chest) = retarget.source.parts.spine.last() else { return true };
     let (mut ahead, mut same) = (0.0, 0.0);
     for frame in &clip.frames {
         let p = frame.positions(&clip.skeleton);
         let left = p[hips[0]] - p[hips[1]];
-        let forward = left.cross(&Vector3::y());
+        // Along the trunk: a body that rolls is on its head for a while.
+        let forward = left.cross(&(p[chest] - p[0]));
         ahead += (0..2).map(|s| (p[toes[s]] - p[feet[s]]).dot(&forward)).sum::<f64>();
         same += (p[hands[0]] - p[hands[1]]).dot(&left);
     }

@@ -151,25 +151,32 @@ fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
-/// The rotation of the clip's up axis to Y: that of the map file, or the axis along which the feet are below the hips.
+/// Least length of the mean way from the feet to the hips, in their mean distance, of a body that shows where up is.
+const UPRIGHT: f64 = 0.7;
+
+/// The rotation of the clip's up axis to Y: that of the map file, or the axis along which the feet are below the hips
+/// throughout. A body that rolls shows none.
 fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuaternion<f64> {
     let up = file.up.unwrap_or_else(|| {
         let feet: Vec<usize> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
             .ok()
             .map(|p| Side::BOTH.iter().filter_map(|&s| p.get(Part::Foot(s))).collect())
             .unwrap_or_default();
-        let mut up = Vector3::zeros();
+        let (mut up, mut distance) = (Vector3::zeros(), 0.0);
         let mut extent = Vector3::zeros();
         for frame in frames {
             let p = frame.positions(skeleton);
-            up += feet.iter().map(|&f| p[0] - p[f]).sum::<Vector3<f64>>();
+            for way in feet.iter().map(|&f| p[0] - p[f]) {
+                up += way;
+                distance += way.norm();
+            }
             let (low, high) = p.iter().fold((p[0], p[0]), |(l, h), q| (l.inf(q), h.sup(q)));
             extent += high - low;
         }
         let axis = up.iamax();
-        if !feet.is_empty() && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
+        if up.norm() > UPRIGHT * distance && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
             (axis, up[axis].signum())
-        } else if extent.z > 1.3 * extent.y {
+        } else if feet.is_empty() && extent.z > 1.3 * extent.y {
             (2, 1.0)
         } else {
             (1, 1.0)

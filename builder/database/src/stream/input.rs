@@ -159,7 +159,10 @@ impl Input {
     ) -> Result<Self> {
         let rate_hz = f64::from(database.rate_hz());
         // The body is measured at the clip's own rate, which has more poses.
-        let (way, floor) = Way::find(database, original, &reading.map)?;
+        // The standard of glTF says where up is; a body that rolls or lies does not.
+        let standard = matches!(document, Document::Gltf(_)).then_some((1, 1.0));
+        let map = MapFile { up: reading.map.up.or(standard), ..reading.map.clone() };
+        let (way, floor) = Way::find(database, original, &map)?;
         let target = Arc::new(database_skeleton(database));
         let onto = |clip: &Clip| way.onto(&target, clip, floor.height_m);
         let body = Body::of(&Corpus::of_clip(&onto(&Clip {
