@@ -9,7 +9,8 @@
 //! 3. The output's own way, smoothed over `WAY_S`, is taken off its hips, so that their sway stays.
 //!
 //! A clip is taken to be in place if both feet carry it, they move at `LEAST_M_S` or more and in one direction as the body
-//! sees it, and the hips at a quarter of that or less. Who punches, kicks or dances on the spot steps to and fro.
+//! sees it, the hips at a quarter of that or less, and these are above the knees. Who punches, kicks or dances on the spot
+//! steps to and fro; who rolls flings the feet.
 
 use std::str::FromStr;
 
@@ -90,6 +91,7 @@ impl Course {
         let found = speed_m_s > LEAST_M_S
             && carried > LEAST_CARRIED
             && feet.shares.iter().all(|&share| share > LEAST_SHARE * carried)
+            && is_upright(clip, legs)
             && mean_as_seen(&velocity, clip, body).norm() > DIRECTED * speed_m_s
             && hips_speed(clip) < HIPS * speed_m_s;
         if told.is_none() && !found {
@@ -108,6 +110,14 @@ impl Course {
             frame.root += way;
         }
     }
+}
+
+/// Whether the hips are above the knees, of which one may be lifted, in every frame.
+fn is_upright(clip: &Clip, legs: &[Leg; 2]) -> bool {
+    clip.frames.iter().all(|frame| {
+        let places = frame.positions(&clip.skeleton);
+        legs.iter().map(|leg| places[leg.hip].y - places[leg.knee].y).sum::<f64>() > 0.0
+    })
 }
 
 /// Mean velocity as the body sees it, which turns.
