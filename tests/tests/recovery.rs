@@ -81,6 +81,31 @@ fn one_wrong_height_or_place_leaves_no_trace() {
     }
 }
 
+/// A place that is off by less than a body's speed is told by the change of that speed, there and back.
+#[test]
+fn a_root_that_jerks_leaps() {
+    for method in Method::ALL {
+        let stream = Stream::new(method);
+        let leaps = |off: f32| {
+            let mut pose = stream.clean[WRONG];
+            pose.position[0] += off;
+            let after = stream.after(&pose);
+            after.iter().take(6).map(|(_, r)| r.degraded.contains(Degraded::LEAP)).collect::<Vec<_>>()
+        };
+        assert_eq!(leaps(0.15), [true, true, false, false, false, false], "{method:?}");
+        assert_eq!(leaps(0.04), [false; 6], "{method:?}");
+    }
+    // A speed that lasts is accepted at once.
+    let stream = Stream::new(Method::Mar);
+    let (mut stylizer, mut output) = (stream.stylizer.clone(), stream.output);
+    let carried = stream.clean[WRONG..].iter().enumerate().map(|(t, pose)| {
+        let mut pose = *pose;
+        pose.position[0] += 0.2 * (t + 1) as f32;
+        stylizer.step(&pose, &mut output).degraded.contains(Degraded::LEAP)
+    });
+    assert_eq!(carried.filter(|leaps| *leaps).count(), 1);
+}
+
 /// Every bit of every number of a frame; in debug builds one of the lowest a number, for the time.
 #[test]
 fn one_wrong_bit_leaves_no_trace() {

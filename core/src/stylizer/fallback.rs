@@ -10,7 +10,7 @@
 //! | no input has arrived | [`Degraded::STALE`] | [`Stylizer::tick`] without an input |
 //! | the input is older than the last one, or the same again | [`Degraded::ORDER`] | the number given with the input |
 //! | not a pose: NaN, a rotation without length, a position out of range | [`Degraded::INPUT`] | the pose |
-//! | faster than any body | [`Degraded::LEAP`] | joints over 40 rad/s, root over 15 m/s, heading over 20 rad/s |
+//! | faster than any body | [`Degraded::LEAP`] | joints over 40 rad/s, root over 15 m/s or 3 m/s from its last speed, heading over 20 rad/s |
 //!
 //! Poses that are out of order, but in order among themselves, are those of a counter that has started anew, or whose last
 //! number was wrong: after eight of them the stream goes on with their numbers.
@@ -47,6 +47,10 @@ const ON_FLOOR_M: f32 = 0.01;
 const JOINT_SPEED: f32 = 40.0;
 const HEADING_SPEED: f32 = 20.0;
 const ROOT_SPEED: f32 = 15.0;
+/// Change of the root's speed from one frame to the next, m/s: jumps and kicks of real bodies reach 1.
+const ROOT_CHANGE: f32 = 3.0;
+/// Part of its velocity that a body is taken to keep in a frame that leaps.
+const KEPT_SPEED: f32 = 0.9;
 
 /// Angle by which the joint of a dof has turned, radians. Compares rotations: exponential maps flip at half a turn.
 #[cold]
@@ -94,9 +98,16 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // Of the joints the largest first, without branches: almost no frame leaps.
         let joints = changes.clone().skip(dof::JOINTS);
         let largest = joints.clone().fold(0.0, |most, (_, change)| if change > most { change } else { most });
-        let at = |d: usize| abs(x.get(d).copied().unwrap_or(0.0));
+        let of = |x: &[f32], d: usize| x.get(d).copied().unwrap_or(0.0);
+        let at = |d: usize| abs(of(x, d));
+        // A body keeps its speed, be it that of the last frame or, after a leap, the one that it is taken to have.
+        let jerks = |d: usize, last: f32| {
+            let known = [last, of(x_prev, d)];
+            known.iter().all(|known| abs(of(x, d) - frames * known) > ROOT_CHANGE * frames * frames)
+        };
         at(dof::FORWARD) > ROOT_SPEED * frames
             || at(dof::LEFT) > ROOT_SPEED * frames
+            || self.faults.speed.is_some_and(|[f, l]| jerks(dof::FORWARD, f) || jerks(dof::LEFT, l))
             || at(dof::YAW) > HEADING_SPEED * frames
             || changes.take(dof::FORWARD).any(|(d, change)| match d {
                 dof::HEIGHT => change > ROOT_SPEED * seconds,
@@ -114,15 +125,18 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         true
     }
 
-    /// Accepts the input. Its velocities are divided by the number of frames since the last accepted one; after a leap
-    /// they are 0, under every policy: no body moved that fast, and what is predicted from such a speed would stay for
-    /// seconds.
+    /// Accepts the input. Its velocities are divided by the number of frames since the last accepted one. In a leap they
+    /// are those of the frame before, a little less, under every policy: no body moved that fast, and what is predicted
+    /// from such a speed would stay for seconds.
     pub(super) fn accept(&mut self, leapt: bool) {
         let frames = self.faults.frames();
+        let speed = |d: usize| self.signals.x.as_flattened().get(d).copied().unwrap_or(0.0) / frames;
+        self.faults.speed = self.last.map(|_| [speed(dof::FORWARD), speed(dof::LEFT)]);
         if leapt || frames > 1.0 {
+            let (now, before) = (self.signals.x.as_flattened_mut(), self.signals.x_prev.as_flattened());
             for d in [dof::FORWARD, dof::LEFT, dof::YAW] {
-                if let Some(speed) = self.signals.x.as_flattened_mut().get_mut(d) {
-                    *speed = if leapt { 0.0 } else { *speed / frames };
+                if let (Some(speed), Some(before)) = (now.get_mut(d), before.get(d)) {
+                    *speed = if leapt { KEPT_SPEED * before } else { *speed / frames };
                 }
             }
         }

@@ -14,6 +14,8 @@ pub(super) struct FaultState {
     /// Frames from the last accepted input to this one, by their numbers.
     pub gap: u16,
     pub leaps: u8,
+    /// The speed over the ground by which the last accepted input came, forward and to the left, m/s; `None` for the first.
+    pub speed: Option<[f32; 2]>,
     /// Seconds left of the blend back.
     pub blend_back_s: f32,
     /// The feet that the last output stands on, one bit each.
@@ -22,7 +24,7 @@ pub(super) struct FaultState {
 
 impl FaultState {
     pub const fn new() -> Self {
-        Self { number: None, rejected: (0, 0), gap: 1, leaps: 0, blend_back_s: 0.0, stands: 0 }
+        Self { number: None, rejected: (0, 0), gap: 1, leaps: 0, speed: None, blend_back_s: 0.0, stands: 0 }
     }
 
     /// Frames from the last accepted input to this one: by their numbers, or by the glitches between them.

@@ -18,6 +18,7 @@ use gestus_core::{
     blob::{Leg, layout::MAX_JOINTS},
     body::two_bone_ik::Chain,
     math::quaternion,
+    output::foot_lock::kept,
 };
 use nalgebra::Vector3;
 
@@ -150,12 +151,35 @@ pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize)
     let Some(limbs) = Limbs::of_database(database) else { return };
     let likelihoods: Vec<[f64; 2]> =
         streamed.steps.iter().map(|s| s.report.contact_likelihood.map(f64::from)).collect();
-    let stands = smoothed(&likelihoods, GAUSSIAN_S * f64::from(database.rate_hz()));
+    let mut stands = smoothed(&likelihoods, GAUSSIAN_S * f64::from(database.rate_hz()));
     let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
+    end_in_time(&limbs, &frames, f64::from(database.rate_hz()), &mut stands);
     let cleaned = clean(&limbs, &frames, &stands, window);
     for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
         step.frame = frame;
         step.report.contacts = stands;
+    }
+}
+
+/// Votes to stand end late: in its second half a footplant ends where the foot slides as one that leaves.
+fn end_in_time(limbs: &Limbs, frames: &[Frame], rate_hz: f64, stands: &mut [[bool; 2]]) {
+    let poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
+    for (side, leg) in limbs.legs.iter().enumerate() {
+        let chains: Vec<Chain> = poses.iter().map(|pose| limbs.chain(side, pose)).collect();
+        let leaves = |t: usize| {
+            let way = slid(&chains[t], leg, &chains[t - 1]);
+            let speed = way.x.hypot(way.z) * rate_hz;
+            kept(speed as f32, over(&chains[t], leg).map(|over| over as f32)) < 1.0
+        };
+        let mut start = 0;
+        while start < stands.len() {
+            let end = (start..stands.len()).find(|&t| !stands[t][side]).unwrap_or(stands.len());
+            let last = ((start + end).div_ceil(2).max(start + 1)..end).find(|&t| leaves(t)).unwrap_or(end);
+            for stands in &mut stands[last..end] {
+                stands[side] = false;
+            }
+            start = end + 1;
+        }
     }
 }
 
@@ -406,7 +430,9 @@ mod tests {
         let database = Database::open(&built.bytes).unwrap();
         let mut streamed = stream(&database, &corpus.examples[0].clip, &Request::style(1), &mut ()).unwrap();
         let dip = streamed.steps.len() / 2;
+        let standing = streamed.steps[0].frame.clone();
         for (t, step) in streamed.steps.iter_mut().enumerate() {
+            step.frame.clone_from(&standing);
             step.report.contact_likelihood = if t == dip { [0.0, 1.0] } else { [1.0, 0.0] };
         }
         clean_up(&database, &mut streamed, 15);

@@ -6,6 +6,7 @@ use crate::{
     math::{
         clamp, exp,
         quaternion::Vector,
+        sqrt,
         vector::{add, norm, subtract},
     },
 };
@@ -23,6 +24,13 @@ pub(super) const DEEPEST_M: f32 = 0.4;
 const HANDOVER_M: f32 = 0.0005;
 /// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.
 const RETURN_SPEED: f32 = 0.25;
+/// Votes to stand end late: a foot that leaves the floor slides at 1 m/s and more, with its heel up; one that stands at up
+/// to 0.3 m/s. Slower than the first speed it is held whole, faster than the second not at all. m/s.
+const LEAVE_SPEED: [f32; 2] = [0.4, 1.0];
+/// How far the heel is over the toes of a foot that stands flat, and of one that may leave. Metres.
+const HEEL_UP_M: [f32; 2] = [0.02, 0.05];
+/// Speed at which the offset of a foot that leaves is eased out: it moves anyway. m/s.
+const LEAVE_RETURN_SPEED: f32 = 0.5;
 /// Highest speed of a step, m/s.
 const STEP_SPEED: f32 = 1.0;
 /// Height of a step, as a part of its length, and its maximum, metres.
@@ -71,6 +79,8 @@ pub(super) struct Foot {
     held: Vector,
     /// Position on the ground, in the last frame, of the joint that does not carry the foot.
     other: [f32; 2],
+    /// Whether it is on its way up, though it is still held in part.
+    pub leaves: bool,
     /// Seconds since the release.
     age_s: f32,
     /// The direction up in the foot's own frame, in the last frame, in parts of which [`UP`] are 1.
@@ -83,6 +93,7 @@ impl Foot {
         offset: [0.0; 3],
         held: [0.0; 3],
         other: [0.0; 2],
+        leaves: false,
         age_s: 0.0,
         up: [0; 3],
     };
@@ -123,6 +134,7 @@ impl Foot {
         hip_drop: f32,
     ) -> Vector {
         let (phase, [x, _, z]) = (self.phase, self.offset);
+        self.leaves = false;
         let mut slid = [0.0; 3];
         if !self.is_held() {
             self.ease(step_s, tuning.ease_s);
@@ -148,9 +160,7 @@ impl Foot {
             self.ease(step_s, tuning.ease_s);
         }
         if self.is_held() {
-            let carrier = self.carrier(chain);
-            self.offset[0] = self.held[0] - carrier[0];
-            self.offset[2] = self.held[2] - carrier[2];
+            self.keep(chain, over, step_s);
             if self.phase == phase {
                 slid = [self.offset[0] - x, 1.0, self.offset[2] - z];
             }
@@ -169,6 +179,23 @@ impl Foot {
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
         self.other = [other[0] + self.offset[0], other[2] + self.offset[2]];
         slid
+    }
+
+    /// The offset on the ground of a held foot. What slides as a foot that leaves does goes with the prediction, and the
+    /// offset is eased out as far.
+    #[inline]
+    fn keep(&mut self, chain: &Chain, over: [f32; 2], step_s: f32) {
+        let (carrier, [x, _, z]) = (self.carrier(chain), self.offset);
+        let [slide_x, _, slide_z] = subtract(subtract(self.held, carrier), self.offset);
+        let slide = sqrt(slide_x * slide_x + slide_z * slide_z);
+        let kept = kept(slide / clamp(step_s, 1e-3, 10.0), over);
+        self.leaves = kept < 1.0;
+        let back = (1.0 - kept) * LEAVE_RETURN_SPEED * step_s;
+        let way = sqrt(x * x + z * z);
+        let left = if way > back { 1.0 - back / way } else { 0.0 };
+        self.offset[0] = x * left + kept * slide_x;
+        self.offset[2] = z * left + kept * slide_z;
+        self.held = add(carrier, self.offset);
     }
 
     /// Predicted position of the joint that carries the foot.
@@ -200,6 +227,13 @@ impl Foot {
             }
         }
     }
+}
+
+/// Part of its slide by which a foot is held that should stand, 1 at most: it slides at `speed` in the prediction, m/s, and
+/// its ankle and toes are that far over where they stand, metres.
+pub fn kept(speed: f32, over: [f32; 2]) -> f32 {
+    let part = |value: f32, [from, to]: [f32; 2]| clamp((value - from) / (to - from), 0.0, 1.0);
+    1.0 - part(speed, LEAVE_SPEED) * part(over[0] - over[1], HEEL_UP_M)
 }
 
 /// Heights of ankle and toes over where they stand on a floor of that height, metres.
@@ -238,6 +272,20 @@ mod tests {
     use super::*;
 
     const FRAME: f32 = 1.0 / 120.0;
+
+    #[test]
+    fn only_a_fast_foot_with_its_heel_up_leaves() {
+        let (flat, tipped) = ([0.0, 0.0], [0.09, 0.0]);
+        for (speed, over, part) in [
+            (0.3, tipped, 1.0),
+            (3.0, flat, 1.0),
+            (0.7, tipped, 0.5),
+            (1.0, tipped, 0.0),
+            (3.0, [0.02, NEVER_M], 1.0),
+        ] {
+            assert!((kept(speed, over) - part).abs() < 1e-6, "{speed} m/s, {over:?}");
+        }
+    }
 
     #[test]
     fn a_step_goes_up_and_comes_down_where_the_prediction_is() {

@@ -14,12 +14,15 @@
 //!    them. In a stream's first frames, and where a held foot is out of reach, the root goes with its feet.
 //! 3. The root takes the height that all standing feet have in common, slowly (a critically damped spring), and the hips
 //!    drop where a leg would be stretched beyond its length; the legs take the rest.
-//! 4. At foot-up the offset is eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. A foot
+//! 4. Votes to stand end a few frames late. A foot whose heel is up, and which the prediction moves as no standing foot
+//!    moves, leaves: it goes with the prediction, its offset is eased out, and it is no contact. Held on, it would be
+//!    10 cm behind when it swings.
+//! 5. At foot-up the offset is eased out by a smoothstep; a foot that comes down meanwhile is held where it then is. A foot
 //!    that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted a little,
 //!    does not count as standing meanwhile, and is held again when it has come down.
-//! 5. No foot sinks through the floor, in the air or held: a foot more than 1 cm too low is lifted. A body
+//! 6. No foot sinks through the floor, in the air or held: a foot more than 1 cm too low is lifted. A body
 //!    that is further than 40 cm below is elsewhere, and is left there.
-//! 6. Each leg reaches its target by [`crate::body::two_bone_ik`].
+//! 7. Each leg reaches its target by [`crate::body::two_bone_ik`].
 //!
 //! The prediction that is fed back stays unchanged: the lock changes the output alone.
 //! Source: Xia 2015, section 6; Kovar, Schreiner and Gleicher 2002 ("Footskate cleanup"), in a causal form.
@@ -28,8 +31,8 @@
 mod foot;
 mod root;
 
-pub use foot::Tuning;
 pub(crate) use foot::lowest;
+pub use foot::{Tuning, kept};
 
 use self::{
     foot::{DEEPEST_M, Foot, Phase, lower, over_floor, reach, too_deep},
@@ -132,7 +135,7 @@ impl Lock {
             slid = add(slid, foot.advance(chain, over, stands, step_s, tuning, self.root.hip_drop));
         }
         for (stands, foot) in contacts.iter_mut().zip(&self.feet) {
-            *stands = *stands && foot.phase != Phase::Step;
+            *stands = *stands && foot.phase != Phase::Step && !foot.leaves;
         }
         let way = self.root.start(slid, step_s);
         self.root.move_on_ground(&mut self.feet, way, &mut pose.position);
