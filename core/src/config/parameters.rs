@@ -164,7 +164,7 @@ parameters! {
     6 KAPPA kappa: f32 = 0.25, [0.0 to 1e6], &[Method::Mar];
     /// Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
     /// input's own character, and is further from the style.
-    7 RHO rho: f32 = 0.7, [0.0 to 1.0], &[Method::Mar];
+    7 RHO rho: f32 = 0.5, [0.0 to 1.0], &[Method::Mar];
     /// Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the stream
     /// jumps; a frame that reaches the cap reports `VISITS`.
     8 VISITS visits: u16 = 256, [64.0 to 448.0], &[Method::Mar];

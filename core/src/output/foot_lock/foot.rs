@@ -186,10 +186,17 @@ impl Foot {
     #[inline]
     fn keep(&mut self, chain: &Chain, over: [f32; 2], step_s: f32) {
         let (carrier, [x, _, z]) = (self.carrier(chain), self.offset);
-        let [slide_x, _, slide_z] = subtract(subtract(self.held, carrier), self.offset);
-        let slide = sqrt(slide_x * slide_x + slide_z * slide_z);
-        let kept = kept(slide / clamp(step_s, 1e-3, 10.0), over);
-        self.leaves = kept < 1.0;
+        [self.offset[0], _, self.offset[2]] = subtract(self.held, carrier);
+        let (slide_x, slide_z) = (self.offset[0] - x, self.offset[2] - z);
+        let (slide2, still) = (slide_x * slide_x + slide_z * slide_z, LEAVE_SPEED[0] * step_s);
+        if slide2 <= still * still {
+            return;
+        }
+        let kept = kept(sqrt(slide2) / step_s, over);
+        if kept >= 1.0 {
+            return;
+        }
+        self.leaves = true;
         let back = (1.0 - kept) * LEAVE_RETURN_SPEED * step_s;
         let way = sqrt(x * x + z * z);
         let left = if way > back { 1.0 - back / way } else { 0.0 };
