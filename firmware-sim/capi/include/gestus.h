@@ -206,7 +206,7 @@ typedef enum GestusParameter {
   // Default 0.25.
   GESTUS_PARAMETER_KAPPA = 6,
   // Part ρ of what lies outside that interval that is kept in the output (Xia 2015, eq. 7). More keeps more of the
-  // input's own character, and is further from the style. 0 to 1. Default 0.7.
+  // input's own character, and is further from the style. 0 to 1. Default 0.5.
   GESTUS_PARAMETER_RHO = 7,
   // Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the
   // stream jumps; a frame that reaches the cap reports `VISITS`. 64 to 448. Default 256.
