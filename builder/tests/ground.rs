@@ -16,6 +16,7 @@ use gestus_database::{
         translate::translate,
         verdict::{self, Likeness, Verdict},
     },
+    synth,
 };
 use gestus_motion::{
     body::Body,
@@ -155,6 +156,43 @@ fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
     assert!(read(&slow, &Reading::default()).unwrap().course().is_none());
     let told = Reading { root: Some(Root::InPlace), ..Reading::default() };
     assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.told));
+}
+
+/// Runs of games touch the ground in two frames a step: they were taken for motion on the spot.
+#[test]
+fn gaits_in_place_are_found_and_acts_on_the_spot_are_not() {
+    // So many frames of the middle, played so many times as fast.
+    let clip = |action: &str, style: &str, frames: usize, times: f64| {
+        let mut clip = synth::performance(3, action, style, 30.0 / times, 4.0).unwrap().clip;
+        clip.frames.drain(..clip.frames.len().saturating_sub(frames) / 2);
+        clip.frames.truncate(frames);
+        clip.rate_hz = 30.0;
+        clip
+    };
+    let course = |clip: &Clip| read(clip, &Reading::default()).unwrap().course().cloned();
+    for style in synth::STYLES {
+        for (action, frames, times) in [("run", 20, 2.0), ("run", 20, 1.0), ("walk", 45, 1.0)] {
+            let moving = clip(action, style, frames, times);
+            assert!(course(&moving).is_none(), "{action} {style} goes somewhere");
+            let mut held = changed(&moving, |f| f.root = Vector3::new(0.0, f.root.y, 0.0));
+            if times > 1.0 {
+                // It leaps three times as high.
+                for frame in &mut held.frames {
+                    let places = frame.positions(&held.skeleton);
+                    let lowest = places.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+                    frame.root.y += 2.0 * (lowest - 0.02).max(0.0);
+                }
+            }
+            let speed = course(&held).map(|course| course.speed_m_s);
+            let way = moving.frames[moving.frames.len() - 1].root - moving.frames[0].root;
+            let wanted = Vector3::new(way.x, 0.0, way.z).norm() / moving.duration_s();
+            let is_close = speed.is_some_and(|speed| (speed / wanted - 1.0).abs() < 0.25);
+            assert!(is_close, "{action} {style} in place, {times} times as fast: {speed:?} of {wanted} m/s");
+        }
+        for action in ["jump", "kick", "punch"] {
+            assert!(course(&clip(action, style, 60, 1.0)).is_none(), "{action} {style}");
+        }
+    }
 }
 
 #[test]

@@ -8,8 +8,9 @@
 //! 2. A Gaussian over `SMOOTHED_S` fills what flight leaves open. Its integral is the way.
 //! 3. The output's own way, smoothed over `WAY_S`, is taken off its hips, so that their sway stays.
 //!
-//! A clip is taken to be in place if both feet carry it, they move at `LEAST_M_S` or more, and the hips at a quarter of
-//! that or less.
+//! A clip is taken to be in place if both feet carry it, they move at `LEAST_M_S` or more and in one direction as the body
+//! sees it, the hips at a quarter of that or less, and these are above the knees. Who punches, kicks or dances on the spot
+//! steps to and fro; who rolls flings the feet.
 
 use std::str::FromStr;
 
@@ -21,16 +22,28 @@ use gestus_motion::{
 };
 use nalgebra::Vector3;
 
-/// Least speed of feet that walk in place, m/s: no standing foot slides as fast.
-const LEAST_M_S: f64 = 0.35;
+/// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
+/// as much at most.
+const LEAST_M_S: f64 = 0.2;
+/// Least speed of their mean velocity, in their mean speed: walks have 0.87 and more, acts on the spot 0.77 and less.
+const DIRECTED: f64 = 0.8;
 /// Speed of the hips of a body in place, in that of its feet.
 const HIPS: f64 = 0.25;
-/// Share of the frames in which each foot has to carry the body.
-const LEAST_SHARE: f64 = 0.1;
+/// Share of the frames in which some foot has to carry the body, and of these each foot: a run of games touches the ground
+/// in two frames a step.
+const LEAST_CARRIED: f64 = 0.08;
+const LEAST_SHARE: f64 = 0.15;
 /// Height of a foot above its standing height, metres, and its vertical speed, m/s, at which it counts for e⁻¹; at three
 /// times as much it does not count.
 const LOW_M: f64 = 0.015;
 const LEVEL_M_S: f64 = 0.15;
+/// The same in the foot's horizontal speed, where that is more: between two poses a fast foot comes down and leaves.
+const LEVEL: f64 = 0.12;
+/// Speed below which feet have no direction, m/s: what is left of a body that stands is noise of rounding, which differs from
+/// machine to machine.
+const STILL_M_S: f64 = 0.01;
+/// Differences of heights, metres, and of speeds, m/s, that are noise of rounding.
+const SAME: f64 = 1e-6;
 /// How much less a foot counts that is slower than usual: e to this power times its speed, in the usual.
 const SHARP: f64 = 4.0;
 /// Standard deviation of the Gaussian on the speed, seconds.
@@ -79,8 +92,12 @@ impl Course {
         let feet = Feet::of(clip, body, legs);
         let velocity = feet.smoothed(SMOOTHED_S * clip.rate_hz);
         let speed_m_s = mean_or_zero(velocity.iter().map(Vector3::norm));
+        let carried: f64 = feet.shares.iter().sum();
         let found = speed_m_s > LEAST_M_S
-            && feet.shares.iter().all(|&share| share > LEAST_SHARE)
+            && carried > LEAST_CARRIED
+            && feet.shares.iter().all(|&share| share > LEAST_SHARE * carried)
+            && is_upright(clip, legs)
+            && mean_as_seen(&velocity, clip, body).norm() > DIRECTED * speed_m_s
             && hips_speed(clip) < HIPS * speed_m_s;
         if told.is_none() && !found {
             return None;
@@ -98,6 +115,20 @@ impl Course {
             frame.root += way;
         }
     }
+}
+
+/// Whether the hips are above the knees, of which one may be lifted, in every frame.
+fn is_upright(clip: &Clip, legs: &[Leg; 2]) -> bool {
+    clip.frames.iter().all(|frame| {
+        let places = frame.positions(&clip.skeleton);
+        legs.iter().map(|leg| places[leg.hip].y - places[leg.knee].y).sum::<f64>() > 0.0
+    })
+}
+
+/// Mean velocity as the body sees it, which turns.
+fn mean_as_seen(velocity: &[Vector3<f64>], clip: &Clip, body: &Body) -> Vector3<f64> {
+    let seen = clip.frames.iter().zip(velocity).map(|(frame, v)| about_y(-body.heading(frame)) * v);
+    seen.sum::<Vector3<f64>>() / velocity.len() as f64
 }
 
 /// Mean speed of the hips over the ground, sway left out, m/s.
@@ -124,13 +155,14 @@ impl Feet {
         let said = |t: usize, leg: &Leg| -> Option<(Vector3<f64>, f64)> {
             let (from, to) = (t.saturating_sub(1), (t + 1).min(count - 1));
             let over = |joint: usize, i: usize| places[t][joint].y - f64::from(leg.heights[i]);
-            let carrier = leg.toe.filter(|&toe| over(toe, 1) < over(leg.ankle, 0));
+            let carrier = leg.toe.filter(|&toe| over(toe, 1) < over(leg.ankle, 0) + SAME);
             let height = carrier.map_or(over(leg.ankle, 0), |toe| over(toe, 1)).max(0.0) / LOW_M;
             let joint = carrier.unwrap_or(leg.ankle);
             let moved = (places[to][joint] - places[from][joint]) * clip.rate_hz / (to - from).max(1) as f64;
-            let level = moved.y.abs() / LEVEL_M_S;
+            let over_ground = flat(moved, &Vector3::y());
+            let level = moved.y.abs() / LEVEL_M_S.max(LEVEL * over_ground.norm());
             let weight = (-height.powi(2) - level.powi(2)).exp();
-            (height < 3.0 && level < 3.0).then(|| (-flat(moved, &Vector3::y()), weight))
+            (height < 3.0 && level < 3.0).then_some((-over_ground, weight))
         };
         let all: Vec<_> = (0..count).map(|t| [0, 1].map(|side| said(t, &legs[side]))).collect();
         let seen = |axis: usize| {
@@ -140,17 +172,18 @@ impl Feet {
             });
             quantile(&sorted(local), 0.5).unwrap_or(0.0)
         };
-        let direction = Vector3::new(seen(0), 0.0, seen(2));
+        let seen = Vector3::new(seen(0), 0.0, seen(2));
+        let direction = if seen.norm() < STILL_M_S { Vector3::zeros() } else { seen };
         let mut carried = [0usize; 2];
         let velocity = all.iter().zip(&headings).map(|(said, &heading)| {
             let along = about_y(heading) * direction;
-            let best = [0, 1]
-                .into_iter()
-                .filter_map(|side| Some((side, said[side]?)))
-                .max_by(|a, b| a.1.0.dot(&along).total_cmp(&b.1.0.dot(&along)))?;
-            carried[best.0] += 1;
+            let side = match said {
+                [Some((left, _)), Some((right, _))] => usize::from((right - left).dot(&along) > SAME),
+                [left, _] => usize::from(left.is_none()),
+            };
+            let (velocity, weight) = said[side]?;
+            carried[side] += 1;
             // Coming down and leaving it is slower than the body.
-            let (velocity, weight) = best.1;
             let speed = velocity.dot(&along) / along.norm_squared().max(1e-6);
             Some((velocity, weight * (SHARP * (speed - 1.0).clamp(-2.0, 0.5)).exp()))
         });
