@@ -1,36 +1,40 @@
 //! Motion style transfer that runs on a microcontroller: one pose in, the same pose in another style out.
 //!
-//! No heap, no operating system, no panic, the same bits on every target. A [`Database`] is a blob that the
-//! builder made, read in place from flash; a [`Stylizer`] owns all the RAM and turns poses, one at a time.
+//! No heap, no operating system, no panic, and the same bits on every target. A [`Database`] is a blob from the builder, read
+//! in place from flash. A [`Stylizer`] owns all the RAM, and takes one pose after the other.
 //!
-//! One frame walks through the modules in this order:
+//! # One frame
+//! [`stylizer`] calls the other modules in this order:
 //!
-//! 1. [`body::pose`] turns the [`Pose`] into degrees of freedom;
-//! 2. [`search::query`] turns the last few poses into a search feature;
-//! 3. [`search::graph`] finds the nearest frames in every class (an action in a style);
-//! 4. [`methods::weights`] weighs the classes;
-//! 5. `methods::mixture::examples` unpacks the neighbors and their counterparts in the output style ([`blob`]);
+//! 1. [`body::pose`] converts the [`Pose`] to degrees of freedom.
+//! 2. [`search::query`] turns the last few poses into a search feature.
+//! 3. [`search::graph`] finds the nearest frames in every class (an action in a style).
+//! 4. [`methods::weights`] computes the proportions of the classes.
+//! 5. `methods::mixture::examples` unpacks the neighbors and their counterparts in the output style ([`blob`]).
 //! 6. [`methods::mixture::regression`] fits a local autoregressive model for each dof and evaluates it once;
-//!    [`methods::mixture::ridge`] solves it;
-//! 7. [`methods::mixture::step_time`] predicts how long the step takes, [`methods::mixture::contact_votes`] which foot
-//!    stands;
-//! 8. [`body::pose`] turns the result back into a [`Pose`];
-//! 9. [`output::foot_lock`] holds the feet that stand ([`body::two_bone_ik`]), and [`output::speed_limit`] keeps joints
-//!    from turning faster than the input has shown; the [`Report`] says what happened.
+//!    [`methods::mixture::ridge`] solves the normal equations.
+//! 7. [`methods::mixture::step_time`] predicts the duration of the step, [`methods::mixture::contact_votes`] which feet
+//!    stand.
+//! 8. [`body::pose`] converts the result back to a [`Pose`].
+//! 9. [`output::foot_lock`] holds standing feet ([`body::two_bone_ik`]), and [`output::speed_limit`] bounds the speed of the
+//!    joints by that of the input. The [`Report`] says what happened.
 //!
-//! Each [`Method`] is a feature of the crate: what firmware leaves out takes neither flash nor RAM. The feature `soft-float`
-//! makes a frame on processors without an FPU a quarter to a third cheaper, with the same bits.
+//! Steps 2 to 7 are those of the default method, the mixture ([`Method::Mar`]). The other methods replace them: tables by phase
+//! (`methods::phase`), linear models ([`methods::linear`]) and statistics of joints (`methods::statistics`), which need no
+//! frames. See [`Method`]. Each method is a feature of the crate; firmware without it saves its flash and RAM.
 //!
-//! [`stylizer`] calls them in this order. Steps 2 to 7 are the mixture's ([`Method::Mar`]); in their place may stand a
-//! linear model ([`methods::linear`]) or a table of statistics, which need no frames: see [`Method`]. Between frames the
-//! style may be set by name and weight, or by an Effort ([`stylizer::effort_dial`]).
+//! # Beside the frame
+//! - Between frames, the style is set by name and weight, or by an Effort ([`stylizer::effort_dial`]).
+//! - [`retarget`] serves other bodies, and [`robot`] servos.
+//! - [`output::retime`] gives a steady tick, and [`output::visit_cap`] limits the cost of a frame by how long the last ones took.
+//! - [`link`] carries poses to a board and back over a line that loses bytes.
+//! - The feature `soft-float` makes a frame a quarter to a third cheaper on processors without an FPU, with the same bits.
 //!
-//! Beside that walk, [`retarget`] and [`robot`] lead to other bodies and to servos, [`output::retime`] to a steady tick,
-//! [`output::visit_cap`] limits what a frame may cost by how long the last ones took, and [`link`] carries poses to a
-//! board and back over a line that loses bytes.
-//!
-//! The method is that of Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human
-//! Motion", SIGGRAPH 2015 (Xia 2015 in the comments).
+//! # Conventions
+//! Right-handed, Y up; metres, radians, seconds; quaternions `[x, y, z, w]`; little-endian. Shapes are given as `[dofs]` or
+//! `[joints]`: a slice with one number each. Dofs of a joint are an exponential map relative to the joint's mean rotation.
+//! "Xia 2015" is Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human Motion", SIGGRAPH 2015,
+//! whose method the default one is.
 //!
 //! ```no_run
 //! use gestus_core::{Config, Database, Pose, Stylizer};
@@ -50,13 +54,13 @@
 //! ```
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 #![forbid(unsafe_code)]
-// What only the methods need that are left out.
+// A build without some methods leaves code unused that only they need.
 #![cfg_attr(
     not(all(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")),
     allow(dead_code, unused_imports)
 )]
 
-// Named, so that the linker finds its routines.
+// Imported, so that the linker finds its routines.
 #[cfg(feature = "soft-float")]
 use gestus_float as _;
 
@@ -87,5 +91,5 @@ pub use stylizer::{
     BLEND_BACK_S, Fit, Stylizer,
     effort_dial::Effort,
     step_many,
-    style_mix::{MAX_OWN, STRENGTH_S},
+    style_mix::{MAX_GROUP_STYLES, STRENGTH_S},
 };

@@ -88,7 +88,7 @@ fn main() -> Result<()> {
         visits: arguments.visits,
         spare: arguments.visits,
         jump: arguments.jump,
-        enough: f32::INFINITY,
+        cutoff_distance2: f32::INFINITY,
     };
     let truth = Truth::new(&classes, &streams);
     let report = if arguments.sweep {

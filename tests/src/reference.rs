@@ -278,7 +278,7 @@ fn part_kept(db: &Database<'_>, class: usize, p: &Parameters) -> f64 {
     if p.liveliness == 0.0 {
         return p.rho;
     }
-    let far = |class: usize| f64::from(db.familiar(class).expect("the blob says it").far);
+    let far = |class: usize| f64::from(db.trust_limits(class).expect("the blob says it").far);
     let of_style = |style: usize| {
         let same = |c: &usize| {
             db.class(*c).action == db.class(class).action && usize::from(db.class(*c).style) == style

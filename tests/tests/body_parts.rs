@@ -191,7 +191,7 @@ fn groups_have_their_own_styles_to_the_bit_under_every_label() {
     let input = poses(60);
     let database = Database::open(motion::small()).unwrap();
     for method in [Method::Mar, Method::Statistic] {
-        if !method.is_held_by(&database) {
+        if !method.is_available_in(&database) {
             continue;
         }
         for (action, input_style) in [(None, None), (Some(0), None), (None, Some(0)), (Some(0), Some(0))] {

@@ -316,7 +316,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     let database = Database::open(&cut).unwrap();
     let counts = database.counts();
     assert_eq!((counts.frames, counts.classes), (0, 6));
-    assert!(Method::Phase.is_held_by(&database));
+    assert!(Method::Phase.is_available_in(&database));
     let clip = motion::unseen(1, 0, 60);
     for request in [request(1), Request { action: Some(1), input_style: Some(0), ..request(2) }] {
         assert_eq!(run(&cut, &request, &clip).1.digest, run(whole, &request, &clip).1.digest);

@@ -19,7 +19,7 @@ fn walk(frames: usize) -> Vec<Pose<JOINTS>> {
 /// Speed of the fastest joint of the style among the database's classes, rad/s.
 fn fastest(database: &Database<'_>, style: u16) -> f32 {
     let of_style = database.classes().enumerate().filter(|(_, class)| class.style == style);
-    of_style.map(|(number, _)| database.familiar(number).unwrap().turning).fold(0.0, f32::max)
+    of_style.map(|(number, _)| database.trust_limits(number).unwrap().turning).fold(0.0, f32::max)
 }
 
 /// Steps through poses; the fastest joint from each output to the next, rad/s, the last output before them included if

@@ -76,7 +76,7 @@ impl Settings {
     /// A method or Effort that the database does not have.
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
         let method = Method::ALL.into_iter().find(|method| method.name() == self.method);
-        let method = method.filter(|method| method.is_held_by(database));
+        let method = method.filter(|method| method.is_available_in(database));
         let method = method.with_context(|| format!("the database does not hold method {}", self.method))?;
         let timing = if self.sync { Timing::Sync } else { Timing::Free };
         let weights = match self.effort {

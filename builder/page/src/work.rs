@@ -46,7 +46,7 @@ impl Page {
         let database = Database::open(bytes).map_err(|e| anyhow::anyhow!("{e}"))?;
         let manifest = database.manifest().map_err(|e| anyhow::anyhow!("{e}"))?;
         let names = |names: gestus_core::blob::Names<'_>| names.iter().map(String::from).collect::<Vec<_>>();
-        let methods = Method::ALL.into_iter().filter(|m| m.is_held_by(&database)).map(Method::name);
+        let methods = Method::ALL.into_iter().filter(|m| m.is_available_in(&database)).map(Method::name);
         let answer = json!({
             "styles": names(manifest.styles),
             "actions": names(manifest.actions),

@@ -20,6 +20,6 @@ pub use database::{Counts, Database};
 pub use mark::Mark;
 pub use numbers::Numbers;
 pub use sections::{
-    Class, Counterpart, DofScale, Familiar, Joint, Leg, LinearModel, Manifest, Moment, Names, PhaseTables,
-    Table, TimingDof, Unit,
+    Class, Counterpart, DofScale, Joint, Leg, LinearModel, Manifest, Moment, Names, PhaseTables, Table,
+    TimingDof, TrustLimits, Unit,
 };

@@ -100,7 +100,7 @@ pub fn to_dofs<const J: usize>(
     take_apart(database, pose.position, &pose.rotations, before, dofs)
 }
 
-// Of no capacity: it is compiled with the core, for speed, however its caller is.
+// Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn take_apart(
     database: &Database<'_>,

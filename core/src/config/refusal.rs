@@ -63,7 +63,7 @@ impl fmt::Display for ConfigError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::MAX_OWN;
+    use crate::MAX_GROUP_STYLES;
 
     #[test]
     fn a_refusal_names_the_value_and_the_limit() {
@@ -85,6 +85,6 @@ mod tests {
             let text = refusal.to_string();
             assert!(text.contains(said), "{text}");
         }
-        assert_eq!(MAX_OWN, 3, "the text of `Weights` says three");
+        assert_eq!(MAX_GROUP_STYLES, 3, "the text of `Weights` says three");
     }
 }

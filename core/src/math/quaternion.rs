@@ -1,13 +1,13 @@
 //! Unit quaternions `[x, y, z, w]` and the exponential map.
 //!
-//! `exp` takes a rotation vector (axis times angle, radians) to a quaternion, `log` takes it back along the
-//! short way (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
+//! `exp` converts a rotation vector (axis times angle, radians) to a quaternion. `log` converts it back along the shorter arc
+//! (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
 //! exponential map", which Xia 2015 (section 4) and Hsu 2005 (section 4.1) use for joint angles.
 //!
-//! Both are even in the angle, but for the factor that is the vector itself. So they need neither the angle nor its
-//! sine, and no root, quotient or arc: `exp` is `[v s(|v|²), c(|v|²)]` and `log` is `[x, y, z] f(1 - w)`, with
-//! `s(a²) = sin(a/2) / a`, `c(a²) = cos(a/2)` and `f(1 - cos(a/2)) = a / sin(a/2)` polynomials of least error over all
-//! angles up to π. A quaternion is brought to unit length by the series of `1 / √(1 + e)`, since it is nearly there.
+//! Except for the vector as a factor, both are even functions of the angle. They therefore need neither the angle nor its sine,
+//! and no root, quotient or arc function: `exp` is `[v s(|v|²), c(|v|²)]` and `log` is `[x, y, z] f(1 - w)`, with
+//! `s(a²) = sin(a/2) / a`, `c(a²) = cos(a/2)` and `f(1 - cos(a/2)) = a / sin(a/2)` minimax polynomials over all
+//! angles up to π. Quaternions have nearly unit length, and are normalised by the series of `1 / √(1 + e)`.
 //!
 //! | function | instructions on a Cortex-M4F, about | error |
 //! |---|---|---|
@@ -15,12 +15,11 @@
 //! | [`exp`], [`between`], [`turned`] | 190, 210, 240 | 2e-7 rad up to π |
 //! | [`log`] | 150 | 4e-7 rad |
 //!
-//! All but [`normalize`] and [`angle`] compute in whole numbers, with 30 bits behind the point: without an FPU a product of
-//! those takes half of the instructions of one of floats, and a sum a twentieth. With an FPU it takes as long, and the way
-//! from floats and to floats 50 instructions more.
+//! All but [`normalize`] and [`angle`] compute in fixed point with 30 fractional bits. Without an FPU, a product in fixed point
+//! takes half of the instructions of a float product, and a sum a twentieth. With an FPU both take as long, and the conversion
+//! from and to floats takes 50 instructions more.
 //!
-//! None is in a loop over the examples: all but the smallest are functions of their own, which halves the code of
-//! those who use them.
+//! None is used in the loop over the examples, so all but the smallest are not inlined, which halves the code of the callers.
 
 use crate::math::{
     abs, atan2,
@@ -36,11 +35,11 @@ pub type Vector = [f32; 3];
 /// No rotation.
 pub const IDENTITY: Quaternion = [0.0, 0.0, 0.0, 1.0];
 
-/// Bits behind the point of a unit quaternion's numbers.
+/// Fractional bits of a unit quaternion's components.
 const UNIT: i32 = 30;
 const ONE: i32 = 1 << UNIT;
 
-/// A unit quaternion in whole numbers.
+/// A unit quaternion in fixed point, with [`UNIT`] fractional bits.
 type Fixed = [i32; 4];
 
 #[inline(always)]
@@ -58,7 +57,7 @@ fn wide(a: i32, b: i32) -> i64 {
     i64::from(a) * i64::from(b)
 }
 
-/// The sum of products of unit quaternions' numbers, to the nearest.
+/// Rounds a sum of products of two fixed-point numbers to a fixed-point number.
 #[inline(always)]
 fn nearest(sum: i64) -> i32 {
     (sum.wrapping_add(1 << (UNIT - 1)) >> UNIT) as i32
@@ -69,13 +68,13 @@ fn times(a: i32, b: i32) -> i32 {
     (wide(a, b) >> UNIT) as i32
 }
 
-/// The rotation `b`, then `a`.
+/// The product `a b`: the rotation `b`, followed by `a`.
 #[inline(never)]
 pub fn multiply(a: Quaternion, b: Quaternion) -> Quaternion {
     float(product(fixed(a), fixed(b)))
 }
 
-// What is no unit quaternion may wrap, and is none afterwards either.
+// May wrap if an argument is not a unit quaternion; the result is none either.
 #[inline(always)]
 fn product(a: Fixed, b: Fixed) -> Fixed {
     let [ax, ay, az, aw] = a;
@@ -97,7 +96,7 @@ fn inverse(q: Fixed) -> Fixed {
     [q[0].wrapping_neg(), q[1].wrapping_neg(), q[2].wrapping_neg(), q[3]]
 }
 
-/// `1 / |q|` of a length within 1% of 1.
+/// `1 / |q|`, if the length is within 1% of 1.
 #[inline(always)]
 fn inverse_length(q: Fixed) -> Option<i32> {
     let squares = q.iter().fold(0i64, |sum, &v| sum.wrapping_add(wide(v, v)));
@@ -141,10 +140,10 @@ pub fn rotate(q: Quaternion, v: Vector) -> Vector {
     ]
 }
 
-/// A vector has no more bits behind the point.
+/// Greatest number of fractional bits of a vector.
 const MOST_BITS: i32 = 96;
 
-/// The quaternion brought back to unit length; `None` where it has no direction.
+/// Normalises a quaternion; `None` if its length is 0, NaN or extreme.
 #[inline(never)]
 pub fn normalize(q: Quaternion) -> Option<Quaternion> {
     let length2 = squared(q);
@@ -166,7 +165,7 @@ fn scaled(q: Quaternion, by: f32) -> Quaternion {
     [q[0] * by, q[1] * by, q[2] * by, q[3] * by]
 }
 
-/// Lengths that a rotation may have, for rounding: within 1% of 1.
+/// Whether a squared length is that of a rotation after rounding: the length is within 1% of 1.
 #[inline(always)]
 fn is_near_one(length2: f32) -> bool {
     abs(length2 - 1.0) < 0.02
@@ -189,10 +188,10 @@ pub fn about_y(angle: f32) -> Quaternion {
 /// Exponential map: rotation vector, radians, to quaternion.
 #[inline]
 pub fn exp(v: Vector) -> Quaternion {
-    turned_about(IDENTITY, v)
+    turned_in_parent(IDENTITY, v)
 }
 
-/// The rotation `q` turned on by the rotation vector `v` in its own frame, radians: `q exp(v)`, of unit length.
+/// The rotation `q` turned by the rotation vector `v`, radians, in its own frame: `q exp(v)`, normalised.
 #[inline(never)]
 pub fn turned(q: Quaternion, v: Vector) -> Quaternion {
     let turned = product(fixed(q), exponential(v));
@@ -202,13 +201,13 @@ pub fn turned(q: Quaternion, v: Vector) -> Quaternion {
     })
 }
 
-/// The rotation `q` turned on by the rotation vector `v` in the frame that it is in, radians: `exp(v) q`.
+/// The rotation `q` turned by the rotation vector `v`, radians, in its parent's frame: `exp(v) q`.
 #[inline(never)]
-pub fn turned_about(q: Quaternion, v: Vector) -> Quaternion {
+pub fn turned_in_parent(q: Quaternion, v: Vector) -> Quaternion {
     float(product(exponential(v), fixed(q)))
 }
 
-/// Bits behind the point of a rotation vector's numbers, which are below 4.
+/// Fractional bits of a rotation vector's components, which are below 4.
 const MAP: i32 = 29;
 
 #[inline(always)]
@@ -218,7 +217,7 @@ fn exponential(v: Vector) -> Fixed {
     if is_near {
         let v = v.map(|v| to_fixed(v, MAP));
         let squares = v.iter().fold(0i64, |sum, &v| sum.wrapping_add(wide(v, v)));
-        // 27 bits behind the point, or 31 of a sixteenth.
+        // 27 fractional bits, or 31 of a sixteenth.
         let angle2 = squares >> 31;
         if angle2 <= i64::from(HALF_TURN2) {
             let (s, c) = half_sine(angle2 as i32);
@@ -229,11 +228,11 @@ fn exponential(v: Vector) -> Fixed {
     fixed(exponential_beyond(v, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
 }
 
-/// π², and a little more, with 27 bits behind the point.
+/// Slightly more than π², with 27 fractional bits.
 const HALF_TURN2: i32 = (9.88 * (1u32 << 27) as f32) as i32;
 
-/// `sin(a/2) / a` and `cos(a/2)` of `a²` up to π², with [`UNIT`] bits behind the point: errors of 4e-9 and 2e-9. Of a
-/// sixteenth of the square, so that no coefficient is above 2.
+/// `sin(a/2) / a` and `cos(a/2)` of `a²` up to π², with [`UNIT`] fractional bits and errors of 4e-9 and 2e-9. The
+/// polynomials take a sixteenth of the square, so that no coefficient exceeds 2.
 #[inline(always)]
 fn half_sine(angle2: i32) -> (i32, i32) {
     let step = |sum: i32, coefficient: i32| ((wide(sum, angle2) >> 31) as i32).wrapping_add(coefficient);
@@ -257,11 +256,11 @@ const C3: i32 = coefficient(-2.170_091_5e-5, 3);
 const C4: i32 = coefficient(9.675_850_5e-8, 4);
 const C5: i32 = coefficient(-2.559_466e-10, 5);
 
-/// The exponential of a vector of any length; no rotation of what is none. Apart, since no joint turns so far.
+/// The exponential of a vector of any length; the identity for NaN. A cold function, since no joint turns beyond π.
 #[cold]
 #[inline(never)]
 fn exponential_beyond(v: Vector, angle2: f32) -> Quaternion {
-    // Also false for NaN. What is further is beyond the range of sines.
+    // Also false for NaN, and beyond the range of the sine.
     if angle2 < 2e8 {
         let angle = sqrt(angle2);
         let (s, c) = sin_cos(0.5 * angle);
@@ -271,7 +270,7 @@ fn exponential_beyond(v: Vector, angle2: f32) -> Quaternion {
     IDENTITY
 }
 
-/// Logarithm: quaternion to rotation vector, radians, along the short way. A length that is not quite 1 does no harm.
+/// Logarithm: quaternion to rotation vector, radians, along the shorter arc. The length need not be exactly 1.
 #[inline(never)]
 pub fn log(q: Quaternion) -> Vector {
     let length2 = squared(q);
@@ -279,15 +278,15 @@ pub fn log(q: Quaternion) -> Vector {
     logarithm(fixed(unit))
 }
 
-/// The rotation vector from `a` to `b` in the frame of `a`, radians, along the short way: `log(a⁻¹ b)`.
+/// The rotation vector from `a` to `b` in the frame of `a`, radians, along the shorter arc: `log(a⁻¹ b)`.
 #[inline(never)]
 pub fn between(a: Quaternion, b: Quaternion) -> Vector {
     logarithm(product(inverse(fixed(a)), fixed(b)))
 }
 
-/// The rotation vector from `a` to `b` in the frame that both are in, radians, along the short way: `log(b a⁻¹)`.
+/// The rotation vector from `a` to `b` in their parent's frame, radians, along the shorter arc: `log(b a⁻¹)`.
 #[inline(never)]
-pub fn apart(a: Quaternion, b: Quaternion) -> Vector {
+pub fn between_in_parent(a: Quaternion, b: Quaternion) -> Vector {
     logarithm(product(fixed(b), inverse(fixed(a))))
 }
 
@@ -299,7 +298,7 @@ fn logarithm(q: Fixed) -> Vector {
     }
 }
 
-/// Of a quaternion and the inverse of its length.
+/// The logarithm of a quaternion, given the inverse of its length.
 #[inline(always)]
 fn logarithm_of(q: Fixed, unit: i32) -> Vector {
     // 1 less the cosine of half the angle: 0 to 1 on the short way.
@@ -312,13 +311,13 @@ fn logarithm_of(q: Fixed, unit: i32) -> Vector {
     [q[0], q[1], q[2]].map(|v| from_fixed(times(v, s), MAP))
 }
 
-/// Of a length that is more than 1% off: two that are a little off may make one.
+/// The logarithm of a quaternion whose length is more than 1% off, such as a product of two that are less off.
 #[cold]
 #[inline(never)]
 fn logarithm_beyond(q: Fixed) -> Vector {
     let q = float(q);
     let unit = fixed(scaled(q, inverse_root_beyond(squared(q))));
-    // What has no direction has no length now.
+    // A quaternion of length 0 has no inverse length.
     inverse_length(unit).map_or([0.0; 3], |inverse| logarithm_of(unit, inverse))
 }
 
@@ -404,14 +403,14 @@ mod tests {
 
     #[test]
     fn exponential_and_logarithm_agree_with_f64() {
-        let apart = |a: f64, b: f32| (a - f64::from(b)).abs();
+        let between_in_parent = |a: f64, b: f32| (a - f64::from(b)).abs();
         let (mut worst_exp, mut worst_log) = (0.0_f64, 0.0_f64);
         for v in vectors() {
             let single = v.map(|v| v as f32);
             // Of the vector as it is rounded: what is measured is the function.
             let q = exact(single.map(f64::from));
             for (exact, found) in q.into_iter().zip(exp(single)) {
-                worst_exp = worst_exp.max(apart(exact, found));
+                worst_exp = worst_exp.max(between_in_parent(exact, found));
             }
             // As a sensor may send it, and from the other side.
             for length in [1.0, 1.009, 0.991, -1.0, 40.0] {
@@ -423,7 +422,7 @@ mod tests {
                     1.0
                 };
                 for (wanted, found) in v.into_iter().zip(back) {
-                    worst_log = worst_log.max(apart(sign * wanted, found));
+                    worst_log = worst_log.max(between_in_parent(sign * wanted, found));
                 }
             }
         }

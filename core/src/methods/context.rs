@@ -1,4 +1,4 @@
-//! What a method of translation is given of a frame, and where it leaves its result.
+//! The interface between the stylizer and a method: what a method gets of a frame, and where it leaves its result.
 
 use super::work::{Load, Work};
 use crate::{
@@ -11,7 +11,7 @@ pub(crate) struct Frame<'a, 'db> {
     pub database: &'a Database<'db>,
     pub config: &'a Config,
     pub settings: &'a Settings,
-    /// No frame before this one.
+    /// True in the first frame of a stream.
     pub first: bool,
 }
 
@@ -27,15 +27,15 @@ pub(crate) struct Context<'a, 'db, const J: usize, O: Observer<J>> {
 /// The dofs of the stream, and where a method leaves its prediction.
 #[derive(Debug, Clone)]
 pub(crate) struct Signals<const J: usize> {
-    /// `x[t]`, the input.
+    /// `x[t]`: the input.
     pub x: Dofs<J>,
     /// `x[t-1]`.
     pub x_prev: Dofs<J>,
     /// `y[t-1]`: the last prediction, before strength.
     pub y_prev: Dofs<J>,
-    /// `y[t]`.
+    /// `y[t]`: the prediction, before strength.
     pub predicted: Dofs<J>,
-    /// Added to the output after strength, and not fed back. Cleared when it is added. Only the mixture corrects.
+    /// Added to the output after strength, and not fed back. Cleared when it is added. Only the mixture uses it.
     #[cfg(feature = "mar")]
     pub correction: Dofs<J>,
     /// True where a correction is to be added.
@@ -43,12 +43,12 @@ pub(crate) struct Signals<const J: usize> {
     pub is_corrected: bool,
     /// The output, after strength.
     pub output: Dofs<J>,
-    /// A method's own, within a frame: its content does not outlive [`Translate::predict`].
+    /// Scratch memory of a method. Its content does not outlive [`Translate::predict`].
     pub scratch: Dofs<J>,
 }
 
 impl<const J: usize> Signals<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = {
         let zero = [[0.0; 4]; J];
         Self {
@@ -65,12 +65,12 @@ impl<const J: usize> Signals<J> {
         }
     };
 
-    /// Adds the correction to the output, and clears it. Where something was held back it `is_good` no longer, and is left.
+    /// Adds the correction to the output, and clears it. Not added if `is_valid` is false, because the prediction was replaced.
     #[cfg(feature = "mar")]
     #[inline]
-    pub fn add_correction(&mut self, is_good: bool) {
+    pub fn add_correction(&mut self, is_valid: bool) {
         if core::mem::take(&mut self.is_corrected) {
-            add_corrections(self.output.as_flattened_mut(), self.correction.as_flattened_mut(), is_good);
+            add_corrections(self.output.as_flattened_mut(), self.correction.as_flattened_mut(), is_valid);
         }
     }
 
@@ -78,50 +78,50 @@ impl<const J: usize> Signals<J> {
     pub fn add_correction(&mut self, _: bool) {}
 }
 
-/// Adds the corrections, which are taken, unless what they correct was held back.
+/// Clears the corrections, and adds them if they are valid.
 #[cfg(feature = "mar")]
 #[inline(never)]
-fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_good: bool) {
+fn add_corrections(output: &mut [f32], corrections: &mut [f32], are_valid: bool) {
     for (output, correction) in output.iter_mut().zip(corrections) {
         let correction = core::mem::take(correction);
-        if are_good {
+        if are_valid {
             *output += correction;
         }
     }
 }
 
-/// What a method asks of labels and styles.
+/// The requirements of a method on labels and styles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
-    /// Labels have to name a class.
+    /// Labels have to name an existing class.
     pub labelled_class: bool,
-    /// One style for the whole body: no joint group may have its own.
+    /// The whole body has one style: no joint group may have its own.
     pub whole_body: bool,
 }
 
 /// A method of translation. To add one: implement this, and name it in [`Method`](crate::Method) and
-/// [`Engine`](super::engine::Engine); the compiler finds the rest.
+/// [`Engine`](super::engine::Engine); the compiler finds the other places.
 pub(crate) trait Translate<const J: usize> {
-    /// The state before the first frame. As a constant that is all zeros it is written where it goes, whatever the level of
-    /// optimisation: it would not fit a stack.
+    /// The state before the first frame. A constant of zeros, which every optimisation level writes in place: it would not fit
+    /// a stack.
     const NEW: Self;
-    /// What it asks of labels and styles.
+    /// Its requirements on labels and styles.
     const NEEDS: Needs;
 
-    /// The most work of a step, whatever the stream.
+    /// An upper bound on the work of a step, for any stream.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 
-    /// Predicts every dof, and the time step where it is not the input's. On a first frame it also says what came before
-    /// it: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.
+    /// Predicts every dof into `signals.predicted`, and the time step if it is not the input's. On a first frame it also sets
+    /// what came before: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>);
 
-    /// Completes `report.contacts` and `report.contact_likelihood`, of which [`predict`](Self::predict) has left one.
-    /// Called after it, once a frame. By default the contacts are there, and certain.
+    /// Completes `report.contacts` and `report.contact_likelihood`, of which [`predict`](Self::predict) has set one. Called
+    /// after it, once a frame. By default the likelihood is 0 or 1, by the contacts.
     fn contacts(&mut self, report: &mut Report) {
         report.contact_likelihood = report.contacts.map(|stands| if stands { 1.0 } else { 0.0 });
     }
 
-    /// The body has leapt to another place: frames before this one say nothing of how it moves.
+    /// Forgets the frames before this one after a leap: they do not show how the body moves now.
     fn forget_window(&mut self) {}
 
     /// Forgets the stream.

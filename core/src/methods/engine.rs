@@ -1,6 +1,6 @@
-//! The method that runs: one value of all methods, and every question that the stylizer asks of a method.
+//! The running method: one value that is any of the methods, and everything that the stylizer asks of a method.
 //!
-//! Methods are features of the crate: firmware that leaves some out has neither their code nor their memory.
+//! Methods are features of the crate. Firmware without a method has neither its code nor its memory.
 
 #[cfg(feature = "lti")]
 use super::linear::Linear;
@@ -19,7 +19,7 @@ use crate::{Config, Database, Method, Observer, Report, blob::layout::section};
 #[cfg(not(any(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")))]
 compile_error!("no method: choose features of gestus-core among mar, lti, statistic and phase");
 
-/// A method and its state. They share one place, which is as large as the largest, the mixture's.
+/// A method and its state. The methods share one place in memory, as large as the largest state, the mixture's.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
@@ -33,7 +33,7 @@ pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
     Phase(Phase<J, C>),
 }
 
-/// Calls the same function of whichever method runs.
+/// Calls a function of the running method.
 macro_rules! each {
     ($engine:expr, $method:ident => $call:expr) => {
         match $engine {
@@ -49,7 +49,7 @@ macro_rules! each {
     };
 }
 
-/// The same of the type of a method that is named; `$missing` where the core was built without it.
+/// Evaluates an expression on the type of a named method; `$missing` if the core was built without it.
 macro_rules! of_type {
     ($name:expr, $Method:ident => $value:expr, $missing:expr) => {
         match $name {
@@ -86,7 +86,7 @@ macro_rules! of_type {
 }
 
 impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    /// The first method, no frame seen yet: all zeros, like what it is made of.
+    /// The first available method before its first frame: all zeros, like its state.
     #[cfg(feature = "mar")]
     pub const NEW: Self = Self::Mar(Mixture::NEW);
     #[cfg(all(feature = "lti", not(feature = "mar")))]
@@ -109,8 +109,8 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
         }
     }
 
-    /// Before a first frame: takes up the method where another one ran. It is written in its place: the mixture's state
-    /// would not fit a stack.
+    /// Starts a method before a first frame, if another one ran. It is written in place: the mixture's state would not fit a
+    /// stack.
     #[inline(never)]
     pub fn begin(&mut self, method: Method) {
         if self.method() == method {
@@ -125,7 +125,7 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
             Method::Statistic => *self = Self::Statistic(Statistics::NEW),
             #[cfg(feature = "phase")]
             Method::Phase => *self = Self::Phase(Phase::NEW),
-            // No configuration is accepted that names a method which is not there.
+            // Configurations that name a missing method are refused.
             #[allow(unreachable_patterns)]
             Method::Mar | Method::Lti | Method::Statistic | Method::Phase => {}
         }
@@ -147,7 +147,7 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
     }
 
     /// Forgets the stream.
-    // Not part of its callers' frames: starting anew takes some stack.
+    // Not inlined, so that its stack is not part of its callers' frames.
     #[inline(never)]
     pub fn reset(&mut self) {
         each!(self, method => method.reset());
@@ -155,21 +155,20 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
 }
 
 impl Database<'_> {
-    /// The most work that a step can take with a configuration, whatever the stream and the settings: of labels, of output
-    /// styles, of joint groups.
+    /// An upper bound on the work of a step with a configuration, for any stream and any settings: labels, output styles,
+    /// styles of joint groups.
     ///
-    /// It holds for every database, since [`open`](Database::open) refuses those whose work has no bound. A stylizer knows
-    /// the bound under the settings that are in force ([`Stylizer::worst_step`](crate::Stylizer::worst_step)).
-    /// Takes time in proportion to the number of classes; 0 all over where the database does not hold what the method
-    /// needs.
+    /// It holds for every database, since [`open`](Database::open) refuses those whose work is not bounded. A stylizer has the
+    /// bound under its current settings ([`Stylizer::worst_step`](crate::Stylizer::worst_step)). The cost is proportional to the
+    /// number of classes. All counts are 0 if the database lacks what the method needs.
     pub fn worst_step(&self, config: &Config) -> Work {
         self.worst_step_of(config, &Load::most(self))
     }
 
-    /// [`worst_step`](Self::worst_step) under some settings.
+    /// [`worst_step`](Self::worst_step) under given settings.
     #[inline(never)]
     pub fn worst_step_of(&self, config: &Config, load: &Load) -> Work {
-        if !config.method.is_held_by(self) {
+        if !config.method.is_available_in(self) {
             return Work::default();
         }
         of_type!(config.method, M => M::worst_step(self, config, load), Work::default())
@@ -177,7 +176,7 @@ impl Database<'_> {
 }
 
 impl Method {
-    /// Whether the core was built with it: methods are features of the crate.
+    /// Whether the core was built with the method. Methods are features of the crate.
     #[inline]
     pub const fn is_built(self) -> bool {
         match self {
@@ -188,7 +187,7 @@ impl Method {
         }
     }
 
-    /// The optional section of a database that holds what the method needs; `None` for the captured frames.
+    /// The optional section that the method needs; `None` if it needs the captured frames.
     pub const fn section(self) -> Option<u16> {
         match self {
             Self::Mar => None,
@@ -198,9 +197,9 @@ impl Method {
         }
     }
 
-    /// Whether the core was built with the method and a database holds what it needs.
+    /// Whether the core was built with the method, and the database has what it needs.
     #[inline]
-    pub fn is_held_by(self, database: &Database<'_>) -> bool {
+    pub fn is_available_in(self, database: &Database<'_>) -> bool {
         self.is_built()
             && match self.section() {
                 Some(id) => database.optional(id).is_some(),
@@ -208,10 +207,10 @@ impl Method {
             }
     }
 
-    /// The first method that a database holds what is needed for: for firmware that takes any blob.
+    /// The first method that is available in a database, for firmware that accepts any blob.
     #[inline]
     pub fn of(database: &Database<'_>) -> Self {
-        Self::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default()
+        Self::ALL.into_iter().find(|m| m.is_available_in(database)).unwrap_or_default()
     }
 
     pub(crate) fn needs(self) -> Needs {

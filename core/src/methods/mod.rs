@@ -1,4 +1,4 @@
-//! The methods of translation.
+//! The methods, which predict the output of a frame, and what they share.
 
 pub(crate) mod context;
 pub(crate) mod engine;

@@ -1,26 +1,28 @@
 //! Mixing proportions: the weight of each class.
 //!
-//! `λ_j ∝ exp(-D_j / (δ min D))` with `D_j` the mean **squared** distance of the class's nearest neighbors (Xia
-//! 2015, section 5.2, eq. 4). Most classes have almost no weight, and each that is kept costs the unpacking of its
-//! neighbors and a regression: the smallest are dropped while their sum stays below a bound. Where all classes are equally far (input far from the data) a cap on their number bounds the work.
+//! `λ_j ∝ exp(-D_j / (δ min D))`, where `D_j` is the mean **squared** distance of the class's nearest neighbors (Xia 2015,
+//! section 5.2, eq. 4). Most classes have almost no weight, and each class that is kept costs the unpacking of its neighbors
+//! and a regression. The smallest are therefore dropped as long as their sum stays below a bound. A cap on their number bounds
+//! the work where all classes are equally far (input far from the data).
 
 use heapless::Vec;
 
 use crate::{Config, math::exp, search::top_k::insert};
 
-/// Most classes of a mixture.
+/// Greatest number of classes in a mixture.
 pub const MAX_KEPT: usize = 8;
-/// Most classes of a frame in which the classes are searched anew: what bounds the slowest frame.
-pub const MAX_KEPT_ANEW: usize = 2;
-/// Most classes that a frame keeps of so many.
+/// Greatest number of classes in a frame in which all classes are searched afresh, which is the slowest kind.
+pub const MAX_KEPT_FRESH: usize = 2;
+
+/// Greatest number of classes that a frame keeps of `classes`.
 pub fn most_kept(config: &Config, classes: u32) -> u32 {
     u32::from(config.classes).clamp(1, MAX_KEPT as u32).min(classes)
 }
 
-/// Widths beyond the nearest class at which another has no weight: hundreds of `exp(-24)` are 1e-8.
-const FARTHEST: f32 = 24.0;
+/// Distance beyond the nearest class, in kernel widths, at which a class has no weight: hundreds of `exp(-24)` are 1e-8.
+const MAX_EXCESS: f32 = 24.0;
 
-/// What the sum of all shares may be short of 1.
+/// Greatest difference of the sum of all shares from 1 by rounding.
 const ROUNDING: f32 = 1e-6;
 
 /// A class and its proportion.
@@ -39,18 +41,17 @@ pub type Shares = Vec<Share, MAX_KEPT>;
 /// Width of the kernel that gives classes their proportions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Width {
-    /// In least distances of the frame (Xia 2015, eq. 4).
+    /// As a multiple of the frame's least distance: δ of Xia 2015, eq. 4.
     Relative(f32),
     /// In units of the distance.
     Absolute(f32),
 }
 
-/// Mixing proportions `exp(-D / width)` from the squared distances of the classes; a negative one marks a class that was
-/// not searched.
+/// Computes mixing proportions `exp(-D / width)` from the squared distances of the classes, [classes]. A negative distance
+/// marks a class that was not searched.
 ///
-/// Classes are kept in order of their proportion until the rest holds at most `prune` of the weight, or `most`
-/// are kept; the second value is true where `most` cut off more than `prune`. Empty only where no class was
-/// searched.
+/// Classes are kept in order of their proportion until the others have at most `prune` of the weight, or `most` are kept.
+/// Returns true where `most` has cut off more than `prune`. `shares` is empty only where no class was searched.
 #[inline(never)]
 pub(crate) fn proportions(
     distances: &[f32],
@@ -61,7 +62,7 @@ pub(crate) fn proportions(
 ) -> bool {
     shares.clear();
     let searched = || distances.iter().copied().enumerate().filter(|(_, d)| *d >= 0.0);
-    // Numbers that are not negative are in the order of their bits.
+    // Floats that are not negative have the order of their bits.
     let bits = |d: f32| d.to_bits() as i32;
     let least = searched().fold(f32::INFINITY, |least, (_, d)| if bits(d) < bits(least) { d } else { least });
     let width = match width {
@@ -69,15 +70,15 @@ pub(crate) fn proportions(
         Width::Relative(delta) => delta * if least > 1e-12 { least } else { 1e-12 },
         Width::Absolute(width) => width,
     };
-    // Weights relative to the nearest class, so that it has 1 and nothing underflows that counts.
-    // What is below a quarter of the last bit of the nearest one's, all classes together, is none.
+    // Weights are relative to the nearest class, whose weight is 1. Those beyond `MAX_EXCESS` are, all together, below a
+    // quarter of its last bit.
     let weight = |d: f32| {
-        let apart = (d - least) / width;
-        if apart > FARTHEST { 0.0 } else { exp(-apart) }
+        let excess = (d - least) / width;
+        if excess > MAX_EXCESS { 0.0 } else { exp(-excess) }
     };
     let total: f32 = searched().map(|(_, d)| weight(d)).sum();
     let most = most.clamp(1, MAX_KEPT);
-    // Classes further away than so many others are never kept: their weights are not computed again.
+    // Classes that are further away than the `most` nearest are never kept, so their weights are not computed again.
     let mut nearest: Vec<i32, MAX_KEPT> = Vec::new();
     for (_, d) in searched() {
         insert(&mut nearest, most, bits(d), |other| *other <= bits(d));

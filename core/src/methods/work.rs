@@ -1,16 +1,16 @@
-//! The most work that a step can take, whatever the stream: known before the first pose.
+//! An upper bound on the work of a step, for any stream, known before the first pose.
 //!
-//! Every loop of a step ends after a number of rounds that follows from the database and from the settings in force.
-//! [`Work`] has these numbers; each method knows its own (`methods::context::Translate::worst_step`). `gestus-sim`
-//! multiplies them by instructions a unit (`docs/PORTING.md`, "The worst frame"). Tests and a fuzz target hold the counted
-//! work of steps against them.
+//! Every loop of a step ends after a number of rounds that follows from the database and the current settings. [`Work`] has
+//! these numbers; each method computes its own (`methods::context::Translate::worst_step`). `gestus-sim`
+//! multiplies them by instructions a unit (`docs/PORTING.md`, "The worst frame"). Tests and a fuzz target compare
+//! them with the counted work of steps.
 
 use crate::{
     blob::{
         Class, Database,
         layout::{MAX_GROUPS, MAX_STYLES},
     },
-    stylizer::style_mix::{MAX_OWN, Settings, matches},
+    stylizer::style_mix::{MAX_GROUP_STYLES, Settings, matches},
 };
 
 /// Counts of the work of a step. Those that do not apply to a method are 0.
@@ -21,10 +21,10 @@ pub struct Work {
     pub searched: u32,
     /// Distances computed ([`Report::visits`](crate::Report::visits)).
     pub distances: u32,
-    /// Occupied slots of the visited sets that are looked at. Rows that were chosen to collide take that many; those of a
-    /// blob that the builder made take hundreds a class.
+    /// Occupied slots that are probed in the visited sets. Rows chosen to collide take that many; those of a blob from the
+    /// builder take hundreds a class.
     pub collisions: u32,
-    /// Rows that are passed from the neighbors of a class's last search to where they are now.
+    /// Rows that are passed while the neighbors of the last searches are followed to the current frame.
     pub followed: u32,
     /// Classes that are unpacked, once for each mix of output styles.
     pub classes: u32,
@@ -57,20 +57,19 @@ pub struct Load {
 }
 
 impl Load {
-    /// The most that settings can ask for: no labels, every style in the body's mix, and a mix of its own for every other
-    /// joint group.
+    /// The settings that cost most: no labels, every style in the body's mix, and a mix of its own for every other joint group.
     pub fn most(database: &Database<'_>) -> Self {
         let styles = as_u32(database.counts().styles.min(MAX_STYLES));
-        let own = as_u32(database.counts().groups.min(MAX_GROUPS)).saturating_sub(1);
+        let other_groups = as_u32(database.counts().groups.min(MAX_GROUPS)).saturating_sub(1);
         Self {
             action: None,
             input_style: None,
-            mixes: own + 1,
-            styles: styles + own * styles.min(as_u32(MAX_OWN)),
+            mixes: other_groups + 1,
+            styles: styles + other_groups * styles.min(as_u32(MAX_GROUP_STYLES)),
         }
     }
 
-    /// Of the settings in force.
+    /// The load of the current settings.
     pub(crate) fn of(settings: &Settings, database: &Database<'_>) -> Self {
         let mixes = (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix));
         let none = Self { action: settings.action, input_style: settings.input_style, mixes: 0, styles: 0 };
@@ -87,7 +86,7 @@ impl Load {
     }
 }
 
-/// A count, which no database has that many of.
+/// Converts a count, which never reaches the limit in a database.
 pub(crate) fn as_u32(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

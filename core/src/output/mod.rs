@@ -1,4 +1,4 @@
-//! From the predicted pose to the one that leaves: feet, speed, rest, time and trust; and what a frame may cost.
+//! From the predicted pose to the output: foot lock, speed limit, rest, timing and trust; and a cap on the cost of a frame.
 
 pub mod foot_lock;
 pub mod retime;

@@ -1,31 +1,32 @@
-//! From poses on the output style's own time to exactly one pose a tick.
+//! From poses in the output style's own time to exactly one pose a tick.
 //!
-//! A step says how long its pose takes in the output style ([`crate::methods::mixture::step_time`]); a servo bus or a display wants one pose a
-//! tick, at its own rate, for as long as there is input. A [`Retimer`] stands between them. It keeps the last few poses
-//! and a playhead among them, which moves at the predicted speed while its lag behind the input (a lead, where it is
-//! negative) stays within bounds, and is eased back:
+//! A step reports how long its pose takes in the output style ([`crate::methods::mixture::step_time`]). A servo bus or a
+//! display needs one pose a tick at its own rate for as long as there is input. A [`Retimer`] converts the one into the other.
+//! It keeps the last few poses and a playhead among them. The playhead moves at the predicted speed while its lag behind the
+//! input (negative: a lead) stays within bounds, and the lag decays to 0:
 //!
 //! ```text
 //! r = Δ / w                                input frames that pass in the style, for one of the input's
 //! speed = 1 + g (r - 1) + lag / τ          g = 1 - s(|lag| / bound) where r leads outwards, else 1; τ = 2 s
 //! ```
 //!
-//! with s a smoothstep from the middle of the bound to its end. The playhead never goes back, and a tick between two
-//! poses is interpolated: positions linearly, rotations spherically. Without bounds ([`Bounds::SYNC`]) it is a resampler
-//! from one rate to another, any ratio from 1/4 to 4, before a stylizer or behind one.
+//! s is a smoothstep from half of the bound to the bound. The playhead never moves back. A tick between two poses is
+//! interpolated: positions linearly, rotations spherically. Without bounds ([`Bounds::SYNC`]) a retimer resamples one rate to
+//! another at any ratio from 1/4 to 4, before or after a stylizer.
 //!
-//! A lead has its price: no pose can be shown before it has come. Whatever lead is allowed is a delay of the whole
-//! stream ([`Retimer::latency_s`]), and so is the part of an input frame for which ticks lie between inputs.
+//! **Latency.** No pose can be shown before it has arrived. The allowed lead therefore delays the whole stream
+//! ([`Retimer::latency_s`]), as does the part of an input frame by which ticks lie between inputs.
 //!
-//! Rates are counted in integers, so that nothing drifts, however long a stream is. But a sensor has a clock of its own
-//! and loses frames, and what is counted then runs away from what comes. Input that has been late in every half second of
-//! a whole one is taken for lost: the count is set right by the least of the lateness, and the playhead goes on from where
-//! it is. Where there is more input than ticks ask for, it is set right by the least surplus, and caught up with.
+//! **Clocks.** Rates are counted in integers, so nothing drifts over a long stream. A sensor, however, has a clock of its own
+//! and loses frames, so the count and the arriving input diverge. Where the input was late in two watched stretches in a row
+//! (half a second each), the missing time counts as lost: the count is corrected by the smaller lateness, and the playhead
+//! stays at its pose. Where more input arrives than ticks consume, the count is corrected by the smaller surplus, and the
+//! playhead catches up.
 //!
-//! Nothing is allocated; there is no clock: time is what the caller pushes and takes. Cost: about 300 instructions a
-//! joint and tick, of which none where ticks fall on poses.
+//! Nothing is allocated, and there is no clock: the caller pushes poses and takes ticks. Cost: about 300 instructions a joint
+//! and tick; ticks that fall on poses need no interpolation.
 //!
-//! Beyond the papers: their output runs on its own timeline.
+//! This part is ours: the output of the papers keeps its own timeline.
 
 use crate::{
     ConfigError,
@@ -33,26 +34,26 @@ use crate::{
     math::{clamp, quaternion},
 };
 
-/// Time constant of the way back to no lag, seconds.
+/// Time constant with which the lag decays, seconds.
 const RETURN_S: f32 = 2.0;
-/// Slowest and fastest a style may be against its input.
+/// Slowest and fastest speed of a style relative to its input.
 const SPEEDS: [f32; 2] = [0.25, 4.0];
-/// Fastest that missed time is caught up with.
+/// Greatest speed with which the playhead catches up.
 const CATCH_UP: f32 = 3.0;
-/// Slowest that time is given back where the input turned out to be later than it was taken for.
+/// Least speed of the playhead while it waits for input that is later than expected.
 const HOLD_BACK: f32 = 0.5;
-/// Ticks over which lateness is watched, at least; half a second of them otherwise.
-const WATCHED: u32 = 8;
-/// Surplus that is let be, input frames: a caller without a clock takes its ticks up to two frames behind the newest.
-const SURPLUS: i64 = 2;
+/// Least number of ticks in a stretch over which lateness is watched. Stretches last half a second otherwise.
+const MIN_WATCH_TICKS: u32 = 8;
+/// Surplus that is not corrected, input frames. A caller without a clock takes its ticks up to two frames late.
+const MAX_SURPLUS_FRAMES: i64 = 2;
 
-/// How far the output may be from the input, seconds.
+/// How far the output may deviate from the input in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Bounds {
-    /// Most lead: how much earlier than its time a pose may be shown. The stream is delayed by it.
+    /// Greatest lead, seconds: how much earlier than its time a pose may be shown. It delays the stream.
     pub lead_s: f32,
-    /// Most lag: how much later.
+    /// Greatest lag, seconds: how much later than its time a pose may be shown.
     pub lag_s: f32,
 }
 
@@ -61,45 +62,45 @@ impl Bounds {
     pub const SYNC: Self = Self { lead_s: 0.0, lag_s: 0.0 };
 }
 
-/// What a tick showed.
+/// The result of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[must_use = "the tick says how far the output is from the input, and whether it had to wait"]
 pub struct Tick {
-    /// How far the output is behind the input, seconds; negative: ahead. The latency counts apart.
+    /// How far the output is behind the input, seconds; negative if it is ahead. The latency is not included.
     pub lag_s: f32,
-    /// Speed of the output against the input's.
+    /// Speed of the output relative to the input; 1 is the same.
     pub speed: f32,
-    /// There was no newer pose to move to: input is late, or has not begun.
+    /// True where there was no newer pose to move to: the input is late, or has not begun.
     pub waited: bool,
 }
 
-/// Takes poses at the input's rate and gives poses at the output's. `J` joints; `N` poses of memory.
+/// Takes poses at the input's rate and returns poses at the output's, for up to `J` joints, with memory for `N` poses.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Retimer<const J: usize, const N: usize> {
     poses: [Pose<J>; N],
     /// Step of each pose, in input frames.
     steps: [f32; N],
-    /// Place of the newest pose.
+    /// Index of the newest pose in the ring.
     newest: usize,
     count: usize,
     input_millihz: u32,
     output_millihz: u32,
     bounds: Bounds,
-    /// Input frames by which everything is delayed.
+    /// Latency in input frames.
     delay: f32,
-    /// The part of an input frame for which ticks lie between inputs, in units of `phase`.
-    between: i64,
-    /// Time of the next tick less that of the newest pose; `output_millihz` is one input frame.
+    /// Greatest distance of a tick behind the newest pose, in units of `phase`.
+    max_offset: i64,
+    /// Time of the next tick minus that of the newest pose, in units of which `output_millihz` make one input frame.
     phase: i64,
-    /// Input frames that the playhead is behind.
+    /// How far the playhead is behind the input, input frames.
     lag: f32,
     started: bool,
-    /// How late the input is, at the latest: now, and in the stretch of ticks before.
-    latest: [i64; 2],
-    /// Ticks of the stretch that are left.
-    watch: u32,
+    /// Greatest lateness of the input in this stretch and in the one before, in units of `phase`.
+    max_lateness: [i64; 2],
+    /// Ticks left in this stretch.
+    watch_ticks_left: u32,
 }
 
 impl<const J: usize, const N: usize> Retimer<J, N> {
@@ -121,13 +122,13 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             return Err(ConfigError::OutOfRange);
         }
         let rate_hz = input_millihz as f32 / 1000.0;
-        // Ticks lie up to this part of an input frame behind the newest pose.
+        // How far ticks may lie behind the newest pose.
         let steps_between = output_millihz - common_divisor(input_millihz, output_millihz);
-        let between = steps_between as f32 / output_millihz as f32;
+        let max_offset = steps_between as f32 / output_millihz as f32;
         // Whole input frames, so that ticks that fall on inputs need no interpolation.
         let lead = bounds.lead_s * rate_hz;
         let whole = lead as u32 as f32;
-        let delay = if lead > whole + 1e-4 { whole + 1.0 } else { whole } + between;
+        let delay = if lead > whole + 1e-4 { whole + 1.0 } else { whole } + max_offset;
         let most_behind = delay + bounds.lag_s * rate_hz + input_millihz as f32 / output_millihz as f32;
         // The pose at or before the playhead, and the newest.
         let need = most_behind as usize + 3;
@@ -144,39 +145,38 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             output_millihz,
             bounds,
             delay,
-            between: i64::from(steps_between),
+            max_offset: i64::from(steps_between),
             phase: 0,
             lag: 0.0,
             started: false,
-            latest: UNKNOWN,
-            watch: watched(output_millihz),
+            max_lateness: NO_LATENESS,
+            watch_ticks_left: watch_ticks(output_millihz),
         })
     }
 
     /// Forgets the stream.
     pub fn reset(&mut self) {
         (self.count, self.phase, self.lag, self.started) = (0, 0, 0.0, false);
-        (self.latest, self.watch) = (UNKNOWN, watched(self.output_millihz));
+        (self.max_lateness, self.watch_ticks_left) = (NO_LATENESS, watch_ticks(self.output_millihz));
     }
 
-    /// By how much everything is delayed, seconds: the allowed lead, and the part of an input frame for which ticks lie
-    /// between inputs.
+    /// Delay of the stream, seconds: the allowed lead, and the part of an input frame by which ticks lie between inputs.
     pub fn latency_s(&self) -> f32 {
         self.delay / self.rate_hz()
     }
 
-    /// How far the output is behind the input, seconds; negative: ahead.
+    /// How far the output is behind the input, seconds; negative if it is ahead.
     pub fn lag_s(&self) -> f32 {
         self.lag / self.rate_hz()
     }
 
-    /// Takes the next pose, and how long it takes in the output style ([`crate::Report::step_s`]).
+    /// Adds the next pose, and its duration in the output style ([`crate::Report::step_s`]).
     pub fn push(&mut self, pose: &Pose<J>, step_s: f32) {
         let frames = step_s * self.rate_hz();
         self.newest = if self.newest + 1 < N { self.newest + 1 } else { 0 };
         if let (Some(slot), Some(step)) = (self.poses.get_mut(self.newest), self.steps.get_mut(self.newest)) {
             *slot = *pose;
-            // NaN is in no range: the input's own time.
+            // The input's own duration where `step_s` is NaN or out of range.
             let sane = (0.0..1e6).contains(&frames);
             *step = if sane { clamp(frames, 1.0 / SPEEDS[1], 1.0 / SPEEDS[0]) } else { 1.0 };
         }
@@ -187,22 +187,22 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         self.started = true;
     }
 
-    /// True where the next tick is due: its time is not after the newest pose's. A caller without a clock of its own
-    /// takes ticks while they are due, behind each push.
+    /// True where the next tick is due, that is, not later than the newest pose. A caller without a clock takes ticks while
+    /// they are due, after each push.
     pub fn is_due(&self) -> bool {
         self.started && self.phase <= 0
     }
 
-    /// Takes a tick: exactly one pose, whatever has come. Before the first pose the output is left as it is.
+    /// Takes a tick: writes exactly one pose, whatever has arrived. Before the first pose `output` is not changed.
     pub fn tick(&mut self, output: &mut Pose<J>) -> Tick {
         if !self.started {
             return Tick { lag_s: 0.0, speed: 0.0, waited: true };
         }
         let passed = self.input_millihz as f32 / self.output_millihz as f32;
-        // The first tick shows the first pose. What is pending is at most N frames either way.
+        // The first tick shows the first pose. At most N frames are pending either way.
         let most = i64::from(self.output_millihz).saturating_mul(N as i64);
         self.phase = self.phase.clamp(-most, most);
-        self.set_right();
+        self.correct_drift();
         let now = self.phase as f32 / self.output_millihz as f32 - self.delay;
         let oldest = self.count.saturating_sub(1) as f32;
 
@@ -210,58 +210,57 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         let rate = self.rate_hz();
         // Where the playhead was, from the newest pose back.
         let behind = before + passed - now;
-        // Before the first pose there is nothing to play yet: it is held.
+        // A playhead before the oldest pose holds that pose.
         let speed = if behind > oldest + 1e-3 { 1.0 } else { self.speed(behind, passed) };
         let (least, greatest) = (-self.bounds.lead_s * rate, self.bounds.lag_s * rate);
-        // After a wait the lag may be beyond its bound: it is caught up with, not jumped over.
+        // After a wait the lag may exceed its bound. The playhead catches up instead of jumping.
         let caught_up = before - passed * (CATCH_UP - 1.0);
         let greatest = if caught_up > greatest { caught_up } else { greatest };
-        // And so the lead, where the input turned out to be later.
+        // The same for a lead that exceeds its bound, where the input turned out to be later.
         let held_back = before + passed * (1.0 - HOLD_BACK);
         let least = if held_back < least { held_back } else { least };
         let lag = clamp(before + passed * (1.0 - speed), least, greatest);
-        // Never back, and never past the newest pose.
+        // The playhead never moves back, and never past the newest pose.
         let lag = if lag > before + passed { before + passed } else { lag };
         let waited = lag < now - 1e-3;
         self.lag = if lag < now { now } else { lag };
 
-        self.show(clamp(self.lag - now, 0.0, oldest), output);
+        self.interpolate_at(clamp(self.lag - now, 0.0, oldest), output);
         self.phase = self.phase.saturating_add(i64::from(self.input_millihz));
         Tick { lag_s: self.lag / rate, speed: 1.0 - (self.lag - before) / passed, waited }
     }
 
-    /// Sets the count right where the input has been late, or early, for two stretches of ticks. The playhead stays at
-    /// the pose where it is.
-    fn set_right(&mut self) {
+    /// Corrects the count where the input was late, or early, in two stretches of ticks. The playhead stays at its pose.
+    fn correct_drift(&mut self) {
         let frame = i64::from(self.output_millihz);
-        let [now, before] = self.latest;
-        let now = now.max(self.phase.saturating_sub(self.between));
-        self.watch = self.watch.saturating_sub(1);
-        if self.watch > 0 {
-            self.latest = [now, before];
+        let [now, before] = self.max_lateness;
+        let now = now.max(self.phase.saturating_sub(self.max_offset));
+        self.watch_ticks_left = self.watch_ticks_left.saturating_sub(1);
+        if self.watch_ticks_left > 0 {
+            self.max_lateness = [now, before];
             return;
         }
         let (least, most) = (now.min(before), now.max(before));
         let by = if least > 0 {
             least
-        } else if most < -SURPLUS * frame {
+        } else if most < -MAX_SURPLUS_FRAMES * frame {
             most
         } else {
             0
         };
         self.phase = self.phase.saturating_sub(by);
         self.lag -= by as f32 / frame as f32;
-        self.latest = [i64::MIN, now.saturating_sub(by)];
-        self.watch = watched(self.output_millihz);
+        self.max_lateness = [i64::MIN, now.saturating_sub(by)];
+        self.watch_ticks_left = watch_ticks(self.output_millihz);
     }
 
     fn rate_hz(&self) -> f32 {
         self.input_millihz as f32 / 1000.0
     }
 
-    /// Speed at which the playhead is to move on, `behind` frames before the newest pose, for `passed` input frames.
+    /// Speed of the playhead over the next `passed` input frames. It is `behind` input frames before the newest pose.
     fn speed(&self, behind: f32, passed: f32) -> f32 {
-        // Steps of the poses that lie ahead, as many as pass: their mean is the style's. The cast saturates at 0.
+        // The mean duration of the poses that will pass. The cast saturates at 0.
         let whole = (behind - 1e-5) as usize;
         let (mut sum, mut count) = (0.0, 0.0);
         for ahead in 0..5_usize {
@@ -274,10 +273,10 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             }
         }
         let predicted = if sum > 0.0 { count / sum } else { 1.0 };
-        let outwards = predicted - 1.0;
+        let excess = predicted - 1.0;
         let rate = self.rate_hz();
-        // Faster than the input uses up the lead.
-        let (bound, used) = if outwards > 0.0 {
+        // Moving faster than the input uses up the lead.
+        let (bound, used) = if excess > 0.0 {
             (self.bounds.lead_s * rate, -self.lag)
         } else {
             (self.bounds.lag_s * rate, self.lag)
@@ -285,10 +284,10 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         let share = if bound > 1e-6 { clamp(2.0 * used / bound - 1.0, 0.0, 1.0) } else { 1.0 };
         let free = 1.0 - share * share * (3.0 - 2.0 * share);
         let back = self.lag / (RETURN_S * rate);
-        clamp(1.0 + free * outwards + back, 0.0, SPEEDS[1])
+        clamp(1.0 + free * excess + back, 0.0, SPEEDS[1])
     }
 
-    /// The pose that lies `back` places before the newest, and its step.
+    /// The pose that lies `back` places before the newest, and its duration in input frames.
     fn at(&self, back: usize) -> (&Pose<J>, f32) {
         let place =
             if back <= self.newest { self.newest - back } else { (self.newest + N).saturating_sub(back) };
@@ -298,12 +297,12 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         }
     }
 
-    /// Shows the place `behind` frames before the newest pose.
-    fn show(&self, behind: f32, output: &mut Pose<J>) {
+    /// Writes the pose at `behind` input frames before the newest.
+    fn interpolate_at(&self, behind: f32, output: &mut Pose<J>) {
         let whole = behind as usize;
         let fraction = behind - whole as f32;
         let later = self.at(whole).0;
-        // Rounding leaves a hundred-thousandth of a frame: that is no place between poses.
+        // Distances below rounding errors count as 0.
         if fraction < 1e-5 {
             *output = *later;
             return;
@@ -312,7 +311,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
     }
 }
 
-/// The pose between two: positions linearly, rotations spherically along the short way; `t` in 0 to 1.
+/// Interpolates between two poses: positions linearly, rotations spherically along the shorter arc; `t` is 0 to 1.
 pub fn interpolate<const J: usize>(a: &Pose<J>, b: &Pose<J>, t: f32) -> Pose<J> {
     let mut pose = *a;
     for (slot, to) in pose.position.iter_mut().zip(b.position) {
@@ -324,12 +323,12 @@ pub fn interpolate<const J: usize>(a: &Pose<J>, b: &Pose<J>, t: f32) -> Pose<J> 
     pose
 }
 
-/// Lateness before there was any: in time, so that nothing is set right before two stretches have passed.
-const UNKNOWN: [i64; 2] = [i64::MIN, 0];
+/// Lateness before the first stretch. The second number is in time, so that nothing is corrected before two stretches.
+const NO_LATENESS: [i64; 2] = [i64::MIN, 0];
 
-/// Ticks of a stretch.
-fn watched(output_millihz: u32) -> u32 {
-    (output_millihz / 2000).max(WATCHED)
+/// Number of ticks in a stretch.
+fn watch_ticks(output_millihz: u32) -> u32 {
+    (output_millihz / 2000).max(MIN_WATCH_TICKS)
 }
 
 /// Greatest common divisor of two numbers that are not 0.

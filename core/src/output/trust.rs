@@ -1,8 +1,9 @@
-//! Whether the input is of the database's kind. Where it is not, the output is the input.
+//! Decides whether the input is of a kind that the database knows. Where it is not, the input is passed through.
 //!
-//! Two measures are held against what the builder found in clips of the nearest class that were left out
-//! ([`Familiar`](crate::blob::Familiar)): the distance to the class's frames, and the root's smoothed speed. Linear models
-//! and statistics have the distance from their mean instead, in their own variances, and a limit for it.
+//! Two measures are compared with limits that the builder found on held-out clips of the nearest class
+//! ([`TrustLimits`](crate::blob::TrustLimits)): the distance to the class's frames, and the smoothed speed of the root.
+//! Linear models and statistics have no frames. They use the distance from their mean in their own variances, with a
+//! fixed limit.
 //!
 //! ```text
 //! r  = d² / far                                      smoothed over [`SMOOTHED_S`]; of the nearest class, or of a model
@@ -10,9 +11,9 @@
 //! p* = clamp(max(2 (r / R - 1), (e - 1.6) / 0.25), 0, 1)         R: Config::trust
 //! ```
 //!
-//! p, the part of the input that is passed on, goes to p* within [`CHANGE_S`]: the strength of every joint group is
-//! multiplied by 1 - p. The first [`LEAD_S`] of a stream and after a leap are not measured, since the search's window is
-//! not full yet.
+//! p is the part of the input that is passed through. It approaches p* within [`CHANGE_S`]; the strength of every joint group
+//! is multiplied by 1 - p. The first [`LEAD_S`] of a stream, and of what follows a leap, are not measured, because the search
+//! window is not full yet.
 
 use crate::{
     blob::Database,
@@ -21,31 +22,32 @@ use crate::{
 
 /// Time constant of both measures, seconds.
 pub const SMOOTHED_S: f32 = 0.5;
-/// Seconds of a stream that are not measured.
+/// Time at the start of a stream that is not measured, seconds.
 pub const LEAD_S: f32 = 0.2;
-/// Seconds of a stream that have to be measured before it is judged.
-const JUDGED_S: f32 = 0.3;
-/// Time in which the output goes over to the input or back, seconds.
+/// Time that has to be measured before input may be passed through, seconds.
+const MIN_OBSERVED_S: f32 = 0.3;
+/// Time in which the output changes to the input or back, seconds.
 pub const CHANGE_S: f32 = 0.25;
-/// Slower than this a body is in place, and its speed says nothing, m/s.
-const IN_PLACE: f32 = 0.2;
-/// What is added to a class's greatest speed, m/s.
-const FASTER: f32 = 0.1;
-/// Speeds beyond a class's by this factor begin to be passed on, and by so much more are passed on whole.
-const BEYOND: f32 = 1.6;
-const WIDTH: f32 = 0.25;
+/// Speed below which a body counts as in place, and its speed is not judged, m/s.
+const IN_PLACE_SPEED: f32 = 0.2;
+/// Margin that is added to the greatest speed of a class, m/s.
+const SPEED_MARGIN: f32 = 0.1;
+/// Ratio of the input's speed to a class's at which the input begins to be passed through.
+const SPEED_RATIO_START: f32 = 1.6;
+/// Further increase of the ratio after which the input is passed through entirely.
+const SPEED_RATIO_WIDTH: f32 = 0.25;
 
-/// How familiar the input is.
+/// The smoothed measures of the input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Trust {
-    /// Smoothed distance, over that of the class.
+    /// Smoothed squared distance over the class's limit.
     ratio: f32,
     /// Smoothed speed of the root over the ground, m/s.
     speed: f32,
-    /// Seconds of the stream that were measured, up to [`SMOOTHED_S`]; below 0 before.
+    /// Time that was measured, seconds, at most [`SMOOTHED_S`]; negative during [`LEAD_S`].
     age_s: f32,
-    /// Least and greatest speed of all classes: read once a stream, by methods that know no class.
+    /// Least and greatest speed of all classes, m/s. Read once a stream, for methods that report no class.
     speeds: Option<[f32; 2]>,
 }
 
@@ -55,57 +57,63 @@ impl Trust {
         Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: None }
     }
 
-    /// The input has leapt, or frames are missing: those before say nothing of those that follow.
-    pub fn begin_again(&mut self) {
+    /// Restarts the measures after a leap or missing frames.
+    pub fn restart(&mut self) {
         *self = Self { speeds: self.speeds, ..Self::new() };
     }
 
-    /// Takes a frame of `seconds`: the nearest class, where the method knows one; the frame's squared distance over that of
-    /// the class, 0 where the method has none; and the root's velocity over the ground, m/s. `most` is
-    /// [`Config::trust`](crate::Config::trust). Moves `passed`, the part of the input that is passed on, 0 to 1.
+    /// Measures a frame of length `seconds`, and updates `passed`, the part of the input that is passed through, 0 to 1.
+    ///
+    /// `class` is the nearest class, if the method reports one; `ratio` the frame's squared distance over the class's limit,
+    /// 0 if the method has none; `velocity` that of the root over the ground, m/s; and `max_ratio`
+    /// [`Config::trust`](crate::Config::trust).
     #[inline(never)]
-    pub fn see(
+    pub fn update(
         &mut self,
         database: &Database<'_>,
         (class, ratio): (Option<usize>, f32),
         velocity: [f32; 2],
-        (most, seconds): (f32, f32),
+        (max_ratio, seconds): (f32, f32),
         passed: &mut f32,
     ) {
         self.age_s = clamp(self.age_s + seconds, -LEAD_S, SMOOTHED_S);
         if self.age_s <= 0.0 {
             return;
         }
-        // A plain mean at first. Of something endless the smoothed ratio would never come back.
-        let taken = clamp(seconds / self.age_s, 0.0, 1.0);
-        self.ratio += taken * (clamp(ratio, 0.0, 4.0 * most) - self.ratio);
+        // A plain mean at first. The ratio is bounded, since the mean would never recover from infinity.
+        let gain = clamp(seconds / self.age_s, 0.0, 1.0);
+        self.ratio += gain * (clamp(ratio, 0.0, 4.0 * max_ratio) - self.ratio);
         let speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
-        // A body that stops is in place at once.
-        let taken = if speed < IN_PLACE { 1.0 } else { taken };
-        self.speed += taken * (clamp(speed, 0.0, 20.0) - self.speed);
-        let target =
-            if self.age_s < JUDGED_S || most <= 0.0 { 0.0 } else { self.target(database, class, most) };
+        // A body that stops counts as in place at once.
+        let gain = if speed < IN_PLACE_SPEED { 1.0 } else { gain };
+        self.speed += gain * (clamp(speed, 0.0, 20.0) - self.speed);
+        let target = if self.age_s < MIN_OBSERVED_S || max_ratio <= 0.0 {
+            0.0
+        } else {
+            self.target(database, class, max_ratio)
+        };
         let change = seconds / CHANGE_S;
         *passed += clamp(target - *passed, -change, change);
     }
 
-    fn target(&mut self, database: &Database<'_>, class: Option<usize>, most: f32) -> f32 {
+    fn target(&mut self, database: &Database<'_>, class: Option<usize>, max_ratio: f32) -> f32 {
         let speeds = match class {
-            Some(class) => database.familiar(class).map(|familiar| familiar.speeds),
+            Some(class) => database.trust_limits(class).map(|limits| limits.speeds),
             None => {
                 self.speeds = self.speeds.or_else(|| all_speeds(database));
                 self.speeds
             }
         };
-        let by_distance = 2.0 * (self.ratio / most - 1.0);
-        let by_speed = speeds.map_or(0.0, |speeds| (self.beyond(speeds) - BEYOND) / WIDTH);
+        let by_distance = 2.0 * (self.ratio / max_ratio - 1.0);
+        let by_speed =
+            speeds.map_or(0.0, |speeds| (self.speed_ratio(speeds) - SPEED_RATIO_START) / SPEED_RATIO_WIDTH);
         clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
     }
 
-    /// How many times faster or slower than a class the input is; 0 in place.
-    fn beyond(&self, [slowest, fastest]: [f32; 2]) -> f32 {
-        let fast = self.speed / (fastest + FASTER);
-        if self.speed < IN_PLACE {
+    /// How many times faster or slower than a class the input is, 1 or more outside its range; 0 in place.
+    fn speed_ratio(&self, [slowest, fastest]: [f32; 2]) -> f32 {
+        let fast = self.speed / (fastest + SPEED_MARGIN);
+        if self.speed < IN_PLACE_SPEED {
             0.0
         } else if fast < 1.0 {
             slowest / self.speed
@@ -119,8 +127,8 @@ impl Trust {
 #[cold]
 #[inline(never)]
 fn all_speeds(database: &Database<'_>) -> Option<[f32; 2]> {
-    let classes = (0..database.counts().classes).filter_map(|class| database.familiar(class));
-    classes.map(|familiar| familiar.speeds).reduce(|[a, b], [slowest, fastest]| {
+    let classes = (0..database.counts().classes).filter_map(|class| database.trust_limits(class));
+    classes.map(|limits| limits.speeds).reduce(|[a, b], [slowest, fastest]| {
         [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
     })
 }

@@ -1,40 +1,40 @@
-//! Keeping a deadline: how many visits the search may have, by how long the last steps took.
+//! Keeps a deadline: adapts the cap on search visits to how long the last steps took.
 //!
-//! A step's cost is bounded by the visits of its search ([`Config::visits`](crate::Config::visits)), and the search
-//! is what a stream that jumps or is far from the data makes long. So a frame that comes near its deadline halves the
-//! cap of the next ones, and frames with time to spare raise it again, slowly: the price of a miss is some recall, which the report shows
-//! ([`Degraded::VISITS`](crate::Degraded::VISITS)), and not more late frames.
+//! The visits of a search ([`Config::visits`](crate::Config::visits)) bound the cost of a step. The search is also what takes
+//! longest when a stream jumps or is far from the data. A step that comes near its deadline halves the cap of the next steps;
+//! steps with time to spare raise it again, slowly. A missed deadline thus costs some recall
+//! ([`Degraded::VISITS`](crate::Degraded::VISITS)) instead of more late frames.
 //!
-//! The core has no clock: the caller measures, in ticks of whatever timer there is. `docs/PORTING.md` has the loop.
+//! The core has no clock. The caller measures, in ticks of any timer. `docs/PORTING.md` has the loop.
 
 use crate::{ConfigError, search::graph::MAX_VISITS};
 
-/// Least cap: fewer visits find too few neighbors.
-pub const LEAST_VISITS: u16 = 64;
-/// Steps in a row with time to spare before the cap rises.
-const PATIENCE: u8 = 8;
+/// Smallest cap. Fewer visits find too few neighbors.
+pub const MIN_VISITS: u16 = 64;
+/// Number of fast steps in a row after which the cap rises.
+const STEPS_TO_RAISE: u8 = 8;
 
-/// The cap on visits, and what it follows from.
+/// The cap on visits, and its state between steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VisitCap {
     budget: u32,
-    most: u16,
+    max: u16,
     cap: u16,
-    spare: u8,
+    fast_steps: u8,
     missed: u32,
 }
 
 impl VisitCap {
-    /// A cap for steps that may take `budget` ticks, at most `most` visits a class.
+    /// A cap for steps that may take `budget` ticks, at most `max` visits a class.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] where `most` is not 64 to 448, or the budget is 0.
-    pub const fn new(budget: u32, most: u16) -> Result<Self, ConfigError> {
-        if budget == 0 || most < LEAST_VISITS || most > MAX_VISITS {
+    /// [`ConfigError::OutOfRange`] where `max` is not 64 to 448, or the budget is 0.
+    pub const fn new(budget: u32, max: u16) -> Result<Self, ConfigError> {
+        if budget == 0 || max < MIN_VISITS || max > MAX_VISITS {
             return Err(ConfigError::OutOfRange);
         }
-        Ok(Self { budget, most, cap: most, spare: 0, missed: 0 })
+        Ok(Self { budget, max, cap: max, fast_steps: 0, missed: 0 })
     }
 
     /// The cap in force.
@@ -42,7 +42,7 @@ impl VisitCap {
         self.cap
     }
 
-    /// Steps that took longer than the budget.
+    /// Number of steps that took longer than the budget.
     pub const fn missed(&self) -> u32 {
         self.missed
     }
@@ -50,23 +50,24 @@ impl VisitCap {
     /// Records how many ticks a step took; returns the cap for the next one
     /// ([`Stylizer::set_visits`](crate::Stylizer::set_visits)).
     ///
-    /// More than seven eighths of the budget halve the cap; eight steps in a row within half of the budget raise it by an eighth.
+    /// A step of more than seven eighths of the budget halves the cap. Eight steps in a row within half of the budget raise
+    /// it by an eighth.
     pub const fn after(&mut self, ticks: u32) -> u16 {
         if ticks > self.budget {
             self.missed = self.missed.saturating_add(1);
         }
         if ticks > self.budget - self.budget / 8 {
-            self.cap = if self.cap / 2 > LEAST_VISITS { self.cap / 2 } else { LEAST_VISITS };
-            self.spare = 0;
+            self.cap = if self.cap / 2 > MIN_VISITS { self.cap / 2 } else { MIN_VISITS };
+            self.fast_steps = 0;
         } else if ticks <= self.budget / 2 {
-            self.spare += 1;
-            if self.spare >= PATIENCE {
-                self.spare = 0;
+            self.fast_steps += 1;
+            if self.fast_steps >= STEPS_TO_RAISE {
+                self.fast_steps = 0;
                 let raised = self.cap + self.cap / 8;
-                self.cap = if raised < self.most { raised } else { self.most };
+                self.cap = if raised < self.max { raised } else { self.max };
             }
         } else {
-            self.spare = 0;
+            self.fast_steps = 0;
         }
         self.cap
     }
@@ -104,17 +105,17 @@ mod tests {
 
     #[test]
     fn every_cap_suits_a_stylizer_whatever_the_ticks_are() {
-        for (budget, most) in [(1, 64), (2, 448), (u32::MAX, 320), (7, 65)] {
-            let mut cap = VisitCap::new(budget, most).expect("it is in range");
+        for (budget, max) in [(1, 64), (2, 448), (u32::MAX, 320), (7, 65)] {
+            let mut cap = VisitCap::new(budget, max).expect("it is in range");
             let mut ticks = 1u32;
             for _ in 0..5000 {
                 ticks = ticks.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let visits = cap.after(ticks >> (ticks & 31));
-                assert!((LEAST_VISITS..=most).contains(&visits), "{budget} {most}: {visits}");
+                assert!((MIN_VISITS..=max).contains(&visits), "{budget} {max}: {visits}");
             }
         }
-        for (budget, most) in [(0, 320), (100, 63), (100, 449)] {
-            assert_eq!(VisitCap::new(budget, most), Err(ConfigError::OutOfRange));
+        for (budget, max) in [(0, 320), (100, 63), (100, 449)] {
+            assert_eq!(VisitCap::new(budget, max), Err(ConfigError::OutOfRange));
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Dot products of a query with stored codes, in integers.
 //!
-//! Sums of integers have one value in any order, so processors may take the way that suits them.
+//! A sum of integers does not depend on the order of its terms, so each processor may use its fastest code.
 
 use crate::blob::layout::MAX_FEATURES;
 
-/// Components that are added up in straight code.
+/// Number of components that are added in straight code.
 const CHUNK: usize = 16;
 
-/// Sum of products of a query with codes of i8. The sum has to fit.
+/// Sum of products of a query with i8 codes. The sum has to fit 32 bits.
 #[inline]
 pub(crate) fn dot<T: Copy + Into<i32>>(query: &[T; MAX_FEATURES], codes: &[u8]) -> i32 {
     if let ([low, high], ([first, second], [])) = (query.as_chunks().0, codes.as_chunks()) {
@@ -16,8 +16,8 @@ pub(crate) fn dot<T: Copy + Into<i32>>(query: &[T; MAX_FEATURES], codes: &[u8]) 
     query.iter().zip(codes).map(|(&query, &code)| query.into() * i32::from(code as i8)).sum()
 }
 
-/// Sum of products of codes of i8 with each other.
-// Not inlined: two places of a loop need it.
+/// Sum of products of i8 codes with each other.
+// Not inlined: a loop calls it from two places.
 #[inline(never)]
 pub(crate) fn dot_of_codes(a: &[u8], b: &[u8]) -> i32 {
     let ((chunks, rest), (other_chunks, other_rest)) = (a.as_chunks::<CHUNK>(), b.as_chunks::<CHUNK>());
@@ -25,14 +25,14 @@ pub(crate) fn dot_of_codes(a: &[u8], b: &[u8]) -> i32 {
     whole + rest.iter().zip(other_rest).map(|(&a, &b)| i32::from(a as i8) * i32::from(b as i8)).sum::<i32>()
 }
 
-/// The same for whole chunks of codes, in straight code.
+/// [`dot`] for whole chunks of codes, in straight code.
 #[inline]
 fn dot_of<T: Copy + Into<i32>, const N: usize>(query: &[T; MAX_FEATURES], codes: &[u8; N]) -> i32 {
     let (chunks, _) = codes.as_chunks();
     query.as_chunks().0.iter().zip(chunks).map(|(query, codes)| chunk(query, codes)).sum()
 }
 
-/// The sum of a chunk's products, written out: straight code whatever the compiler is told of loops.
+/// The sum of a chunk's products, written out so that the code is straight at any optimisation level.
 #[inline]
 fn chunk<T: Copy + Into<i32>>(query: &[T; CHUNK], codes: &[u8; CHUNK]) -> i32 {
     let product = |i: usize| query[i].into() * i32::from(codes[i] as i8);

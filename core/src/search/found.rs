@@ -1,21 +1,22 @@
-//! What a search finds in a class.
+//! The result of a search in a class.
 
 use super::metric::BIAS;
 
-/// A frame seen by the search.
+/// A frame that the search has measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Neighbor {
-    /// Squared distance to the query, units of the [metric](super::metric), with its bias.
+    /// Squared distance to the query, in units of the [metric](super::metric), including its bias.
     pub distance2: u32,
     /// Row within the class.
     pub row: u16,
+    /// Its edges were followed.
     pub expanded: bool,
-    /// It is where a neighbor of the last frame went.
+    /// It is a successor of a neighbor of the last frame.
     pub followed: bool,
 }
 
-/// How a search went.
+/// Counts and events of a search.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SearchStats {
@@ -23,11 +24,11 @@ pub struct SearchStats {
     pub visits: u32,
     /// Bytes of features and graph read.
     pub bytes: u32,
-    /// The visits were used up before the pool was.
+    /// The visits were used up before the pool was expanded.
     pub capped: bool,
-    /// The class was searched anew, because its neighbors led nowhere.
+    /// The search was restarted, because the last neighbors led nowhere.
     pub restarted: bool,
-    /// They led much further away than they were: the input has jumped.
+    /// The last neighbors led much further away: the input has jumped.
     pub jumped: bool,
 }
 
@@ -36,12 +37,11 @@ pub struct SearchStats {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Found<'a> {
     neighbors: &'a [Neighbor],
-    /// Squared metres a unit of distance.
+    /// Weighted square metres in a unit of distance.
     unit2: f32,
-    /// Mean squared distance of the neighbors, weighted square metres. A method that finds no frames sets a distance of its
-    /// own.
+    /// Mean squared distance of the neighbors, weighted square metres. A method without frames sets a distance of its own.
     pub mean_distance2: f32,
-    /// How the search went.
+    /// Counts and events of the search.
     pub stats: SearchStats,
 }
 
@@ -69,7 +69,7 @@ impl<'a> Found<'a> {
     }
 }
 
-/// Mean squared distance, units; 0 of none.
+/// Mean squared distance, in units of the metric; 0 without neighbors.
 pub(super) fn mean(neighbors: &[Neighbor]) -> f32 {
     let sum: u64 = neighbors.iter().map(|n| u64::from(n.distance2.saturating_sub(BIAS))).sum();
     sum as f32 / neighbors.len().max(1) as f32

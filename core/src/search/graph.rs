@@ -1,16 +1,16 @@
 //! The nearest frames of a class, by graph search.
 //!
-//! Every captured frame has up to eight explicit edges to frames like it; the frames before and after are edges
-//! too. The search keeps a sorted pool of the best frames seen and expands the nearest one not yet expanded until
-//! none is left, or the visits are used up (Malkov and Yashunin 2018, their layer search, without layers).
+//! Every captured frame has up to eight explicit edges to similar frames. The frames before and after it are edges too. The
+//! search keeps a sorted pool of the nearest frames seen. It expands the nearest unexpanded frame until none is left or the
+//! visits are used up (the layer search of Malkov and Yashunin 2018, without layers).
 //!
-//! Motion goes on: the successors of the last frame's neighbors are most of this frame's neighbors (82% on real
-//! clips), so the pool starts with them and a few fixed entry points. Where they turn out far away (the input
-//! has jumped), or few of them are left in the pool (the stream has come from elsewhere), the search goes on from
-//! frames spread evenly over the class.
+//! Motion is continuous: most of a frame's neighbors are successors of the last frame's neighbors (82% on real clips). The
+//! pool therefore starts with these successors and a few fixed entry points. The search restarts from frames spread evenly
+//! over the class where the successors are far away (the input has jumped), or where few of them stay in the pool (the stream
+//! has come from elsewhere).
 //!
-//! Cost: at most `visits` distances a class, and after a jump as many again, as far as the frame has them to spare
-//! ([`Limits::spare`]); a distance reads one byte a component.
+//! Cost: at most `visits` distances a class. A restart takes up to as many again, if the frame has them to spare
+//! ([`Limits::spare`]). A distance reads one byte a component.
 
 use heapless::Vec;
 
@@ -27,39 +27,40 @@ use crate::{
     },
 };
 
-/// Most frames in the pool.
+/// Capacity of the pool.
 pub const POOL: usize = 64;
-/// Most visits of one search: the visited set has to stay sparse enough to probe.
+/// Greatest number of visits of one search. The visited set has to stay sparse enough to probe.
 pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
-/// Frames that a search without neighbors to go on from starts with.
-const SPREAD: usize = 48;
-/// Most frames that neighbors are followed through. A class that was not searched for longer is searched anew.
-pub const MOST_FOLLOWED: usize = 32;
-/// How many of the nearest frames a search that begins anew expands, and at least `k`.
-const FRESH: usize = 12;
-/// A stream is lost where fewer than one in so many of the last neighbors' successors are among the best frames seen.
-const LOST: usize = 2;
+/// Number of frames, spread over the class, from which a restarted search begins.
+const SPREAD_SEEDS: usize = 48;
+/// Greatest number of frames over which neighbors are followed. The search of a class restarts after a longer pause.
+pub const MAX_FOLLOWED: usize = 32;
+/// Number of nearest frames that a restarted search expands, if it exceeds `k`.
+const RESTART_EXPANSIONS: usize = 12;
+/// A search is lost if the pool holds fewer than one in `LOST_RATIO` of the last neighbors' successors.
+const LOST_RATIO: usize = 2;
 
-/// What limits a search.
+/// The limits of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
-    /// Neighbors wanted.
+    /// Number of neighbors to find.
     pub k: usize,
-    /// Size of the pool, `k` to [`POOL`]: larger finds more and visits more.
+    /// Size of the pool, `k` to [`POOL`]. A larger pool finds more of the nearest frames, and visits more.
     pub pool: usize,
-    /// Most distances, up to [`MAX_VISITS`].
+    /// Greatest number of distances, up to [`MAX_VISITS`].
     pub visits: u16,
-    /// How many more a search may take that is begun anew: what the classes before have left of theirs.
+    /// Additional visits for a restarted search: those that the classes before have not used.
     pub spare: u16,
-    /// A mean squared distance this many times the last one is a jump.
+    /// Ratio of the mean squared distance to the last one above which the input has jumped.
     pub jump: f32,
-    /// Mean squared distance beyond which a class can't matter: a stream that goes on there is followed less thoroughly.
-    pub enough: f32,
+    /// Mean squared distance beyond which a class has no weight, weighted square metres. Such a class is searched less
+    /// thoroughly.
+    pub cutoff_distance2: f32,
 }
 
-/// Room for one search; used for one class after another.
+/// Memory for one search, used for one class after another.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Searcher {
@@ -68,17 +69,18 @@ pub struct Searcher {
 }
 
 impl Searcher {
-    /// Room for a search.
+    /// Memory for a search.
     #[inline(never)]
     pub const fn new() -> Self {
-        // A search begins with clearing both.
+        // A search clears both first.
         Self { pool: Vec::new(), visited: Visited::new() }
     }
 
     /// Finds the nearest frames of a class, nearest first.
     ///
-    /// `last` holds the rows found when the class was searched last (empty at the start), `last_mean` their mean squared
-    /// distance, and `frames` how many frames ago that was. Small classes are searched whole.
+    /// `last` has the rows that were found when the class was searched last (empty at the start), `last_mean` their mean squared
+    /// distance in weighted square metres, and `frames` the number of frames since then. Classes of at most `limits.visits` rows
+    /// are scanned.
     pub fn search(
         &mut self,
         database: &Database<'_>,
@@ -100,44 +102,44 @@ impl Searcher {
             visited: &mut self.visited,
             patience: 0,
             stats: SearchStats::default(),
-            left: 0,
-            next: 0,
-            following: false,
+            visits_left: 0,
+            next_unexpanded: 0,
+            is_following: false,
         };
         if record.rows <= usize::from(limits.visits) {
             walk.start();
-            walk.left = u16::MAX;
-            walk.pool_whole();
+            walk.visits_left = u16::MAX;
+            walk.scan_class();
         } else {
-            let mut fresh = last.is_empty() || last_mean < 0.0 || frames > MOST_FOLLOWED;
-            if !fresh {
+            let mut restarts = last.is_empty() || last_mean < 0.0 || frames > MAX_FOLLOWED;
+            if !restarts {
                 walk.start();
-                walk.following = true;
+                walk.is_following = true;
                 walk.seed_successors(last, frames);
-                walk.following = false;
+                walk.is_following = false;
                 walk.run(k);
                 let mut mean = walk.mean(k);
-                if mean <= limits.enough {
+                if mean <= limits.cutoff_distance2 {
                     walk.seed_all(database.entries(class));
                     walk.run(POOL);
                     mean = walk.mean(k);
                 }
                 walk.stats.jumped = mean > limits.jump * last_mean;
-                fresh = walk.stats.jumped || walk.is_lost(last.len());
-                walk.stats.restarted = fresh;
+                restarts = walk.stats.jumped || walk.is_lost(last.len());
+                walk.stats.restarted = restarts;
             }
-            if fresh {
-                walk.start_again();
+            if restarts {
+                walk.restart();
                 walk.seed_all(database.entries(class));
                 walk.seed_spread();
-                // Enough to know how far the class is; the frames that follow find neighbors that are missed. The graph is that
-                // of whole features: where a mask leaves some out, it leads to the neighbors less directly.
-                walk.run(if metric.is_whole() { k.max(FRESH) } else { POOL });
+                // Enough to measure the distance of the class; later frames find the neighbors missed here. The graph was made
+                // for whole features, and leads to the neighbors less directly under a mask.
+                walk.run(if metric.is_whole() { k.max(RESTART_EXPANSIONS) } else { POOL });
             }
         }
         let mut stats = walk.stats;
         stats.bytes += stats.visits * metric.bytes() as u32;
-        Found::new(first(&self.pool, k), metric.unit2(), stats)
+        Found::new(nearest(&self.pool, k), metric.unit2(), stats)
     }
 }
 
@@ -147,104 +149,113 @@ impl Default for Searcher {
     }
 }
 
-fn first(pool: &[Neighbor], k: usize) -> &[Neighbor] {
+/// The `k` nearest of the pool, or all of them.
+fn nearest(pool: &[Neighbor], k: usize) -> &[Neighbor] {
     pool.get(..k).unwrap_or(pool)
 }
 
+/// The state of one search.
 struct Walk<'a, 'db> {
     database: &'a Database<'db>,
     class: Class,
     metric: &'a Metric,
-    /// The class's frames, where they can be compared the fast way.
+    /// The class's frames in the layout for fast comparison, if there is one.
     frames: Option<Frames<'db>>,
     limits: Limits,
     pool: &'a mut Vec<Neighbor, POOL>,
     visited: &'a mut Visited,
-    /// How often rows may still collide in the visited set.
+    /// Number of collisions in the visited set that are still allowed.
     patience: u16,
     stats: SearchStats,
-    left: u16,
-    /// Place in the pool before which every frame is expanded.
-    next: usize,
-    /// What is visited now is where the neighbors of the last frame went.
-    following: bool,
+    /// Distances that may still be computed.
+    visits_left: u16,
+    /// Index in the pool before which every frame is expanded.
+    next_unexpanded: usize,
+    /// True while the successors of the last neighbors are visited.
+    is_following: bool,
 }
 
 impl Walk<'_, '_> {
+    /// Begins with an empty pool.
     fn start(&mut self) {
         self.pool.clear();
-        self.next = 0;
+        self.next_unexpanded = 0;
         self.visited.clear();
         self.patience = PATIENCE;
-        self.left = self.limits.visits.min(MAX_VISITS);
+        self.visits_left = self.limits.visits.min(MAX_VISITS);
     }
 
-    /// Leave for as many visits again, or as many as there are to spare. What was seen stays, as long as the visited set
-    /// has room, and where too few visits are left to find anything else.
-    fn start_again(&mut self) {
+    /// Allows as many visits again, or as many as are left to spare. Keeps the pool as long as the visited set has capacity, and
+    /// where too few visits are left to refill it.
+    fn restart(&mut self) {
         let seen = u16::try_from(self.stats.visits).unwrap_or(u16::MAX);
-        let room = MAX_VISITS.saturating_sub(seen);
-        let left = self.limits.visits.saturating_add(self.limits.spare).saturating_sub(seen);
-        if seen == 0 || (room < MAX_VISITS / 2 && usize::from(left) >= SPREAD) {
+        let capacity = MAX_VISITS.saturating_sub(seen);
+        let visits_left = self.limits.visits.saturating_add(self.limits.spare).saturating_sub(seen);
+        if seen == 0 || (capacity < MAX_VISITS / 2 && usize::from(visits_left) >= SPREAD_SEEDS) {
             self.start();
         } else {
-            self.left = self.limits.visits.min(room);
+            self.visits_left = self.limits.visits.min(capacity);
         }
-        self.left = self.left.min(left);
+        self.visits_left = self.visits_left.min(visits_left);
     }
 
-    fn pool_whole(&mut self) {
+    /// Measures every searchable row of the class.
+    fn scan_class(&mut self) {
         for row in 0..self.class.rows {
-            if self.can_be_found(row) {
+            if self.is_searchable(row) {
                 self.measure(row as u16);
             }
         }
     }
 
-    /// Where the last neighbors went in the frames since.
+    /// Visits the rows that follow the last neighbors after `frames` frames.
     fn seed_successors(&mut self, last: &[u16], frames: usize) {
         for &row in last {
             let row = usize::from(row);
             let end = (1..=frames).take_while(|i| self.flags(row + i) & flag::FOLLOWS != 0).last();
             let now = end.map_or(row, |frames| row + frames);
-            self.visit(if self.can_be_found(now) { now } else { row } as u16);
+            self.visit(if self.is_searchable(now) { now } else { row } as u16);
         }
     }
 
+    /// Visits the given rows.
     fn seed_all(&mut self, rows: impl Iterator<Item = u16>) {
         for row in rows {
             self.visit(row);
         }
     }
 
+    /// Visits rows spread evenly over the class.
     fn seed_spread(&mut self) {
-        for i in 0..SPREAD {
-            let row = self.class.rows * i / SPREAD;
-            if self.can_be_found(row) {
+        for i in 0..SPREAD_SEEDS {
+            let row = self.class.rows * i / SPREAD_SEEDS;
+            if self.is_searchable(row) {
                 self.visit(row as u16);
             }
         }
     }
 
-    /// Few of the last frame's neighbors have a successor in sight: the stream has come from elsewhere.
+    /// True if few of the `seeds` successors of the last neighbors are in the pool: the stream has come from elsewhere.
     fn is_lost(&self, seeds: usize) -> bool {
-        self.pool.iter().filter(|n| n.followed).count() * LOST < seeds
+        self.pool.iter().filter(|n| n.followed).count() * LOST_RATIO < seeds
     }
 
-    /// Mean squared distance of the `k` nearest seen.
+    /// Mean squared distance of the `k` nearest frames seen, weighted square metres.
     fn mean(&self, k: usize) -> f32 {
-        mean(first(self.pool, k)) * self.metric.unit2()
+        mean(nearest(self.pool, k)) * self.metric.unit2()
     }
 
-    /// Expands frames until all of the nearest `most` seen are.
+    /// Expands frames until the nearest `most` of the pool are all expanded.
     fn run(&mut self, most: usize) {
-        while let Some(nearest) = self.pool.get_mut(self.next).filter(|_| self.next < most) {
-            self.next += 1;
-            if nearest.expanded {
+        while let Some(frame) =
+            self.pool.get_mut(self.next_unexpanded).filter(|_| self.next_unexpanded < most)
+        {
+            self.next_unexpanded += 1;
+            if frame.expanded {
                 continue;
             }
-            nearest.expanded = true;
-            let row = usize::from(nearest.row);
+            frame.expanded = true;
+            let row = usize::from(frame.row);
             self.stats.bytes += 16;
             for edge in self.database.edges(self.class.first_row + row) {
                 if edge != NONE {
@@ -252,11 +263,11 @@ impl Walk<'_, '_> {
                 }
             }
             for side in [row.wrapping_sub(1), row + 1] {
-                if self.can_be_found(side) {
+                if self.is_searchable(side) {
                     self.visit(side as u16);
                 }
             }
-            if self.left == 0 {
+            if self.visits_left == 0 {
                 self.stats.capped = true;
                 return;
             }
@@ -268,25 +279,27 @@ impl Walk<'_, '_> {
         if row < self.class.rows { self.database.flags(self.class.first_row + row) } else { 0 }
     }
 
-    fn can_be_found(&self, row: usize) -> bool {
+    /// True if the search may return a row of the class.
+    fn is_searchable(&self, row: usize) -> bool {
         self.flags(row) & flag::SEARCHABLE != 0
     }
 
-    /// Measures a row unless it was measured before or the visits are used up. Rows that collide too often use them up.
+    /// Measures a row unless it was measured before or no visits are left. Too many collisions end the search.
     fn visit(&mut self, row: u16) {
-        if self.left == 0 {
+        if self.visits_left == 0 {
             return;
         }
         if !self.visited.insert(row, &mut self.patience) {
             if self.patience == 0 {
-                self.left = 0;
+                self.visits_left = 0;
             }
             return;
         }
-        self.left -= 1;
+        self.visits_left -= 1;
         self.measure(row);
     }
 
+    /// Computes the distance of a row and inserts it in the pool.
     #[inline(never)]
     fn measure(&mut self, row: u16) {
         self.stats.visits += 1;
@@ -294,8 +307,8 @@ impl Walk<'_, '_> {
             self.frames.as_ref().and_then(|frames| self.metric.distance2_in(frames, usize::from(row)));
         let distance2 = found
             .unwrap_or_else(|| self.metric.distance2(self.database, self.class.first_row + usize::from(row)));
-        let found = Neighbor { distance2, row, expanded: false, followed: self.following };
+        let found = Neighbor { distance2, row, expanded: false, followed: self.is_following };
         let at = insert(self.pool, self.limits.pool, found, |other| other.distance2 <= distance2);
-        self.next = self.next.min(at);
+        self.next_unexpanded = self.next_unexpanded.min(at);
     }
 }

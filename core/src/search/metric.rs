@@ -1,18 +1,18 @@
-//! The distance between the query and stored features, in integers: Xia 2015, eq. 1, in principal components.
+//! The distance between query and stored features: Xia 2015, eq. 1, in principal components and in integers.
 //!
-//! With stored codes c, metres s a code, query q in metres, and a unit U of squared metres, the same for every frame:
+//! c are stored codes, s metres a code, q the query in metres, and U a unit of square metres, the same for every frame:
 //!
 //! ```text
 //! a = s² / U,  p = q / s              rounded: a to integers that sum up to some 29,000, p to 1/4096 of a code
 //! d = Σ a (p - c)² = Σ a p² - Σ 2 a p c + Σ a c²
 //! ```
 //!
-//! The first sum is the query's, the last the frame's: the blob stores it, so a distance is one dot product. A query
-//! within twice the range of the codes has distances below 2^32: 29,096 · (256 + 128)² < 4.2904e9; then `2 a p` is below
-//! 2^24, and the sum of its products with codes below 2^31. A query that is further away has units of 2^n U, with which
-//! the same holds, and is held within 128 times the range.
+//! The first sum depends on the query alone. The last depends on the frame alone and is stored in the blob. A distance is thus
+//! one dot product. A query within twice the range of the codes has distances below 2^32: 29,096 · (256 + 128)² < 4.2904e9.
+//! `2 a p` is then below 2^24, and the sum of its products with codes below 2^31. A query that is further away uses units of
+//! 2^n U, with the same bounds, and is clamped to 128 times the range.
 //!
-//! Cost: one byte read and one product a component; where a mask leaves components out, two more for the last sum.
+//! Cost: one byte read and one product a component; under a mask two more products for the last sum.
 
 use super::{dot::Products, query::Feature};
 use crate::{
@@ -20,32 +20,33 @@ use crate::{
     math::{abs, clamp},
 };
 
-/// What the squares of the scales sum up to, in units; rounding adds half a unit a component, and none is 0.
+/// Sum of the squared scales, in units. Rounding adds up to half a unit a component; no component is 0.
 pub const TOTAL: u16 = 29_000;
 /// The largest sum `Σ a c²`.
 pub const MOST_NORM2: u32 = (TOTAL as u32 + 3 * MAX_FEATURES as u32) * 128 * 128;
-/// Added to every distance: rounding takes at most 2.5 units away, and no distance is to be below 0.
+/// Added to every distance, so that none is negative: rounding subtracts at most 2.5 units.
 pub(super) const BIAS: u32 = 3;
-/// Parts of a code in which the query is rounded, as a power of two.
+/// Fractional bits of the query, in codes.
 const FINE: u32 = 12;
-/// A query is held within this many codes.
+/// The query is clamped to this many codes.
 const MOST_CODES: f32 = 16_384.0;
-/// Distances stay below this many units: 2^32, and room for what rounding adds.
+/// Upper bound of a distance in units: 2^32, less a margin for rounding.
 const MOST_UNITS: f32 = 4.2905e9;
-/// Enough for the farthest query.
+/// Greatest shift of the unit, enough for the farthest query.
 const MOST_SHIFT: u32 = 11;
 
-/// Squared scales of the components in units, and squared metres a unit.
+/// Squared scales of the components in units, and the size of a unit.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Weights {
-    /// 0 for components that there are not.
+    /// a of each component; 0 for unused components.
     units: [u16; MAX_FEATURES],
+    /// U: weighted square metres in a unit.
     unit2: f32,
 }
 
 impl Weights {
-    /// The weights of components with those scales, metres a code.
+    /// The weights of components with the given scales, metres a code.
     pub fn new(scales: impl Iterator<Item = f32> + Clone) -> Self {
         let sum: f32 = scales.clone().map(|s| s * s).sum();
         let unit2 = sum / f32::from(TOTAL);
@@ -57,7 +58,7 @@ impl Weights {
         Self { units, unit2 }
     }
 
-    /// `Σ a c²` of stored codes, units.
+    /// `Σ a c²` of stored codes, in units.
     #[inline]
     pub fn norm2(&self, stored: &[u8]) -> u32 {
         let squares = stored.iter().map(|&code| u32::from((code as i8).unsigned_abs()).pow(2));
@@ -65,7 +66,7 @@ impl Weights {
     }
 }
 
-/// The query, ready to be compared with stored features.
+/// The query, prepared for comparison with stored features.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Metric {
@@ -76,15 +77,15 @@ pub struct Metric {
     /// `Σ a p²`, and the bias.
     query_norm2: u32,
     features: usize,
-    /// No component is left out: stored norms hold.
+    /// No component is left out, so that stored norms are valid.
     is_whole: bool,
-    /// A far query has units that are 2 to the power of this larger.
+    /// n: the unit is 2^n U. Above 0 for a far query.
     shift: u32,
 }
 
 impl Metric {
-    /// The metric of a query; `mask` says for each joint group whether the search looks at it. The query becomes
-    /// the one that distances are measured from: rounded, and held within 128 times the range of stored features.
+    /// The metric of a query, metres. `mask` has one bit a joint group: whether the search compares it. `feature` is replaced by
+    /// the query that distances are measured from: rounded, and clamped to 128 times the range of stored features.
     #[inline(never)]
     pub fn new(database: &Database<'_>, feature: &mut Feature, mask: u8) -> Self {
         let scales = (0..database.counts().features).map(|f| database.feature_scale(f));
@@ -105,7 +106,7 @@ impl Metric {
             is_whole: true,
             shift: 0,
         };
-        // The largest distance that codes can have, of which a far query has too many units.
+        // The largest possible distance to a code, in units: it determines the shift.
         let mut farthest = 0.0;
         let of = feature.iter_mut().zip(scales.clone()).zip(&metric.weights.units);
         for (f, ((query, scale), &unit)) in of.enumerate() {
@@ -145,13 +146,13 @@ impl Metric {
     }
 
     /// Squared distance to a captured frame, units, with the bias.
-    // Not inlined: searches measure nearly all frames otherwise.
+    // Not inlined: searches measure nearly all frames by `distance2_in`.
     #[inline(never)]
     pub(super) fn distance2(&self, database: &Database<'_>, row: usize) -> u32 {
         self.distance2_to(database.feature(row), database.feature_norm2(row))
     }
 
-    /// The frames of a class, if they have 16 or 32 components and stored norms that hold.
+    /// The frames of a class for fast comparison, if they have 16 or 32 components and no mask is set.
     pub(super) fn frames<'db>(&self, database: &Database<'db>, class: &Class) -> Option<Frames<'db>> {
         let rows = class.first_row..class.first_row + class.rows;
         let length = self.features;
@@ -164,7 +165,7 @@ impl Metric {
         }
     }
 
-    /// Squared distance to a frame of a class, units, with the bias.
+    /// Squared distance to a frame of a class, in units, with the bias.
     #[inline]
     pub(super) fn distance2_in(&self, frames: &Frames<'_>, row: usize) -> Option<u32> {
         let (dot, norm2) = match frames {
@@ -174,7 +175,7 @@ impl Metric {
         Some(self.distance2_by(u32::from_le_bytes(*norm2), dot))
     }
 
-    /// The same to stored codes, whose norm is taken where no component is left out.
+    /// Squared distance to stored codes, in units, with the bias. Uses the stored norm if no component is left out.
     #[inline]
     fn distance2_to(&self, stored: &[u8], norm2: Option<u32>) -> u32 {
         let norm2 = match norm2 {
@@ -186,16 +187,16 @@ impl Metric {
 
     #[inline]
     fn distance2_by(&self, norm2: u32, dot: i32) -> u32 {
-        // Wraps in a blob whose norms are wrong, and in no other.
+        // Wraps only in a blob whose norms are wrong.
         self.query_norm2.wrapping_add(norm2 >> (self.shift & 31)).wrapping_sub(dot as u32)
     }
 
-    /// No mask leaves a component out.
+    /// True if no mask leaves a component out.
     pub(crate) fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// Squared metres a unit.
+    /// Weighted square metres in a unit.
     #[inline]
     pub(super) fn unit2(&self) -> f32 {
         self.weights.unit2 * (1u32 << self.shift) as f32
@@ -212,7 +213,7 @@ impl Metric {
     }
 }
 
-/// The frames of a class, ready to be compared: their codes and their norms, by row.
+/// The frames of a class for fast comparison: codes and norms by row, with 16 or 32 components.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Frames<'db> {
     Of16(&'db [[u8; 16]], &'db [[u8; 4]]),

@@ -1,4 +1,4 @@
-//! The nearest frames of every class: from the last few poses to a query, and from the query to neighbors.
+//! Finds the nearest frames of every class: the last few poses become a query, and the query finds neighbors.
 
 pub(crate) mod dot;
 pub mod found;

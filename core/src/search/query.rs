@@ -1,19 +1,18 @@
-//! From a window of poses to a search feature.
+//! Turns a window of poses into a search feature.
 //!
-//! Two moments are alike where the clouds of their joints, over the last few frames, lie close after one of them
-//! was turned about the vertical and moved over the floor (Xia 2015, eq. 1; Kovar, Gleicher, Pighin 2002). Done
-//! for every pair that would cost a fit each; here every window is brought onto one **mean cloud** by the same
-//! closed form, once, and then compared as it lies, in a few principal components.
+//! Two moments are alike if the clouds of their joints over the last few frames lie close together after one of them was
+//! turned about the vertical axis and moved over the floor (Xia 2015, eq. 1; Kovar, Gleicher, Pighin 2002). That needs a fit
+//! for every pair. Here every window is aligned once to a **mean cloud**, by the same closed form. Aligned windows are compared
+//! directly, in a few principal components.
 //!
-//! With weights w, mean cloud m and window p, both about their weighted ground centroids, the turn is
+//! With weights w, mean cloud m and window p, both about their weighted centroids on the ground, the rotation is
 //! `(cos, sin) ∝ (Σ w (m_x p_x + m_z p_z), Σ w (m_x p_z - m_z p_x))`.
 //!
-//! Poses come in f32. From the joint positions on everything is whole numbers, in the database's unit of length (a
-//! sixteenth of a millimetre for a human): aligned coordinates within 17 bits, their products with the components
-//! within 31.
+//! Poses are f32. From the joint positions on, all numbers are integers in the database's unit of length (a sixteenth of a
+//! millimetre for a human): aligned coordinates have 17 bits, and their products with the components 31.
 //!
-//! Only the body group steers the fit, and every component looks at one joint group: a gesture of the arms moves
-//! no feature of the legs, and a mask can leave the arms out.
+//! Only the body group determines the alignment, and every component belongs to one joint group. A gesture of the arms thus
+//! changes no feature of the legs, and a mask can leave the arms out.
 
 use crate::{
     blob::{
@@ -27,39 +26,40 @@ use crate::{
     math::{fixed::quotient, sqrt},
 };
 
-/// A feature: the first F of its numbers are in use. Metres, weighted.
+/// A feature: principal components in weighted metres. The first F are in use.
 pub type Feature = [f32; MAX_FEATURES];
 
-/// Numbers a joint that a window needs to be aligned in.
+/// Numbers a joint in the scratch memory of the alignment.
 pub const ALIGNED: usize = 3 * MAX_WINDOW;
 
-/// Bits behind the point of a joint's position, in units of length: within 8 km of the origin at a sixteenth of a millimetre.
+/// Fractional bits of a joint's position, in units of length. At a sixteenth of a millimetre the range is 8 km.
 const FRACTION: u32 = 4;
 
-/// No coordinate is further than this from where it is measured from.
-const FARTHEST: i32 = u16::MAX as i32;
-/// Bits behind the point of a sine.
+/// Greatest size of an aligned coordinate, units of length. Larger ones are clamped.
+const MAX_COORDINATE: i32 = u16::MAX as i32;
+/// Fractional bits of a sine.
 const TURN_BITS: u32 = 24;
-/// Bits that a product with a component is shifted by, so that the sum of all products fits: 3 · 8 · 64 of them.
+/// Right shift of a product with a component, so that the sum of 3 · 8 · 64 products fits 32 bits.
 pub const PRODUCT_BITS: u32 = 10;
-/// Bits that an aligned coordinate is shifted up by. Processors that have an FPU multiply 32 bits by 16 and add what is above
-/// the lowest 16 of the product in one instruction; for the others a product fits 32 bits.
-const UP: u32 = if cfg!(all(target_arch = "arm", target_abi = "eabihf")) { 16 - PRODUCT_BITS } else { 0 };
+/// Left shift of an aligned coordinate. Cortex-M processors with an FPU can multiply 32 by 16 bits and add the product without
+/// its lowest 16 bits in one instruction. On the others a product has to fit 32 bits.
+const PRE_SHIFT: u32 =
+    if cfg!(all(target_arch = "arm", target_abi = "eabihf")) { 16 - PRODUCT_BITS } else { 0 };
 
 /// The joint positions of the last frames.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Window<const J: usize> {
-    /// Ring of clouds, world, in parts of a unit of length.
+    /// Ring of clouds of joint positions in world space, units of length with [`FRACTION`] fractional bits.
     clouds: [[Point; J]; MAX_WINDOW],
-    /// Place of the newest cloud in the ring.
+    /// Index of the newest cloud.
     newest: u8,
     /// False until the first pose.
     filled: bool,
 }
 
 impl<const J: usize> Window<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     const NEW: Self = Self { clouds: [[[0; 3]; J]; MAX_WINDOW], newest: 0, filled: false };
 
     /// A window without a pose.
@@ -68,12 +68,12 @@ impl<const J: usize> Window<J> {
         Self::NEW
     }
 
-    /// Forgets every pose.
+    /// Removes all poses.
     pub fn clear(&mut self) {
         self.filled = false;
     }
 
-    /// Takes in a pose. The first one fills the window: nothing moved before it.
+    /// Adds a pose. The first pose fills the whole window.
     #[inline(never)]
     pub fn push(&mut self, database: &Database<'_>, pose: &Pose<J>) {
         let place = (usize::from(self.newest) + 1) % MAX_WINDOW;
@@ -87,30 +87,33 @@ impl<const J: usize> Window<J> {
         self.newest = place as u8;
     }
 
-    /// The feature of the window. Cost: `window · joints · 3` multiplications a component. `aligned` is room to work
-    /// in, [`ALIGNED`] numbers a joint.
+    /// Computes the feature of the window. `aligned` is scratch memory of [`ALIGNED`] numbers a joint. Cost: `window · joints · 3`
+    /// multiplications a component.
     pub fn feature(&self, database: &Database<'_>, aligned: &mut [i32], feature: &mut Feature) {
-        let clouds = Clouds { points: self.clouds.as_flattened(), room: J, newest: usize::from(self.newest) };
+        let clouds =
+            Clouds { points: self.clouds.as_flattened(), capacity: J, newest: usize::from(self.newest) };
         clouds.feature(database, &mut [0; J], aligned, feature);
     }
 }
 
-/// A window, whatever its capacity: what is compiled with the core, for speed, however its caller is.
+/// A window as a slice. Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[derive(Clone, Copy)]
 struct Clouds<'a> {
+    /// All clouds, one after the other.
     points: &'a [Point],
-    /// Joints that a cloud has room for.
-    room: usize,
+    /// Number of joints in the memory of a cloud.
+    capacity: usize,
+    /// Index of the newest cloud.
     newest: usize,
 }
 
 impl<'a> Clouds<'a> {
-    /// The cloud at that place of the ring.
+    /// The cloud at an index of the ring, which may wrap.
     fn cloud(self, place: usize) -> &'a [Point] {
-        self.points.get((place % MAX_WINDOW) * self.room..).unwrap_or(&[])
+        self.points.get((place % MAX_WINDOW) * self.capacity..).unwrap_or(&[])
     }
 
-    /// `members` is room to work in, one number a joint.
+    /// See [`Window::feature`]. `members` is scratch memory of one number a joint.
     #[inline(never)]
     fn feature(
         self,
@@ -133,36 +136,36 @@ impl<'a> Clouds<'a> {
         }
     }
 
-    /// Brings the window onto the mean cloud, and takes the mean cloud off it: the first joint group's joints from
-    /// the oldest frame to the newest, then the next group's, as components are stored. Returns where each joint
-    /// group's numbers end.
+    /// Aligns the window to the mean cloud, and subtracts the mean cloud. `aligned` gets the order in which components are
+    /// stored: the first joint group's joints from the oldest frame to the newest, then the next group's. Returns where the
+    /// numbers of each joint group end.
     fn align(self, database: &Database<'_>, members: &mut [u8], aligned: &mut [i32]) -> [usize; MAX_GROUPS] {
         let counts = database.counts();
-        let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(self.room));
+        let (window, joints) = (counts.window.min(MAX_WINDOW), counts.joints.min(self.capacity));
         let data = database.query_section();
         let weights = data.get(query::weights(window, joints, counts.features)..).unwrap_or(&[]);
         let mean = data.get(query::mean(counts.features)..).unwrap_or(&[]).as_chunks::<6>().0;
         let oldest = self.newest + MAX_WINDOW + 1 - window;
-        let [here_x, _, here_z] = self.cloud(self.newest).first().copied().unwrap_or_default();
-        // Seen from where the root is now, in parts.
-        let near = |p: &Point| {
-            [p[0].saturating_sub(here_x), p[2].saturating_sub(here_z)]
-                .map(|v| v.clamp(-FARTHEST << FRACTION, FARTHEST << FRACTION))
+        let [root_x, _, root_z] = self.cloud(self.newest).first().copied().unwrap_or_default();
+        // Relative to the root's current position.
+        let relative = |p: &Point| {
+            [p[0].saturating_sub(root_x), p[2].saturating_sub(root_z)]
+                .map(|v| v.clamp(-MAX_COORDINATE << FRACTION, MAX_COORDINATE << FRACTION))
         };
         let units = |parts: i32| parts.saturating_add(1 << (FRACTION - 1)) >> FRACTION;
         let order = Joints::by_group(database, members, joints);
         let weight = |j: u8| weights.get(usize::from(j)).map_or(0, |&weight| i32::from(weight));
         let mean = |w: usize| mean.get(w * joints..).unwrap_or(&[]);
 
-        // The heights, as they come out, and the places on the ground as seen from the root; and the weighted centroid.
+        // The final heights, the positions on the ground relative to the root, and the weighted centroid.
         let (mut total, mut cx, mut cz) = (0i64, 0i64, 0i64);
-        let ends = order.visit(window, aligned, |w, own, slots| {
+        let ends = order.visit(window, aligned, |w, group_joints, slots| {
             let (cloud, mean) = (self.cloud(oldest + w), mean(w));
-            for (slot, &j) in slots.iter_mut().zip(own) {
+            for (slot, &j) in slots.iter_mut().zip(group_joints) {
                 let place = usize::from(j);
                 let (Some(p), Some(m)) = (cloud.get(place), mean.get(place).map(point)) else { continue };
-                let [x, z] = near(p);
-                *slot = [x, held(units(p[1]).saturating_sub(m[1])) << UP, z];
+                let [x, z] = relative(p);
+                *slot = [x, clamp_coordinate(units(p[1]).saturating_sub(m[1])) << PRE_SHIFT, z];
                 let weight = weight(j);
                 total += i64::from(weight);
                 // Below 2^28.
@@ -173,9 +176,9 @@ impl<'a> Clouds<'a> {
         let [cx, cz] = [cx, cz].map(|sum| quotient(sum, total as u32));
 
         let (mut a, mut b) = (0i64, 0i64);
-        order.visit(window, aligned, |w, own, slots| {
+        order.visit(window, aligned, |w, group_joints, slots| {
             let mean = mean(w);
-            for (slot, &j) in slots.iter_mut().zip(own) {
+            for (slot, &j) in slots.iter_mut().zip(group_joints) {
                 let (x, z) = (slot[0] - cx, slot[2] - cz);
                 (slot[0], slot[2]) = (x, z);
                 let weight = weight(j);
@@ -192,24 +195,25 @@ impl<'a> Clouds<'a> {
         let (c, s) = if length > 0.0 { (a / length, b / length) } else { (1.0, 0.0) };
         let [c, s] = [c, s].map(|v| (v * (1 << TURN_BITS) as f32) as i32);
         // A coordinate on the ground lies within 2^22 parts, the sum of both products within 2^47.
-        let turned = |v: i64| ((v + (1 << (TURN_BITS + FRACTION - 1))) >> (TURN_BITS + FRACTION)) as i32;
-        order.visit(window, aligned, |w, own, slots| {
+        let rotated = |v: i64| ((v + (1 << (TURN_BITS + FRACTION - 1))) >> (TURN_BITS + FRACTION)) as i32;
+        order.visit(window, aligned, |w, group_joints, slots| {
             let mean = mean(w);
-            for (slot, &j) in slots.iter_mut().zip(own) {
+            for (slot, &j) in slots.iter_mut().zip(group_joints) {
                 let Some(m) = mean.get(usize::from(j)).map(point) else { continue };
                 let [x, z, c, s] = [slot[0], slot[2], c, s].map(i64::from);
-                slot[0] = held(turned(c * x + s * z).saturating_sub(m[0])) << UP;
-                slot[2] = held(turned(c * z - s * x).saturating_sub(m[2])) << UP;
+                slot[0] = clamp_coordinate(rotated(c * x + s * z).saturating_sub(m[0])) << PRE_SHIFT;
+                slot[2] = clamp_coordinate(rotated(c * z - s * x).saturating_sub(m[2])) << PRE_SHIFT;
             }
         });
         ends
     }
 }
 
-/// The joints in the order of their joint groups, as components are stored.
+/// The joints sorted by joint group, as components are stored.
 struct Joints<'a> {
+    /// Numbers of the joints.
     members: &'a [u8],
-    /// Where each joint group ends among them.
+    /// Where each joint group ends in `members`.
     ends: [usize; MAX_GROUPS],
 }
 
@@ -221,7 +225,7 @@ impl<'a> Joints<'a> {
                 *count += 1;
             }
         }
-        // At first where each joint group begins: every joint moves the end of its own on.
+        // Each end is at first the start of its group, and moves with every joint of the group.
         let mut start = 0;
         for end in &mut ends {
             start += core::mem::replace(end, start);
@@ -236,24 +240,24 @@ impl<'a> Joints<'a> {
         Self { members, ends }
     }
 
-    /// Passes the frames of a window to `see`, the oldest first, joint group by joint group: the number of the frame, the
-    /// group's joints, and their slots. Returns where each joint group's numbers end.
+    /// Calls `visitor` for each joint group and each frame of the window, the oldest first, with the number of the frame, the
+    /// group's joints, and their slots in `aligned`. Returns where the numbers of each joint group end.
     #[inline(always)]
     fn visit(
         &self,
         window: usize,
         aligned: &mut [i32],
-        mut see: impl FnMut(usize, &[u8], &mut [Point]),
+        mut visitor: impl FnMut(usize, &[u8], &mut [Point]),
     ) -> [usize; MAX_GROUPS] {
         let mut rest = aligned.as_chunks_mut::<3>().0;
         let (mut start, mut numbers) = (0, 0);
         self.ends.map(|end| {
-            let own = self.members.get(start..end).unwrap_or(&[]);
+            let group_joints = self.members.get(start..end).unwrap_or(&[]);
             start = end.max(start);
             for w in 0..window {
                 let (slots, others) =
-                    core::mem::take(&mut rest).split_at_mut_checked(own.len()).unwrap_or_default();
-                see(w, own, slots);
+                    core::mem::take(&mut rest).split_at_mut_checked(group_joints.len()).unwrap_or_default();
+                visitor(w, group_joints, slots);
                 numbers += 3 * slots.len();
                 rest = others;
             }
@@ -262,12 +266,12 @@ impl<'a> Joints<'a> {
     }
 }
 
-/// A coordinate held within 17 bits.
-fn held(coordinate: i32) -> i32 {
-    coordinate.clamp(-FARTHEST, FARTHEST)
+/// Clamps a coordinate to 17 bits.
+fn clamp_coordinate(coordinate: i32) -> i32 {
+    coordinate.clamp(-MAX_COORDINATE, MAX_COORDINATE)
 }
 
-/// A point of the mean cloud.
+/// Decodes a point of the mean cloud.
 fn point(stored: &[u8; 6]) -> Point {
     let (numbers, _) = stored.as_chunks::<2>();
     core::array::from_fn(|i| numbers.get(i).map_or(0, |&n| i32::from(i16::from_le_bytes(n))))
@@ -277,23 +281,23 @@ fn point(stored: &[u8; 6]) -> Point {
 #[inline(always)]
 fn product(point: i32, stored: [u8; 2]) -> i32 {
     let stored = i16::from_le_bytes(stored);
-    if UP != 0 {
-        ((i64::from(point) * i64::from(stored)) >> (UP + PRODUCT_BITS)) as i32
+    if PRE_SHIFT != 0 {
+        ((i64::from(point) * i64::from(stored)) >> (PRE_SHIFT + PRODUCT_BITS)) as i32
     } else {
         (point * i32::from(stored)) >> PRODUCT_BITS
     }
 }
 
-/// Products in straight code: those of a joint in a window of four frames, where a sum and what it takes fit the registers.
-const STRAIGHT: usize = if UP != 0 { 12 } else { 4 };
+/// Number of products in straight code: those of a joint in a window of four frames, where the operands fit the registers.
+const STRAIGHT: usize = if PRE_SHIFT != 0 { 12 } else { 4 };
 
 /// The sum of the products of an aligned window with a stored component, each shifted by [`PRODUCT_BITS`].
 fn dot(points: &[i32], component: &[[u8; 2]]) -> i32 {
-    // A shift rounds down, by half on average.
+    // Compensates for the shifts, which round down by half on average.
     let mut sum = points.len() as i32 / 2;
     let (chunks, rest) = points.as_chunks::<STRAIGHT>();
     let (stored, stored_rest) = component.as_chunks::<STRAIGHT>();
-    // Not zipped: the compiler then computes all addresses from one index, one by one.
+    // Not zipped: the compiler would compute every address from one index.
     let (mut next_chunk, mut next_stored) = (chunks.iter(), stored.iter());
     while let (Some(p), Some(c)) = (next_chunk.next(), next_stored.next()) {
         let mut add = |i: usize| {
@@ -305,12 +309,12 @@ fn dot(points: &[i32], component: &[[u8; 2]]) -> i32 {
                     + product(p[3], c[3]);
             }
         };
-        // Written out, so that it is straight code whatever the compiler is told of loops.
+        // Written out, so that the code is straight at any optimisation level.
         add(0);
         add(1);
         add(2);
     }
-    // What does not fill a chunk lies behind the last one taken.
+    // The rest does not fill a chunk.
     let stored = stored.get(chunks.len()).map_or(stored_rest, |next| next.as_slice());
     rest.iter().zip(stored).fold(sum, |sum, (&p, &c)| sum + product(p, c))
 }
@@ -334,7 +338,7 @@ mod tests {
                 (i64::from(p) * i64::from(i16::from_le_bytes(c))).div_euclid(1 << PRODUCT_BITS) as i32
             });
             let wanted = products.sum::<i32>() + length as i32 / 2;
-            let shifted = points.map(|p| p << UP);
+            let shifted = points.map(|p| p << PRE_SHIFT);
             assert_eq!(dot(&shifted[..length], &component), wanted, "{length}");
         }
     }

@@ -1,13 +1,13 @@
-//! A short list that is kept in order as items come.
+//! Insertion into a short sorted list.
 
 use heapless::Vec;
 
-/// Puts an item behind those that `goes_before` it; gives its place.
+/// Inserts an item after those for which `goes_before` is true, and returns its index.
 ///
-/// Where the list has `most` already (at least 1, at most its capacity), the last falls out, or the item does not come
-/// in and its place is `most`.
-// From the end, since items often come nearly in order; and in place of `Vec::insert`, whose move is a library's of
-// 1.6 KB on a microcontroller.
+/// If the list already has `most` items (1 to its capacity), the last one is dropped; or, if that would be the new item, the
+/// list does not change and the index is `most`.
+// Searches from the end, since items often arrive nearly in order. `Vec::insert` is not used, because its `memmove` takes 1.6
+// KB on a microcontroller.
 #[inline]
 pub(crate) fn insert<T: Copy, const N: usize>(
     list: &mut Vec<T, N>,

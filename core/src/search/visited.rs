@@ -1,14 +1,14 @@
-//! The rows that a search has measured: a hash set of fixed size.
+//! The set of rows that a search has measured: a hash set of fixed size.
 
-/// Room for rows: more than any search adds, so that every row finds a place.
+/// Number of slots: more than any search adds, so that every row finds one.
 pub const SLOTS: usize = 512;
 
-/// Occupied slots that a search may look at, all its rows together. A search that uses up its visits and comes to each
-/// row from ten others looks at some 6,000. Rows that were chosen to collide would take hundreds each.
+/// Number of occupied slots that one search may probe. A search that uses all of its visits and reaches each row from ten
+/// others probes some 6,000. Rows chosen to collide would take hundreds each.
 pub const PATIENCE: u16 = 16_384;
 
-/// A set of fewer than [`SLOTS`] rows, in 1 KB: each row and 1, or 0 for none. All zeros without rows, so that a stylizer that
-/// is a static takes no flash.
+/// A set of fewer than [`SLOTS`] rows in 1 KB. A slot holds the row plus 1, or 0 if it is free. The empty set is all zeros, so
+/// that a static stylizer takes no flash.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Visited([u16; SLOTS]);
@@ -26,11 +26,12 @@ impl Visited {
         self.0 = [0; SLOTS];
     }
 
-    /// Adds a row other than [`NONE`](crate::blob::layout::NONE). False if it is in the set, or `patience` is used up before a place is found.
+    /// Adds a row other than [`NONE`](crate::blob::layout::NONE). Returns false if it is in the set already, or if `patience` is
+    /// used up before a free slot is found.
     #[inline]
     pub fn insert(&mut self, row: u16, patience: &mut u16) -> bool {
-        // Fibonacci hashing: nine bits for the slot; the other seven for the steps from there, which are odd, so that they
-        // reach every slot. No two rows have both in common.
+        // Fibonacci hashing with double hashing: nine bits select the slot, the other seven an odd step, which reaches every
+        // slot. No two rows share both.
         let hash = row.wrapping_mul(40_503);
         let mut slot = usize::from(hash >> 7);
         while let Some(place) = self.0.get_mut(slot & (SLOTS - 1)) {

@@ -5,17 +5,17 @@ use super::Stylizer;
 use crate::{Config, ConfigError, stylizer::style_mix::Settings};
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// Puts other parameters in force, from the next step on. The stream goes on; with another method it begins
-    /// anew, without labels: what one method knows by a label another may not hold.
+    /// Replaces the parameters from the next step on. The stream goes on, unless the method changes: then it begins anew
+    /// without labels, because the other method may not have the labelled class.
     ///
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs, and
-    /// [`ConfigError::WholeBody`] where a joint group has styles of its own and the method has none for groups; those in
-    /// force stay.
-    // Called from several places, and never in a frame: once in a firmware will do.
+    /// [`ConfigError::WholeBody`] where a joint group has styles of its own and the method does not support that. The
+    /// current parameters stay.
+    // Called from several places and never within a frame, so one copy saves flash.
     #[inline(never)]
     pub fn set_config(&mut self, config: Config) -> Result<(), ConfigError> {
-        if config.method.needs().whole_body && self.settings.has_own() {
+        if config.method.needs().whole_body && self.settings.has_group_styles() {
             return Err(ConfigError::WholeBody);
         }
         self.replace_config(config)
@@ -25,14 +25,14 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     fn replace_config(&mut self, config: Config) -> Result<(), ConfigError> {
         config.check(K)?;
         if config.method != self.config.method {
-            if !config.method.is_held_by(&self.database) {
+            if !config.method.is_available_in(&self.database) {
                 return Err(ConfigError::Method);
             }
-            // The next frame is a first one, which takes up the method.
+            // The next frame is a first one, which starts the method.
             self.reset();
             (self.settings.action, self.settings.input_style) = (None, None);
         }
-        // A cap on visits changes with the load, not with what is wanted.
+        // The cap on visits follows the load; a change of it is no change of the output.
         if self.config.visits(config.visits) != config {
             self.settings_changed();
         }
@@ -40,23 +40,23 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// Most distances computed in a class a frame, 64 to 448: what a frame costs in the worst case, and the first
-    /// thing to lower where a deadline was missed. Frames that reach the cap say so
+    /// Sets the greatest number of distances that are computed a class and frame, 64 to 448. It determines the worst case of
+    /// a frame, and is the first parameter to lower where a deadline was missed. Frames that reach it are reported
     /// ([`Degraded::VISITS`](crate::Degraded::VISITS)).
     ///
     /// # Errors
-    /// [`ConfigError::Parameter`] out of that range; the cap in force stays.
+    /// [`ConfigError::Parameter`] out of that range; the current cap stays.
     pub fn set_visits(&mut self, visits: u16) -> Result<(), ConfigError> {
         self.set_config(self.config.visits(visits))
     }
 
-    /// Goes back to how a stylizer is made: the database's first style, no labels, no masks, all of the strength,
-    /// a floor at 0, the parameters given; and forgets the stream.
+    /// Resets the stylizer to its initial settings, with the parameters given: the database's first style, no labels, no
+    /// masks, full strength, the floor at 0. Forgets the stream.
     ///
     /// # Errors
     /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
-        // Whatever styles groups have: they are about to go.
+        // Not `set_config`, which would refuse styles of joint groups: they are removed below.
         self.replace_config(config)?;
         self.settings = Settings::new();
         self.lock.set_floor([0.0; 2]);

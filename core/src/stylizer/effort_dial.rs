@@ -9,23 +9,22 @@
 //! | weight | light: gentle, delicate | strong: powerful, forceful |
 //! | time | sustained: stretching, indulging | sudden: urgent, quick |
 //!
-//! A database knows styles, and a mix of styles has an Effort. The way back from an Effort to a mix is solved in the
-//! builder, once, at the nodes of a grid over what the styles can reach; here a target is looked up, linearly between
-//! the eight nodes around it, and the mix goes to [`Stylizer::set_style`]. A step knows nothing of it.
+//! A mix of styles has an Effort. The builder inverts this relation once, at the nodes of a grid over the Efforts that the
+//! styles can reach. Here a target is interpolated linearly between the eight nodes around it, and the mix goes to
+//! [`Stylizer::set_style`]. A step does not use the dial.
 //!
 //! ```text
 //! weights(e) = Σ over 8 nodes of (product of 3 fractions) · node     a mix: not negative, of sum 1
-//! reached(e) = Σ over styles  of weights(e) · effort of the style    what such a mix is taken to look like
+//! reached(e) = Σ over styles  of weights(e) · effort of the style    estimated Effort of the mix
 //! ```
 //!
-//! What a mix looks like is not the mix of what its styles look like: joints that go together in each of two styles
-//! meet half way, and the mix is smoother and lighter than either. So the builder streams clips through this core at
-//! many mixes and measures what comes out; the lines of the grid on which one factor is turned alone are ways along
-//! which the measured factor rises, from end to end, whatever the input, and between the lines the ways add up. Not
-//! every Effort is a mix of the styles there are: the axes end where the ways do ([`Dial::range`]), and [`Reached`]
-//! says what a target became, and whether that is far from it.
+//! The Effort of a mix is not the mean of its styles' Efforts. Where two styles move a joint in different ways, their mean is
+//! smoother and lighter than either. The builder therefore streams clips through this core at many mixes and measures the
+//! output. Along each axis of the grid, where one factor changes alone, the measured factor rises from end to end for any
+//! input; between the axes the mixes add up. Not every Effort is a mix of the available styles: the axes end where the styles
+//! do ([`Dial::range`]), and [`Reached`] says which Effort a target became, and whether that is far from it.
 //!
-//! Cost: 8 S reads and multiplications for S styles, on a change of the target alone; no RAM.
+//! Cost: 8 S reads and multiplications for S styles whenever the target changes; no RAM.
 
 use crate::{
     ConfigError, Database, Stylizer,
@@ -69,20 +68,20 @@ impl Effort {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Labels {
-    /// Estimated from the motion by kinematic descriptors. Nobody has looked.
+    /// Estimated from the motion by kinematic descriptors, without an observer.
     Estimated,
-    /// Given by people who looked at the motion.
+    /// Rated by people who watched the motion.
     Given,
 }
 
-/// What a target became.
+/// The Effort that a target became.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[must_use = "not every Effort is within the styles' reach: this says what the target became"]
 pub struct Reached {
-    /// The Effort that the mix of styles is taken to have.
+    /// Estimated Effort of the mix of styles.
     pub effort: Effort,
-    /// For flow, weight and time: is it further than [`TOLERANCE`] from the target?
+    /// For flow, weight and time: true if it is further than [`TOLERANCE`] from the target.
     pub clamped: [bool; 3],
 }
 
@@ -93,7 +92,7 @@ impl Reached {
     }
 }
 
-/// A reached factor nearer than this to its target counts as the target: a twenty-fourth of the way between the poles.
+/// Distance from its target up to which a factor counts as reached: a twenty-fourth of the distance between the poles.
 pub const TOLERANCE: f32 = 0.25;
 
 /// The effort dial of a database.
@@ -105,7 +104,7 @@ pub struct Dial<'db> {
 }
 
 impl<'db> Dial<'db> {
-    /// The dial in a checked section of a database with that many styles.
+    /// The dial in a validated section of a database with `styles` styles.
     pub(crate) fn of(section: &'db [u8], styles: usize) -> Self {
         Self { section, styles }
     }
@@ -119,8 +118,8 @@ impl<'db> Dial<'db> {
         }
     }
 
-    /// Least and greatest flow, weight and time that the dial reaches, each with the other two at rest: the ends of its
-    /// grid. What is wanted beyond them is taken at the end.
+    /// Least and greatest flow, weight and time that the dial reaches, each with the other two at rest: the ends of the grid.
+    /// Targets beyond an end are moved to it.
     pub fn range(&self) -> [(f32, f32); 3] {
         core::array::from_fn(|k| {
             let at = effort::AXES.start + 8 * k;
@@ -128,12 +127,12 @@ impl<'db> Dial<'db> {
         })
     }
 
-    /// The Effort of the untouched dial: that of the even mix of all styles, where it was measured.
+    /// The Effort of the dial at rest: that of the even mix of all styles, if it was measured.
     pub fn rest(&self) -> Effort {
         Effort::new(core::array::from_fn(|k| f32_at(self.section, effort::REST.start + 4 * k)))
     }
 
-    /// What a style adds to the Effort of a mix, as fitted to what mixes were seen as.
+    /// Contribution of a style to the Effort of a mix, as fitted to the measured Efforts of mixes.
     pub fn of_style(&self, style: usize) -> Effort {
         let at = effort::styles() + style * effort::STYLE_LENGTH;
         Effort::new(core::array::from_fn(|k| f32_at(self.section, at + 4 * k)))
@@ -144,8 +143,8 @@ impl<'db> Dial<'db> {
         core::array::from_fn(|k| usize::from(u16_at(self.section, effort::NODES.start + 2 * k)))
     }
 
-    /// The weights of the styles for a target, in the order of their numbers, of sum 1; and what they reach. A target
-    /// beyond the grid, or not a number, is taken at its end.
+    /// Weights of the styles for a target, [styles], of sum 1, and the Effort that they reach. A target beyond the grid is
+    /// moved to its end, NaN to the lower one.
     pub fn weights(&self, target: Effort) -> ([f32; MAX_STYLES], Reached) {
         let (nodes, range, factors) = (self.nodes(), self.range(), target.factors());
         // The cell that the target lies in, and how far along it.
@@ -154,7 +153,7 @@ impl<'db> Dial<'db> {
         {
             let last = count.saturating_sub(2);
             let place = (value - low) / (high - low) * (count.saturating_sub(1)) as f32;
-            // Not a number is at no place.
+            // Also 0 for NaN.
             let place = if place > 0.0 { place } else { 0.0 };
             let index = (place as usize).min(last);
             let fraction = place - index as f32;
@@ -176,7 +175,7 @@ impl<'db> Dial<'db> {
         (weights, self.reached(&weights, target))
     }
 
-    /// The Effort that a mix of styles is taken to have, held against a target.
+    /// Estimated Effort of a mix of styles, compared with a target.
     pub fn reached(&self, weights: &[f32], target: Effort) -> Reached {
         let mut sums = [0.0; 3];
         for (style, weight) in weights.iter().enumerate().take(self.styles) {
@@ -198,17 +197,17 @@ impl<'db> Dial<'db> {
 }
 
 impl<'db> Database<'db> {
-    /// The effort dial, where the builder has put one in.
+    /// The effort dial, if the database has one.
     pub fn dial(&self) -> Option<Dial<'db>> {
         self.optional(section::EFFORT).map(|bytes| Dial::of(bytes, self.counts().styles))
     }
 }
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// Sets the output style to the mix that comes nearest to an Effort. May change while running.
+    /// Sets the output style to the mix whose Effort is nearest to a target. May change at any time.
     ///
     /// # Errors
-    /// [`ConfigError::NoDial`] where the database has none; the style in force stays.
+    /// [`ConfigError::NoDial`] where the database has no dial; the current style stays.
     pub fn set_effort(&mut self, target: Effort) -> Result<Reached, ConfigError> {
         let dial = self.database().dial().ok_or(ConfigError::NoDial)?;
         let (weights, reached) = dial.weights(target);

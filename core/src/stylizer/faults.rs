@@ -1,22 +1,23 @@
 //! The state of fault handling: see [`super::fallback`].
 
-/// Poses that follow each other, all out of order, after which the counter has started anew.
+/// Number of poses in a row, all out of order, after which the sender's counter counts as restarted.
 pub(super) const RESTARTED: u8 = 8;
 
 /// The state of fault handling between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct FaultState {
-    /// Number of the last input that was a pose, accepted or a glitch.
+    /// Number of the last input that was a valid pose, whether it was accepted or a glitch.
     pub number: Option<u32>,
-    /// Number of the last pose that came out of order, and how many such poses have followed each other.
+    /// Number of the last pose that was out of order, and how many such poses came in a row.
     rejected: (u32, u8),
     /// Frames from the last accepted input to this one, by their numbers.
     pub gap: u16,
+    /// Glitches since the last accepted input.
     pub leaps: u8,
-    /// The speed over the ground by which the last accepted input came, forward and to the left, m/s; `None` for the first.
+    /// Ground speed of the last accepted input, forward and to the left, m/s; `None` before the second input.
     pub speed: Option<[f32; 2]>,
-    /// Seconds left of the blend back.
+    /// Time left of the blend back, seconds.
     pub blend_back_s: f32,
     /// The feet that the last output stands on, one bit each.
     pub stands: u8,
@@ -33,11 +34,11 @@ impl FaultState {
         f32::from(if glitches > self.gap { glitches } else { self.gap })
     }
 
-    /// Frames from the last pose to number `number`; `None` where it is not after that. A counter that has started anew
-    /// is taken up when [`RESTARTED`] poses in a row were not.
+    /// Frames from the last pose to the one with this number; `None` if it is not later. After [`RESTARTED`] such poses in a
+    /// row the counter counts as restarted, and the stream continues with its numbers.
     pub fn gap(&mut self, number: u32) -> Option<u16> {
         let Some(last) = self.number else { return Some(1) };
-        // Numbers wrap; the nearer way round says which is later.
+        // Numbers wrap. The shorter way around decides which is later.
         match number.wrapping_sub(last) {
             0 | 0x8000_0000.. => {
                 let (before, count) = self.rejected;

@@ -1,4 +1,4 @@
-//! What holds an output: the speed of its joints ([`crate::output::speed_limit`]), and that it is a pose.
+//! The last checks of an output: the speed of its joints ([`crate::output::speed_limit`]), and whether it is a valid pose.
 
 use super::Stylizer;
 use crate::{
@@ -8,57 +8,57 @@ use crate::{
     output::speed_limit::{self, Fastest},
 };
 
-/// The speed limit at which the style's own speed is one while an output begins; another scales it.
+/// The speed limit for which the style's speed is the limit during a soft start. Another limit scales it.
 const DEFAULT_LIMIT: f32 = Config::new().speed_limit;
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// Holds joints to the input's speed, and those of an output that begins to its style's.
+    /// Limits the joints to the input's speed, and during a soft start to the style's.
     #[inline(never)]
     pub(super) fn limit_speed(&mut self, report: &Report, frames: f32, output: &mut Pose<J>) {
         let Some(last) = self.last.as_ref() else { return };
         let (database, settings) = (&self.database, &self.settings);
-        let mut most = [self.limit.most(self.config.speed_limit); MAX_GROUPS];
+        let mut limits = [self.limit.max_speed(self.config.speed_limit); MAX_GROUPS];
         let softness = self.limit.softness();
-        let seems = report.classes.first().map(|share| database.labels(usize::from(share.class))[0]);
-        let action = self.limit.known(seems);
+        let nearest = report.classes.first().map(|share| database.labels(usize::from(share.class))[0]);
+        let action = self.limit.likely_action(nearest);
         if softness > 0.0 {
-            let mut known = None;
-            for (group, most) in most.iter_mut().enumerate().take(database.counts().groups) {
-                // Most often all joint groups have the same mix.
+            let mut last_mix = None;
+            for (group, limit) in limits.iter_mut().enumerate().take(database.counts().groups) {
+                // All joint groups usually have the same mix.
                 let mix = settings.mix_of(group);
-                let fastest = match known {
-                    Some((of, fastest)) if of == mix => fastest,
-                    _ => self.fastest(report, action, mix),
+                let max_output_speed = match last_mix {
+                    Some((of, max_output_speed)) if of == mix => max_output_speed,
+                    _ => self.max_output_speed(report, action, mix),
                 };
-                known = Some((mix, fastest));
-                if fastest < *most {
-                    // A weaker style is less of a limit.
+                last_mix = Some((mix, max_output_speed));
+                if max_output_speed < *limit {
+                    // A weaker style limits less.
                     let part = softness * clamp(settings.strength_of(group), 0.0, 1.0);
-                    *most += part * (fastest - *most);
+                    *limit += part * (max_output_speed - *limit);
                 }
             }
         }
         let groups = database.groups().take(database.counts().joints);
-        let most = groups.map(|group| most.get(group).copied().unwrap_or(0.0));
-        speed_limit::hold(most, frames * report.step_s, last, output);
-        self.limit.pass(frames / database.rate_hz());
+        let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
+        speed_limit::limit_rotations(speeds, frames * report.step_s, last, output);
+        self.limit.advance(frames / database.rate_hz());
     }
 
-    /// How fast joints of a mix of styles may turn while an output begins, rad/s, where the input is known to be of `action`.
-    fn fastest(&self, report: &Report, action: Option<u16>, mix: usize) -> f32 {
+    /// How fast joints of a mix of styles may turn during a soft start, rad/s. `action` is the input's, if known.
+    fn max_output_speed(&self, report: &Report, action: Option<u16>, mix: usize) -> f32 {
         let (database, settings) = (&self.database, &self.settings);
         let actions = report.classes.iter().map(|share| database.labels(usize::from(share.class))[0]);
-        // Of the actions that the input may be of, the slowest.
+        // The slowest of the actions that the input may have.
         let each =
-            action.into_iter().chain(actions).map(|action| settings.fastest(database, mix, Some(action)));
-        let least = each.reduce(|a, b| if b < a { b } else { a });
-        let fastest = least.unwrap_or_else(|| settings.fastest(database, mix, None));
-        fastest * self.config.speed_limit / DEFAULT_LIMIT
+            action.into_iter().chain(actions).map(|action| settings.max_turning(database, mix, Some(action)));
+        let slowest = each.reduce(|a, b| if b < a { b } else { a });
+        let turning = slowest.unwrap_or_else(|| settings.max_turning(database, mix, None));
+        turning * self.config.speed_limit / DEFAULT_LIMIT
     }
 
-    /// Whatever has gone wrong, what is put out is a pose: the input, where nothing else is left.
+    /// Replaces an output that is not a valid pose by the input, and reports it.
     #[inline(never)]
-    pub(super) fn keep_valid(&mut self, input: &Pose<J>, report: &mut Report, output: &mut Pose<J>) {
+    pub(super) fn ensure_valid(&mut self, input: &Pose<J>, report: &mut Report, output: &mut Pose<J>) {
         if output.is_valid(self.database.counts().joints) {
             return;
         }
@@ -70,15 +70,15 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     /// Measures how the input has moved in `seconds`.
     #[inline(never)]
-    pub(super) fn see_motion(&mut self, leaps: bool, seconds: f32) {
+    pub(super) fn observe_motion(&mut self, leaps: bool, seconds: f32) {
         let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
         let at = |dofs: &[f32], d: usize| dofs.get(d).copied().unwrap_or(0.0);
         let fastest = Fastest::of(x, x_prev);
         if self.config.speed_limit > 0.0 {
-            self.limit.see(&fastest, at(x, dof::YAW), seconds);
+            self.limit.observe(&fastest, at(x, dof::YAW), seconds);
         }
-        // What leaps is no rest, though its speeds are set to 0.
+        // A leap is not rest, though its speeds are set to 0.
         let least = if leaps { 0.0 } else { self.config.still_speed };
-        self.stillness.see(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
+        self.stillness.observe(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
     }
 }

@@ -1,4 +1,4 @@
-//! One step: a pose in, the same pose in another style out.
+//! [`Stylizer`]: a pose in, the same pose in another style out.
 
 mod configure;
 pub mod effort_dial;
@@ -28,22 +28,22 @@ use crate::{
     observe::Stage,
     output::{
         foot_lock::{self, Lock},
-        speed_limit::Limit,
+        speed_limit::SpeedLimit,
         stillness::Stillness,
         trust::Trust,
     },
     stylizer::style_mix::Settings,
 };
 
-/// No dof of a body comes near (m, rad, m/s, rad/s): a prediction beyond is held back.
-const BEYOND_ANY_BODY: f32 = 1e3;
-/// After a way of more frames than these, the window of the search says nothing of the motion.
-const MOST_MISSED: f32 = 3.0;
+/// A predicted dof (m, rad, m/s, rad/s) of at least this size is replaced by the input: no body comes near it.
+const IMPLAUSIBLE: f32 = 1e3;
+/// After a gap of more frames than this, the search window no longer describes the motion.
+const MAX_GAP_FRAMES: f32 = 3.0;
 
-/// A database and a configuration that fit the capacities of a [`Stylizer`]: all of [`Stylizer::new`] that can fail.
+/// A database and a configuration that fit the capacities of a [`Stylizer`]: the part of [`Stylizer::new`] that can fail.
 ///
-/// A board that keeps its stylizer in static memory makes it from this: a `Result` around 24 KB would pass over the
-/// stack first, which has 4.
+/// A board with a small stack makes its static stylizer from this. A `Result` around 24 KB would be on the stack first, which
+/// has 4 KB.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
@@ -52,7 +52,7 @@ pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
-    /// Compares what is needed with the capacities.
+    /// Compares the needs of the database and the configuration with the capacities.
     ///
     /// # Errors
     /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
@@ -68,13 +68,13 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
         }
         config.check(K)?;
-        if !config.method.is_held_by(&database) {
+        if !config.method.is_available_in(&database) {
             return Err(ConfigError::Method);
         }
         Ok(Self { database, config })
     }
 
-    /// The stylizer, written straight to where the caller puts it. The first frame takes up its method.
+    /// Makes the stylizer in the caller's memory, without a copy on the stack. The first frame starts its method.
     #[inline(never)]
     pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
         Stylizer {
@@ -86,7 +86,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             input_anchor: Anchor::ORIGIN,
             output_anchor: Anchor::ORIGIN,
             lock: Lock::new(),
-            limit: Limit::new(),
+            limit: SpeedLimit::new(),
             stillness: Stillness::new(),
             trust: Trust::new(),
             faults: FaultState::new(),
@@ -95,9 +95,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
     }
 }
 
-/// Turns a stream of poses into another style. Owns all the RAM it needs, whose size is a constant.
+/// Changes the style of a stream of poses. It owns all its memory, whose size is a constant.
 ///
-/// `J` joints, `K` neighbors a class, `C` classes: capacities, at least those of the database and configuration.
+/// `J`, `K` and `C` are capacities: joints, neighbors a class, and classes. They have to be at least those of the database
+/// and the configuration.
 #[derive(Debug, Clone)]
 pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     database: Database<'db>,
@@ -108,7 +109,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     input_anchor: Anchor,
     output_anchor: Anchor,
     lock: Lock,
-    limit: Limit,
+    limit: SpeedLimit,
     stillness: Stillness,
     trust: Trust,
     faults: FaultState,
@@ -119,7 +120,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
 #[cfg(all(target_pointer_width = "32", not(any(feature = "mar", feature = "lti", feature = "statistic"))))]
 const _: () = assert!(size_of::<Stylizer<'_, 22, 1, 28>>() <= 8192);
 
-/// What it was made of, and not its state.
+/// Shows the capacities, database and configuration, without the state.
 #[cfg(feature = "defmt")]
 impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<'_, J, K, C> {
     fn format(&self, f: defmt::Formatter<'_>) {
@@ -128,7 +129,7 @@ impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
-    /// A stylizer that puts out the database's first style until told otherwise.
+    /// Makes a stylizer. Its output has the database's first style until a style is set.
     ///
     /// # Errors
     /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
@@ -147,21 +148,21 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         &self.config
     }
 
-    /// The pose that was put out last; `None` before the first of a stream.
+    /// The last output; `None` before the first frame of a stream.
     pub fn last_output(&self) -> Option<&Pose<J>> {
         self.last.as_ref()
     }
 
-    /// The most work that a step can take under the settings that are in force, whatever the stream.
+    /// An upper bound on the work of a step under the current settings, for any stream.
     pub fn worst_step(&self) -> Work {
         self.database.worst_step_of(&self.config, &Load::of(&self.settings, &self.database))
     }
 
-    /// Forgets the stream; the next pose is a first pose. Settings stay.
+    /// Forgets the stream, so that the next pose is a first pose. Settings stay.
     pub fn reset(&mut self) {
         self.engine.reset();
         self.lock.reset();
-        self.limit = Limit::new();
+        self.limit = SpeedLimit::new();
         self.stillness = Stillness::new();
         self.trust = Trust::new();
         self.settings.passed = 0.0;
@@ -169,14 +170,16 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.last = None;
     }
 
-    /// Takes one pose at the database's rate, gives it the style, and says what happened. Cannot fail: input that
-    /// is no pose is answered with the last output, and reported; before there was one, `output` is left as it is.
+    /// Gives one pose the output style. Poses are expected at the database's rate.
+    ///
+    /// A step cannot fail; the report says what happened. If `input` is not a valid pose, `output` is the last output, and
+    /// the report says so. Before the first valid pose, `output` is not changed.
     pub fn step(&mut self, input: &Pose<J>, output: &mut Pose<J>) -> Report {
         self.step_observed(input, output, &mut ())
     }
 
-    /// [`step`](Self::step), looked into.
-    // What it calls is not inlined: rooms for a pose that are needed one after the other would add up on the stack.
+    /// [`step`](Self::step) with an observer that sees intermediate results.
+    // The functions called here are not inlined, so that their locals do not add up on the stack.
     #[inline(never)]
     pub fn step_observed(
         &mut self,
@@ -192,23 +195,23 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let first = self.last.is_none();
         let anchor = self.input_anchor;
         self.extract_dofs(input, first);
-        let leaps = !first && self.leaps();
+        let leaps = !first && self.is_leap();
         report.degraded.set(Degraded::LEAP, leaps);
-        if leaps && self.config.safety != Safety::Follow && self.is_glitch() {
+        if leaps && self.config.safety != Safety::Follow && self.tolerate_leap() {
             self.input_anchor = anchor;
             return self.fallback_output(Degraded::LEAP, output);
         }
         let frames = self.faults.frames();
         self.accept(leaps);
         if !first {
-            self.see_motion(leaps, frames * input_step);
+            self.observe_motion(leaps, frames * input_step);
         }
-        self.settings.glide(first, input_step);
+        self.settings.advance_strengths(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         self.engine.predict(&mut Context { frame, input, signals, report: &mut report, observer });
         self.engine.contacts(&mut report);
-        self.see_kind(leaps || frames > MOST_MISSED, &mut report);
+        self.update_trust(leaps || frames > MAX_GAP_FRAMES, &mut report);
         self.compose_output(first, &mut report, output, observer);
         self.set_standing(report.contacts);
         self.blend_back(report.step_s, output);
@@ -219,7 +222,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             self.limit_speed(&report, frames, output);
         }
 
-        self.keep_valid(input, &mut report, output);
+        self.ensure_valid(input, &mut report, output);
 
         let signals = &mut self.signals;
         signals.y_prev = signals.predicted;
@@ -228,24 +231,24 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         report
     }
 
-    /// Measures whether the input is of the database's kind, and passes it on where it is not. `breaks`: the frames before
-    /// do not lead to this one.
+    /// Updates how much of the input is passed through, by how far it is from the database. `is_discontinuous` is true where
+    /// the frames before do not lead to this one.
     #[inline(never)]
-    fn see_kind(&mut self, breaks: bool, report: &mut Report) {
-        if breaks {
-            self.trust.begin_again();
+    fn update_trust(&mut self, is_discontinuous: bool, report: &mut Report) {
+        if is_discontinuous {
+            self.trust.restart();
         }
         let x = self.signals.x.as_flattened();
         let velocity = [dof::FORWARD, dof::LEFT].map(|d| x.get(d).copied().unwrap_or(0.0));
         let class = report.classes.first().map(|share| usize::from(share.class));
         let seen = (class, report.distance_ratio);
         let limits = (self.config.trust, 1.0 / self.database.rate_hz());
-        self.trust.see(&self.database, seen, velocity, limits, &mut self.settings.passed);
+        self.trust.update(&self.database, seen, velocity, limits, &mut self.settings.passed);
         report.passed = self.settings.passed;
         report.degraded.set(Degraded::FAR, report.passed >= 0.5);
     }
 
-    /// Input pose to dofs.
+    /// Converts the input pose to dofs, and starts the method on a first frame.
     #[inline(never)]
     fn extract_dofs(&mut self, input: &Pose<J>, first: bool) {
         if first {
@@ -257,7 +260,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             pose::to_dofs(&self.database, input, self.input_anchor, self.signals.x.as_flattened_mut());
     }
 
-    /// Yaw, strength, and the way back to a pose; leaves the final dofs in `output`.
+    /// From the prediction to the output pose, after which only the speed limit is left.
     #[inline(never)]
     fn compose_output(
         &mut self,
@@ -267,53 +270,76 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         observer: &mut impl Observer<J>,
     ) {
         let root_strength = self.settings.strength_of(self.database.joint_group(0));
-        let signals = &mut self.signals;
-        let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
-        if let (Some(rate), Some(&own), Yaw::Input) =
-            (predicted.get_mut(dof::YAW), x.get(dof::YAW), self.config.yaw)
-        {
-            *rate = own;
-        }
-        let output = signals.output.as_flattened_mut();
-        let keeps = !first && self.stillness.is_engaged();
-        let offset = signals.scratch.as_flattened_mut();
-        if keeps {
-            let last = output.iter().zip(signals.x_prev.as_flattened());
-            offset.iter_mut().zip(last).for_each(|(offset, (y, x))| *offset = y - x);
-        }
-        let held_back = apply_strength(&self.database, &self.settings, x, predicted, output);
-        report.degraded.set(Degraded::PREDICTION, held_back);
-        observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
-        let signals = &mut self.signals;
-        signals.add_correction(!held_back);
-        if keeps {
-            let (x, offset) = (signals.x.as_flattened(), signals.scratch.as_flattened());
-            self.stillness.keep(x, offset, signals.output.as_flattened_mut());
-        }
-        if self.stillness.stands() {
-            report.contacts = self.standing();
-        }
+        self.compose_dofs(first, report, observer);
         let input_step = 1.0 / self.database.rate_hz();
         let step_s = input_step + root_strength * (report.predicted_step_s - input_step);
-        // Strength beyond 1 or a blob's odd clips may ask for no time, or for hours.
+        // A strength above 1 or unusual clips in a blob may give a step of no time, or of hours.
         let step_s = clamp(step_s, 0.25 * input_step, 4.0 * input_step);
         report.step_s = match self.config.timing {
             Timing::Free => step_s,
             Timing::Sync => input_step,
         };
+        self.move_output_anchor(first, step_s);
+        pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
+        self.lock_feet(root_strength, report, pose, observer);
+    }
 
-        let at = |d: usize| self.signals.output.as_flattened().get(d).copied().unwrap_or(0.0);
+    /// Leaves the output's dofs in `signals.output`: yaw, strength, corrections, and rest where the input stands.
+    #[inline]
+    fn compose_dofs(&mut self, first: bool, report: &mut Report, observer: &mut impl Observer<J>) {
+        let signals = &mut self.signals;
+        let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
+        if let (Some(rate), Some(&input_rate), Yaw::Input) =
+            (predicted.get_mut(dof::YAW), x.get(dof::YAW), self.config.yaw)
+        {
+            *rate = input_rate;
+        }
+        let output = signals.output.as_flattened_mut();
+        let holds_still = !first && self.stillness.is_engaged();
+        let offset = signals.scratch.as_flattened_mut();
+        if holds_still {
+            let last = output.iter().zip(signals.x_prev.as_flattened());
+            offset.iter_mut().zip(last).for_each(|(offset, (y, x))| *offset = y - x);
+        }
+        let replaced = apply_strength(&self.database, &self.settings, x, predicted, output);
+        report.degraded.set(Degraded::PREDICTION, replaced);
+        observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
+        let signals = &mut self.signals;
+        signals.add_correction(!replaced);
+        if holds_still {
+            let (x, offset) = (signals.x.as_flattened(), signals.scratch.as_flattened());
+            self.stillness.apply(x, offset, signals.output.as_flattened_mut());
+        }
+        if self.stillness.is_still() {
+            report.contacts = self.standing();
+        }
+    }
+
+    /// Moves the place and heading of the output on the ground by a step of `step_s` seconds.
+    #[inline]
+    fn move_output_anchor(&mut self, first: bool, step_s: f32) {
         if first {
             self.output_anchor = self.input_anchor;
-        } else {
-            self.output_anchor.ground = self.output_anchor.moved(at(dof::FORWARD), at(dof::LEFT), step_s);
-            self.output_anchor.heading = match self.config.yaw {
-                Yaw::Input => self.input_anchor.heading,
-                Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
-            };
+            return;
         }
-        pose::to_pose(&self.database, self.signals.output.as_flattened(), self.output_anchor, pose);
-        // At strength 0 the input is put out as it is; what the lock has done until then is eased out.
+        let at = |d: usize| self.signals.output.as_flattened().get(d).copied().unwrap_or(0.0);
+        self.output_anchor.ground = self.output_anchor.moved(at(dof::FORWARD), at(dof::LEFT), step_s);
+        self.output_anchor.heading = match self.config.yaw {
+            Yaw::Input => self.input_anchor.heading,
+            Yaw::Predicted => crate::math::wrap_angle(self.output_anchor.heading + at(dof::YAW) * step_s),
+        };
+    }
+
+    /// Holds the standing feet of `pose`, and reports which are held.
+    #[inline]
+    fn lock_feet(
+        &mut self,
+        root_strength: f32,
+        report: &mut Report,
+        pose: &mut Pose<J>,
+        observer: &mut impl Observer<J>,
+    ) {
+        // At strength 0 the output is the input, and the lock's offsets are eased out.
         let on = self.config.contacts && root_strength > 0.0;
         if on || self.lock.is_engaged() {
             let tuning =
@@ -326,8 +352,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 }
 
-/// As much of what is predicted as each joint group's strength says. What no body comes to is held back, which is said.
-// Of no capacity: it is compiled with the core, for speed, however its caller is.
+/// Blends input `x` and prediction by the strength of each joint group. Replaces implausible dofs of `predicted` by the input,
+/// and returns true if there were any. All slices are [dofs].
+// Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn apply_strength(
     database: &Database<'_>,
@@ -336,13 +363,13 @@ fn apply_strength(
     predicted: &mut [f32],
     output: &mut [f32],
 ) -> bool {
-    let mut held_back = false;
-    let mut take = |strength: f32, predicted: &mut f32, x: f32, output: &mut f32| {
-        // Not of NaN either.
-        let is_of_a_body = crate::math::abs(*predicted) < BEYOND_ANY_BODY;
-        if !is_of_a_body {
+    let mut replaced = false;
+    let mut apply = |strength: f32, predicted: &mut f32, x: f32, output: &mut f32| {
+        // Also false for NaN.
+        let is_plausible = crate::math::abs(*predicted) < IMPLAUSIBLE;
+        if !is_plausible {
             *predicted = x;
-            held_back = true;
+            replaced = true;
         }
         *output = x + strength * (*predicted - x);
     };
@@ -353,14 +380,14 @@ fn apply_strength(
     let (root_output, joints_output) = output.split_at_mut(at(output.len()));
     let strength = strengths.next().unwrap_or(0.0);
     for ((predicted, &x), output) in root.iter_mut().zip(root_x).zip(root_output) {
-        take(strength, predicted, x, output);
+        apply(strength, predicted, x, output);
     }
     let maps = joints.as_chunks_mut::<3>().0.iter_mut().zip(joints_x.as_chunks::<3>().0);
     for (((predicted, x), output), strength) in maps.zip(joints_output.as_chunks_mut::<3>().0).zip(strengths)
     {
         for ((predicted, &x), output) in predicted.iter_mut().zip(x).zip(output) {
-            take(strength, predicted, x, output);
+            apply(strength, predicted, x, output);
         }
     }
-    held_back
+    replaced
 }

@@ -1,31 +1,33 @@
-//! Settings that change while a stylizer runs; every change is checked against the database first ([`crate::stylizer::style_mix`]).
+//! The settings of a running stylizer. Every change is checked against the database ([`crate::stylizer::style_mix`]).
 
 use super::Stylizer;
 use crate::{
     ConfigError,
     blob::layout::{MAX_GROUPS, MAX_STYLES},
-    stylizer::style_mix::{MAX_OWN, MOST_STRENGTH, Own, StyleWeights, matches},
+    stylizer::style_mix::{GroupStyle, MAX_GROUP_STYLES, MAX_STRENGTH, StyleWeights, matches},
 };
 
+/// Greatest weight of a style before normalisation.
+const MAX_WEIGHT: f32 = 1e6;
+/// Sum of weights up to which a mix counts as empty.
+const MIN_TOTAL: f32 = 1e-6;
+
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// The output style: numbers of styles and their weights, which are brought to sum 1. May change while running.
+    /// Sets the output style: numbers of styles and their weights, which are normalised to sum 1. May change at any time.
     ///
     /// # Errors
-    /// [`ConfigError`] for unknown styles and for weights that are negative, not finite or all zero; the style in
-    /// force stays.
+    /// [`ConfigError`] for unknown styles and for weights that are negative, not finite or all zero; the current
+    /// style stays.
     pub fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         let mut styles: StyleWeights = [0.0; MAX_STYLES];
         for &(style, weight) in weights {
-            known(Some(style), self.database.counts().styles)?;
+            check_id(Some(style), self.database.counts().styles)?;
             let slot = styles.get_mut(usize::from(style)).ok_or(ConfigError::Weights)?;
-            if !(0.0..=1e6).contains(&weight) {
-                return Err(ConfigError::Weights);
-            }
-            *slot += weight;
+            *slot += checked_weight(weight)?;
         }
         let used = styles.get_mut(..self.database.counts().styles).unwrap_or(&mut []);
         let total: f32 = used.iter().sum();
-        if total <= 1e-6 {
+        if total <= MIN_TOTAL {
             return Err(ConfigError::Weights);
         }
         used.iter_mut().for_each(|w| *w /= total);
@@ -36,83 +38,83 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// The output style of a joint group alone, at most [`MAX_OWN`] styles, in place of the body's
-    /// ([`set_style`](Self::set_style)); an empty list gives it back to the body's. May change while running. The
-    /// group of the root says which feet stand and how long a step takes. Each mix that differs costs the unpacking
-    /// and the regression of a frame once more.
-    /// The linear models refuse it ([`ConfigError::WholeBody`]).
+    /// Sets the output style of one joint group, in place of the body's ([`set_style`](Self::set_style)): at most
+    /// [`MAX_GROUP_STYLES`] styles. An empty list restores the body's style. May change at any time.
+    ///
+    /// The root's group determines which feet stand and how long a step takes. Each different mix costs the unpacking and
+    /// the regression of a frame once more. The linear models refuse styles of joint groups ([`ConfigError::WholeBody`]).
     ///
     /// # Errors
-    /// [`ConfigError`] for an unknown group, more styles than that, and as [`set_style`](Self::set_style); the style
-    /// in force stays.
+    /// [`ConfigError`] for an unknown group, for too many styles, and as [`set_style`](Self::set_style); the current
+    /// style stays.
     pub fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
-        known(Some(group), self.database.counts().groups)?;
+        check_id(Some(group), self.database.counts().groups)?;
         if self.config.method.needs().whole_body && !weights.is_empty() {
             return Err(ConfigError::WholeBody);
         }
-        let mut own = Own { count: u8::try_from(weights.len()).unwrap_or(u8::MAX), ..Own::NONE };
-        if weights.len() > MAX_OWN {
+        let mut group_style =
+            GroupStyle { count: u8::try_from(weights.len()).unwrap_or(u8::MAX), ..GroupStyle::NONE };
+        if weights.len() > MAX_GROUP_STYLES {
             return Err(ConfigError::Weights);
         }
         let mut total = 0.0;
-        for ((slot, number), &(style, weight)) in own.weights.iter_mut().zip(&mut own.styles).zip(weights) {
-            known(Some(style), self.database.counts().styles)?;
-            if !(0.0..=1e6).contains(&weight) {
-                return Err(ConfigError::Weights);
-            }
+        for ((slot, number), &(style, weight)) in
+            group_style.weights.iter_mut().zip(&mut group_style.styles).zip(weights)
+        {
+            check_id(Some(style), self.database.counts().styles)?;
             // A database has at most 32 styles.
-            (*slot, *number) = (weight, style as u8);
+            (*slot, *number) = (checked_weight(weight)?, style as u8);
             total += weight;
         }
-        if total <= 1e-6 && !weights.is_empty() {
+        if total <= MIN_TOTAL && !weights.is_empty() {
             return Err(ConfigError::Weights);
         }
-        own.weights = own.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
-        if self.settings.set_own(usize::from(group), own) {
+        group_style.weights = group_style.weights.map(|w| w / if total > 0.0 { total } else { 1.0 });
+        if self.settings.set_group_style(usize::from(group), group_style) {
             self.settings_changed();
         }
         Ok(())
     }
 
-    /// Weight of a style in a joint group: of its own mix, or of the body's.
+    /// Weight of a style in a joint group, from the group's mix or the body's.
     pub fn style_of(&self, group: usize, style: usize) -> f32 {
         self.settings.mix(self.settings.mix_of(group)).weight(style)
     }
 
-    /// The output style's weights, by number of the style; they sum to 1.
+    /// Weights of the output style, [styles]; they sum to 1.
     pub fn style(&self) -> &[f32] {
         self.settings.styles.get(..self.database.counts().styles).unwrap_or(&[])
     }
 
-    /// The input's action, where the caller knows it.
+    /// Labels the input's action; `None` if it is unknown.
     ///
     /// # Errors
     /// [`ConfigError`] where the database has no such action, or not in the labelled input style.
     pub fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError> {
-        known(action, self.database.counts().actions)?;
+        check_id(action, self.database.counts().actions)?;
         self.label(action, self.settings.input_style)
     }
 
-    /// The input's style, where the caller knows it.
+    /// Labels the input's style; `None` if it is unknown.
     ///
     /// # Errors
     /// [`ConfigError`] where the database has no such style, or not in the labelled action.
     pub fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError> {
-        known(style, self.database.counts().styles)?;
+        check_id(style, self.database.counts().styles)?;
         self.label(self.settings.action, style)
     }
 
-    /// Whether the search looks at a joint group. At least one group is always looked at.
+    /// Sets whether the search compares a joint group. At least one group is always compared.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group, or where no group would be left.
     pub fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError> {
         let groups = self.database.counts().groups;
-        known(Some(group), groups)?;
+        check_id(Some(group), groups)?;
         let bit = 1 << group;
         let mask = if searched { self.settings.mask | bit } else { self.settings.mask & !bit };
         let all = if groups >= 8 { u8::MAX } else { (1 << groups) - 1 };
-        // What counts is whether a component is left to compare.
+        // At least one component has to be left to compare.
         let features = self.database.counts().features;
         if !(0..features).any(|f| (mask & all) >> self.database.feature_group(f) & 1 == 1) {
             return Err(ConfigError::OutOfRange);
@@ -124,19 +126,19 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// True where the search looks at the group.
+    /// True where the search compares the group.
     pub fn searches(&self, group: usize) -> bool {
         group < MAX_GROUPS && self.settings.mask >> group & 1 == 1
     }
 
-    /// How much of the style a joint group takes on: 0 leaves the input as it is, 1 is the style, up to 2 goes beyond.
-    /// In a running stream it gets there within [`STRENGTH_S`](crate::STRENGTH_S), without a jump.
+    /// Sets the strength of the style in a joint group: 0 is the input, 1 the style, and up to 2 exaggerates it. In a running
+    /// stream the strength changes within [`STRENGTH_S`](crate::STRENGTH_S), without a jump.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group or a strength outside 0 to 2.
     pub fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
-        known(Some(group), self.database.counts().groups)?;
-        if !(0.0..=MOST_STRENGTH).contains(&strength) {
+        check_id(Some(group), self.database.counts().groups)?;
+        if !(0.0..=MAX_STRENGTH).contains(&strength) {
             return Err(ConfigError::OutOfRange);
         }
         if let Some(slot) = self.settings.strength.get_mut(usize::from(group)).filter(|s| **s != strength) {
@@ -146,21 +148,22 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// Strength of a joint group as it was set.
+    /// The strength that was set for a joint group.
     pub fn strength(&self, group: usize) -> f32 {
         self.settings.strength.get(group).copied().unwrap_or(1.0)
     }
 
-    /// Strength of a joint group in the last frame: on its way to what was set, less what was passed on of the input.
+    /// The strength of a joint group in the last frame, which follows the one that was set, times the part of the input that
+    /// is not passed through.
     pub fn strength_now(&self, group: usize) -> f32 {
         self.settings.strength_of(group)
     }
 
-    /// Heights of the floor under the left and the right foot, metres over the floor of the database. May change with
-    /// every pose: the body follows.
+    /// Sets the heights of the floor under the left and the right foot, metres over the floor of the database. They may
+    /// change with every pose; the body follows.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] for heights beyond 10 m or not finite; those in force stay.
+    /// [`ConfigError::OutOfRange`] for heights beyond 10 m or not finite; the current heights stay.
     pub fn set_floor(&mut self, heights: [f32; 2]) -> Result<(), ConfigError> {
         if !heights.iter().all(|h| (-10.0..=10.0).contains(h)) {
             return Err(ConfigError::OutOfRange);
@@ -174,7 +177,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         (self.settings.action, self.settings.input_style)
     }
 
-    /// Another posture is due: it is taken up, and softly.
+    /// Prepares for another posture, so that the output changes to it softly.
     pub(super) fn settings_changed(&mut self) {
         self.stillness.settings_changed();
         self.limit.soften();
@@ -194,7 +197,13 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 }
 
-fn known(id: Option<u16>, have: usize) -> Result<(), ConfigError> {
+/// Refuses weights that are negative, not finite, or beyond [`MAX_WEIGHT`].
+fn checked_weight(weight: f32) -> Result<f32, ConfigError> {
+    if (0.0..=MAX_WEIGHT).contains(&weight) { Ok(weight) } else { Err(ConfigError::Weights) }
+}
+
+/// Refuses a number of an action, style or joint group of which the database has `have`.
+fn check_id(id: Option<u16>, have: usize) -> Result<(), ConfigError> {
     match id {
         Some(id) if usize::from(id) >= have => {
             Err(ConfigError::Unknown { id, have: u16::try_from(have).unwrap_or(u16::MAX) })

@@ -2,7 +2,7 @@
 
 use core::ffi::{CStr, c_char};
 
-use gestus_core::{BlobError, ConfigError, MAX_OWN, blob::layout::MAX_STYLES};
+use gestus_core::{BlobError, ConfigError, MAX_GROUP_STYLES, blob::layout::MAX_STYLES};
 
 /// The result of a function. With any status but `GESTUS_STATUS_OK` nothing was changed, unless the function's docs say
 /// so.
@@ -206,7 +206,7 @@ pub(crate) fn of_blob(error: BlobError) -> (GestusStatus, GestusBlobDetail) {
 }
 
 // The limits in the docs and message of `Weights`.
-const _: () = assert!(MAX_STYLES == 32 && MAX_OWN == 3);
+const _: () = assert!(MAX_STYLES == 32 && MAX_GROUP_STYLES == 3);
 
 impl From<ConfigError> for GestusStatus {
     fn from(error: ConfigError) -> Self {

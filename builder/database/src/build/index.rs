@@ -1,7 +1,7 @@
 //! Fourth stage: rows packed, features and graph for the search.
 
 use gestus_core::blob::{
-    Familiar,
+    TrustLimits,
     layout::{self, MAX_TIMING, NONE, distances::FALLS, dof, flag},
 };
 use gestus_motion::{
@@ -17,9 +17,9 @@ use crate::{
     pairing::Pairing,
     search::{
         falls::falls,
-        familiar::{familiar, turning},
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
+        trust_limits::{trust_limits, turning},
     },
 };
 
@@ -35,7 +35,7 @@ pub(super) struct Index {
     /// How fast the distance of a far class falls.
     pub falls: [f32; FALLS],
     /// What input of each class is like; zeros for a draft.
-    pub familiar: Vec<Familiar>,
+    pub trust_limits: Vec<TrustLimits>,
     /// The features as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
@@ -139,8 +139,11 @@ impl Index {
             graphs.push(if is_draft { ClassGraph::empty(class.rows) } else { build_graph(&of_class) });
             counts.push(searchable.iter().filter(|s| **s).count());
         }
-        let (falls, familiar) = if is_draft {
-            ([0.0; FALLS], vec![Familiar { far: 0.0, speeds: [0.0; 2], turning: 0.0 }; frames.classes.len()])
+        let (falls, trust_limits) = if is_draft {
+            (
+                [0.0; FALLS],
+                vec![TrustLimits { far: 0.0, speeds: [0.0; 2], turning: 0.0 }; frames.classes.len()],
+            )
         } else {
             let captured = &clip_table[..examples.len()];
             let falls = falls(captured, &by_class);
@@ -149,7 +152,7 @@ impl Index {
                 dofs.iter().flatten().map(|row| [row[dof::FORWARD], row[dof::LEFT]]).collect();
             let rate_hz = clips.corpus.rate_hz;
             let turning: Vec<f64> = dofs.iter().flat_map(|rows| turning(rows, rate_hz)).collect();
-            (falls, familiar(captured, &of_class, (&velocities, &turning), rate_hz))
+            (falls, trust_limits(captured, &of_class, (&velocities, &turning), rate_hz))
         };
         Ok(Self {
             clips: clip_table,
@@ -157,7 +160,7 @@ impl Index {
             rows: rows.len(),
             packed,
             falls,
-            familiar,
+            trust_limits,
             codes,
             flags,
             graphs,

@@ -75,7 +75,7 @@ pub(super) fn encode(
         statistic: models.statistic.clone(),
         phase: estimates.phase.map(<[u8]>::to_vec),
         distances: Some(search::encode_distances(&index.falls, &index.codes, &space.scales)),
-        trust: Some(trust::encode(&index.familiar)),
+        trust: Some(trust::encode(&index.trust_limits)),
         // Put into a finished blob: the dial is measured by streaming clips through it, a map needs another body.
         effort: None,
         retarget: None,

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use anyhow::{Context, Result, bail};
 use clap::Arg;
 use gestus_core::{
-    Config, ConfigError, Database, Effort, MAX_OWN, Method,
+    Config, ConfigError, Database, Effort, MAX_GROUP_STYLES, Method,
     blob::Names,
     config::{Ridge, Timing},
     output::retime::{Bounds, Retimer},
@@ -123,7 +123,7 @@ impl StylizerArgs {
             Some("effort") => method("mar", database)?,
             Some(name) => method(name, database)?,
             // A database that was cut to its models holds no frames for the mixture.
-            None => Method::ALL.into_iter().find(|m| m.is_held_by(database)).unwrap_or_default(),
+            None => Method::ALL.into_iter().find(|m| m.is_available_in(database)).unwrap_or_default(),
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,
@@ -322,7 +322,7 @@ pub fn bounds(lead_s: f32, lag_s: f32) -> Result<Bounds> {
 
 /// Names of the methods whose data a database holds.
 pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
-    Method::ALL.into_iter().filter(|method| method.is_held_by(database)).map(Method::name).collect()
+    Method::ALL.into_iter().filter(|method| method.is_available_in(database)).map(Method::name).collect()
 }
 
 /// The method of that name, if the database holds its data.
@@ -330,7 +330,7 @@ fn method(name: &str, database: &Database<'_>) -> Result<Method> {
     let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
         bail!("--method {name}: mar, phase, lti, statistic or effort");
     };
-    if !method.is_held_by(database) {
+    if !method.is_available_in(database) {
         bail!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "));
     }
     Ok(method)
@@ -362,8 +362,11 @@ fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16,
         .split('+')
         .map(|s| weighted(Item::new(&s.replacen(':', "=", 1)), styles, "style"))
         .collect::<Result<_>>()?;
-    if weights.len() > MAX_OWN {
-        bail!("--group-style {part}: {} styles, a joint group mixes {MAX_OWN} at most", weights.len());
+    if weights.len() > MAX_GROUP_STYLES {
+        bail!(
+            "--group-style {part}: {} styles, a joint group mixes {MAX_GROUP_STYLES} at most",
+            weights.len()
+        );
     }
     check_weights("--group-style", part, &weights)?;
     Ok((find(group, groups, "joint group")?, weights))

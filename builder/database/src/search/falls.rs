@@ -1,7 +1,7 @@
 //! How fast the distance of a class falls that is too far to matter: core leaves such classes unsearched until they may be
 //! near.
 
-use gestus_core::{Config, blob::layout::distances::FALLS, methods::mixture::reach};
+use gestus_core::{Config, blob::layout::distances::FALLS, methods::mixture::candidates};
 use rayon::prelude::*;
 
 use super::graph::{ClassFeatures, exact_knn};
@@ -26,7 +26,7 @@ pub fn falls(clips: &[(usize, usize)], classes: &[(usize, ClassFeatures<'_>)]) -
         })
         .collect();
     let config = Config::new();
-    let reach = reach::limit(&config, classes.len());
+    let reach = candidates::relative_cutoff(&config, classes.len());
     let samples: Vec<[Vec<f32>; FALLS]> = starts
         .par_iter()
         .step_by(starts.len().div_ceil(STARTS).max(1))

@@ -18,7 +18,7 @@ use gestus_core::{
     blob::{Leg, layout::MAX_JOINTS},
     body::two_bone_ik::Chain,
     math::quaternion,
-    output::foot_lock::kept,
+    output::foot_lock::held_fraction,
 };
 use nalgebra::Vector3;
 
@@ -169,7 +169,7 @@ fn end_in_time(limbs: &Limbs, frames: &[Frame], rate_hz: f64, stands: &mut [[boo
         let leaves = |t: usize| {
             let way = slid(&chains[t], leg, &chains[t - 1]);
             let speed = way.x.hypot(way.z) * rate_hz;
-            kept(speed as f32, over(&chains[t], leg).map(|over| over as f32)) < 1.0
+            held_fraction(speed as f32, over(&chains[t], leg).map(|over| over as f32)) < 1.0
         };
         let mut start = 0;
         while start < stands.len() {

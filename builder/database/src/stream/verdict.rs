@@ -93,7 +93,7 @@ impl Verdict {
         if self.likeness != Likeness::Like {
             let speed = input.speed_m_s();
             let range = (0..database.counts().classes)
-                .filter_map(|class| database.familiar(class).map(|familiar| familiar.speeds))
+                .filter_map(|class| database.trust_limits(class).map(|limits| limits.speeds))
                 .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
             match range {
                 Some([_, fastest]) if speed > 1.2 * f64::from(fastest) + 0.1 => advice.push(format!(
@@ -186,7 +186,7 @@ impl Verdict {
 pub fn before(database: &Database<'_>, input: &Input) -> anyhow::Result<Verdict> {
     use gestus_core::Method;
     let mut request = Request::style(0);
-    if let Some(method) = [Method::Mar, Method::Phase].into_iter().find(|m| m.is_held_by(database)) {
+    if let Some(method) = [Method::Mar, Method::Phase].into_iter().find(|m| m.is_available_in(database)) {
         request.config = request.config.method(method);
     }
     let streamed = translate(database, input, &request, &mut ())?;

@@ -170,7 +170,7 @@ fn stream(
         visits,
         spare: visits,
         jump: jump_factor,
-        enough: f32::INFINITY,
+        cutoff_distance2: f32::INFINITY,
     };
     let counts = database.counts();
     let mut window = Box::new(Window::new());

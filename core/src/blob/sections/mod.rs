@@ -24,7 +24,7 @@ pub use phase::{DofScale, PhaseTables};
 pub use skeleton::Joint;
 pub use statistic::Table;
 pub use timing::TimingDof;
-pub use trust::Familiar;
+pub use trust::TrustLimits;
 
 use super::layout::NONE;
 

@@ -5,7 +5,7 @@ use crate::blob::{Database, layout::trust, read::Record};
 /// What input of a class is like.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Familiar {
+pub struct TrustLimits {
     /// Mean squared distance of the nearest frames of other clips, weighted square metres: 90% of the class's frames have
     /// less. 0 where the builder could not tell.
     pub far: f32,
@@ -18,10 +18,10 @@ pub struct Familiar {
 impl Database<'_> {
     /// What input of a class is like, where the blob says it.
     #[inline(never)]
-    pub fn familiar(&self, class: usize) -> Option<Familiar> {
+    pub fn trust_limits(&self, class: usize) -> Option<TrustLimits> {
         let section = self.optional.trust.filter(|_| class < self.counts.classes)?;
         let record = Record::of(section, class, trust::LENGTH);
-        Some(Familiar {
+        Some(TrustLimits {
             far: record.f32(trust::FAR),
             speeds: [record.f32(trust::SLOWEST), record.f32(trust::FASTEST)],
             turning: record.f32(trust::TURNING),

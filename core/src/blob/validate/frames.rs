@@ -249,9 +249,10 @@ fn beyond(norms: &[[u8; 4]]) -> Option<usize> {
 pub(super) fn trust(db: &Database<'_>, bytes: &[u8]) -> Checked {
     length(section::TRUST, trust::LENGTH * db.counts.classes, bytes.len())?;
     for class in 0..db.counts.classes {
-        let fits = db.familiar(class).is_some_and(|familiar| {
-            let [slowest, fastest] = familiar.speeds;
-            let is_near = (0.0..=1e6).contains(&familiar.far) && (0.0..=1e3).contains(&familiar.turning);
+        let fits = db.trust_limits(class).is_some_and(|trust_limits| {
+            let [slowest, fastest] = trust_limits.speeds;
+            let is_near =
+                (0.0..=1e6).contains(&trust_limits.far) && (0.0..=1e3).contains(&trust_limits.turning);
             is_near && 0.0 <= slowest && slowest <= fastest && fastest <= 1e3
         });
         check(section::TRUST, class, fits)?;

@@ -1,20 +1,18 @@
-//! Which foot stands: the neighbors vote, each foot by its own leg.
+//! Which feet stand: the neighbors vote, for each foot by its own leg.
 //!
-//! Every captured frame says which foot stands ([`flag`]). The neighbors of a frame vote with the labels of their
-//! **outputs** (where input and output style are the same these are their own), since what is to stand is the output's
-//! foot; between a style strength of 0 and 1 input and output labels are blended. A vote weighs the class's proportion
-//! over the square of the squared distance of eq. 1 of Xia 2015, whose section 6 sets the weights of the upper body to 0
-//! and weighs by the inverse of the distance: at foot-down and foot-up half of the neighbors stand, and the nearest are
-//! more reliable (64 held-out clips: F1 0.986, with the inverse of the squared distance 0.984). Here each foot looks at its own
-//! leg alone, from the hip to the ankle:
+//! Every captured frame has a label that says which feet stand ([`flag`]). The neighbors of a frame vote with the labels of
+//! their **outputs**, because the output's feet are to stand; between a style strength of 0 and 1, input and output labels are
+//! blended. The weight of a vote is the class's proportion over the square of a squared distance. Xia 2015 (section 6) uses the
+//! distance of eq. 1 with weights of 0 for the upper body, and weighs by its inverse. At foot-down and foot-up, however, half
+//! of the neighbors stand, and the nearest are more reliable (64 held-out clips: F1 0.986, with the inverse of the squared
+//! distance 0.984). Here each foot compares its own leg alone, from the hip to the ankle:
 //!
 //! ```text
 //! d² = Σ (x - x')² + τ² Σ (ẋ - ẋ')²      over the leg's nine dofs, rad and rad/s; τ = 0.2 s
 //! ```
 //!
-//! The likelihood is smoothed by an exponential filter, which looks at no later frame and delays it by
-//! [`DELAY_FRAMES`]; files can use the Gaussian of Xia 2015 (in the builder) instead. A foot stands
-//! where the smoothed likelihood is above one half.
+//! The likelihood is smoothed by an exponential filter, which needs no later frame and delays it by [`DELAY_FRAMES`]. (For
+//! files, the builder can use the Gaussian of Xia 2015.) A foot stands where the smoothed likelihood is above one half.
 //!
 //! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
 //! instructions of the stage.
@@ -28,55 +26,54 @@ use crate::{
     methods::mixture::variables::{Factor, X, X_PREV, parts_per_unit},
 };
 
-/// Seconds τ by which rates of leg dofs count against the dofs.
+/// τ: weight of the rates of leg dofs relative to the dofs, seconds.
 const RATE_WEIGHT_S: f32 = 0.2;
-/// Squared distance under which neighbors count alike, rad²: a hundredth of a degree in one dof.
-const LEAST: f32 = 3e-8;
-/// Most neighbors of a frame that vote, over all of its classes: where more than four classes of 40 are kept, the nearest
-/// of each do.
+/// Added to squared distances, rad², so that very near neighbors count alike: a hundredth of a degree in one dof.
+const MIN_DISTANCE2: f32 = 3e-8;
+/// Greatest number of neighbors that vote in a frame, over all classes. Each class gets an equal part, its nearest neighbors.
 pub const MOST_VOTERS: usize = 160;
-/// Parts of a radian in which legs are compared.
+/// Fixed-point scale of the comparison: units in a radian.
 const UNITS: f32 = 131_072.0;
-/// How much of a frame's likelihood the filter takes up.
-const TAKEN: f32 = 0.9;
-/// Mean delay of the filter: what an exponential filter of that gain delays a slope by.
-pub const DELAY_FRAMES: f32 = (1.0 - TAKEN) / TAKEN;
+/// Gain of the filter: weight of the current frame's likelihood.
+const FILTER_GAIN: f32 = 0.9;
+/// Delay of the filter, frames: by how much an exponential filter of that gain delays a slope.
+pub const DELAY_FRAMES: f32 = (1.0 - FILTER_GAIN) / FILTER_GAIN;
 
-/// Which foot stands in an example's outputs: the share of the style weights, left and right.
+/// Which feet stand in an example's outputs: the sum of the style weights whose output stands, left and right, 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Stands(pub [f32; 2]);
+pub struct OutputContacts(pub [f32; 2]);
 
-impl Stands {
-    /// Adds an output at `moment` with the weight of its style. `row` is the input's, whose label stands in where the
-    /// output is no captured frame but an average.
+impl OutputContacts {
+    /// Adds an output at `moment` with the weight of its style. If the output is an average and no captured frame, the label
+    /// of the input's `row` is used.
     pub fn add(&mut self, database: &Database<'_>, moment: Moment, row: usize, weight: f32) {
         let nearest = if moment.fraction > 0.5 { moment.row + 1 } else { moment.row };
         let captured = nearest < database.counts().frames;
-        let label = of(database, if captured { nearest } else { row });
-        for (sum, stands) in self.0.iter_mut().zip(label) {
+        let vote = captured_contacts(database, if captured { nearest } else { row });
+        for (sum, stands) in self.0.iter_mut().zip(vote) {
             *sum += weight * stands;
         }
     }
 }
 
 /// The label of a captured frame, 0 or 1 for left and right.
-pub fn of(database: &Database<'_>, row: usize) -> [f32; 2] {
+pub fn captured_contacts(database: &Database<'_>, row: usize) -> [f32; 2] {
     let flags = database.flags(row);
     [flag::LEFT_CONTACT, flag::RIGHT_CONTACT].map(|bit| if flags & bit != 0 { 1.0 } else { 0.0 })
 }
 
-/// What a neighbor votes for: its own label at a style strength of 0, that of its outputs at 1, left and right.
+/// The vote of a neighbor, left and right, 0 to 1: its own label at a style strength of 0, that of its outputs at 1.
 #[inline(never)]
-pub(crate) fn label(database: &Database<'_>, row: usize, output: Stands, strength: f32) -> [f32; 2] {
-    let mut label = of(database, row);
-    for (own, stands) in label.iter_mut().zip(output.0) {
-        *own += strength * (stands - *own);
+pub(crate) fn vote(database: &Database<'_>, row: usize, output: OutputContacts, strength: f32) -> [f32; 2] {
+    let mut vote = captured_contacts(database, row);
+    for (contact, stands) in vote.iter_mut().zip(output.0) {
+        *contact += strength * (stands - *contact);
     }
-    label
+    vote
 }
 
-/// How many neighbors of each class vote, the nearest, where so many classes are kept.
+/// Number of neighbors of each class that vote, if `classes` are kept.
 #[inline]
 pub fn voters(classes: usize) -> usize {
     MOST_VOTERS / classes.max(1)
@@ -86,60 +83,62 @@ pub fn voters(classes: usize) -> usize {
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Votes {
+    /// Sum of the weighted votes to stand, left and right.
     stands: [f32; 2],
+    /// Sum of the weights, left and right.
     total: [f32; 2],
-    /// How many neighbors of a class vote.
-    pub wanted: usize,
+    /// Number of neighbors of each class that vote, its nearest.
+    pub voters_per_class: usize,
     /// The input's legs, left and right.
     legs: [LegQuery; 2],
 }
 
 impl Votes {
-    /// No votes yet, in a frame that keeps so many classes.
+    /// No votes yet, in a frame that keeps `classes` classes.
     #[inline]
-    pub fn of(classes: usize) -> Self {
-        Self { wanted: voters(classes), ..Self::default() }
+    pub fn new(classes: usize) -> Self {
+        Self { voters_per_class: voters(classes), ..Self::default() }
     }
 
-    /// Takes in the legs of the input, dofs and those of the frame before, if the blob names any.
+    /// Sets the legs of the input from its dofs and those of the frame before, [dofs], if the database names legs.
     pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
         for (query, leg) in self.legs.iter_mut().zip(database.legs().iter().flatten()) {
             query.set(database, leg, x, x_prev);
         }
     }
 
-    /// Squared distances of an example from the input, seen from the left and the right foot, rad².
+    /// Squared distances of an example from the input by the left and the right leg, rad².
     pub fn distances2(&self, example: &[[i32; 4]]) -> [f32; 2] {
         let [left, right] = &self.legs;
         [left.distance2(example), right.distance2(example)]
     }
 
-    /// Counts a neighbor: its label, left and right from 0 to 1, its squared distance seen from each foot, and its
-    /// class's proportion.
-    // Not inlined: it is compiled with the core, for speed, however its caller is.
+    /// Counts the vote of a neighbor, left and right, 0 to 1, with its squared distance by each leg, rad², and its class's
+    /// proportion.
+    // Not inlined, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
-    pub fn add(&mut self, label: [f32; 2], distance2: [f32; 2], proportion: f32) {
+    pub fn add(&mut self, vote: [f32; 2], distance2: [f32; 2], proportion: f32) {
         let sums = self.stands.iter_mut().zip(&mut self.total);
-        for ((stands, total), (label, distance2)) in sums.zip(label.into_iter().zip(distance2)) {
-            // A neighbor at no distance wins the vote and does not divide by zero.
-            let near = 1.0 / (distance2 + LEAST);
+        for ((stands, total), (vote, distance2)) in sums.zip(vote.into_iter().zip(distance2)) {
+            // A neighbor at distance 0 wins the vote, without a division by zero.
+            let near = 1.0 / (distance2 + MIN_DISTANCE2);
             let weight = proportion * (near * near);
-            *stands += weight * label;
+            *stands += weight * vote;
             *total += weight;
         }
     }
 
-    /// Likelihood, 0 to 1, that the left and the right foot stand; 0 without votes.
+    /// Likelihood that the left and the right foot stand, 0 to 1; 0 without votes.
     pub fn likelihood(&self) -> [f32; 2] {
-        let of = |i: usize| match (self.stands.get(i), self.total.get(i)) {
+        let likelihood = |i: usize| match (self.stands.get(i), self.total.get(i)) {
             (Some(&stands), Some(&total)) if total > 0.0 => clamp(stands / total, 0.0, 1.0),
             _ => 0.0,
         };
-        [of(0), of(1)]
+        [likelihood(0), likelihood(1)]
     }
 }
 
-/// A leg of the input, ready to be compared with those of examples.
+/// A leg of the input, prepared for comparison with those of examples.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct LegQuery([QueryJoint; 3]);
@@ -152,26 +151,26 @@ struct QueryJoint {
     dofs: [QueryDof; 3],
 }
 
-/// A dof, and the dof in the frame before, in parts as those of examples are.
+/// A dof of the input and its value in the frame before, in the fixed point of examples.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct QueryDof {
     pose: Factor,
-    /// Of the change from frame to frame: τ times the frames a second.
+    /// Weight of the change from frame to frame: τ times the frame rate.
     rate: Factor,
     x: i32,
     x_prev: i32,
 }
 
 impl LegQuery {
-    /// Takes in a leg of the dofs `x`, which were `x_prev` in the frame before. In its place: to return it would take
-    /// its room on the stack once more.
+    /// Sets the leg from the dofs `x`, which were `x_prev` in the frame before. Written in place, because a returned value
+    /// would need its memory on the stack once more.
     #[inline(never)]
     fn set(&mut self, database: &Database<'_>, leg: &Leg, x: &[f32], x_prev: &[f32]) {
         let rate = RATE_WEIGHT_S * database.rate_hz();
-        for (joint, of) in self.0.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
+        for (joint, number) in self.0.iter_mut().zip([leg.hip, leg.knee, leg.ankle]) {
             // No leg begins at joint 0, whose dofs lie elsewhere: `open` has checked it.
-            joint.first = dof::JOINTS + 3 * of.saturating_sub(1);
+            joint.first = dof::JOINTS + 3 * number.saturating_sub(1);
             for (d, dof) in (joint.first..).zip(&mut joint.dofs) {
                 let step = database.step(d);
                 let parts = parts_per_unit(step);
@@ -186,28 +185,29 @@ impl LegQuery {
         }
     }
 
-    /// Squared distance from an example's leg: pose and rate of its nine dofs, rad².
+    /// Squared distance to an example's leg, over pose and rate of its nine dofs, rad².
     #[inline(never)]
     fn distance2(&self, example: &[[i32; 4]]) -> f32 {
         let mut sum = 0;
         for joint in &self.0 {
-            let Some(theirs) = example.get(joint.first..).and_then(|rest| rest.first_chunk::<3>()) else {
+            let Some(example_dofs) = example.get(joint.first..).and_then(|rest| rest.first_chunk::<3>())
+            else {
                 continue;
             };
             let term = |i: usize| {
-                let (dof, theirs) = (&joint.dofs[i], &theirs[i]);
-                let pose = dof.x.saturating_sub(theirs[X]);
-                let before = dof.x_prev.saturating_sub(theirs[X_PREV]);
+                let (dof, example_dofs) = (&joint.dofs[i], &example_dofs[i]);
+                let pose = dof.x.saturating_sub(example_dofs[X]);
+                let before = dof.x_prev.saturating_sub(example_dofs[X_PREV]);
                 dof.pose.squared(pose) + dof.rate.squared(pose.saturating_sub(before))
             };
-            // Written out, so that it is straight code whatever the compiler is told of loops.
+            // Written out, so that the code is straight at any optimisation level.
             sum += term(0) + term(1) + term(2);
         }
         sum as f32 * (1.0 / (UNITS * UNITS))
     }
 }
 
-/// The causal filter of the likelihoods.
+/// The causal filter of the likelihoods, left and right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Filter {
@@ -225,7 +225,7 @@ impl Filter {
     /// Filters a frame's likelihoods. Returns which foot stands.
     pub fn filter(&mut self, likelihood: [f32; 2]) -> [bool; 2] {
         for (kept, now) in self.likelihood.iter_mut().zip(likelihood) {
-            *kept = if self.started { *kept + TAKEN * (now - *kept) } else { now };
+            *kept = if self.started { *kept + FILTER_GAIN * (now - *kept) } else { now };
         }
         self.started = true;
         self.likelihood.map(|l| l > 0.5)

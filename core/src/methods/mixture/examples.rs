@@ -1,25 +1,24 @@
-//! From a neighbor's number to its variables: `x[t-1]`, `x[t]`, and the outputs `y[t-1]`, `y[t]` in the wanted mix
-//! of styles.
+//! Unpacks the variables of a neighbor: `x[t-1]`, `x[t]`, and the outputs `y[t-1]`, `y[t]` in a mix of styles.
 //!
-//! Outputs are not stored: they are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each
-//! between two rows; where the blob names two for a style, half of each. Style weights blend them here, before the
-//! fit, so that any number of styles costs one regression.
+//! Outputs are not stored. They are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each interpolated
+//! between two rows. If the blob names two counterparts for a style, their mean is used. Outputs are blended by the style
+//! weights before the fit, so that any number of styles costs one regression.
 //!
-//! Cost: a run of two rows for the input, and one of two to four rows for each output that has weight. The rows of
-//! a run are unpacked together, and go into the variables as they come; one by one where a block ends between them.
+//! Cost: a run of two rows for the input, and one of two to four rows for each output with weight. The rows of a run are
+//! unpacked together, or one by one where a block ends between them.
 
 use crate::{
     blob::{Counterpart, Database, Moment, layout::MAX_STYLES},
     methods::mixture::{
-        contact_votes::Stands,
+        contact_votes::OutputContacts,
         variables::{FRACTION, X, X_PREV, Y, Y_PREV},
     },
     stylizer::style_mix::Mix,
 };
 
-/// Longest run of rows that is unpacked at once.
+/// Greatest number of rows that are unpacked together.
 const MAX_RUN: usize = 4;
-/// A weight of 1.
+/// The fixed-point weight that stands for 1.
 const ONE: f32 = (1 << FRACTION) as f32;
 
 /// The styles that have weight, by number.
@@ -35,20 +34,20 @@ pub(crate) fn active_styles(mix: Mix<'_>, styles: usize) -> ActiveStyles {
     active
 }
 
-/// What was read beside the variables.
+/// What [`read`] returns beside the variables.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Read {
     /// Seconds from the example's `y[t-1]` to its `y[t]`.
     pub step_s: f32,
     /// Bytes of rows read.
     pub bytes: u32,
-    /// Which foot stands in the example's `y[t]`.
-    pub stands: Stands,
+    /// Which feet stand in the example's `y[t]`.
+    pub stands: OutputContacts,
 }
 
 /// Reads the example at `row`, a searchable row of `class`, with its outputs in the `active` styles, by their weights in
 /// `mix`; `variables` as in [`Example`](super::variables::Example).
-// Of no capacity: it is compiled with the core, for speed, however its caller is.
+// Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 pub(crate) fn read(
     database: &Database<'_>,
@@ -78,7 +77,7 @@ pub(crate) fn read(
     });
     let outputs = database.outputs();
     let share = if outputs > 1 { 0.5 } else { 1.0 };
-    // Of all weights so far: they are rounded together, so that they sum up to 1.
+    // The running sum of the weights is rounded, not each weight, so that they sum to 1.
     let (mut sum, mut parts) = (0.0, 0);
     for table in 0..outputs {
         for style in active.iter().map(|&style| usize::from(style)) {
@@ -94,18 +93,18 @@ pub(crate) fn read(
     read
 }
 
-/// To the nearest, of what is not below 0: the cast truncates.
+/// Rounds a number that is not negative to the nearest integer.
 fn rounded(value: f32) -> i32 {
     (value + 0.5) as i32
 }
 
-/// Adds a counterpart to the outputs, by its weight in parts. Returns the bytes read.
+/// Adds a counterpart to the outputs with a fixed-point weight. Returns the bytes read.
 fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: i32, variables: &mut [[i32; 4]]) -> u32 {
     let Counterpart { before, now, .. } = counterpart;
     let mut run = Run { start: before.row, count: 0, weights: [[0; 2]; MAX_RUN] };
     run.mark(before, weight, 0);
     if now.row >= before.row && now.row + 1 < before.row + MAX_RUN {
-        // Next to each other, as good as always: one run, of three rows for the most part.
+        // Both moments are nearly always close: one run, usually of three rows.
         run.mark(now, weight, 1);
         return run.add(database, variables);
     }
@@ -115,7 +114,7 @@ fn blend(database: &Database<'_>, counterpart: &Counterpart, weight: i32, variab
     bytes + run.add(database, variables)
 }
 
-/// Rows that follow each other, and their weights in `y[t-1]` and `y[t]`.
+/// Consecutive rows and their weights in `y[t-1]` and `y[t]`.
 struct Run {
     start: usize,
     count: usize,
@@ -123,10 +122,10 @@ struct Run {
 }
 
 impl Run {
-    /// Gives the rows about a moment their weights; `output` is 0 for `y[t-1]`, 1 for `y[t]`.
+    /// Adds the weights of the rows around a moment; `output` is 0 for `y[t-1]` and 1 for `y[t]`.
     fn mark(&mut self, moment: &Moment, weight: i32, output: usize) {
         let at = moment.row - self.start;
-        // What is rounded off one part goes to the other.
+        // The two parts sum to the weight in spite of rounding.
         let second = rounded(weight as f32 * moment.fraction);
         let parts = [weight - second, second];
         for (i, part) in parts.into_iter().enumerate().take(if moment.fraction > 0.0 { 2 } else { 1 }) {
@@ -161,7 +160,7 @@ impl Run {
         whole.unwrap_or_else(|| self.add_row_by_row(database, variables))
     }
 
-    /// The same for rows of two blocks.
+    /// [`add`](Self::add) for rows of two blocks.
     #[inline(never)]
     fn add_row_by_row(&self, database: &Database<'_>, variables: &mut [[i32; 4]]) -> u32 {
         let rows = self.weights.iter().enumerate().take(self.count);

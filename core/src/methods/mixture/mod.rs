@@ -1,8 +1,8 @@
 //! The mixture of local autoregressive models (Xia 2015, section 5), in the order of a frame: `step` calls the rest.
 
+pub mod candidates;
 pub mod contact_votes;
 pub(crate) mod examples;
-pub mod reach;
 pub mod regression;
 pub mod ridge;
 mod settle;

@@ -11,32 +11,31 @@
 //! y = k + β·(input - m) - g (k - β·m)       g = λ / (n + λ)
 //! ```
 //!
-//! All of it is done in whole numbers ([`super::ridge`]), which take parts without an FPU a tenth of what floats do.
+//! All of this is computed in integers ([`super::ridge`]), which take a tenth of the time of floats on processors without an FPU.
 //!
 //! **Units.** All four variables of a dof have the same unit `h`: the sums are taken in units, where radians need `λ / h²`
 //! for `a, b, c` and `λ` for the constant. Dividing each dof by its scale `s` instead, **normalised**, needs `λ s² / h²`;
 //! the two modes differ in one number.
 //!
-//! **Feedback.** Neighbors lie close together, a tenth of a dof's spread, so that a λ that keeps `b` from following its
-//! own last output pulls `a` and `c` to zero too, which leaves the neighbors' mean. `b` alone may therefore be penalised
-//! more: by `λ` times the feedback's penalty, which is 1 in Xia 2015.
+//! **Feedback.** Neighbors lie close together, within a tenth of a dof's spread. A λ that is large enough to keep `b` from
+//! following its own last output therefore pulls `a` and `c` to zero too, which leaves only the neighbors' mean. For this
+//! reason `b` has a penalty of its own: `λ` times `feedback`, which is 1 in Xia 2015.
 //!
 //! **Bias** (section 5.3, eqs. 6 and 7). Where `x[t]` lies outside `μ ± κ σ` of the neighbors, by `Δx`, the model
 //! is evaluated at `x - Δx` and `y[t-1] - ρ Δx`, and `ρ Δx` is added to its result: content that is not in the data
 //! is carried past the model.
 //!
-//! **Corrections** (ours) are added to a prediction on the way out. They are not fed back: the stream of predictions
-//! follows the equations of Xia 2015 alone.
+//! **Corrections** (ours) are added to the output and not fed back: the predictions follow the equations of Xia 2015 alone.
 //!
 //! *Far predictions.* After a change of class, or in motion unlike the data, the last prediction may lie far from all
-//! neighbors, where the model has learnt nothing. The output, less `ρ Δx`, is therefore held within `μ ± κy s` of the
-//! neighbors' mean `y[t]`, with the dof's standard deviation `s` over the database. Neighbors lie a tenth of that apart,
-//! so the interval holds back only predictions that are far off.
+//! neighbors, where the model has learnt nothing. The output, less `ρ Δx`, is therefore clamped to `μ ± κy s` about the
+//! neighbors' mean `y[t]`, where `s` is the dof's standard deviation over the database. Neighbors differ by a tenth of `s`, so
+//! the interval only affects predictions that are far off.
 //!
-//! *Standing still.* Walking neighbors would move a standing body, since only ρ of its stillness is kept. Where the
-//! root's ground velocity `x[t]` lies outside the interval and nearer to 0 than its end `e = x - Δx`, the output moves from
-//! the neighbors' mean to the input's own velocity: by `(1 - p) (x - mean y[t] - ρ Δx)`, with `p = |x / e|`, up to 1. So a
-//! body that stops comes to rest.
+//! *Standing still.* Walking neighbors would move a standing body, since only ρ of its stillness is kept. Where the root's
+//! ground velocity `x[t]` lies outside the interval and nearer to 0 than the interval's end `e = x - Δx`, the output moves from
+//! the neighbors' mean towards the input's velocity, by `(1 - p) (x - mean y[t] - ρ Δx)` with `p = |x / e|`, at most 1. A body
+//! that stops thus comes to rest.
 
 use crate::{
     blob::layout::dof,
@@ -48,7 +47,7 @@ use crate::{
     },
     methods::mixture::{
         ridge::{ANSWER_BITS, ENTRY_BITS, System},
-        sums::{Examples, FINER_BITS, Scatter, most_off},
+        sums::{Examples, FINER_BITS, Scatter, max_rounding_error},
         variables::{FRACTION, parts_per_unit},
     },
 };
@@ -59,18 +58,18 @@ use crate::{
 pub struct Parameters {
     /// λ.
     pub lambda: f32,
-    /// Raw or normalised variables.
+    /// Whether variables are raw or normalised.
     pub ridge: Ridge,
-    /// How many times λ the coefficient of `y[t-1]` is penalised with.
+    /// Penalty of the coefficient of `y[t-1]`, as a multiple of λ.
     pub feedback: f32,
     /// κ: half width of the interval of trust, in standard deviations.
     pub kappa: f32,
-    /// κy: how far from the neighbors' mean an output may lie, in the dof's standard deviations.
+    /// κy: greatest distance of an output from the neighbors' mean, in the dof's standard deviations.
     pub output_kappa: f32,
-    /// ρ: how much of what lies outside is kept in the prediction, 0 to 1.
+    /// ρ: the part of `Δx` that the prediction keeps, 0 to 1.
     pub rho: f32,
-    /// How much of it is kept in the output.
-    pub part: f32,
+    /// The part of `Δx` that the output keeps, 0 to 1.
+    pub output_rho: f32,
 }
 
 /// A class's prediction of one dof, in its unit.
@@ -79,63 +78,64 @@ pub struct Parameters {
 pub struct Prediction {
     /// `y[t]`.
     pub y: f32,
-    /// Added to it in the output, and not fed back.
+    /// Added to `y` in the output, and not fed back.
     pub correction: f32,
-    /// How the neighbors' outputs change in this step, with the part of the input's own change that is kept.
+    /// Mean change of the neighbors' outputs in this step, plus the part of the input's own change that is kept.
     pub change: f32,
 }
 
-/// A regression's parameters, ready for the examples of one class.
+/// The parameters of a regression, prepared for the examples of one class.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Regression {
     parameters: Parameters,
-    /// Least λ in square units: twice what the sums can be off, so that the matrix is positive.
+    /// Least λ in square units: twice the rounding error of the sums, so that the matrix is positive definite.
     least_slope: f32,
-    /// √w: how the means count in the normal equations.
+    /// √w: the weight of the means in the normal equations.
     means_weight: Multiplier,
-    /// g: how much of the mean at input zero is left out.
+    /// g: the part of the mean at input zero that is left out.
     left_out: Fraction,
     /// From the root of a sum of squares, as [`sqrt_wide`] gives it, to κ σ in sixteenths of units.
     kappa: Multiplier,
     rho: Fraction,
-    part: Fraction,
+    output_rho: Fraction,
     /// κy rounded down to a power of two.
     output_kappa_power: i32,
 }
 
 /// Bits of the largest mean in the normal equations.
 const MEAN_BITS: i32 = 24;
-/// Bits of a product of two means that are left out.
-const CUT: u32 = 2 * MEAN_BITS as u32 - 30;
+/// Number of low bits that are dropped from a product of two means.
+const DROPPED_BITS: u32 = 2 * MEAN_BITS as u32 - 30;
 
-/// A difference from the first example is held within 2^29 sixteenths of units.
-const MOST: i32 = 1 << 29;
+/// Greatest difference from the first example, in sixteenths of units. Larger ones are clamped.
+const MAX_DIFFERENCE: i32 = 1 << 29;
 
 impl Regression {
-    /// For so many examples.
+    /// Prepares a regression over `count` examples.
     pub fn new(parameters: &Parameters, count: u16) -> Self {
         let (lambda, n) = (parameters.lambda, f32::from(count.max(1)));
-        let part = 1.0 / (n + lambda);
+        let inverse = 1.0 / (n + lambda);
         // The root of the mean square in units, from 2^14.5 times the root of the sum.
         let to_fine = (1 << FINER_BITS) as f32 / (16_384.0 * core::f32::consts::SQRT_2);
         Self {
             parameters: *parameters,
-            least_slope: 2.0 * most_off(count.max(1)),
-            means_weight: Multiplier::new(sqrt(n * lambda * part)),
-            left_out: Fraction::new(lambda * part),
+            least_slope: 2.0 * max_rounding_error(count.max(1)),
+            means_weight: Multiplier::new(sqrt(n * lambda * inverse)),
+            left_out: Fraction::new(lambda * inverse),
             kappa: Multiplier::new(parameters.kappa * to_fine / sqrt(n)),
             rho: Fraction::new(parameters.rho),
-            part: Fraction::new(parameters.part),
+            output_rho: Fraction::new(parameters.output_rho),
             output_kappa_power: (parameters.output_kappa.to_bits() >> 23) as i32 - 127,
         }
     }
 
-    /// Predicts `y[t]` of one dof: fits the model to the examples and evaluates it once, biased where `x` lies outside.
+    /// Predicts `y[t]` of one dof: fits the model to the examples and evaluates it once, with the bias of section 5.3.
     ///
-    /// `input` is `x[t-1]`, `y[t-1]`, `x[t]`, in the dof's unit, as is the result; they are held within 131,072
-    /// quantisation steps, and an answer within 2,048 deviations of its neighbors' mean. `step` is the dof's quantisation step, `scale` its standard deviation.
-    // Not inlined: it is compiled with the core, for speed, however its caller is.
+    /// `input` is `[x[t-1], y[t-1], x[t]]`. Input and result have the dof's unit (m, rad, m/s or rad/s), as do `step`, its
+    /// quantisation step, and `scale`, its standard deviation. Inputs are clamped to 131,072 steps, results to 2,048 standard
+    /// deviations from the neighbors' mean.
+    // Not inlined, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
     pub fn predict<const J: usize>(
         &self,
@@ -157,56 +157,57 @@ impl Regression {
         let system = self.system(s, parts_per_unit * power(-(s.bits as i32)), scale);
         // From here on in sixteenths of units.
         let bits = s.bits as i32 - FINER_BITS as i32;
-        let (finer, held) = (PowerOfTwo::new(-bits), MOST >> (-bits).clamp(0, 31));
+        let (finer, held) = (PowerOfTwo::new(-bits), MAX_DIFFERENCE >> (-bits).clamp(0, 31));
         let held = if bits < 0 { held } else { i32::MAX };
         let [p, q, x]: [i32; 3] = core::array::from_fn(|i| {
             let parts = ((input[i] * parts_per_unit) as i32).saturating_sub(s.first[i]);
-            finer.of(parts.max(-held).min(held)).clamp(-MOST, MOST) - s.offsets[i]
+            finer.of(parts.max(-held).min(held)).clamp(-MAX_DIFFERENCE, MAX_DIFFERENCE) - s.offsets[i]
         });
         let most = (1 << SQUARE_ROOT_BITS) - 1;
         let half = self.kappa.of(sqrt_wide(s.matrix[5].clamp(0, most)));
         let outside = x - x.max(-half).min(half);
         let kept = self.rho.of(outside);
         let left_out = s.means.map(|mean| self.left_out.finely_of(mean, FINER_BITS));
-        let apart = system.evaluate([
+        let deviation = system.evaluate([
             (p - outside).saturating_add(left_out[0]),
             (q - kept).saturating_add(left_out[1]),
             (x - outside).saturating_add(left_out[2]),
         ]);
-        let own = (apart >> ANSWER_BITS).saturating_sub(left_out[3]);
+        let from_mean = (deviation >> ANSWER_BITS).saturating_sub(left_out[3]);
 
         let unit = step * power(bits - FRACTION as i32);
-        let finely = apart as f32 * (1.0 / (1 << ANSWER_BITS) as f32);
+        let finely = deviation as f32 * (1.0 / (1 << ANSWER_BITS) as f32);
         let whole = s.offsets[3].saturating_sub(left_out[3]).saturating_add(kept);
         let first = s.first[3] as f32 * (step * (1.0 / (1 << FRACTION) as f32));
-        let put_out = self.part.of(outside);
-        let mut correction = (put_out - kept) as f32 * unit;
-        if !self.is_near(own, bits, [step, scale]) {
+        let kept_in_output = self.output_rho.of(outside);
+        let mut correction = (kept_in_output - kept) as f32 * unit;
+        if !self.is_near(from_mean, bits, [step, scale]) {
             let most = self.parameters.output_kappa * scale;
-            let apart = (finely - left_out[3] as f32) * unit;
-            correction += clamp(apart, -most, most) - apart;
+            let deviation = (finely - left_out[3] as f32) * unit;
+            correction += clamp(deviation, -most, most) - deviation;
         }
         if outside != 0 && (dof::FORWARD..=dof::LEFT).contains(&dof) {
-            let [outside, put_out] = [outside, put_out].map(|part| part as f32 * unit);
+            let [outside, kept_in_output] = [outside, kept_in_output].map(|units| units as f32 * unit);
             let x = input[2];
-            let moves = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            correction += (1.0 - moves) * (x - (first + s.offsets[3] as f32 * unit) - put_out);
+            let speed_ratio = clamp(abs(x / (x - outside)), 0.0, 1.0);
+            correction += (1.0 - speed_ratio) * (x - (first + s.offsets[3] as f32 * unit) - kept_in_output);
         }
-        let apart = |a: usize, b: usize| {
+        let mean_difference = |a: usize, b: usize| {
             (s.first[a] - s.first[b]) as f32 * (step * (1.0 / (1 << FRACTION) as f32))
                 + (s.offsets[a] - s.offsets[b]) as f32 * unit
         };
-        let change = apart(3, 1) + self.parameters.part * (input[2] - input[0] - apart(2, 0));
+        let change = mean_difference(3, 1)
+            + self.parameters.output_rho * (input[2] - input[0] - mean_difference(2, 0));
         Prediction { y: first + (whole as f32 + finely) * unit, correction, change }
     }
 
-    /// Whether an output so many times 2 to the power of `bits` parts from its neighbors' mean is within κy deviations, by powers of two alone:
-    /// most are, and those that are not close are looked at in full.
-    fn is_near(&self, apart: i32, bits: i32, [step, scale]: [f32; 2]) -> bool {
-        // The logarithm of their ratio, rounded down, is one too many at most.
-        let deviation = ((scale.to_bits() as i32 - step.to_bits() as i32) >> 23) - 1;
-        let near = deviation + self.output_kappa_power + FRACTION as i32 - bits;
-        bit_length(apart) <= near
+    /// Whether an output is certainly within κy standard deviations of its neighbors' mean, by powers of two alone. Most are;
+    /// the others are compared exactly. `deviation` is in parts times 2 to the power of `bits`.
+    fn is_near(&self, deviation: i32, bits: i32, [step, scale]: [f32; 2]) -> bool {
+        // The logarithm of the ratio, rounded down: at most one too large.
+        let scale_bits = ((scale.to_bits() as i32 - step.to_bits() as i32) >> 23) - 1;
+        let near = scale_bits + self.output_kappa_power + FRACTION as i32 - bits;
+        bit_length(deviation) <= near
     }
 
     /// The normal equations. `per_unit` is units in one unit of the dof.
@@ -219,24 +220,28 @@ impl Regression {
         let at_least = |slope: f32| if slope > self.least_slope { slope } else { self.least_slope };
         let slope = lambda * (per_unit * per_unit);
         let (slope, fed_back) = (at_least(slope), at_least(slope * feedback));
-        // √w times the means: the largest has 23 or 24 bits, and its square, less `CUT`, 30.
+        // √w times the means: the largest has 23 or 24 bits, and its square, less `DROPPED_BITS`, 30.
         let longest = s.means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
         let spare = PowerOfTwo::new(MEAN_BITS - bit_length(longest));
         let (weight, weight_power) = self.means_weight.parts();
         let means = s.means.map(|mean| product(spare.of(mean), weight, 31));
-        let means_power = 2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + CUT as i32;
+        let means_power = 2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + DROPPED_BITS as i32;
         let largest_mean = means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
         let largest = [s.matrix[0], s.matrix[2], s.matrix[5]].into_iter().chain(s.right);
         let largest = largest.fold(0, |bits, entry| bits | (entry ^ (entry >> 31)));
 
         // Three numbers are added to an entry: each has two bits less.
-        let of_means =
-            if largest_mean == 0 { 0 } else { 2 * bit_length(largest_mean) - CUT as i32 + means_power };
+        let of_means = if largest_mean == 0 {
+            0
+        } else {
+            2 * bit_length(largest_mean) - DROPPED_BITS as i32 + means_power
+        };
         let of_slope = exponent(if fed_back > slope { fed_back } else { slope });
         let up = ENTRY_BITS - 2 - bit_length(largest).max(of_means).max(of_slope);
         let (of_sum, of_product) = (PowerOfTwo::new(up), PowerOfTwo::new(means_power + up));
-        let entry =
-            |sum: i32, i: usize, j: usize| of_sum.of(sum) + of_product.of(product(means[i], means[j], CUT));
+        let entry = |sum: i32, i: usize, j: usize| {
+            of_sum.of(sum) + of_product.of(product(means[i], means[j], DROPPED_BITS))
+        };
         let (slope, fed_back) = (scaled(slope, up), scaled(fed_back, up));
         let [pp, qp, qq, xp, xq, xx] = s.matrix;
         let [py, qy, xy] = s.right;
@@ -296,7 +301,7 @@ mod tests {
         kappa: 1.0,
         output_kappa: 1.5,
         rho: 0.5,
-        part: 0.5,
+        output_rho: 0.5,
     };
 
     /// Ridge regression about the neighbors' own zero, in f64, with the sums written out: `y[t]` at `input`.

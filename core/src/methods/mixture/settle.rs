@@ -1,33 +1,32 @@
-//! From the predictions to what is put out: as lively as the style, and as smooth as the neighbors.
+//! From the predictions to the output: as lively as the style, and as smooth as the neighbors.
 //!
-//! Both are corrections. They are not fed back: the stream of predictions follows the equations of Xia 2015 alone.
+//! Both parts are corrections, which are not fed back: the predictions follow the equations of Xia 2015 alone.
 //!
-//! **Liveliness.** What of the input lies outside the neighbors' interval, `Δx`, is most of what makes one cycle differ
-//! from the next. The prediction keeps ρ of it (Xia 2015, eq. 7), whether the style is livelier than the input or calmer.
-//! The output keeps a part that follows the style:
-//!
-//! ```text
-//! part = min(1, ρ l √(far(style) / far(input)))       l: Config::liveliness; the root from 1/2 to 2
-//! ```
-//!
-//! with `far` the squared distance of a class's own clips from each other, as the builder has measured it
-//! ([`Familiar`](crate::blob::Familiar)), and the mean of it in a mix of styles.
-//!
-//! **Settling.** From frame to frame neighbors come and go. Each brings the posture of its own output clip, and the
-//! prediction jumps by the difference. The output moves as the outputs of the neighbors move, in which the posture of a
-//! clip cancels out, and settles on the prediction in time:
+//! **Liveliness.** The part `Δx` of the input that lies outside the neighbors' interval is most of what makes one cycle differ
+//! from the next. The prediction keeps ρ of it (Xia 2015, eq. 7), whether the style is livelier or calmer than the input. The
+//! output keeps a part that follows the style:
 //!
 //! ```text
-//! v  = mean (y[t] - y[t-1]) + part (x[t] - x[t-1] - mean (x[t] - x[t-1]))         means over the neighbors
-//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                          τ: Config::settle_s, by class
+//! ρ_out = min(1, ρ l √(far(style) / far(input)))       l: Config::liveliness; the root is held within 1/2 to 2
 //! ```
 //!
-//! Gaits take a quarter of that time: their cycles are alike, and longer settling smooths them. Repetitions of gestures
-//! differ, and neighbors that change make them jump.
+//! `far` is the squared distance between a class's own clips, as the builder has measured it
+//! ([`TrustLimits`](crate::blob::TrustLimits)), averaged in a mix of styles.
 //!
-//! A plain low pass would lag behind the motion; this one does not, since `v` leads it.
+//! **Settling.** Neighbors change from frame to frame. Each has the posture of its own output clip, so the prediction jumps by
+//! the difference. The output follows the mean *change* of the neighbors' outputs, in which the postures cancel out, and
+//! settles on the prediction over time:
 //!
-//! Cost: some 40 operations a dof and frame, and a look at the labels of all classes for each class kept.
+//! ```text
+//! v  = mean (y[t] - y[t-1]) + ρ_out (x[t] - x[t-1] - mean (x[t] - x[t-1]))       means over the neighbors
+//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                         τ: Config::settle_s, by class
+//! ```
+//!
+//! Gaits take a quarter of that time: their cycles are alike, and longer settling would smooth them. Repetitions of gestures
+//! differ, so a change of neighbors makes them jump. A plain low-pass filter would lag behind the motion; this one does not,
+//! because v leads it.
+//!
+//! Cost: some 40 operations a dof and frame, and a pass over the labels of all classes for each class kept.
 
 use crate::{
     Config, Observer,
@@ -42,18 +41,18 @@ use crate::{
     stylizer::style_mix::Mix,
 };
 
-/// Least and greatest ratio of the variabilities of two styles.
+/// Least and greatest ratio between the variabilities of two styles.
 const RATIOS: [f32; 2] = [0.5, 2.0];
-/// Further from the prediction than this the last output says nothing (m, rad, m/s, rad/s).
-const APART: f32 = 100.0;
+/// Distance from the prediction at which the last output is discarded (m, rad, m/s, rad/s).
+const MAX_DEVIATION: f32 = 100.0;
 
-/// The part of what lies outside the neighbors' interval that the output keeps: the input in `class`, the output in `mix`.
-pub(super) fn part_kept(database: &Database<'_>, config: &Config, class: usize, mix: Mix<'_>) -> f32 {
+/// ρ of the output: the part of `Δx` that it keeps, for input of `class` and output in `mix`. 0 to 1.
+pub(super) fn output_rho(database: &Database<'_>, config: &Config, class: usize, mix: Mix<'_>) -> f32 {
     if config.liveliness <= 0.0 {
         return config.rho;
     }
-    let far = |class: usize| database.familiar(class).map_or(0.0, |familiar| familiar.far);
-    let (action, own) = (database.class(class).action, far(class));
+    let far = |class: usize| database.trust_limits(class).map_or(0.0, |limits| limits.far);
+    let (action, input_far) = (database.class(class).action, far(class));
     let others = (0..database.counts().classes).map(|other| (database.class(other), other));
     let style = others
         .filter(|(other, _)| other.action == action)
@@ -62,28 +61,32 @@ pub(super) fn part_kept(database: &Database<'_>, config: &Config, class: usize, 
         .map(|(weight, number)| weight * far(number))
         .sum::<f32>();
     // 0 where the builder could not tell.
-    let ratio = if own > 0.0 && style > 0.0 { clamp(sqrt(style / own), RATIOS[0], RATIOS[1]) } else { 1.0 };
+    let ratio = if input_far > 0.0 && style > 0.0 {
+        clamp(sqrt(style / input_far), RATIOS[0], RATIOS[1])
+    } else {
+        1.0
+    };
     clamp(config.rho * config.liveliness * ratio, 0.0, 1.0)
 }
 
-/// Part of [`Config::settle_s`] that gaits take.
-const GAIT_PART: f32 = 0.25;
+/// Part of [`Config::settle_s`] that applies to gaits.
+const GAIT_RATIO: f32 = 0.25;
 
-/// How long the output of these classes settles, seconds.
+/// Time constant with which the output of these classes settles, seconds.
 fn settling_s(database: &Database<'_>, config: &Config, classes: &[Share]) -> f32 {
-    let part = |share: &Share| if database.is_gait(usize::from(share.class)) { GAIT_PART } else { 1.0 };
+    let part = |share: &Share| if database.is_gait(usize::from(share.class)) { GAIT_RATIO } else { 1.0 };
     config.settle_s * classes.iter().map(|share| share.proportion * part(share)).sum::<f32>()
 }
 
-/// The output before strength.
+/// The output before strength, [dofs].
 #[derive(Debug, Clone)]
 pub(super) struct Settled<const J: usize>(Dofs<J>);
 
 impl<const J: usize> Settled<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = Self([[0.0; 4]; J]);
 
-    /// Before a first frame: the output is what the neighbors say came before.
+    /// Begins a stream with the mean last output of the neighbors.
     pub fn begin(&mut self, y_prev: &Dofs<J>) {
         self.0 = *y_prev;
     }
@@ -93,8 +96,8 @@ impl<const J: usize> Settled<J> {
         self.0.as_flattened_mut()
     }
 
-    /// Once all changes are added: settles on the prediction and its corrections, which are then the way from the prediction
-    /// to the output.
+    /// Settles on the corrected prediction, after the changes of all classes were added. `signals.correction` is then the
+    /// difference between output and prediction.
     #[inline(never)]
     pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
         let Context { frame: Frame { database, config, settings, .. }, signals, report, .. } = context;
@@ -106,10 +109,10 @@ impl<const J: usize> Settled<J> {
         for (d, ((correction, settled), &predicted)) in
             slots.zip(predicted).enumerate().take(database.counts().dofs)
         {
-            let wanted = predicted + *correction;
-            let apart = *settled - wanted;
-            // Not of NaN either.
-            *settled = if abs(apart) < APART { wanted + left * apart } else { wanted };
+            let target = predicted + *correction;
+            let deviation = *settled - target;
+            // Also false for NaN.
+            *settled = if abs(deviation) < MAX_DEVIATION { target + left * deviation } else { target };
             *correction = if d == dof::YAW && config.yaw == Yaw::Input {
                 0.0
             } else {

@@ -1,10 +1,12 @@
 //! One frame of the mixture of local autoregressive models (Xia 2015, section 5).
 //!
-//! The window of poses becomes a search feature ([`crate::search::query`]); every class that the labels allow gives its
-//! nearest frames ([`crate::search::graph`]) and a proportion ([`crate::methods::weights`]); the neighbors of the classes
-//! kept are unpacked with their counterparts in the output style ([`super::examples`]) and fitted ([`super::regression`]);
-//! the predictions of the classes are summed by their proportions, and so are the time step ([`super::step_time`]) and the
-//! contacts ([`super::contact_votes`]).
+//! 1. The window of poses becomes a search feature ([`crate::search::query`]).
+//! 2. The nearest frames of every class that the labels allow are found ([`crate::search::graph`]), and each class gets a
+//!    proportion ([`crate::methods::weights`]).
+//! 3. For each class kept, the neighbors are unpacked with their counterparts in the output style ([`super::examples`]) and
+//!    fitted ([`super::regression`]).
+//! 4. The predictions of the classes are summed by their proportions, as are the time step ([`super::step_time`]) and the
+//!    contacts ([`super::contact_votes`]).
 //!
 //! Cost: the searches (visits a class), then two to three rows unpacked a neighbor and one 4 × 4 solve a dof for
 //! each class kept. `docs/PERFORMANCE.md` has the instructions by stage.
@@ -12,11 +14,11 @@
 use heapless::Vec;
 
 use super::{
+    candidates::ClassDistances,
     contact_votes::{self, Filter, Votes},
     examples,
-    reach::Reach,
     regression::{Parameters, Regression},
-    settle::{Settled, part_kept},
+    settle::{Settled, output_rho},
     step_time::Steps,
     sums::{Examples, Scratch},
     work::{self, SPARE},
@@ -45,7 +47,7 @@ pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
     searcher: Searcher,
     /// Neighbors of each class in the last frame, nearest first.
     neighbors: [Vec<u16, K>; C],
-    reach: Reach<C>,
+    class_distances: ClassDistances<C>,
     examples: Examples<J>,
     /// The aligned window while the query is made, afterwards the batch of examples.
     scratch: Scratch<J>,
@@ -59,14 +61,14 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         window: Window::new(),
         searcher: Searcher::new(),
         neighbors: [const { Vec::new() }; C],
-        reach: Reach::NEW,
+        class_distances: ClassDistances::NEW,
         examples: Examples::new(),
         scratch: Scratch::NEW,
         steps: Steps::new(),
         contacts: Filter::new(),
         settled: Settled::NEW,
     };
-    // It finds frames by their labels; each joint group has a regression of its own.
+    // Frames are selected by their labels; each joint group has a regression of its own.
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
 
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
@@ -92,7 +94,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
 
     fn forget_window(&mut self) {
         self.window.clear();
-        self.reach.unsettle();
+        self.class_distances.restart_warmup();
     }
 
     fn reset(&mut self) {
@@ -106,7 +108,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
 
 impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     /// The metric of the frame's query.
-    // Not inlined: the query is not on the stack to the end of the frame.
+    // Not inlined, so that the query does not stay on the stack to the end of the frame.
     #[inline(never)]
     fn metric(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) -> Metric {
         let Frame { database, settings, .. } = context.frame;
@@ -117,7 +119,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         metric
     }
 
-    /// Neighbors in every class that the labels allow, and their proportions.
+    /// Finds the neighbors in every class that the labels allow, and the proportions of the classes.
     #[inline(never)]
     fn search(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
         let Context { frame, report, observer, .. } = context;
@@ -129,20 +131,26 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             visits: config.visits,
             spare: SPARE,
             jump: config.jump,
-            enough: f32::INFINITY,
+            cutoff_distance2: f32::INFINITY,
         };
         let mut restarted = [false; C];
         let (mut count, mut restarts) = (0, 0);
-        let mut candidates = self.reach.candidates(*frame, metric.is_whole());
+        let mut candidates = self.class_distances.candidates(*frame, metric.is_whole());
         while let Some(class) = candidates.next() {
             let Some((neighbors, restarted)) = self.neighbors.get_mut(class).zip(restarted.get_mut(class))
             else {
                 break;
             };
-            limits.enough = candidates.enough();
-            let found =
-                self.searcher.search(database, class, metric, &limits, neighbors, self.reach.last(class));
-            self.reach.set(database, class, &found, &mut candidates);
+            limits.cutoff_distance2 = candidates.cutoff_distance2();
+            let found = self.searcher.search(
+                database,
+                class,
+                metric,
+                &limits,
+                neighbors,
+                self.class_distances.last(class),
+            );
+            self.class_distances.set(database, class, &found, &mut candidates);
             let stats = found.stats;
             neighbors.clear();
             // At most k, which is at most K.
@@ -159,11 +167,24 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             observer.searched(class, &found);
         }
         observer.stage(Stage::Rest);
-        let most = usize::from(config.classes);
         // A stream that begins or has jumped searches every class and twice as long, and its classes hardly differ yet.
-        let anew = 2 * restarts > count || !self.reach.is_settled();
-        let most = if anew { most.min(weights::MAX_KEPT_ANEW) } else { most };
-        let (distances, shares) = (self.reach.distances(database), &mut report.classes);
+        let is_fresh = 2 * restarts > count || !self.class_distances.is_warm();
+        self.weigh_classes(*frame, is_fresh, &restarted, report);
+    }
+
+    /// Computes the proportions of the classes from their distances, and reports them. `is_fresh` is true in a frame in which
+    /// most classes were searched afresh; `restarted` says it of each class.
+    #[inline]
+    fn weigh_classes(
+        &self,
+        Frame { database, config, .. }: Frame<'_, '_>,
+        is_fresh: bool,
+        restarted: &[bool; C],
+        report: &mut Report,
+    ) {
+        let most = usize::from(config.classes);
+        let most = if is_fresh { most.min(weights::MAX_KEPT_FRESH) } else { most };
+        let (distances, shares) = (self.class_distances.distances(database), &mut report.classes);
         let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
         report.degraded.set(Degraded::CLASSES, cut);
         // Far classes are searched anew all the time; that counts where they have weight.
@@ -171,22 +192,22 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
         report.degraded.set(Degraded::JUMP, jumped);
         let Some(nearest) = report.classes.first().map(|share| usize::from(share.class)) else { return };
-        report.distance2 = self.reach.last(nearest).0;
-        if let Some(familiar) = database.familiar(nearest).filter(|familiar| familiar.far > 0.0) {
-            report.distance_ratio = report.distance2 / familiar.far;
+        report.distance2 = self.class_distances.last(nearest).0;
+        if let Some(trust_limits) = database.trust_limits(nearest).filter(|limits| limits.far > 0.0) {
+            report.distance_ratio = report.distance2 / trust_limits.far;
         }
     }
 
-    /// A first pose has no frame before it: the means of the nearest class's neighbors stand in for it.
+    /// A first pose has no frame before it. The means of the nearest class's neighbors replace it.
     #[inline(never)]
     fn init_history(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
-        // In their places: zeros of their own would be on the stack first.
+        // In place: new arrays would be on the stack first.
         context.signals.x_prev.fill([0.0; 4]);
         context.signals.y_prev.fill([0.0; 4]);
         let Frame { database, config, settings, .. } = context.frame;
         let Some(&nearest) = context.report.classes.first() else { return };
         for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
-            // A guess, which the next frame replaces: a quarter of the neighbors will do.
+            // An estimate that the next frame replaces, so a quarter of the neighbors is enough.
             let most = usize::from(config.k).div_ceil(4);
             self.load_examples(context, metric, nearest, mix, most, None);
             let signals = &mut *context.signals;
@@ -206,8 +227,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         }
     }
 
-    /// Reads the neighbors of a class, the nearest `most`, into the regression and the timing, their outputs in a mix of
-    /// styles, and lets the nearest of them vote in `votes`.
+    /// Unpacks the nearest `most` neighbors of a class, with outputs in a mix of styles. Adds them to the regression and the
+    /// timing, and the votes of the nearest to `votes`.
     #[inline(never)]
     fn load_examples(
         &mut self,
@@ -234,16 +255,16 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             observer.stage(Stage::Decode);
             let example = self.examples.next_slot(&mut self.scratch).as_flattened_mut();
             let read = examples::read(database, class, row, mix, &active, example);
-            if let Some(votes) = votes.as_deref_mut().filter(|votes| i < votes.wanted) {
+            if let Some(votes) = votes.as_deref_mut().filter(|votes| i < votes.voters_per_class) {
                 observer.stage(Stage::Contacts);
                 let distances = if has_legs {
                     votes.distances2(example)
                 } else {
-                    // A blob that names no legs: the whole body.
+                    // A blob without legs: the distance of the whole body.
                     [metric.metres2(database, row); 2]
                 };
-                let label = contact_votes::label(database, row, read.stands, strength);
-                votes.add(label, distances, share.proportion);
+                let vote = contact_votes::vote(database, row, read.stands, strength);
+                votes.add(vote, distances, share.proportion);
             }
             observer.stage(Stage::Timing);
             self.steps.add(example, read.step_s);
@@ -255,8 +276,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         self.examples.finish(dofs, &self.scratch);
     }
 
-    /// Predicts every dof by one class in one mix of styles, into `signals.scratch`; the dofs of the groups that have that
-    /// mix are added to the mixture's prediction.
+    /// Predicts every dof by one class in one mix of styles, into `signals.scratch`. Adds those dofs whose joint groups have that
+    /// mix to the mixture's prediction.
     fn predict_class(
         &mut self,
         context: &mut Context<'_, '_, J, impl Observer<J>>,
@@ -274,21 +295,21 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
         let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums.zip(settled));
         let regression = Regression::new(parameters, self.examples.count());
-        for (d, ((one, ((all, correction), settled)), ((&x_prev, &y_prev), &x))) in
+        for (d, ((class_output, ((predicted, correction), settled)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
             let prediction = regression.predict(&self.examples, d, [x_prev, y_prev, x], step, scale);
-            *one = prediction.y;
+            *class_output = prediction.y;
             if settings.mix_of(database.group_of_dof(d)) == mix {
-                *all += share.proportion * prediction.y;
+                *predicted += share.proportion * prediction.y;
                 *correction += share.proportion * prediction.correction;
                 *settled += share.proportion * prediction.change;
             }
         }
     }
 
-    /// The mixture's prediction of every dof, of the time step and of the contacts.
+    /// Predicts every dof, the time step and the contacts by the mixture of the classes kept.
     #[inline(never)]
     fn regress(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, metric: &Metric) {
         let Frame { database, config, settings, .. } = context.frame;
@@ -300,9 +321,9 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             output_kappa: config.output_kappa,
             kappa: config.kappa,
             rho: config.rho,
-            part: config.rho,
+            output_rho: config.rho,
         };
-        let mut votes = Votes::of(context.report.classes.len());
+        let mut votes = Votes::new(context.report.classes.len());
         let (x, x_prev) = (context.signals.x.as_flattened(), context.signals.x_prev.as_flattened());
         context.observer.stage(Stage::Contacts);
         votes.set_query(database, x, x_prev);
@@ -321,7 +342,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             let class = usize::from(share.class);
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
-            parameters.part = part_kept(database, config, class, settings.mix(root_mix));
+            parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
             self.predict_class(context, share, root_mix, &parameters);
             context.observer.stage(Stage::Timing);
             let (y, y_prev) = (context.signals.scratch.as_flattened(), context.signals.y_prev.as_flattened());
@@ -334,7 +355,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                     continue;
                 }
                 self.load_examples(context, metric, share, mix, K, None);
-                parameters.part = part_kept(database, config, class, settings.mix(mix));
+                parameters.output_rho = output_rho(database, config, class, settings.mix(mix));
                 self.predict_class(context, share, mix, &parameters);
             }
         }

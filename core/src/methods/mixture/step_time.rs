@@ -1,11 +1,10 @@
-//! How long the output's step takes: the time between two poses in the output style.
+//! Predicts how long the output's step takes: the time between two poses in the output style.
 //!
-//! Prediction is by interpolation over the neighbors already found, with Gaussian weights on a distance of its
-//! own: the input's pose and change, and the output's pose and change just synthesized (Xia 2015, section 5.1,
-//! "Timing prediction"). It looks at few dofs, those that the database names. The kernel's width follows the
-//! neighbors: a multiple of their mean squared distance.
+//! The steps of the neighbors are interpolated with Gaussian weights on a distance of its own: pose and change of the input,
+//! and pose and change of the output just synthesized (Xia 2015, section 5.1, "Timing prediction"). It compares only the dofs
+//! that the database names. The width of the kernel is a multiple of the neighbors' mean squared distance.
 //!
-//! What to do with the step is the caller's policy: [`crate::config::Timing`].
+//! Whether the output uses the step is the caller's choice: [`crate::config::Timing`].
 
 use crate::{
     blob::{Database, layout::MAX_TIMING},
@@ -13,17 +12,17 @@ use crate::{
     methods::mixture::variables::{Factor, X, X_PREV, Y, Y_PREV, parts_per_unit},
 };
 
-/// Parts of a weighed difference: the weights are such that a difference of a standard deviation counts as 1.
+/// Fixed-point scale of a weighted difference. A difference of one standard deviation is 1.
 const UNITS: f32 = 16_384.0;
 
-/// A dof of the timing metric, and the input's value of it, in parts as those of examples are.
+/// A dof of the timing metric, and its value in the input, in the fixed point of examples.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
     dof: u16,
-    /// Weight of differences of the dof.
+    /// Weight of a difference of the dof.
     pose: Factor,
-    /// Weight of differences of its change.
+    /// Weight of a difference of its change from the frame before.
     change: Factor,
     /// Parts in one unit of the dof.
     parts: f32,
@@ -31,33 +30,34 @@ struct Entry {
     input: [i32; 2],
 }
 
-/// What the timing prediction remembers of one neighbor.
+/// A neighbor, as the timing prediction needs it.
 #[derive(Debug, Clone, Copy)]
-struct Memory {
-    /// The part of the squared distance that is known before the output is.
+struct NeighborStep {
+    /// The part of the squared distance that does not depend on the output, in square units of [`UNITS`].
     input_distance2: u64,
+    /// Duration of the neighbor's step, seconds.
     step_s: f32,
-    /// Output dof and its change, for each entry of the timing metric.
+    /// Output dof and its change, [entries of the metric], in the fixed point of examples.
     output: [[i32; 2]; MAX_TIMING],
 }
 
-/// The neighbors of one class, as the timing prediction sees them.
+/// The neighbors of one class, and the timing metric.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Steps<const K: usize> {
     metric: [Entry; MAX_TIMING],
     entries: usize,
-    memories: [Memory; K],
+    neighbors: [NeighborStep; K],
     weights: [f32; K],
     count: usize,
 }
 
 impl<const K: usize> Steps<K> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     const NEW: Self = {
         let nothing = Entry { dof: 0, pose: Factor::ZERO, change: Factor::ZERO, parts: 0.0, input: [0; 2] };
-        let empty = Memory { input_distance2: 0, step_s: 0.0, output: [[0; 2]; MAX_TIMING] };
-        Self { metric: [nothing; MAX_TIMING], entries: 0, memories: [empty; K], weights: [0.0; K], count: 0 }
+        let empty = NeighborStep { input_distance2: 0, step_s: 0.0, output: [[0; 2]; MAX_TIMING] };
+        Self { metric: [nothing; MAX_TIMING], entries: 0, neighbors: [empty; K], weights: [0.0; K], count: 0 }
     };
 
     /// No neighbors.
@@ -65,7 +65,7 @@ impl<const K: usize> Steps<K> {
         Self::NEW
     }
 
-    /// What neighbors are compared with: the input's dofs and those of the frame before.
+    /// Sets what neighbors are compared with: the input's dofs and those of the frame before, [dofs].
     pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
         self.entries = database.counts().timing.min(MAX_TIMING);
         for (i, entry) in self.metric.iter_mut().enumerate().take(self.entries) {
@@ -82,24 +82,24 @@ impl<const K: usize> Steps<K> {
         }
     }
 
-    /// Forgets the neighbors.
+    /// Removes all neighbors.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Takes in a neighbor; `variables` as in [`Example`](super::variables::Example).
+    /// Adds a neighbor, whose step takes `step_s` seconds; `variables` as in [`Example`](super::variables::Example).
     pub fn add(&mut self, variables: &[[i32; 4]], step_s: f32) {
-        let Some(memory) = self.memories.get_mut(self.count) else { return };
+        let Some(neighbor) = self.neighbors.get_mut(self.count) else { return };
         self.count += 1;
-        memory.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
+        neighbor.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
     }
 
-    /// The step of the class in seconds, given its synthesized output and the output before; `width` is the kernel's,
-    /// in mean squared distances. 0 of no neighbors.
+    /// Predicts the class's step, seconds, from its synthesized output `y` and the output before it, [dofs]. `width` is the
+    /// kernel's, as a multiple of the mean squared distance. 0 without neighbors.
     pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
         let metric = self.metric.get(..self.entries).unwrap_or(&[]);
-        let memories = self.memories.get(..self.count).unwrap_or(&[]);
-        interpolate(metric, memories, &mut self.weights, [y, y_prev], width)
+        let neighbors = self.neighbors.get(..self.count).unwrap_or(&[]);
+        interpolate(metric, neighbors, &mut self.weights, [y, y_prev], width)
     }
 
     /// The neighbors' weights in the last prediction, in the order in which they were added; they sum to 1.
@@ -108,12 +108,12 @@ impl<const K: usize> Steps<K> {
     }
 }
 
-/// The step, and in `weights` the weight of each neighbor. Of no capacity: it is compiled with the core, for speed,
-/// however its caller is.
+/// Returns the step, seconds, and writes the weight of each neighbor to `weights`.
+// Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn interpolate(
     metric: &[Entry],
-    memories: &[Memory],
+    neighbors: &[NeighborStep],
     weights: &mut [f32],
     [y, y_prev]: [&[f32]; 2],
     width: f32,
@@ -122,27 +122,27 @@ fn interpolate(
     for (slot, entry) in query.iter_mut().zip(metric) {
         *slot = entry.pose_and_change(y, y_prev);
     }
-    let weights = weights.get_mut(..memories.len()).unwrap_or(&mut []);
-    let (mut sum, mut least) = (0, u64::MAX);
-    for (weight, memory) in weights.iter_mut().zip(memories) {
-        let entries = metric.iter().zip(query.iter().zip(&memory.output));
+    let weights = weights.get_mut(..neighbors.len()).unwrap_or(&mut []);
+    let (mut sum, mut nearest) = (0, u64::MAX);
+    for (weight, neighbor) in weights.iter_mut().zip(neighbors) {
+        let entries = metric.iter().zip(query.iter().zip(&neighbor.output));
         let output: u64 = entries.map(|(entry, (&query, &output))| entry.distance2(query, output)).sum();
-        let distance2 = memory.input_distance2 + output;
+        let distance2 = neighbor.input_distance2 + output;
         *weight = distance2 as f32;
         sum += distance2;
-        least = least.min(distance2);
+        nearest = nearest.min(distance2);
     }
-    if memories.is_empty() {
+    if neighbors.is_empty() {
         return 0.0;
     }
-    let (least, scale) = (least as f32, 2.0 * width * sum as f32 / memories.len() as f32);
+    let (nearest, scale) = (nearest as f32, 2.0 * width * sum as f32 / neighbors.len() as f32);
     let slope = -1.0 / if scale > 1e-20 { scale } else { 1e-20 };
     let (mut total, mut step) = (0.0, 0.0);
-    for (weight, memory) in weights.iter_mut().zip(memories) {
-        // Relative to the nearest: the largest weight is 1 and the sum never vanishes.
-        *weight = exp((*weight - least) * slope);
+    for (weight, neighbor) in weights.iter_mut().zip(neighbors) {
+        // Relative to the nearest, so that the largest weight is 1 and the sum is never 0.
+        *weight = exp((*weight - nearest) * slope);
         total += *weight;
-        step += *weight * memory.step_s;
+        step += *weight * neighbor.step_s;
     }
     let inverse = 1.0 / total;
     for weight in weights {
@@ -151,8 +151,8 @@ fn interpolate(
     step * inverse
 }
 
-impl Memory {
-    /// Takes in a neighbor.
+impl NeighborStep {
+    /// Sets the neighbor from its variables and the duration of its step, seconds.
     #[inline(never)]
     fn set(&mut self, metric: &[Entry], variables: &[[i32; 4]], step_s: f32) {
         self.step_s = step_s;
@@ -166,7 +166,7 @@ impl Memory {
 }
 
 impl Entry {
-    /// A stream's dof and its change from the frame before, in parts; held within 32 bits.
+    /// A dof of a stream and its change from the frame before, in the fixed point of examples, saturated to 32 bits.
     fn pose_and_change(&self, now: &[f32], before: &[f32]) -> [i32; 2] {
         let at = |values: &[f32]| values.get(usize::from(self.dof)).copied().unwrap_or(0.0) * self.parts;
         [at(now) as i32, (at(now) - at(before)) as i32]

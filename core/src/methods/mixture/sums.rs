@@ -1,10 +1,9 @@
-//! The examples of a class, as sums of products: 13 a dof, to which neighbors are added one at a time.
+//! The examples of a class as sums of products: 13 sums a dof, to which neighbors are added one at a time.
 //!
-//! **Precision.** The sums are taken about the first neighbor's values, which makes them small (about the query they are
-//! not: it may lie far away), and in whole numbers. Each dof has a unit of its own: it begins at a small part of the dof's
-//! standard deviation, and grows by powers of two when a neighbor does not fit 12 bits; the sums so far are shifted with
-//! it. So no sum overflows, no product is shifted, and the largest difference has 11 bits or more: a row's own steps are
-//! coarser.
+//! **Precision.** Sums are integers, taken about the first neighbor's values, which keeps them small. (About the query they
+//! could be large, since it may lie far away.) Each dof has a unit of its own. It begins at a small part of the dof's standard
+//! deviation, and grows by powers of two when a neighbor does not fit 12 bits; the sums so far are shifted with it. No sum
+//! overflows, no product is shifted, and the largest difference has at least 11 bits, finer than the steps of stored rows.
 
 use crate::{
     methods::mixture::variables::{Example, FRACTION, X, X_PREV, Y_PREV},
@@ -34,8 +33,8 @@ impl Sums {
     const ZERO: Self =
         Self { p: 0, q: 0, x: 0, y: 0, pp: 0, qp: 0, qq: 0, xp: 0, xq: 0, xx: 0, py: 0, qy: 0, xy: 0 };
 
-    /// Adds two neighbors whose differences, in parts and with half a unit of `bits` added, are as large as `size`: takes up
-    /// units in which they fit. Returns the bits that these leave out.
+    /// Adds two neighbors whose differences do not fit the unit: coarsens the unit until they do. `size` is their largest
+    /// difference, in parts, with half a unit of `bits` added. Returns the number of bits below the new unit.
     #[cold]
     #[inline(never)]
     fn coarsen_and_add(&mut self, batch: [[i32; 4]; BATCH], half: i32, bits: u8, size: i32) -> u8 {
@@ -47,7 +46,7 @@ impl Sums {
         needed
     }
 
-    /// Takes up units that are 2 to the power of `bits` larger.
+    /// Makes the unit larger by 2 to the power of `bits`.
     fn coarsen(&mut self, bits: u32) {
         for sum in [&mut self.p, &mut self.q, &mut self.x, &mut self.y] {
             *sum >>= bits;
@@ -65,7 +64,7 @@ impl Sums {
         self.q += q + q2;
         self.x += x + x2;
         self.y += y + y2;
-        // One product after the other onto the sum: an instruction each, where the processor multiplies and adds.
+        // Products are added one by one: a single instruction each on processors that multiply and add.
         self.pp = self.pp + p * p + p2 * p2;
         self.qp = self.qp + q * p + q2 * p2;
         self.qq = self.qq + q * q + q2 * q2;
@@ -78,17 +77,16 @@ impl Sums {
     }
 }
 
-/// Examples that are taken in together: the sums are loaded and stored once for all of them.
+/// Number of examples that are added together, so that the sums are loaded and stored once for all of them.
 const BATCH: usize = 2;
 
-/// Memory that is used within a frame alone: for the aligned window while the query is made, then for examples that have
-/// not yet been added to the sums.
+/// Scratch memory of a frame: first for the aligned window of the query, then for examples that are not yet in the sums.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scratch<const J: usize>([Example<J>; BATCH]);
 
 impl<const J: usize> Scratch<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = Self([[[[0; 4]; 4]; J]; BATCH]);
 
     /// At least [`ALIGNED`] numbers a joint, for [`Window::feature`](crate::search::query::Window::feature).
@@ -98,45 +96,45 @@ impl<const J: usize> Scratch<J> {
     }
 }
 
-/// Bits of a neighbor's difference from the first one, in units. So no sum of products overflows: one is 2^24 at most,
-/// and the sum of 64 is 2^30.
+/// Bits of a neighbor's difference from the first one, in units. A product is then at most 2^24, and the sum of 64 products
+/// 2^30, so that none overflows.
 const BITS: u32 = 12;
-/// Bits of a dof's standard deviation in the finest units: most neighbors lie within a quarter of it, and fit. Rows are
-/// stored in steps of some 2^10 a deviation.
+/// Bits of a dof's standard deviation in the finest unit. Most neighbors lie within a quarter of it, and fit. Stored rows have
+/// some 2^10 steps a deviation.
 const SCALE_BITS: i32 = 14;
 
-/// How many bits a dof's finest unit lies above the last one of an example's variables.
+/// Number of an example's low bits that lie below the finest unit of a dof.
 fn finest_bits(step: f32, scale: f32) -> u8 {
     // Of positive numbers the bits grow with the logarithm: this is the logarithm of their ratio, rounded down.
     let scale_bits = (scale.to_bits() as i32 - step.to_bits() as i32) >> 23;
-    (FRACTION as i32 + scale_bits - SCALE_BITS).clamp(0, MOST_BITS) as u8
+    (FRACTION as i32 + scale_bits - SCALE_BITS).clamp(0, MAX_UNIT_BITS) as u8
 }
 
-/// Enough for any two variables.
-const MOST_BITS: i32 = 31 - BITS as i32;
+/// Greatest number of bits below a unit: enough for the difference of any two variables.
+const MAX_UNIT_BITS: i32 = 31 - BITS as i32;
 
 /// The examples of one class, as sums.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Examples<const J: usize> {
-    /// The first example: what the sums are taken about, and to which it therefore adds nothing.
+    /// The first example, about which the sums are taken. It adds nothing to them.
     first: Example<J>,
     sums: [[Sums; 4]; J],
-    /// Of every dof, how many bits of the variables its unit leaves out.
+    /// Number of bits of the variables below the unit of each dof.
     fine_bits: [[u8; 4]; J],
-    /// Examples in the scratch memory, not yet in the sums.
-    held: u8,
-    /// Examples in all.
+    /// Number of examples in the scratch memory that are not yet in the sums.
+    pending: u8,
+    /// Number of examples.
     count: u16,
 }
 
 impl<const J: usize> Examples<J> {
-    /// As a constant that is all zeros it is written where it goes, whatever the level of optimisation.
+    /// A constant of zeros, which every optimisation level writes in place.
     const NEW: Self = Self {
         first: [[[0; 4]; 4]; J],
         sums: [[Sums::ZERO; 4]; J],
         fine_bits: [[0; 4]; J],
-        held: 0,
+        pending: 0,
         count: 0,
     };
 
@@ -146,58 +144,59 @@ impl<const J: usize> Examples<J> {
         Self::NEW
     }
 
-    /// Forgets the examples; `dofs` has the quantisation step and the standard deviation of every dof.
+    /// Removes all examples. `dofs` has the quantisation step and the standard deviation of each dof, in its unit.
     pub fn clear(&mut self, dofs: impl Iterator<Item = [f32; 2]>) {
         self.sums.as_flattened_mut().fill(Sums::ZERO);
-        (self.held, self.count) = (0, 0);
+        (self.pending, self.count) = (0, 0);
         for (bits, [step, scale]) in self.fine_bits.as_flattened_mut().iter_mut().zip(dofs) {
             *bits = finest_bits(step, scale);
         }
     }
 
-    /// How many were taken in.
+    /// Number of examples.
     pub fn count(&self) -> u16 {
         self.count
     }
 
-    /// Where the next example is to be written before [`add`](Self::add) takes it.
+    /// The memory for the next example, which the caller writes before it calls [`add`](Self::add).
     pub fn next_slot<'a>(&'a mut self, scratch: &'a mut Scratch<J>) -> &'a mut Example<J> {
-        if self.count == 0 { &mut self.first } else { &mut scratch.0[usize::from(self.held) % BATCH] }
+        if self.count == 0 { &mut self.first } else { &mut scratch.0[usize::from(self.pending) % BATCH] }
     }
 
-    /// The example that [`next_slot`](Self::next_slot) gave has been written.
+    /// Adds the example that was written to [`next_slot`](Self::next_slot).
     pub fn add(&mut self, dofs: usize, scratch: &Scratch<J>) {
-        self.held += u8::from(self.count > 0);
+        self.pending += u8::from(self.count > 0);
         self.count += 1;
-        if usize::from(self.held) >= BATCH {
+        if usize::from(self.pending) >= BATCH {
             self.accumulate(dofs, scratch);
         }
     }
 
-    /// The last example was added: adds what is left in the scratch memory to the sums.
+    /// Adds the examples that are left in the scratch memory to the sums, after the last one.
     pub fn finish(&mut self, dofs: usize, scratch: &Scratch<J>) {
-        if self.held > 0 {
+        if self.pending > 0 {
             self.accumulate(dofs, scratch);
         }
     }
 
     fn accumulate(&mut self, dofs: usize, scratch: &Scratch<J>) {
-        let held = usize::from(core::mem::take(&mut self.held));
+        let pending = usize::from(core::mem::take(&mut self.pending));
         let sums = self.sums.as_flattened_mut().get_mut(..dofs).unwrap_or(&mut []);
         // The first example once more adds nothing to any sum.
-        let one = |i: usize| scratch.0.get(i).filter(|_| i < held).unwrap_or(&self.first).as_flattened();
+        let example =
+            |i: usize| scratch.0.get(i).filter(|_| i < pending).unwrap_or(&self.first).as_flattened();
         let bits = self.fine_bits.as_flattened_mut();
-        accumulate(sums, bits, self.first.as_flattened(), [one(0), one(1)]);
+        accumulate(sums, bits, self.first.as_flattened(), [example(0), example(1)]);
     }
 
-    /// The examples of a dof about their mean; `None` of no examples.
+    /// The examples of a dof about their mean; `None` without examples.
     pub(super) fn scatter(&self, dof: usize) -> Option<Scatter> {
         let (sums, first) = (self.sums.as_flattened().get(dof)?, self.first.as_flattened().get(dof)?);
         let bits = *self.fine_bits.as_flattened().get(dof)?;
         (self.count > 0).then(|| Scatter::new(first, sums, u32::from(bits & 31), i32::from(self.count)))
     }
 
-    /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in steps; zeros of none.
+    /// Mean `x[t-1]`, `y[t-1]` and `x[t]` of a dof over the examples, in quantisation steps; zeros without examples.
     pub fn means(&self, dof: usize) -> [f32; 3] {
         let Some(Scatter { bits, first, offsets, .. }) = self.scatter(dof) else { return [0.0; 3] };
         let parts = (1u32 << bits) as f32 * (1.0 / (1 << FINER_BITS) as f32);
@@ -209,7 +208,7 @@ impl<const J: usize> Examples<J> {
 /// The examples of a dof about their mean: `p`, `q`, `x`, `y` as in [`Sums`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scatter {
-    /// Bits of the variables that a fine unit leaves out.
+    /// Number of bits of the variables below the unit.
     pub bits: u32,
     /// The first example, in parts.
     pub first: [i32; 4],
@@ -217,14 +216,14 @@ pub(super) struct Scatter {
     pub offsets: [i32; 4],
     /// The means, in whole units.
     pub means: [i32; 4],
-    /// Sums of products in square units: pp, qp, qq, xp, xq, xx. Each is off by [`most_off`] at most.
+    /// Sums of products in square units: pp, qp, qq, xp, xq, xx. Each has an error of at most [`max_rounding_error`].
     pub matrix: [i32; 6],
     /// Sums of products with `y`: py, qy, xy.
     pub right: [i32; 3],
 }
 
 impl Scatter {
-    // Not inlined: it is compiled with the core, for speed, however its caller is.
+    // Not inlined, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
     fn new(first: &[i32; 4], sums: &Sums, bits: u32, count: i32) -> Self {
         let &Sums { p, q, x, y, pp, qp, qq, xp, xq, xx, py, qy, xy } = sums;
@@ -259,9 +258,9 @@ impl Scatter {
     }
 }
 
-/// How much the sums of products of so many examples can be off, in square units: by what is left out where a unit grows,
-/// and as much for the means.
-pub(super) fn most_off(count: u16) -> f32 {
+/// Greatest rounding error of the sums of products of `count` examples, in square units: from coarsening the unit, and as much
+/// from the means.
+pub(super) fn max_rounding_error(count: u16) -> f32 {
     f32::from(count) * 2.0
 }
 
@@ -270,22 +269,28 @@ pub(super) const FINER_BITS: u32 = 4;
 /// Bits behind the point of the inverse of a count.
 const INVERSE_BITS: u32 = 17;
 
-/// A sum, of [`BITS`] a count, times the inverse of the count, to the nearest.
+/// The mean from a sum and the inverse of the count, rounded to the nearest.
 fn mean(sum: i32, inverse: i32) -> i32 {
     (sum * inverse + (1 << (INVERSE_BITS - 1))) >> INVERSE_BITS
 }
 
-/// Adds a batch to the sums. A function of its own, so that what is around it leaves it its registers.
+/// Adds a batch to the sums. Not inlined, so that the loop has all registers to itself.
 #[inline(never)]
-fn accumulate(sums: &mut [Sums], fine_bits: &mut [u8], first: &[[i32; 4]], [one, two]: [&[[i32; 4]]; BATCH]) {
+fn accumulate(
+    sums: &mut [Sums],
+    fine_bits: &mut [u8],
+    first: &[[i32; 4]],
+    [first_example, second_example]: [&[[i32; 4]]; BATCH],
+) {
     for (((sums, bits), first), examples) in
-        sums.iter_mut().zip(fine_bits).zip(first).zip(one.iter().zip(two))
+        sums.iter_mut().zip(fine_bits).zip(first).zip(first_example.iter().zip(second_example))
     {
         let half = 1 << (*bits & 31) >> 1;
         // Rows are at most 98,302 steps apart, 1.62e9 parts. Half a unit more, for rounding to the nearest.
         let first = first.map(|first| first - half);
-        let less = |variables: &[i32; 4]| -> [i32; 4] { core::array::from_fn(|i| variables[i] - first[i]) };
-        let batch = [less(examples.0), less(examples.1)];
+        let difference =
+            |variables: &[i32; 4]| -> [i32; 4] { core::array::from_fn(|i| variables[i] - first[i]) };
+        let batch = [difference(examples.0), difference(examples.1)];
         // The bits of the largest.
         let size = batch.as_flattened().iter().fold(0, |size, &d| size | (d ^ (d >> 31)));
         if size >> (*bits & 31) < 1 << BITS {

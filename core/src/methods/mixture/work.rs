@@ -8,11 +8,11 @@ use crate::{
     },
     methods::{
         mixture::contact_votes::MOST_VOTERS,
-        weights::{MAX_KEPT_ANEW, most_kept},
+        weights::{MAX_KEPT_FRESH, most_kept},
         work::{Load, Work, as_u32},
     },
     search::{
-        graph::{MAX_VISITS, MOST_FOLLOWED},
+        graph::{MAX_FOLLOWED, MAX_VISITS},
         visited::PATIENCE,
     },
 };
@@ -45,7 +45,7 @@ impl Work {
         // What small classes leave of their visits is there for the others, which use at most as many again as their own.
         let spare = u32::from(SPARE) + searched * visits - distances;
         let kept = most_kept(config, searched);
-        let first = if searched > 0 { kept.min(MAX_KEPT_ANEW as u32) + 1 } else { 0 };
+        let first = if searched > 0 { kept.min(MAX_KEPT_FRESH as u32) + 1 } else { 0 };
         let classes = kept.max(first);
         let examples = classes * u32::from(config.k);
         Self {
@@ -53,7 +53,7 @@ impl Work {
             distances: distances + spare.min(large * visits),
             // A search clears its visited set twice at most.
             collisions: 2 * large * u32::from(PATIENCE),
-            followed: large * u32::from(config.k) * MOST_FOLLOWED as u32,
+            followed: large * u32::from(config.k) * MAX_FOLLOWED as u32,
             classes,
             examples,
             voters: examples.min(MOST_VOTERS as u32),

@@ -1,13 +1,13 @@
-//! Tables read between their knots: uniform Catmull-Rom splines, in integers.
+//! Interpolation of tables between their knots: uniform Catmull-Rom splines, in integers.
 
 use crate::math::clamp;
 
-/// One, in the unit of a knot's weight.
+/// The fixed-point weight that stands for 1.
 pub const ONE: i32 = 4096;
 
-/// Where a phase lies among the knots of a table: four knots and their weights, which sum to [`ONE`].
+/// A place among the knots of a table: four knots and their weights, which sum to [`ONE`].
 ///
-/// A weight lies within -0.08 and 1 of it, and the sum of their sizes within 1.25.
+/// Each weight is between -0.08 and 1, and the sum of their absolute values at most 1.25.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Place {
@@ -62,8 +62,7 @@ impl Place {
         }
     }
 
-    /// The same of rows that hold two codes for each value, each multiplied by its factor, in 1/256. Factors are at most
-    /// 512.
+    /// The same for rows with two codes for each value. Each code is multiplied by its factor, in 1/256, at most 512.
     #[inline(never)]
     pub fn add_pairs(&self, rows: [&[u8]; 4], factors: [i32; 2], values: &mut [i32]) {
         let [a, b, c, d] = rows.map(|row| row.as_chunks::<2>().0);

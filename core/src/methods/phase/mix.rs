@@ -8,8 +8,8 @@
 //! g      gain of the class        σ      spread of the class; no bound for dofs of the root's group
 //! ```
 //!
-//! What lies beyond 3 σ is a gesture, which is passed on whole. A pair without an output class adds nothing: it is the
-//! input.
+//! A departure beyond 3 σ is a gesture, which is passed through entirely. A pair without an output class adds nothing: its
+//! output is the input.
 //!
 //! In integers: values in 1/4096 of a dof's code, sums of weighted values in 1/256 of a code and 1/2048 of a weight.
 //! Bounds, from i8 codes, a spline's weights (1.25 at most) and factors of at most 2:
@@ -28,29 +28,32 @@ use crate::{
     stylizer::style_mix::Settings,
 };
 
-/// Most of an input, in 1/4096 of a code.
-const MOST_INPUT: f32 = (1 << 24) as f32;
-/// Most of a departure that is taken for the class's own variation, in 1/4096 of a code.
-const MOST_DEPARTURE: i32 = 1 << 22;
-/// Standard deviations beyond which a joint outside of the root's group departs from its class on purpose.
-const GESTURE: i32 = 3;
-/// A weight of 1.
+/// Greatest input, in 1/4096 of a code.
+const MAX_INPUT: f32 = (1 << 24) as f32;
+/// Greatest departure that counts as variation within the class, in 1/4096 of a code.
+const MAX_DEPARTURE: i32 = 1 << 22;
+/// Standard deviations beyond which a joint outside of the root's group makes a gesture.
+const GESTURE_DEVIATIONS: i32 = 3;
+/// The fixed-point weight that stands for 1.
 const WEIGHT: f32 = 2048.0;
-/// Most of a slope's factor: 2, in 1/256.
-const MOST_FACTOR: f32 = 512.0;
+/// Greatest factor of a slope: 2, in 1/256.
+const MAX_FACTOR: f32 = 512.0;
 
-/// A mix, whatever its capacity: it is compiled with the core, for speed, however its caller is.
+/// The sum of the outputs of a frame. Not generic over capacities, so that it is compiled with the core, optimised for speed.
+/// All slices are [dofs].
 pub(crate) struct Mix<'a, 'db> {
     database: &'a Database<'db>,
+    /// X, in 1/4096 of a code.
     input: &'a mut [i32],
-    /// What all pairs of the class in turn have in common.
+    /// The part that all pairs of the current input class share.
     base: &'a mut [i32],
-    /// The pair in turn.
+    /// The current pair, in 1/4096 of a code.
     pair: &'a mut [i32],
+    /// Sum of the weighted pairs, in 1/256 of a code and 1/2048 of a weight.
     sum: &'a mut [i32],
 }
 
-/// Where in its cycle a class is read, and the factors of its slopes.
+/// The phase at which a class's tables are read, and the factors of its slopes.
 #[derive(Clone, Copy)]
 pub(crate) struct CyclePoint {
     /// Phase, 0 to 1.
@@ -63,13 +66,13 @@ impl CyclePoint {
     /// A phase, and the drift about the class's mean: m/s and rad/s.
     pub(crate) fn new(database: &Database<'_>, phase: f32, drift: [f32; 2]) -> Self {
         let [speed, yaw] = database.slope_steps();
-        let factor = |drift: f32, step: f32| clamp(drift * step * 256.0, -MOST_FACTOR, MOST_FACTOR) as i32;
+        let factor = |drift: f32, step: f32| clamp(drift * step * 256.0, -MAX_FACTOR, MAX_FACTOR) as i32;
         Self { phase, factors: [factor(drift[0], speed), factor(drift[1], yaw)] }
     }
 }
 
 impl<'a, 'db> Mix<'a, 'db> {
-    /// The mix of a frame's dofs `x`, to which nothing is added yet. `memory` has four numbers or more for each.
+    /// An empty mix for a frame with dofs `x`. `memory` has at least four numbers a dof.
     #[inline(never)]
     pub(crate) fn new(database: &'a Database<'db>, x: &[f32], memory: &'a mut [i32]) -> Self {
         let mut parts = memory.chunks_exact_mut(x.len().max(1));
@@ -77,24 +80,25 @@ impl<'a, 'db> Mix<'a, 'db> {
         let mix = Self { database, input: part(), base: part(), pair: part(), sum: part() };
         mix.sum.fill(0);
         for ((input, &x), scale) in mix.input.iter_mut().zip(x).zip(database.phase_dofs()) {
-            *input = clamp((x - scale.centre) * scale.inverse * ONE as f32, -MOST_INPUT, MOST_INPUT) as i32;
+            *input = clamp((x - scale.centre) * scale.inverse * ONE as f32, -MAX_INPUT, MAX_INPUT) as i32;
         }
         mix
     }
 
-    /// Takes up an input class: `-M - S - (1 - g) clamp(X - M - S)`.
+    /// Sets the input class of the following pairs: `-M - S - (1 - g) clamp(X - M - S)`.
     #[inline(never)]
     pub(crate) fn set_input(&mut self, tables: &PhaseTables<'_>, point: CyclePoint) {
         self.base.fill(0);
         add(tables, tables.parts().input, point, self.base);
-        let taken = clamp((1.0 - tables.gain) * 256.0, -256.0, 256.0) as i32;
+        let removed = clamp((1.0 - tables.gain) * 256.0, -256.0, 256.0) as i32;
         let root = self.database.joint_group(0);
         let mut dofs = self.base.iter_mut().zip(&*self.input).zip(tables.spread());
         for (joint, group) in self.database.groups().enumerate() {
             for ((base, &input), &spread) in dofs.by_ref().take(dofs_of(joint)) {
-                let most = if group == root { MOST_DEPARTURE } else { GESTURE * ONE * i32::from(spread) };
+                let most =
+                    if group == root { MAX_DEPARTURE } else { GESTURE_DEVIATIONS * ONE * i32::from(spread) };
                 let departure = (input - *base).clamp(-most, most);
-                *base = -*base - ((departure * taken) >> 8);
+                *base = -*base - ((departure * removed) >> 8);
             }
         }
     }
@@ -120,7 +124,7 @@ impl<'a, 'db> Mix<'a, 'db> {
         }
     }
 
-    /// The mix: the input and what the outputs change of it.
+    /// Writes the mix to `predicted`: the input plus the weighted changes.
     #[inline(never)]
     pub(crate) fn finish(&self, x: &[f32], predicted: &mut [f32]) {
         let dofs = predicted.iter_mut().zip(x).zip(&*self.sum).zip(self.database.phase_dofs());
@@ -140,7 +144,7 @@ fn add(tables: &PhaseTables<'_>, at: usize, point: CyclePoint, values: &mut [i32
     place.add_pairs(place.knots.map(|knot| tables.row(slopes, 2 * dofs, knot)), point.factors, values);
 }
 
-/// Dofs of a joint; those of the root's place and heading are with the root's.
+/// Number of dofs of a joint. The root's include its height and rates.
 fn dofs_of(joint: usize) -> usize {
     if joint == 0 { dof::JOINTS } else { 3 }
 }

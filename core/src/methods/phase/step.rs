@@ -30,30 +30,30 @@ use crate::{
 };
 
 /// Width of the kernel that gives classes their proportions, whitened square units.
-const WIDTH: f32 = 12.0;
-/// Part of a frame's distance in the smoothed distance of the class.
-const DISTANCE_TAKEN: f32 = 0.2;
+const KERNEL_WIDTH: f32 = 12.0;
+/// Gain of the filter of a class's distance: weight of the current frame.
+const DISTANCE_GAIN: f32 = 0.2;
 /// Half-life of the mean forward speed and yaw rate, seconds.
 const DRIFT_HALF_LIFE_S: f32 = 0.25;
-/// Part of the slopes that is used. They are fitted to means of cycles; the drift of a stream is noisier.
-const SLOPE_KEPT: f32 = 0.5;
+/// Factor on the slopes. They were fitted to means of cycles; the drift of a stream is noisier.
+const SLOPE_GAIN: f32 = 0.5;
 /// Distance of a class that the labels do not allow.
 const NOT_TRACKED: f32 = -1.0;
-/// Streams are this much further from a class than the cycles are that it was made of.
-const FURTHER: f32 = 2.0;
+/// Ratio of the distance of a stream from a class to that of the class's own cycles.
+const STREAM_DISTANCE_RATIO: f32 = 2.0;
 /// Mean speed above which a class moves from place to place, m/s.
-const WALKS: f32 = 0.3;
-/// Part of the class's mean speed below which the body is taken to stop.
-const STANDS: f32 = 0.5;
+const MIN_WALK_SPEED: f32 = 0.3;
+/// Part of the class's mean speed below which the body is stopping.
+const STOP_SPEED_RATIO: f32 = 0.5;
 
 /// State of the method between frames, and its scratch memory.
 #[derive(Debug, Clone)]
 pub(crate) struct Phase<const J: usize, const C: usize> {
     window: Window<J>,
-    /// Of a frame: first the aligned window, then the mix of the outputs.
+    /// Scratch memory: first the aligned window, then the mix of the outputs.
     scratch: [[i32; ALIGNED]; J],
     tracks: [Track; C],
-    /// Smoothed squared distance of each class.
+    /// Smoothed squared distance of each class, whitened square units.
     distances: [f32; C],
     /// Mean forward speed, m/s, and yaw rate, rad/s.
     drift: [f32; 2],
@@ -104,9 +104,9 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         // The first pose fills the whole window. Until it has left, the window does not show how the body moves.
         let full = usize::from(self.age) + 1;
         let full = full.saturating_sub(frame.database.counts().window).saturating_add(1);
-        let taken = 1.0 / full.max(1) as f32;
-        let taken = if taken < DISTANCE_TAKEN { DISTANCE_TAKEN } else { taken };
-        track(frame, &query, taken, &mut self.tracks, &mut self.distances, context.report);
+        let gain = 1.0 / full.max(1) as f32;
+        let gain = if gain < DISTANCE_GAIN { DISTANCE_GAIN } else { gain };
+        track(frame, &query, gain, &mut self.tracks, &mut self.distances, context.report);
         for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
             if distance >= 0.0 {
                 context.observer.searched(class, &Found::no_frames(distance));
@@ -136,12 +136,12 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
 }
 
 /// Distance and phase of every class that the labels allow, and their proportions.
-// Of no capacity: it is compiled with the core, for speed, however its caller is.
+// Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn track(
     frame: Frame<'_, '_>,
     query: &WhitenedQuery,
-    taken: f32,
+    gain: f32,
     tracks: &mut [Track],
     distances: &mut [f32],
     report: &mut Report,
@@ -157,27 +157,32 @@ fn track(
         }
         let tables = tables_of(class);
         let found = query.project(&tables);
-        if first || *distance < 0.0 || taken >= 1.0 {
+        if first || *distance < 0.0 || gain >= 1.0 {
             *track = Track::begin(&tables, found.phase, rate_hz);
             *distance = found.distance2;
         } else {
             track.follow(&tables, found.phase, rate_hz);
-            *distance += taken * (found.distance2 - *distance);
+            *distance += gain * (found.distance2 - *distance);
         }
         report.visits += tables.feature_knots as u32;
         report.bytes_read += tables.parts().input as u32;
     }
     let distances = distances.get(..classes).unwrap_or(&[]);
     let most = usize::from(config.classes);
-    let cut =
-        weights::proportions(distances, Width::Absolute(WIDTH), config.prune, most, &mut report.classes);
+    let cut = weights::proportions(
+        distances,
+        Width::Absolute(KERNEL_WIDTH),
+        config.prune,
+        most,
+        &mut report.classes,
+    );
     report.degraded.set(crate::Degraded::CLASSES, cut);
     let nearest = report.classes.first().and_then(|s| distances.get(usize::from(s.class)));
     report.distance2 = nearest.copied().unwrap_or(0.0);
 }
 
 impl<const J: usize, const C: usize> Phase<J, C> {
-    /// No frame comes before the first pose: it moves as the nearest class does on average.
+    /// A first pose has no frame before it, so it gets the mean velocities of the nearest class.
     fn init_history(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &Report) {
         if let Some(&nearest) = report.classes.first() {
             let tables = frame.database.phase_tables(usize::from(nearest.class));
@@ -190,14 +195,14 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         signals.y_prev = signals.x;
     }
 
-    /// Takes the frame's velocities into their means.
+    /// Updates the mean velocities with those of the frame.
     fn follow_drift(&mut self, frame: Frame<'_, '_>, x: &[f32]) {
-        let taken = 1.0 - exp(-core::f32::consts::LN_2 / (DRIFT_HALF_LIFE_S * frame.database.rate_hz()));
+        let gain = 1.0 - exp(-core::f32::consts::LN_2 / (DRIFT_HALF_LIFE_S * frame.database.rate_hz()));
         // The first velocity is the class's. A plain mean of the velocities so far is used until the filter is slower.
-        let even = 1.0 / f32::from(self.age.max(1));
-        let taken = if taken < even { even } else { taken };
+        let mean_gain = 1.0 / f32::from(self.age.max(1));
+        let gain = if gain < mean_gain { mean_gain } else { gain };
         for (mean, d) in self.drift.iter_mut().zip([dof::FORWARD, dof::YAW]) {
-            *mean += taken * (x.get(d).copied().unwrap_or(0.0) - *mean);
+            *mean += gain * (x.get(d).copied().unwrap_or(0.0) - *mean);
         }
     }
 
@@ -223,12 +228,12 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             let Some(track) = self.tracks.get(class) else { continue };
             let phase = track.phase;
             let off = [self.drift[0] - tables.drift[0], self.drift[1] - tables.drift[1]];
-            let point = CyclePoint::new(database, phase, off.map(|v| v * SLOPE_KEPT));
+            let point = CyclePoint::new(database, phase, off.map(|v| v * SLOPE_GAIN));
             mixed.set_input(&tables, point);
             report.bytes_read += (tables.parts().contacts - tables.parts().input) as u32;
             far += proportion * tables.far;
-            if tables.drift[0] > WALKS {
-                let most = STANDS * tables.drift[0];
+            if tables.drift[0] > MIN_WALK_SPEED {
+                let most = STOP_SPEED_RATIO * tables.drift[0];
                 stands += proportion * (1.0 - clamp(abs(self.drift[0]) / most, 0.0, 1.0));
             }
             let own = contact(&tables, phase);
@@ -258,7 +263,8 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
-        report.distance_ratio = if far > 0.0 { report.distance2 / (FURTHER * far) } else { 0.0 };
+        report.distance_ratio =
+            if far > 0.0 { report.distance2 / (STREAM_DISTANCE_RATIO * far) } else { 0.0 };
         // A body that stands goes nowhere.
         for d in [dof::FORWARD, dof::LEFT] {
             if let Some((predicted, x)) = predicted.get_mut(d).zip(x.get(d)) {
@@ -277,8 +283,8 @@ fn output_class(database: &Database<'_>, action: u16, style: usize) -> Option<us
     })
 }
 
-/// Seconds of the output for a second of the input. It is interpolated between the middles of the halves of a cycle, so
-/// that it does not jump.
+/// Duration of the output relative to the input, interpolated between the middles of the two halves of a cycle so that it
+/// does not jump.
 fn pace(input: &PhaseTables<'_>, output: &PhaseTables<'_>, phase: f32) -> f32 {
     let ratio = |half: usize| {
         let own = input.seconds.get(half).copied().unwrap_or(1.0);
@@ -290,7 +296,7 @@ fn pace(input: &PhaseTables<'_>, output: &PhaseTables<'_>, phase: f32) -> f32 {
     second + part * (first - second)
 }
 
-/// Likelihood that the left and the right foot stand.
+/// Likelihood that the left and the right foot stand, 0 to 1.
 fn contact(tables: &PhaseTables<'_>, phase: f32) -> [f32; 2] {
     let at = phase * if tables.is_cyclic { CONTACTS as f32 } else { (CONTACTS - 1) as f32 };
     let start = (at as usize).min(CONTACTS - 1);

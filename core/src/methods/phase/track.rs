@@ -1,10 +1,10 @@
-//! Where in its cycle a body is, by each class: the query is projected on the closed polyline of the class's mean
-//! features, and a filter follows the phase found there from frame to frame.
+//! The phase of the body in the cycle of each class: the query is projected on the closed polyline of the class's mean
+//! features, and a filter tracks the phase from frame to frame.
 //!
 //! ```text
-//! p = φ + ω,  e = φ^ - p       φ^ the phase found, ω its change a frame, e the shorter way round
+//! p = φ + ω,  e = φ^ - p       φ^ the projected phase, ω its change a frame, e wrapped to ±1/2
 //! |e| > 0.15: φ = φ^           the body is elsewhere in its cycle
-//! else:       φ = p + e / 2,  ω = ω + e / 20, held to 0 to 2.4 cycles a second
+//! else:       φ = p + e / 2,  ω = ω + e / 20, clamped to 0 to 2.4 cycles a second
 //! ```
 //!
 //! Features are whitened by their covariance within classes, joint group by joint group, so that a mask can leave out
@@ -20,15 +20,15 @@ use crate::{
     },
 };
 
-/// Steps of the query in one step of a knot.
+/// Fixed-point steps of the query in one step of a knot.
 const FINE: i32 = 8;
-/// The query is held within this many steps of a knot, so that no sum overflows.
+/// The query is clamped to this many steps of a knot, so that no sum overflows.
 const MOST_STEPS: f32 = 255.0;
-/// A phase that is further off than this is taken as found, without the filter.
-const ELSEWHERE: f32 = 0.15;
-/// Most cycles a second.
+/// Error of the tracked phase beyond which the projected phase replaces it.
+const MAX_PHASE_ERROR: f32 = 0.15;
+/// Greatest rate of a cycle, 1/s.
 const MOST_RATE_HZ: f32 = 2.4;
-/// The rate at which the gains of the filter were chosen, frames a second.
+/// Frame rate at which the gains of the filter were chosen.
 const GAINS_HZ: f32 = 30.0;
 
 /// The query, whitened, in steps of the stored knots.
@@ -53,7 +53,7 @@ pub struct WhitenedQuery {
 pub struct Projection {
     /// Phase of the nearest point, 0 to 1.
     pub phase: f32,
-    /// Squared distance to it, whitened; of all features, where a mask leaves some out in proportion.
+    /// Squared distance to it, whitened square units. Scaled up to all features where a mask leaves some out.
     pub distance2: f32,
 }
 
@@ -69,7 +69,7 @@ impl WhitenedQuery {
         for (group, count) in database.features_by_group().into_iter().enumerate() {
             let range = first..first + count;
             first += count;
-            let own = feature.get(range.clone()).unwrap_or(&[]);
+            let group_features = feature.get(range.clone()).unwrap_or(&[]);
             if mask >> group & 1 == 0 {
                 whitening.take_first(count * count);
                 continue;
@@ -77,7 +77,7 @@ impl WhitenedQuery {
             in_use += count;
             query.used.get_mut(range.clone()).unwrap_or(&mut []).fill(1);
             for code in query.codes.get_mut(range).unwrap_or(&mut []) {
-                let value = whitening.take_first(count).product(own) * inverse;
+                let value = whitening.take_first(count).product(group_features) * inverse;
                 let most = MOST_STEPS * FINE as f32;
                 let value = clamp(value, -most, most);
                 // To the nearest: the cast truncates.
@@ -115,7 +115,7 @@ impl WhitenedQuery {
     }
 
     /// The nearest point of the two segments at the nearest knot of a class.
-    // Of no capacity: it is compiled with the core, for speed, however its caller is.
+    // Not generic over capacities, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
     pub fn project(&self, tables: &PhaseTables<'_>) -> Projection {
         let (mut nearest, mut least) = (0, i32::MAX);
@@ -155,13 +155,13 @@ impl WhitenedQuery {
     }
 }
 
-/// Where in its cycle a body is, by one class.
+/// The phase of the body in the cycle of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Track {
     /// Phase, 0 to 1.
     pub phase: f32,
-    /// Its change a frame.
+    /// Change of the phase a frame.
     pub rate: f32,
 }
 
@@ -175,7 +175,7 @@ impl Track {
         Self { phase, rate: clamp(1.0 / (seconds * rate_hz), 0.0, MOST_RATE_HZ / rate_hz) }
     }
 
-    /// Leads the track on to the phase found in a frame.
+    /// Updates the track with the phase projected in a frame.
     pub fn follow(&mut self, tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) {
         let frames = clamp(GAINS_HZ / rate_hz, 0.0, 2.0);
         let wrap = |p: f32| {
@@ -189,22 +189,22 @@ impl Track {
                 p
             }
         };
-        let led = self.phase + self.rate;
-        let mut off = phase - led;
+        let expected = self.phase + self.rate;
+        let mut error = phase - expected;
         if tables.is_cyclic {
-            off += if off > 0.5 {
+            error += if error > 0.5 {
                 -1.0
-            } else if off < -0.5 {
+            } else if error < -0.5 {
                 1.0
             } else {
                 0.0
             };
         }
-        if abs(off) > ELSEWHERE {
+        if abs(error) > MAX_PHASE_ERROR {
             self.phase = phase;
         } else {
-            self.phase = wrap(led + 0.5 * frames * off);
-            self.rate = clamp(self.rate + 0.05 * frames * off, 0.0, MOST_RATE_HZ / rate_hz);
+            self.phase = wrap(expected + 0.5 * frames * error);
+            self.rate = clamp(self.rate + 0.05 * frames * error, 0.0, MOST_RATE_HZ / rate_hz);
         }
     }
 }

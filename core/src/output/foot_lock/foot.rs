@@ -1,4 +1,4 @@
-//! One foot of the lock: in the air, held by heel or toes, stepping, or led back to the prediction.
+//! One foot of the lock: in the air, held by heel or toes, stepping, or returning to the prediction.
 
 use crate::{
     blob::Leg,
@@ -11,57 +11,59 @@ use crate::{
     },
 };
 
-/// Time constant of a standing foot's way to the floor, seconds, and the most that it goes, m/s.
+/// Time constant with which a standing foot approaches the floor, seconds.
 const SETTLE_S: f32 = 0.08;
+/// Greatest speed of that approach, m/s.
 const SETTLE_SPEED: f32 = 0.25;
-/// Part of its length that a leg is stretched to by a lock.
-const STRETCH: f32 = 0.995;
-/// A foot may be this much lower than where it stands: toes bend, soles are soft. Metres.
-const SOFT_M: f32 = 0.01;
-/// A foot that is further below the floor neither stands nor is lifted: the body is elsewhere, and is left there. Metres.
+/// Part of its length to which the lock may stretch a leg.
+const MAX_STRETCH: f32 = 0.995;
+/// How far a foot may sink below the height at which it stands, metres: toes bend, soles are soft.
+const MAX_SINK_M: f32 = 0.01;
+/// Depth below the floor from which a foot neither stands nor is lifted, metres: the body is elsewhere.
 pub(super) const DEEPEST_M: f32 = 0.4;
-/// The other joint carries the foot when it is lower by this much, metres.
+/// How much lower the other joint has to be before it carries the foot, metres.
 const HANDOVER_M: f32 = 0.0005;
-/// Highest speed at which an offset is eased out, m/s: a large offset takes longer than a small one.
+/// Greatest speed with which an offset is eased out, m/s. A large offset takes longer than a small one.
 const RETURN_SPEED: f32 = 0.25;
-/// Votes to stand end late: a foot that leaves the floor slides at 1 m/s and more, with its heel up; one that stands at up
-/// to 0.3 m/s. Slower than the first speed it is held whole, faster than the second not at all. m/s.
+/// Speeds of a sliding foot below which it is held entirely, and above which it is not held, m/s. Votes to stand end late: a
+/// foot that leaves the floor slides at 1 m/s and more with its heel up, a standing one at up to 0.3 m/s.
 const LEAVE_SPEED: [f32; 2] = [0.4, 1.0];
-/// How far the heel is over the toes of a foot that stands flat, and of one that may leave. Metres.
+/// Height of the heel over the toes for a flat foot, and for one that may leave, metres.
 const HEEL_UP_M: [f32; 2] = [0.02, 0.05];
-/// Speed at which the offset of a foot that leaves is eased out: it moves anyway. m/s.
+/// Speed with which the offset of a leaving foot is eased out, m/s. The foot moves anyway.
 const LEAVE_RETURN_SPEED: f32 = 0.5;
-/// Highest speed of a step, m/s.
+/// Greatest speed of a step, m/s.
 const STEP_SPEED: f32 = 1.0;
-/// Height of a step, as a part of its length, and its maximum, metres.
+/// Height of a step as a part of its length.
 const STEP_LIFT: f32 = 0.15;
+/// Greatest height of a step, metres.
 const STEP_LIFT_M: f32 = 0.03;
-/// A body that is further from its held foot than this was moved, and did not walk: the foot follows at once, metres.
+/// Distance from its held foot beyond which a body was moved and did not walk, metres. The foot then follows at once.
 const TELEPORT_M: f32 = 1.0;
-/// Parts of a direction's length that it is kept in.
+/// Fixed-point scale of a stored direction: the number that stands for 1.
 const UP: f32 = 32_767.0;
-/// Height over the floor of the toes of a skeleton without toes.
-const NEVER_M: f32 = 1e3;
+/// Height over the floor that stands in for the toes of a skeleton without toes, metres.
+const NO_TOES_M: f32 = 1e3;
 
-/// How feet are locked.
+/// The parameters of the foot lock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tuning {
-    /// Whether feet are held. If not, offsets are eased out; the root stays where the lock has moved it.
+    /// Whether feet are held. If false, offsets are eased out, and the root stays where the lock has moved it.
     pub on: bool,
-    /// A foot held further than this from its prediction steps there, metres.
+    /// Distance from its prediction at which a held foot steps there, metres.
     pub release_m: f32,
     /// Shortest time in which an offset is eased out, seconds.
     pub ease_s: f32,
 }
 
-/// What a foot does.
+/// The state of a foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) enum Phase {
-    /// In the air: the offset is eased out.
+    /// In the air; the offset is eased out.
     Free,
-    /// Released while it stands: it steps to its prediction.
+    /// Released while standing; it steps to its prediction.
     Step,
     /// Held by the ankle.
     Heel,
@@ -73,17 +75,17 @@ pub(super) enum Phase {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Foot {
     pub phase: Phase,
-    /// Added to the ankle's position, metres, without the root's lift.
+    /// Offset that is added to the ankle's position, metres, without the root's lift.
     pub offset: Vector,
-    /// Held: the position on the ground (y unused). Free or stepping: the offset when it was released.
+    /// While held: the position on the ground, metres (y unused). While free or stepping: the offset at the release.
     held: Vector,
-    /// Position on the ground, in the last frame, of the joint that does not carry the foot.
+    /// Position on the ground, x and z, metres, of the joint that did not carry the foot in the last frame.
     other: [f32; 2],
-    /// Whether it is on its way up, though it is still held in part.
-    pub leaves: bool,
+    /// Whether the foot is leaving the floor, though it is still held in part.
+    pub is_leaving: bool,
     /// Seconds since the release.
     age_s: f32,
-    /// The direction up in the foot's own frame, in the last frame, in parts of which [`UP`] are 1.
+    /// The upward direction in the foot's own frame, in the last frame, in fixed point with scale [`UP`].
     up: [i16; 3],
 }
 
@@ -93,7 +95,7 @@ impl Foot {
         offset: [0.0; 3],
         held: [0.0; 3],
         other: [0.0; 2],
-        leaves: false,
+        is_leaving: false,
         age_s: 0.0,
         up: [0; 3],
     };
@@ -104,11 +106,11 @@ impl Foot {
 }
 
 impl Foot {
-    /// A sole rolls: the joint that carries a standing foot moves on over the point that stands. Before
+    /// Rolls the sole: moves the carrying joint of a standing foot over its point of contact. Called before
     /// [`advance`](Self::advance).
     #[inline(never)]
     pub fn roll(&mut self, leg: &Leg, chain: &Chain) {
-        // Whole numbers take half the memory; and where nothing turns, nothing rolls.
+        // Integers take half of the memory, and a foot that does not turn does not roll.
         let before = self.up;
         self.up = chain.up_in_foot().map(|v| (v * UP) as i16);
         let tipped = subtract(before.map(f32::from), self.up.map(f32::from));
@@ -120,9 +122,10 @@ impl Foot {
         self.other = [self.other[0] + other[0], self.other[1] + other[2]];
     }
 
-    /// Advances by a frame: foot-down, hold, roll from heel to toes, foot-up, or ease out. `over` are the heights of ankle
-    /// and toes over where they would stand. Returns how far a foot that was held before slides in the prediction: `[x, 1,
-    /// z]`; zeros for other feet.
+    /// Advances by a frame: foot-down, hold, roll from heel to toes, foot-up, or ease out.
+    ///
+    /// `over` are the heights of ankle and toes over those at which they stand, metres. Returns how far a foot that was held
+    /// before slides in the prediction, `[x, 1, z]`, metres; zeros for other feet.
     #[inline]
     pub fn advance(
         &mut self,
@@ -134,25 +137,25 @@ impl Foot {
         hip_drop: f32,
     ) -> Vector {
         let (phase, [x, _, z]) = (self.phase, self.offset);
-        self.leaves = false;
+        self.is_leaving = false;
         let mut slid = [0.0; 3];
         if !self.is_held() {
             self.ease(step_s, tuning.ease_s);
             // A stepping foot has to come down first.
             if self.phase == Phase::Free && stands {
                 self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
-                // From now on the hips drop without it.
+                // From now on the foot does not drop with the hips.
                 self.offset[1] += hip_drop;
                 self.held = add(self.carrier(chain), self.offset);
             }
         } else if stands {
-            let lower = match self.phase {
+            let carrier = match self.phase {
                 Phase::Toe if over[0] < over[1] - HANDOVER_M => Phase::Heel,
                 Phase::Heel if over[1] < over[0] - HANDOVER_M => Phase::Toe,
                 phase => phase,
             };
-            if lower != self.phase {
-                self.phase = lower;
+            if carrier != self.phase {
+                self.phase = carrier;
                 self.held = [self.other[0], 0.0, self.other[1]];
             }
         } else {
@@ -160,16 +163,16 @@ impl Foot {
             self.ease(step_s, tuning.ease_s);
         }
         if self.is_held() {
-            self.keep(chain, over, step_s);
+            self.update_offset(chain, over, step_s);
             if self.phase == phase {
                 slid = [self.offset[0] - x, 1.0, self.offset[2] - z];
             }
             let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
             let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
             self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
-            self.offset[1] += too_deep(over, self.offset[1]);
+            self.offset[1] += depth_correction(over, self.offset[1]);
             let off2 = self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2];
-            // No release is further than that.
+            // Beyond any step: the body was moved.
             if off2 > TELEPORT_M * TELEPORT_M {
                 *self = Self::FREE;
             } else if off2 > tuning.release_m * tuning.release_m {
@@ -181,10 +184,10 @@ impl Foot {
         slid
     }
 
-    /// The offset on the ground of a held foot. What slides as a foot that leaves does goes with the prediction, and the
-    /// offset is eased out as far.
+    /// Updates the offset of a held foot on the ground. A foot that slides as a leaving foot does follows the prediction to
+    /// that degree, and its offset is eased out.
     #[inline]
-    fn keep(&mut self, chain: &Chain, over: [f32; 2], step_s: f32) {
+    fn update_offset(&mut self, chain: &Chain, over: [f32; 2], step_s: f32) {
         let (carrier, [x, _, z]) = (self.carrier(chain), self.offset);
         [self.offset[0], _, self.offset[2]] = subtract(self.held, carrier);
         let (slide_x, slide_z) = (self.offset[0] - x, self.offset[2] - z);
@@ -192,16 +195,16 @@ impl Foot {
         if slide2 <= still * still {
             return;
         }
-        let kept = kept(sqrt(slide2) / step_s, over);
-        if kept >= 1.0 {
+        let held = held_fraction(sqrt(slide2) / step_s, over);
+        if held >= 1.0 {
             return;
         }
-        self.leaves = true;
-        let back = (1.0 - kept) * LEAVE_RETURN_SPEED * step_s;
+        self.is_leaving = true;
+        let back = (1.0 - held) * LEAVE_RETURN_SPEED * step_s;
         let way = sqrt(x * x + z * z);
         let left = if way > back { 1.0 - back / way } else { 0.0 };
-        self.offset[0] = x * left + kept * slide_x;
-        self.offset[2] = z * left + kept * slide_z;
+        self.offset[0] = x * left + held * slide_x;
+        self.offset[2] = z * left + held * slide_z;
         self.held = add(carrier, self.offset);
     }
 
@@ -210,13 +213,13 @@ impl Foot {
         if self.phase == Phase::Toe { chain.toe } else { chain.ankle }
     }
 
-    /// Releases the foot. From now on it drops with the hips; its offset makes up for that at once.
+    /// Releases the foot. From now on it drops with the hips, and the offset compensates for that at once.
     fn release(&mut self, phase: Phase, hip_drop: f32) {
         self.offset[1] -= hip_drop;
         (self.phase, self.held, self.age_s) = (phase, self.offset, 0.0);
     }
 
-    /// Eases the offset out.
+    /// Eases the offset out by one frame.
     fn ease(&mut self, step_s: f32, ease_s: f32) {
         self.age_s += step_s;
         // A smoothstep is steepest in its middle, 1.5 times its mean slope.
@@ -236,41 +239,43 @@ impl Foot {
     }
 }
 
-/// Part of its slide by which a foot is held that should stand, 1 at most: it slides at `speed` in the prediction, m/s, and
-/// its ankle and toes are that far over where they stand, metres.
-pub fn kept(speed: f32, over: [f32; 2]) -> f32 {
+/// The part of its slide that the lock takes from a foot that should stand, 0 to 1. The foot slides at `speed` in the
+/// prediction, m/s; `over` are the heights of ankle and toes over those at which they stand, metres.
+pub fn held_fraction(speed: f32, over: [f32; 2]) -> f32 {
     let part = |value: f32, [from, to]: [f32; 2]| clamp((value - from) / (to - from), 0.0, 1.0);
     1.0 - part(speed, LEAVE_SPEED) * part(over[0] - over[1], HEEL_UP_M)
 }
 
-/// Heights of ankle and toes over where they stand on a floor of that height, metres.
+/// Heights of ankle and toes over those at which they stand on a floor of height `floor`, metres.
 #[inline(never)]
-pub(super) fn over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
+pub(super) fn heights_over_floor(leg: &Leg, chain: &Chain, floor: f32) -> [f32; 2] {
     let ankle = chain.ankle[1] - leg.heights[0] - floor;
-    // Without toes the ankle carries the foot all the time.
-    let toe = if leg.toe.is_some() { chain.toe[1] - leg.heights[1] - floor } else { NEVER_M };
+    // Without toes the ankle always carries the foot.
+    let toe = if leg.toe.is_some() { chain.toe[1] - leg.heights[1] - floor } else { NO_TOES_M };
     [ankle, toe]
 }
 
 /// Height of a foot over the floor of the database, metres.
 pub(crate) fn lowest(leg: &Leg, chain: &Chain) -> f32 {
-    lower(over_floor(leg, chain, 0.0))
+    lower_of(heights_over_floor(leg, chain, 0.0))
 }
 
-/// How much a foot that is this far over the floor, and lifted already, has to be lifted more, metres.
-pub(super) fn too_deep(over: [f32; 2], lifted: f32) -> f32 {
-    let deep = -SOFT_M - lower(over) - lifted;
+/// How much further a foot has to be lifted, metres. It is `over` the floor, and has been `lifted` already.
+pub(super) fn depth_correction(over: [f32; 2], lifted: f32) -> f32 {
+    let deep = -MAX_SINK_M - lower_of(over) - lifted;
     if deep > 0.0 && deep < DEEPEST_M { deep } else { 0.0 }
 }
 
-pub(super) fn lower(over: [f32; 2]) -> f32 {
+/// The lower of the heights of ankle and toes, metres.
+pub(super) fn lower_of(over: [f32; 2]) -> f32 {
     if over[1] <= over[0] { over[1] } else { over[0] }
 }
 
-/// How far from the hip joint the lock may move the ankle: almost the whole leg, or as far as it already is.
+/// Greatest distance from the hip joint to which the lock may move the ankle, metres: almost the whole leg, or the distance
+/// that it has already.
 #[inline(never)]
 pub(super) fn reach(chain: &Chain) -> f32 {
-    let (most, is) = (STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
+    let (most, is) = (MAX_STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
     if most > is { most } else { is }
 }
 
@@ -288,9 +293,9 @@ mod tests {
             (3.0, flat, 1.0),
             (0.7, tipped, 0.5),
             (1.0, tipped, 0.0),
-            (3.0, [0.02, NEVER_M], 1.0),
+            (3.0, [0.02, NO_TOES_M], 1.0),
         ] {
-            assert!((kept(speed, over) - part).abs() < 1e-6, "{speed} m/s, {over:?}");
+            assert!((held_fraction(speed, over) - part).abs() < 1e-6, "{speed} m/s, {over:?}");
         }
     }
 

@@ -1,7 +1,7 @@
-//! How the lock moves the root: it follows its feet over the ground, takes the height that they have in common, and drops
-//! where a held foot stretches its leg.
+//! How the foot lock moves the root: it follows the feet over the ground and in height, and the hips drop where a held foot
+//! stretches its leg.
 
-use super::foot::{Foot, lower, over_floor, reach};
+use super::foot::{Foot, heights_over_floor, lower_of, reach};
 use crate::{
     blob::Leg,
     body::two_bone_ik::Chain,
@@ -13,31 +13,32 @@ use crate::{
     },
 };
 
-/// Seconds of standing at the start of a stream in which the root goes with its feet.
+/// Time at the start of a stream for which the root follows standing feet, seconds.
 const START_S: f32 = 0.25;
 /// Rate of the spring that moves the root's height, 1/s.
 const ROOT_RATE: f32 = 6.0;
-/// Largest drop of the hips for a stretched leg, metres.
+/// Greatest drop of the hips for a stretched leg, metres.
 const HIP_DROP_M: f32 = 0.04;
-/// Time constant of their way up again, seconds.
+/// Time constant with which the hips rise again, seconds.
 const HIP_DROP_S: f32 = 0.15;
-/// Highest speed of the drop, m/s.
+/// Greatest speed of the drop, m/s.
 const HIP_DROP_SPEED: f32 = 0.5;
-/// Highest speed at which held feet pull the root over the ground, m/s.
+/// Greatest speed with which held feet pull the root over the ground, m/s.
 const PULL_SPEED: f32 = 2.0;
 
-/// What the lock adds to the root: all that is kept of it between frames.
+/// What the lock adds to the predicted root, and its state between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct RootShift {
-    /// How much higher the root is than predicted, metres, and how fast that grows, m/s.
+    /// How much higher the root is than predicted, metres.
     pub lift: f32,
+    /// Rate of change of `lift`, m/s.
     rise: f32,
-    /// How far the hips have dropped for a stretched leg, metres, 0 or less.
+    /// Drop of the hips for a stretched leg, metres, 0 or less.
     pub hip_drop: f32,
-    /// How far the root is from its prediction on the ground, x and z, metres.
+    /// Offset of the root from its prediction on the ground, x and z, metres.
     shift: [f32; 2],
-    /// How long a foot has stood in this stream, seconds, at most [`START_S`].
+    /// Time for which a foot has stood in this stream, seconds, at most [`START_S`].
     stood_s: f32,
 }
 
@@ -49,15 +50,17 @@ impl RootShift {
         [self.lift, self.rise, self.hip_drop, self.shift[0], self.shift[1]].iter().any(|v| *v != 0.0)
     }
 
-    /// Moves the root of a prediction to where it is on the ground.
+    /// Adds the offset on the ground to the position of a predicted root.
     pub fn apply_shift(&self, root: &mut Vector) {
         *root = add(*root, [self.shift[0], 0.0, self.shift[1]]);
     }
 
-    /// The root's way in this frame, x and z, metres, from how far held feet slide in the prediction: `[sum of x, number of
-    /// feet, sum of z]`. All of the first frame's, half of the second's, none after [`START_S`]: at a start nothing better
-    /// is known.
-    pub fn start(&mut self, [x, count, z]: Vector, step_s: f32) -> [f32; 2] {
+    /// How far the root has to move in this frame so that it follows its feet, x and z, metres.
+    ///
+    /// `slid` is how far held feet slide in the prediction: `[sum of x, number of feet, sum of z]`. The root follows all of
+    /// the slide in the first frame, half in the second, and none after [`START_S`]: at the start nothing better is known.
+    pub fn start(&mut self, slid: Vector, step_s: f32) -> [f32; 2] {
+        let [x, count, z] = slid;
         if count == 0.0 || self.stood_s >= START_S {
             return [0.0; 2];
         }
@@ -67,7 +70,7 @@ impl RootShift {
         [x, z].map(|way| part * clamp(way / count, -most, most))
     }
 
-    /// Moves the root on the ground, x and z; held feet stay.
+    /// Moves the root on the ground by x and z, metres; held feet stay in place.
     pub fn move_on_ground(&mut self, feet: &mut [Foot; 2], [x, z]: [f32; 2], root: &mut Vector) {
         self.shift = [self.shift[0] + x, self.shift[1] + z];
         *root = add(*root, [x, 0.0, z]);
@@ -76,32 +79,32 @@ impl RootShift {
         }
     }
 
-    /// Leads the root's lift to the height that the standing feet have in common.
+    /// Moves the root's lift towards the mean height at which the standing feet are on the floor.
     pub fn lift(&mut self, legs: [(&Leg, &Chain, f32, bool); 2], step_s: f32, on: bool) {
         let (mut sum, mut count) = (0.0, 0.0);
         for (leg, chain, floor, stands) in legs {
             if stands {
-                sum -= lower(over_floor(leg, chain, floor));
+                sum -= lower_of(heights_over_floor(leg, chain, floor));
                 count += 1.0;
             }
         }
         // No foot on the ground: the root keeps its lift.
         let aloft = if on { self.lift } else { 0.0 };
-        let wanted = if count > 0.0 { sum / count } else { aloft };
-        // Stable at any rate of frames: a step of the spring is at most half a radian.
+        let target = if count > 0.0 { sum / count } else { aloft };
+        // Stable at any frame rate: a step of the spring is at most half a radian.
         let rate = clamp(ROOT_RATE, 0.0, 0.5 / clamp(step_s, 1e-3, 10.0));
-        self.rise += step_s * (rate * rate * (wanted - self.lift) - 2.0 * rate * self.rise);
+        self.rise += step_s * (rate * rate * (target - self.lift) - 2.0 * rate * self.rise);
         self.lift += step_s * self.rise;
     }
 
-    /// Drops the hips, at once, where a held foot stretches its leg, and raises them again slowly. True where the drop is
-    /// not enough.
+    /// Drops the hips at once where a held foot stretches its leg, and raises them again slowly. Returns true where the drop
+    /// is not enough.
     pub fn drop_hips(&mut self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> bool {
         let mut need = 0.0;
         for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {
             let way = subtract(add(chain.ankle, foot.offset), chain.hip);
             let reach = reach(chain);
-            // How far the ankle may be below the hip joint at this distance on the ground.
+            // How far the ankle can be below the hip joint at this distance on the ground.
             let below = sqrt(reach * reach - way[0] * way[0] - way[2] * way[2]);
             let down = way[1] + below;
             need = if down < need { down } else { need };
@@ -113,7 +116,7 @@ impl RootShift {
         need < self.hip_drop
     }
 
-    /// The root's way on the ground, x and z, that brings held feet within reach after the drop, metres.
+    /// How far the root has to move on the ground, x and z, metres, so that held feet are within reach after the drop.
     pub fn out_of_reach(&self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> [f32; 2] {
         let mut way = [0.0; 2];
         for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::{
     Database,
     blob::{Class, Counterpart, Manifest, Moment, layout::flag},
-    methods::mixture::contact_votes::Stands,
+    methods::mixture::contact_votes::OutputContacts,
 };
 use serde_json::{Value, json};
 
@@ -102,7 +102,7 @@ fn outputs(
         now.extend(mean(&|c| blend(c.now)));
         before.extend(mean(&|c| blend(c.before)));
         step.push(found.iter().map(|c| c.step_s / found.len() as f32).sum::<f32>());
-        let mut stands = Stands::default();
+        let mut stands = OutputContacts::default();
         found.iter().for_each(|c| stands.add(database, c.now, r, 1.0 / found.len() as f32));
         contacts.extend(stands.0);
     }

@@ -1,6 +1,6 @@
 //! Contacts by neighbors of their own: over all classes, those whose legs are nearest by eq. 1 (Xia 2015, section 6).
 
-use gestus_core::{Config, Database, methods::mixture::contact_votes::of as label};
+use gestus_core::{Config, Database, methods::mixture::contact_votes::captured_contacts as label};
 use gestus_database::{
     registration::contact::{GAUSSIAN_S, contacts, smoothed},
     stream::{Request, stream},

@@ -3,7 +3,7 @@
 
 use gestus_core::{
     Config,
-    blob::{Familiar, layout::dof},
+    blob::{TrustLimits, layout::dof},
     output::trust::{LEAD_S, SMOOTHED_S},
 };
 use gestus_motion::{
@@ -30,15 +30,15 @@ pub type OfClass<'a> = (usize, (usize, ClassFeatures<'a>));
 ///
 /// Frames of a class are searched exhaustively in all classes of the action, without the frames of their own clip; 0 where
 /// the action has no other clip. Speeds are those of the action in any style.
-pub fn familiar(
+pub fn trust_limits(
     clips: &[(usize, usize)],
     classes: &[OfClass<'_>],
     (velocities, turning): (&[[f64; 2]], &[f64]),
     rate_hz: f64,
-) -> Vec<Familiar> {
+) -> Vec<TrustLimits> {
     let k = usize::from(Config::new().k);
     let lead = (f64::from(LEAD_S) * rate_hz) as usize;
-    let each: Vec<Familiar> = classes
+    let each: Vec<TrustLimits> = classes
         .par_iter()
         .map(|(action, (first, class))| {
             let rows = *first..*first + class.codes.len();
@@ -65,7 +65,7 @@ pub fn familiar(
             }));
             let turns = sorted(own.iter().flat_map(|&(start, count)| turning[start..start + count].to_vec()));
             let at = |ascending: &[f64], part: f64| quantile(ascending, part).unwrap_or(0.0) as f32;
-            Familiar {
+            TrustLimits {
                 far: at(&distances, NEARER),
                 speeds: [BEYOND, 1.0 - BEYOND].map(|part| at(&speeds, part)),
                 turning: at(&turns, 1.0 - BEYOND),
@@ -79,7 +79,7 @@ pub fn familiar(
             [slowest.min(other.speeds[0]), fastest.max(other.speeds[1])]
         })
     };
-    each.iter().enumerate().map(|(class, own)| Familiar { speeds: widest(class), ..*own }).collect()
+    each.iter().enumerate().map(|(class, own)| TrustLimits { speeds: widest(class), ..*own }).collect()
 }
 
 /// Speed of the fastest joint from the row before to each row of a clip, rad/s; 0 in the first. The root's turn counts as
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     /// Two clips of 60 frames a class, one feature: class c at code 8 c, its second clip `off` higher.
-    fn of(off: i8, actions: [usize; 2]) -> [Familiar; 2] {
+    fn of(off: i8, actions: [usize; 2]) -> [TrustLimits; 2] {
         let codes: Vec<Vec<Vec<i8>>> =
             (0..2).map(|c| (0..120).map(|t| vec![8 * c + if t < 60 { 0 } else { off }]).collect()).collect();
         let searchable = [true; 120];
@@ -125,14 +125,14 @@ mod tests {
         let velocities: Vec<[f64; 2]> =
             (0..240).map(|t| if t < 120 { [3.0, 4.0] } else { [0.5, 0.0] }).collect();
         let turning: Vec<f64> = (0..240).map(|t| f64::from(t / 120) + 2.0).collect();
-        familiar(&clips, &classes, (&velocities, &turning), 30.0).try_into().unwrap()
+        trust_limits(&clips, &classes, (&velocities, &turning), 30.0).try_into().unwrap()
     }
 
     #[test]
     fn a_clip_is_as_far_as_the_other_clip_of_its_class() {
         // 4 codes of half a metre: 2 m, squared.
-        for familiar in of(4, [0, 1]) {
-            assert_eq!(familiar.far, 4.0);
+        for trust_limits in of(4, [0, 1]) {
+            assert_eq!(trust_limits.far, 4.0);
         }
         assert_eq!(of(4, [0, 1])[0].speeds, [5.0; 2]);
         assert_eq!(of(4, [0, 1])[1].speeds, [0.5; 2]);
