@@ -14,6 +14,8 @@ pub mod parameters;
 mod plain;
 pub mod progress;
 #[cfg(feature = "command-line")]
+mod resolve;
+#[cfg(feature = "command-line")]
 pub mod stylizer_args;
 #[cfg(feature = "command-line")]
 pub mod wasm;

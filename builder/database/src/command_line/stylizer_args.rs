@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use anyhow::{Context, Result, bail};
 use clap::Arg;
 use gestus_core::{
-    Config, ConfigError, Database, Effort, MAX_GROUP_STYLES, Method,
+    Config, ConfigError, Database, Effort, Method,
     blob::Names,
     config::{Ridge, Timing},
     output::retime::{Bounds, Retimer},
@@ -13,20 +13,18 @@ use gestus_core::{
 };
 
 use crate::{
-    command_line::parameters::ParameterArgs,
+    command_line::{
+        parameters::ParameterArgs,
+        resolve::{check_weights, find, group_style, listed, named, strength},
+    },
     effort,
-    list::{self, Item},
     stream::{REMEMBERED, Request},
 };
 
 /// Default lead and lag, seconds.
 const BOUND_S: f32 = 0.2;
 /// Greatest lead and lag, seconds.
-const MOST_BOUND_S: f32 = 10.0;
-/// Greatest strength of a joint group.
-const MOST_STRENGTH: f32 = 2.0;
-/// Greatest weight of a style.
-const MOST_WEIGHT: f32 = 1e6;
+const MAX_BOUND_S: f32 = 10.0;
 
 /// Makes an option accept negative numbers, so that they are refused with the option's range, and trims the items of a
 /// list.
@@ -47,9 +45,9 @@ pub struct MethodArgs {
     /// chooses the mix of styles
     #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
     pub effort: Option<String>,
-    /// Method: mar (mixture of autoregressive models; the default where the database holds frames), phase (tables by phase), lti (linear models) or statistic (means and
-    /// standard deviations), pose by pose; or effort, with --effort: `gestus translate` rebuilds the whole clip from
-    /// blended fragments, other commands use the effort dial's mix of styles with mar
+    /// Method: mar (mixture of autoregressive models; the default if the database has frames), phase (tables by phase), lti
+    /// (linear models) or statistic (means and standard deviations), pose by pose; or effort, with --effort: `gestus translate`
+    /// rebuilds the whole clip from blended fragments, other commands use the effort dial's mix of styles with mar
     #[arg(long = "method", id = "method")]
     name: Option<String>,
 }
@@ -196,9 +194,9 @@ impl StylizerArgs {
         Ok(Some(bounds))
     }
 
-    /// The mix of styles that the database's effort dial gives for the wanted Effort.
-    fn dialled(&self, database: &Database<'_>, wanted: &str) -> Result<Vec<(u16, f32)>> {
-        let factors = effort::parse(wanted).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
+    /// The mix of styles that the database's effort dial gives for an Effort.
+    fn dialled(&self, database: &Database<'_>, effort: &str) -> Result<Vec<(u16, f32)>> {
+        let factors = effort::parse(effort).map_err(|e| anyhow::anyhow!("--effort: {e}"))?;
         let dial = database.dial().context(
             "--effort: the database has no effort dial: build it again from two styles or more, with --effort",
         )?;
@@ -236,16 +234,16 @@ impl StylizerArgs {
             .into_iter()
             .filter_map(|(option, name)| Some(format!("{option} {}", name.as_ref()?)))
             .collect();
-        // Those that are there with one of the two, or else all.
+        // The classes that have one of the two labels, or all if none has.
         let near = |c: &&_| -> bool {
             let c: &gestus_core::blob::Class = c;
             action == Some(c.action) || style == Some(c.style)
         };
-        let mut there: Vec<_> = classes.iter().filter(near).collect();
-        if there.is_empty() {
-            there = classes.iter().collect();
+        let mut alternatives: Vec<_> = classes.iter().filter(near).collect();
+        if alternatives.is_empty() {
+            alternatives = classes.iter().collect();
         }
-        let listed: Vec<String> = there
+        let listed: Vec<String> = alternatives
             .into_iter()
             .map(|c| {
                 let name = |names: Names<'_>, i: u16| names.get(usize::from(i)).unwrap_or("?").to_owned();
@@ -263,14 +261,14 @@ impl StylizerArgs {
         let manifest = database.manifest()?;
         let named = named(&self.style, manifest.styles)?;
         let style = match &self.method.effort {
-            Some(wanted) => self.dialled(database, wanted)?,
+            Some(effort) => self.dialled(database, effort)?,
             None => named,
         };
         if style.is_empty() {
             bail!("no style: give --style NAME or --style a=1,b=2 out of {}", listed(manifest.styles));
         }
         match &self.method.effort {
-            Some(wanted) => check_weights("--effort", wanted, &style)?,
+            Some(effort) => check_weights("--effort", effort, &style)?,
             None => check_weights("--style", &self.style, &style)?,
         }
         let masked: Vec<u16> =
@@ -313,8 +311,8 @@ impl StylizerArgs {
 /// The option that is not from 0 to 10 s.
 pub fn bounds(lead_s: f32, lag_s: f32) -> Result<Bounds> {
     for (option, seconds) in [("--lead", lead_s), ("--lag", lag_s)] {
-        if !(0.0..=MOST_BOUND_S).contains(&seconds) {
-            bail!("{option} {seconds}: seconds from 0 to {MOST_BOUND_S}");
+        if !(0.0..=MAX_BOUND_S).contains(&seconds) {
+            bail!("{option} {seconds}: seconds from 0 to {MAX_BOUND_S}");
         }
     }
     Ok(Bounds { lead_s, lag_s })
@@ -336,206 +334,5 @@ fn method(name: &str, database: &Database<'_>) -> Result<Method> {
     Ok(method)
 }
 
-fn listed(names: Names<'_>) -> String {
-    names.iter().collect::<Vec<_>>().join(", ")
-}
-
-fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
-    names
-        .find(name.trim())
-        .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
-}
-
-/// Resolves `proud=1,old=0.5`. The whole text is tried as a name first: older databases may have styles with a comma.
-fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
-    if let Some(style) = styles.find(words.trim()) {
-        return Ok(vec![(style, 1.0)]);
-    }
-    list::items(words).map(|item| weighted(item, styles, "style")).collect()
-}
-
-/// Resolves `left-arm=proud:2+old:1`.
-fn group_style(part: &str, groups: Names<'_>, styles: Names<'_>) -> Result<(u16, Vec<(u16, f32)>)> {
-    let (group, mix) =
-        part.split_once('=').with_context(|| format!("--group-style {part}: write left-arm=proud"))?;
-    let weights: Vec<(u16, f32)> = mix
-        .split('+')
-        .map(|s| weighted(Item::new(&s.replacen(':', "=", 1)), styles, "style"))
-        .collect::<Result<_>>()?;
-    if weights.len() > MAX_GROUP_STYLES {
-        bail!(
-            "--group-style {part}: {} styles, a joint group mixes {MAX_GROUP_STYLES} at most",
-            weights.len()
-        );
-    }
-    check_weights("--group-style", part, &weights)?;
-    Ok((find(group, groups, "joint group")?, weights))
-}
-
-/// Resolves `left-arm=0.5`.
-fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
-    let (group, strength) = weighted(Item::new(part), groups, "joint group")?;
-    if !(0.0..=MOST_STRENGTH).contains(&strength) {
-        bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MOST_STRENGTH} (beyond it)");
-    }
-    Ok((group, strength))
-}
-
-/// Refuses weights that the core would refuse.
-fn check_weights(option: &str, words: &str, weights: &[(u16, f32)]) -> Result<()> {
-    if let Some((_, bad)) = weights.iter().find(|(_, w)| !(0.0..=MOST_WEIGHT).contains(w)) {
-        bail!("{option} {words}: a weight of {bad}; weights are from 0 to {MOST_WEIGHT}");
-    }
-    if weights.iter().map(|w| w.1).sum::<f32>() <= 1e-6 {
-        bail!("{option} {words}: all weights are 0; at least one has to be more");
-    }
-    Ok(())
-}
-
-/// Resolves a name and its weight. The whole item is tried as a name first: names may have a `=`.
-fn weighted(item: Item<'_>, names: Names<'_>, what: &str) -> Result<(u16, f32)> {
-    if let Some(number) = names.find(item.text) {
-        return Ok((number, 1.0));
-    }
-    let weight = item.weight()?;
-    Ok((find(item.name, names, what)?, weight))
-}
-
 #[cfg(test)]
-mod tests {
-    use clap::Parser;
-
-    use super::*;
-    use crate::{
-        build::{BuildOptions, build},
-        list::ListError,
-        synth,
-    };
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        stylizer_args: StylizerArgs,
-    }
-
-    fn blob() -> Vec<u8> {
-        blob_with(false, ["neutral", "proud"])
-    }
-
-    fn blob_with(models: bool, styles: [&str; 2]) -> Vec<u8> {
-        let mut corpus = synth::corpus(&synth::Options {
-            actions: vec!["walk".into()],
-            styles: vec!["neutral".into(), "proud".into()],
-            clips: 1,
-            seconds: 4.0,
-            ..synth::Options::default()
-        })
-        .unwrap();
-        corpus.styles = styles.map(str::to_owned).to_vec();
-        build(&corpus, &BuildOptions { models, ..BuildOptions::default() }).unwrap().bytes
-    }
-
-    /// The request of those options.
-    fn asked(database: &Database<'_>, words: &str) -> std::result::Result<Request, String> {
-        let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
-        Line::parse_from(words).stylizer_args.request(database).map_err(|e| format!("{e:#}"))
-    }
-
-    /// Linear models have no neighbors and no ridge regression: options about those were ignored without a message.
-    #[test]
-    fn what_a_method_does_not_look_at_is_refused() {
-        let blob = blob_with(true, ["neutral", "proud"]);
-        let database = Database::open(&blob).unwrap();
-        for method in ["lti", "statistic"] {
-            for words in ["--mask left-arm", "--ridge norm"] {
-                let message = asked(&database, &format!("--method {method} {words}")).unwrap_err();
-                assert!(message.contains("does nothing without --method mar"), "{message}");
-            }
-            // The number of neighbors sets a board's memory, whatever the method.
-            assert!(asked(&database, &format!("--method {method} --k 8 --speed-limit 2")).is_ok());
-        }
-        assert!(asked(&database, "--method phase --mask left-arm").is_ok());
-        assert!(asked(&database, "--method phase --ridge norm").is_err());
-    }
-
-    #[test]
-    fn a_ridge_on_normalised_variables_keeps_the_weight_that_was_said() {
-        let blob = blob();
-        let database = Database::open(&blob).unwrap();
-        for (words, lambda) in [
-            ("--ridge norm", 1.0),
-            ("--ridge norm --lambda 0.3", 0.3),
-            ("--preset paper --ridge norm", 1.0),
-            ("--preset normalised --ridge norm", 0.1),
-            ("--preset normalised --ridge norm --lambda 2", 2.0),
-        ] {
-            let config = asked(&database, words).unwrap().config;
-            assert_eq!((config.ridge, config.lambda), (Ridge::Normalised, lambda), "{words}");
-        }
-    }
-
-    #[test]
-    fn a_name_is_looked_for_before_it_is_split() {
-        let blob = blob_with(false, ["a,b=c", "d=1"]);
-        let database = Database::open(&blob).unwrap();
-        let ask = |words: &[&str]| {
-            let words = ["gestus"].iter().chain(words).copied();
-            Line::parse_from(words).stylizer_args.request(&database)
-        };
-        assert_eq!(ask(&["--style", "a,b=c"]).unwrap().style, [(0, 1.0)]);
-        assert_eq!(ask(&["--style", "d=1=0.5"]).unwrap().style, [(1, 0.5)]);
-        assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
-        let error = ask(&["--style", "d=x"]).unwrap_err();
-        assert!(
-            matches!(error.downcast_ref(), Some(ListError::Value { value, .. }) if value == "x"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn what_is_refused_is_named_with_its_value_and_its_range() {
-        let blob = blob();
-        let database = Database::open(&blob).unwrap();
-        let ask = |words: &str| {
-            let words = ["gestus", "--style=proud"].into_iter().chain(words.split_whitespace());
-            Line::parse_from(words).stylizer_args.request(&database).map_err(|e| format!("{e:#}"))
-        };
-        for fine in [
-            "",
-            "--k 64 --visits 64 --rho 0 --speed-limit 0 --prune 0.5",
-            "--timing bounded",
-            "--timing bounded --lead 10 --lag 0",
-            "--strength left-arm=2 --mask left-arm",
-            "--group-style left-arm=proud:2+neutral:1",
-        ] {
-            assert!(ask(fine).is_ok(), "{fine}: {:?}", ask(fine).err());
-        }
-        let groups = database.manifest().unwrap().groups;
-        let all = format!("--mask {}", groups.iter().collect::<Vec<_>>().join(","));
-        for (words, said) in [
-            ("--strength left-arm=3", "--strength left-arm=3: from 0"),
-            ("--strength left-arm=nan", "--strength left-arm=nan: from 0"),
-            ("--visits 1", "--visits 1: from 64 to 448"),
-            ("--k 0", "--k 0: from 1 to 64"),
-            ("--k 100", "--k 100: from 1 to 64"),
-            ("--rho nan", "--rho NaN: from 0 to 1"),
-            ("--speed-limit 0.5", "--speed-limit 0.5: from 1 to 100, or 0 for none"),
-            ("--timing bounded --lead 30", "--lead 30: seconds from 0 to 10"),
-            (
-                "--timing bounded --lead 10 --lag 10",
-                "--lead 10 --lag 10: a lead of 10 s and a lag of 10 s together take",
-            ),
-            ("--group-style left-arm=proud:0", "all weights are 0"),
-            ("--group-style left-arm=proud:nan", "a weight of NaN"),
-            (&all, "nothing left to look at"),
-            ("--lead 0.1", "--lead does nothing without --timing bounded"),
-            ("--timing sync --lag 0.1", "--lag does nothing without --timing bounded"),
-            ("--halflife 3", "--halflife does nothing without --method statistic"),
-            ("--confidence 3", "--confidence does nothing without --method lti"),
-            ("--preference 3", "--preference does nothing without --method lti"),
-        ] {
-            let message = ask(words).unwrap_err();
-            assert!(message.contains(said), "{words}: {message}");
-        }
-    }
-}
+mod tests;

@@ -1,0 +1,302 @@
+use std::{fs, sync::Arc};
+
+use super::*;
+use crate::{
+    build::{BuildOptions, build},
+    data_folder::skeletons::size,
+    synth::performance,
+};
+use gestus_motion::{formats::bvh::Bvh, unit::Unit};
+
+fn generated() -> Clip {
+    performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip
+}
+
+/// The first joint of a long bone.
+fn long_bone() -> usize {
+    let skeleton = generated().skeleton;
+    (1..skeleton.joints())
+        .find(|&j| skeleton.offsets[j].norm() > 0.2 && skeleton.parents[j] != Some(0))
+        .unwrap()
+}
+
+/// The same motion by a body of another size.
+fn scale(clip: &mut Clip, times: f64) {
+    Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= times);
+    clip.frames.iter_mut().for_each(|frame| frame.root *= times);
+}
+
+/// A folder of generated clips, which goes when it is dropped.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("gestus-load-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    /// Writes a clip of so many frames of a walk.
+    fn walk(&self, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+        self.write("walk", file, frames, change);
+    }
+
+    /// Writes a clip of so many frames of an action.
+    fn write(&self, action: &str, file: &str, frames: usize, change: impl FnOnce(&mut Clip)) {
+        let mut clip = performance(1, action, "neutral", 30.0, 4.0).unwrap().clip;
+        clip.frames.truncate(frames);
+        change(&mut clip);
+        fs::write(self.0.join(file), Bvh::from_clip(&clip, Unit::Centimetres).unwrap().to_text()).unwrap();
+    }
+
+    fn load(&self, more: &str) -> Result<Loaded, LoadError> {
+        let mut config = Config::parse(more, "gestus.toml").unwrap();
+        config.data = Some(self.0.clone());
+        load(&config)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_clip_of_one_frame_at_another_rate_decides_nothing() {
+    let folder = Folder::new("rate");
+    folder.walk("walk_a_1.bvh", 1, |clip| clip.rate_hz = 120.0);
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    let loaded = folder.load("").unwrap();
+    assert_eq!((loaded.corpus.rate_hz, loaded.left_out.len()), (30.0, 1), "{:?}", loaded.notes);
+    let slower = folder.load("rate_hz = 20").unwrap();
+    assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
+}
+
+#[test]
+fn clips_of_one_name_are_told_apart_by_their_folders() {
+    let folder = Folder::new("names");
+    for style in ["a", "b"] {
+        fs::create_dir_all(folder.0.join(style)).unwrap();
+        folder.walk(&format!("{style}/walk-1.bvh"), 120, |_| ());
+    }
+    folder.walk("a/walk-2.bvh", 120, |_| ());
+    let loaded = folder.load("patterns = [\"{style}/{action}-{take}.bvh\"]").unwrap();
+    let mut names: Vec<&str> = loaded.corpus.examples.iter().map(|e| e.clip.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["a/walk-1", "b/walk-1", "walk-2"]);
+}
+
+#[test]
+fn the_skeleton_is_the_one_that_most_files_have() {
+    let folder = Folder::new("skeleton");
+    folder.walk("walk_a_1.bvh", 120, |clip| Arc::make_mut(&mut clip.skeleton).names[3] = "Other".into());
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    folder.walk("walk_c_1.bvh", 120, |_| ());
+    let loaded = folder.load("").unwrap();
+    assert_eq!(loaded.corpus.styles, ["b", "c"]);
+    let said = loaded.notes.join("\n");
+    assert!(said.contains("walk_a_1.bvh: its skeleton differs from that of walk_b_1 and 1 more"), "{said}");
+}
+
+/// Of a skeleton of the same joints rotations may mean something else, or lengths.
+#[test]
+fn a_body_in_another_rest_pose_or_unit_is_left_out_and_named() {
+    let folder = Folder::new("rest");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    let arm = long_bone();
+    folder.walk("walk_c_1.bvh", 120, |clip| {
+        let offset = &mut Arc::make_mut(&mut clip.skeleton).offsets[arm];
+        *offset = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, 1.0) * *offset;
+    });
+    folder.walk("walk_d_1.bvh", 120, |clip| scale(clip, 0.01));
+    let loaded = folder.load("unit = 'cm'").unwrap();
+    assert_eq!(loaded.corpus.styles, ["a", "b"]);
+    let said = loaded.notes.join("\n");
+    for wanted in ["lies 57 degrees off at rest", "its bones are 0.01 times as long"] {
+        assert!(said.contains(wanted), "{said}");
+    }
+}
+
+/// A folder in which some clips had their floor at the hips taught feet at two heights.
+#[test]
+fn clips_on_floors_of_their_own_are_moved_onto_one_at_zero() {
+    let actions = ["walk", "run", "jump"];
+    let write = |name: &str, floors: [f64; 3]| {
+        let folder = Folder::new(name);
+        for (action, floor) in actions.iter().zip(floors) {
+            for style in ["a", "b"] {
+                folder.write(action, &format!("{action}_{style}_1.bvh"), 120, |clip| {
+                    clip.frames.iter_mut().for_each(|frame| frame.root.y += floor);
+                });
+            }
+        }
+        folder
+    };
+    // How far the hips of the first clip of each action are above those of another folder's, metres.
+    let above = |one: &Loaded, other: &Loaded| {
+        let first = |loaded: &Loaded, action: usize| {
+            let of = loaded.corpus.examples.iter().find(|e| e.action == action).unwrap();
+            of.clip.frames[7].root.y
+        };
+        [0, 1, 2].map(|action| first(one, action) - first(other, action))
+    };
+    let plain = write("plain-floor", [0.0; 3]).load("").unwrap();
+    assert_eq!(plain.floors, []);
+    for floors in [[0.0, -0.72, 1.3], [0.0, 0.4, 0.41]] {
+        let folder = write("own-floors", floors);
+        let moved = folder.load("").unwrap();
+        let apart = above(&moved, &plain);
+        assert!(apart.iter().all(|apart| apart.abs() < 0.02), "{floors:?}: {apart:?}");
+        assert_eq!(moved.floors.len(), 4, "{:?}", moved.floors);
+        let said = moved.notes.join("\n");
+        assert!(said.contains("_a_1 is on a floor at ") && said.contains("`[floors]`"), "{said}");
+        // What is told is not looked for.
+        let told = folder.load("floor = 0.0\n[floors]\n\"walk_a_1.bvh\" = 0.5").unwrap();
+        let [jump, run, walk] = above(&told, &plain);
+        let off = [walk + 0.5, run - floors[1], jump - floors[2]];
+        assert!(off.iter().all(|off| off.abs() < 1e-5), "{off:?}");
+    }
+    // All on one floor: as tall as before, up to the height of a sole.
+    let sunk = write("sunk", [-0.72; 3]).load("").unwrap();
+    let [a, b, c] = above(&sunk, &plain);
+    assert!(sunk.floors.len() == 6 && (a - b).abs() < 1e-5 && (a - c).abs() < 1e-5, "{:?}", sunk.floors);
+    assert!(a.abs() < 0.04, "{a}");
+    let message = Config::parse("[floors]\nx = 3000", "c").unwrap_err().to_string();
+    assert!(message.contains("`floor` is 3000; expected metres"), "{message}");
+    let absent = write("sunk", [0.0; 3]).load("[floors]\nx = 3").unwrap_err().to_string();
+    assert!(absent.contains("`floors`: no file is called `x`"), "{absent}");
+}
+
+/// A tall actor's steps are a tall body's, and his feet are where its feet are.
+#[test]
+fn a_larger_body_takes_the_steps_of_the_common_one() {
+    let folder = Folder::new("tall");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    folder.walk("walk_b_1.bvh", 120, |clip| scale(clip, 1.2));
+    let corpus = folder.load("").unwrap().corpus;
+    let [one, other] = &corpus.examples[..] else { panic!("both are used") };
+    assert_eq!(one.clip.skeleton, other.clip.skeleton);
+    let apart = one.clip.frames.iter().zip(&other.clip.frames).map(|(a, b)| (a.root - b.root).norm());
+    let most = apart.fold(0.0, f64::max);
+    // Both are the same performance; files hold some digits.
+    assert!(most < 1e-4, "{most}");
+    let middle = (size(&one.clip.skeleton) / size(&generated().skeleton) - 1.1).abs();
+    assert!(middle < 1e-4, "{middle}");
+}
+
+#[test]
+fn a_limit_counts_what_is_used() {
+    let folder = Folder::new("limit");
+    folder.walk("walk_a_1.bvh", 5, |_| ());
+    folder.walk("walk_a_2.bvh", 120, |_| ());
+    folder.walk("walk_a_3.bvh", 120, |_| ());
+    let loaded = folder.load("limit = 1").unwrap();
+    assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (1, 1), "{:?}", loaded.notes);
+    assert_eq!(loaded.corpus.examples[0].clip.name, "walk_a_2");
+}
+
+/// What registration leaves out had its say in the length of everybody's bones, but for a limit.
+#[test]
+fn a_clip_that_is_left_out_has_no_say_in_the_bones() {
+    let folder = Folder::new("bones");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    let alone = folder.load("").unwrap().corpus.skeleton;
+    let tall = |clip: &mut Clip| {
+        Arc::make_mut(&mut clip.skeleton).offsets.iter_mut().for_each(|offset| *offset *= 1.3);
+    };
+    folder.walk("walk_a_2.bvh", 5, tall);
+    let loaded = folder.load("").unwrap();
+    assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (2, 1), "{:?}", loaded.notes);
+    assert_eq!(loaded.corpus.skeleton.offsets, alone.offsets);
+    // Nothing is left out, of whatever reason, and all of it is told.
+    fs::write(folder.0.join("walk_b_2.bvh"), "HIERARCHY").unwrap();
+    let said = folder.load("strict = true").unwrap_err().to_string();
+    for wanted in
+        ["2 files or clips can't be used (--strict", "walk_a_2: no gait cycle found", "walk_b_2.bvh:1:"]
+    {
+        assert!(said.contains(wanted), "{wanted}: {said}");
+    }
+    assert!(
+        said.contains("1 without a gait cycle (walk_a_2)") && said.contains("walk = \"whole\""),
+        "{said}"
+    );
+}
+
+/// A pose to calibrate by, beside good clips: `build` called its knots a fault of the builder.
+#[test]
+fn a_pose_among_the_clips_of_an_action_is_left_out_and_named() {
+    let folder = Folder::new("pose");
+    for style in ["a", "b"] {
+        folder.write("punch", &format!("punch_{style}_2.bvh"), 60, |_| ());
+    }
+    for frames in [1, 2] {
+        folder.write("punch", "punch_a_1.bvh", frames, |_| ());
+        for limit in ["", "limit = 1"] {
+            let loaded = folder.load(limit).unwrap();
+            let said = loaded.notes.join("\n");
+            assert!(
+                said.contains(&format!("left out: punch_a_1: too short: {frames} of the 3 frames")),
+                "{said}"
+            );
+            assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (2, 1), "{said}");
+            build(&loaded.corpus, &BuildOptions::default()).unwrap();
+        }
+    }
+    // As its style's only clip it leaves the style out, and with it what nothing else can be paired with.
+    folder.write("punch", "punch_c_1.bvh", 1, |_| ());
+    assert_eq!(folder.load("").unwrap().corpus.styles, ["a", "b"]);
+}
+
+/// A dance that is called a walk: it was left out in every style.
+#[test]
+fn an_action_without_cycles_is_taken_as_a_whole() {
+    let folder = Folder::new("whole");
+    for style in ["a", "b"] {
+        folder.walk(&format!("walk_{style}_1.bvh"), 120, |_| ());
+        folder.walk(&format!("run_{style}_1.bvh"), 12, |_| ());
+    }
+    let loaded = folder.load("").unwrap();
+    assert_eq!((loaded.corpus.actions.len(), loaded.left_out.len()), (2, 0), "{:?}", loaded.notes);
+    assert!(loaded.notes.iter().any(|n| n.contains("action run: no clip has a gait cycle")));
+    // Where the folder says what it is, it is that.
+    let loaded = folder.load("kind = { run = 'gait' }").unwrap();
+    assert_eq!((loaded.corpus.actions.len(), loaded.left_out.len()), (1, 2), "{:?}", loaded.notes);
+}
+
+#[test]
+fn terms_in_the_folder_are_named() {
+    let folder = Folder::new("terms");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    fs::write(folder.0.join("LICENSE.txt"), "mine").unwrap();
+    let has = |more: &str| folder.load(more).unwrap().notes.iter().any(|n| n.contains("LICENSE.txt"));
+    assert!(has("") && !has("licence = 'CC-BY'"));
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let folder = Folder::new("not-there");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    let message = |more: &str| folder.load(more).unwrap_err().to_string();
+    assert!(message("styles = ['proud']").contains("no style is called `proud`: there are a"));
+    assert!(message("actions = ['walk', 'pnuch']").contains("no action is called `pnuch`: there are walk"));
+    let config = Config { data: Some(folder.0.join("walk_a_1.bvh")), ..Config::default() };
+    let message = load(&config).unwrap_err().to_string();
+    assert!(message.contains("walk_a_1.bvh: this is a file: give the folder"), "{message}");
+}
+
+#[test]
+fn a_clip_that_would_fill_the_memory_is_left_out() {
+    let folder = Folder::new("memory");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    folder.walk("walk_b_1.bvh", 120, |clip| {
+        clip.rate_hz = 1.0;
+        clip.frames = clip.frames.iter().cycle().take(400).cloned().collect();
+    });
+    let loaded = folder.load("rate_hz = 1000").unwrap();
+    let said = loaded.notes.join("\n");
+    assert!(said.contains("walk_b_1.bvh: 399.0 s are 399001 frames at 1000 a second"), "{said}");
+    assert_eq!(loaded.corpus.styles, ["a"]);
+}
