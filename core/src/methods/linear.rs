@@ -194,7 +194,7 @@ impl<const J: usize> Slot<J> {
     }
 }
 
-/// The dofs that a model reads and writes, as slices of [dofs].
+/// The dofs that a model reads and writes, as slices of `[dofs]`.
 struct ModelDofs<'a> {
     /// The input.
     x: &'a [f32],

@@ -47,7 +47,7 @@ pub(crate) enum Width {
     Absolute(f32),
 }
 
-/// Computes mixing proportions `exp(-D / width)` from the squared distances of the classes, [classes]. A negative distance
+/// Computes mixing proportions `exp(-D / width)` from the squared distances of the classes, `[classes]`. A negative distance
 /// marks a class that was not searched.
 ///
 /// Classes are kept in order of their proportion until the others have at most `prune` of the weight, or `most` are kept.

@@ -88,7 +88,7 @@ impl Stillness {
         self.posture >= 1.0
     }
 
-    /// Moves the output towards the input plus `offset`, which is `y'[t-1] - x[t-1]`. All slices are [dofs].
+    /// Moves the output towards the input plus `offset`, which is `y'[t-1] - x[t-1]`. All slices are `[dofs]`.
     #[inline(never)]
     pub fn apply(&self, x: &[f32], offset: &[f32], output: &mut [f32]) {
         let posture = clamp(self.posture, 0.0, 1.0);

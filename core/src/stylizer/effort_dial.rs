@@ -143,7 +143,7 @@ impl<'db> Dial<'db> {
         core::array::from_fn(|k| usize::from(u16_at(self.section, effort::NODES.start + 2 * k)))
     }
 
-    /// Weights of the styles for a target, [styles], of sum 1, and the Effort that they reach. A target beyond the grid is
+    /// Weights of the styles for a target, `[styles]`, of sum 1, and the Effort that they reach. A target beyond the grid is
     /// moved to its end, NaN to the lower one.
     pub fn weights(&self, target: Effort) -> ([f32; MAX_STYLES], Reached) {
         let (nodes, range, factors) = (self.nodes(), self.range(), target.factors());

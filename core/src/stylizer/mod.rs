@@ -353,7 +353,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 }
 
 /// Blends input `x` and prediction by the strength of each joint group. Replaces implausible dofs of `predicted` by the input,
-/// and returns true if there were any. All slices are [dofs].
+/// and returns true if there were any. All slices are `[dofs]`.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn apply_strength(

@@ -81,7 +81,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.settings.mix(self.settings.mix_of(group)).weight(style)
     }
 
-    /// Weights of the output style, [styles]; they sum to 1.
+    /// Weights of the output style, `[styles]`; they sum to 1.
     pub fn style(&self) -> &[f32] {
         self.settings.styles.get(..self.database.counts().styles).unwrap_or(&[])
     }

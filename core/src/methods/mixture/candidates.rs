@@ -131,7 +131,7 @@ impl<const C: usize> ClassDistances<C> {
         }
     }
 
-    /// Mean squared distances, [classes]; negative for classes that were not searched in this frame.
+    /// Mean squared distances, `[classes]`; negative for classes that were not searched in this frame.
     pub fn distances(&self, database: &Database<'_>) -> [f32; C] {
         let mut distances = [UNKNOWN; C];
         let classes = self.mean_distance2.iter().zip(&self.age).take(database.counts().classes);

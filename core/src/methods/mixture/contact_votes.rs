@@ -100,7 +100,7 @@ impl Votes {
         Self { voters_per_class: voters(classes), ..Self::default() }
     }
 
-    /// Sets the legs of the input from its dofs and those of the frame before, [dofs], if the database names legs.
+    /// Sets the legs of the input from its dofs and those of the frame before, `[dofs]`, if the database names legs.
     pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
         for (query, leg) in self.legs.iter_mut().zip(database.legs().iter().flatten()) {
             query.set(database, leg, x, x_prev);

@@ -78,7 +78,7 @@ fn settling_s(database: &Database<'_>, config: &Config, classes: &[Share]) -> f3
     config.settle_s * classes.iter().map(|share| share.proportion * part(share)).sum::<f32>()
 }
 
-/// The output before strength, [dofs].
+/// The output before strength, `[dofs]`.
 #[derive(Debug, Clone)]
 pub(super) struct Settled<const J: usize>(Dofs<J>);
 

@@ -37,7 +37,7 @@ struct NeighborStep {
     input_distance2: u64,
     /// Duration of the neighbor's step, seconds.
     step_s: f32,
-    /// Output dof and its change, [entries of the metric], in the fixed point of examples.
+    /// Output dof and its change, `[entries of the metric]`, in the fixed point of examples.
     output: [[i32; 2]; MAX_TIMING],
 }
 
@@ -65,7 +65,7 @@ impl<const K: usize> Steps<K> {
         Self::NEW
     }
 
-    /// Sets what neighbors are compared with: the input's dofs and those of the frame before, [dofs].
+    /// Sets what neighbors are compared with: the input's dofs and those of the frame before, `[dofs]`.
     pub fn set_query(&mut self, database: &Database<'_>, x: &[f32], x_prev: &[f32]) {
         self.entries = database.counts().timing.min(MAX_TIMING);
         for (i, entry) in self.metric.iter_mut().enumerate().take(self.entries) {
@@ -94,7 +94,7 @@ impl<const K: usize> Steps<K> {
         neighbor.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
     }
 
-    /// Predicts the class's step, seconds, from its synthesized output `y` and the output before it, [dofs]. `width` is the
+    /// Predicts the class's step, seconds, from its synthesized output `y` and the output before it, `[dofs]`. `width` is the
     /// kernel's, as a multiple of the mean squared distance. 0 without neighbors.
     pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
         let metric = self.metric.get(..self.entries).unwrap_or(&[]);
