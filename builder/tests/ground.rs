@@ -12,7 +12,7 @@ use gestus_database::{
     stream::{
         Request,
         course::Root,
-        input::{Input, Reading},
+        input::{Input, InputOptions},
         translate::translate,
         verdict::{self, Likeness, Verdict},
     },
@@ -28,7 +28,7 @@ use gestus_motion::{
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Reads a clip as from a file.
-fn read(clip: &Clip, reading: &Reading) -> anyhow::Result<Input> {
+fn read(clip: &Clip, reading: &InputOptions) -> anyhow::Result<Input> {
     static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     let path: PathBuf =
@@ -40,7 +40,7 @@ fn read(clip: &Clip, reading: &Reading) -> anyhow::Result<Input> {
 }
 
 /// A clip in the second style.
-fn styled(clip: &Clip, reading: &Reading) -> (Input, Clip) {
+fn styled(clip: &Clip, reading: &InputOptions) -> (Input, Clip) {
     let input = read(clip, reading).unwrap();
     let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
     let output = input.output(&streamed);
@@ -83,11 +83,11 @@ fn apart(a: &Clip, b: &Clip) -> [f64; 2] {
 #[test]
 fn a_clip_keeps_its_own_floor() {
     for clip in [walk().clone(), without_toes()] {
-        let (plain_in, plain) = styled(&clip, &Reading::default());
+        let (plain_in, plain) = styled(&clip, &InputOptions::default());
         assert_eq!(plain_in.floor().source, Source::Zero);
         for height in [-0.72, 0.9] {
             let lifted = changed(&clip, |f| f.root.y += height);
-            let (input, output) = styled(&lifted, &Reading::default());
+            let (input, output) = styled(&lifted, &InputOptions::default());
             assert_eq!(input.floor().source, Source::Body);
             assert!((input.floor().height_m - height).abs() < 0.02, "{:?}", input.floor());
             let back = changed(&output, |f| f.root.y -= height);
@@ -106,21 +106,21 @@ fn a_body_that_rolls_does_not_turn_its_world() {
         let turn = t as f64 / count * 1.1 * std::f64::consts::PI;
         frame.rotations[0] = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), turn) * frame.rotations[0];
     }
-    let input = read(&roll, &Reading::default()).unwrap();
+    let input = read(&roll, &InputOptions::default()).unwrap();
     assert!((input.up() - Vector3::y()).norm() < 1e-6, "{}", input.up());
 }
 
 #[test]
 fn a_told_floor_wins() {
-    let told = |floor_m| Reading {
+    let told = |floor_m| InputOptions {
         map: MapFile { floor_m: Some(floor_m), ..MapFile::default() },
-        ..Reading::default()
+        ..InputOptions::default()
     };
     for clip in [walk().clone(), without_toes()] {
         let (_, plain) = styled(&clip, &told(0.0));
         let lifted = changed(&clip, |f| f.root.y += 0.3);
         let (input, output) = styled(&lifted, &told(0.3));
-        assert_eq!((input.floor().height_m, input.floor().source), (0.3, Source::Told));
+        assert_eq!((input.floor().height_m, input.floor().source), (0.3, Source::Stated));
         let [joints, heights] = apart(&plain, &changed(&output, |f| f.root.y -= 0.3));
         assert!(joints < 1.0 && heights < 1.0, "joints {joints} cm, hips {heights} cm");
     }
@@ -128,9 +128,9 @@ fn a_told_floor_wins() {
 
 #[test]
 fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
-    let (_, plain) = styled(walk(), &Reading::default());
+    let (_, plain) = styled(walk(), &InputOptions::default());
     let held = changed(walk(), |f| f.root = Vector3::new(1.5, f.root.y, -2.0));
-    let (input, output) = styled(&held, &Reading::default());
+    let (input, output) = styled(&held, &InputOptions::default());
     let course = input.course().expect("it walks in place");
     let path = |c: &Clip| {
         c.frames
@@ -148,13 +148,13 @@ fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
         assert!(off < 0.15, "{off} m");
     }
     // Told, it is left as it is; and what moves is not in place.
-    let motion = Reading { root: Some(Root::Motion), ..Reading::default() };
+    let motion = InputOptions { root: Some(Root::Motion), ..InputOptions::default() };
     assert!(read(&held, &motion).unwrap().course().is_none());
-    assert!(read(walk(), &Reading::default()).unwrap().course().is_none());
+    assert!(read(walk(), &InputOptions::default()).unwrap().course().is_none());
     let slow =
         changed(&held, |f| f.rotations.iter_mut().skip(1).for_each(|q| *q = UnitQuaternion::identity()));
-    assert!(read(&slow, &Reading::default()).unwrap().course().is_none());
-    let told = Reading { root: Some(Root::InPlace), ..Reading::default() };
+    assert!(read(&slow, &InputOptions::default()).unwrap().course().is_none());
+    let told = InputOptions { root: Some(Root::InPlace), ..InputOptions::default() };
     assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.told));
 }
 
@@ -169,7 +169,7 @@ fn gaits_in_place_are_found_and_acts_on_the_spot_are_not() {
         clip.rate_hz = 30.0;
         clip
     };
-    let course = |clip: &Clip| read(clip, &Reading::default()).unwrap().course().cloned();
+    let course = |clip: &Clip| read(clip, &InputOptions::default()).unwrap().course().cloned();
     for style in synth::STYLES {
         for (action, frames, times) in [("run", 20, 2.0), ("run", 20, 1.0), ("walk", 45, 1.0)] {
             let moving = clip(action, style, frames, times);
@@ -203,7 +203,7 @@ fn a_loop_stays_a_loop() {
                 f.root = Vector3::new(0.0, f.root.y, 0.0);
             }
         });
-        let reading = Reading { looped: true, ..Reading::default() };
+        let reading = InputOptions { looped: true, ..InputOptions::default() };
         let input = read(&clip, &reading).unwrap();
         let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
         let output = input.output(&streamed);
@@ -231,7 +231,7 @@ fn a_loop_stays_a_loop() {
     for (t, frame) in bent.frames.iter_mut().enumerate() {
         frame.rotations[1] = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), t as f64 / count * 3.0);
     }
-    let reading = Reading { looped: true, ..Reading::default() };
+    let reading = InputOptions { looped: true, ..InputOptions::default() };
     let message = format!("{:#}", read(&bent, &reading).unwrap_err());
     assert!(message.contains("no pose of the clip comes back"), "{message}");
 }
@@ -242,7 +242,7 @@ fn largest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 
 #[test]
 fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
-    let input = read(walk(), &Reading::default()).unwrap();
+    let input = read(walk(), &InputOptions::default()).unwrap();
     let verdict = verdict::before(&database(), &input).unwrap();
     assert_eq!(verdict.likeness, Likeness::Like);
     assert_eq!(verdict.actions[0].0, "walk");
@@ -264,7 +264,7 @@ fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
             frame.rotations[body.landmarks.hip_joints[side]] = turn;
         }
     }
-    let input = read(&rows, &Reading::default()).unwrap();
+    let input = read(&rows, &InputOptions::default()).unwrap();
     let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
     let verdict = Verdict::of(&database(), &input, &streamed);
     assert_eq!(verdict.likeness, Likeness::Unlike, "{verdict:?}");

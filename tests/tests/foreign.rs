@@ -25,7 +25,7 @@ use gestus_database::{
     },
     stream::{
         Request,
-        input::{Input, Reading, read_clip},
+        input::{Input, InputOptions, read_clip},
         translate::translate,
         verdict::Verdict,
     },
@@ -140,7 +140,11 @@ impl Figures {
 
 fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> {
     let path = row.file(database)?;
-    let input = Input::read_with(&path, database, &Reading { looped: row.is("loop"), ..Reading::default() })?;
+    let input = Input::read_with(
+        &path,
+        database,
+        &InputOptions { looped: row.is("loop"), ..InputOptions::default() },
+    )?;
     let streamed = translate(database, &input, &Request::style(style), &mut ())?;
     let output = input.output(&streamed);
     // What is written is what was checked.

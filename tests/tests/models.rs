@@ -8,7 +8,7 @@ use gestus_database::{
     blob::cut::models_only,
     command_line::stylizer_args::methods,
     models::lti::{Model, clip},
-    stream::{Request, Streamed, from_pose, stream, stream_told, to_pose},
+    stream::{Request, Streamed, from_pose, stream, stream_with_labels, to_pose},
 };
 use gestus_tests::{
     motion,
@@ -324,7 +324,11 @@ fn an_action_set_during_a_stream_takes_effect_from_there() {
     let clip = motion::unseen(0, 0, 40);
     let request = Request { config: STATISTIC, ..Request::style(1) };
     let told = |actions: &[(usize, u16)]| {
-        stream_told(&database, &clip, &request, actions, &mut ()).unwrap().steps.into_iter().map(|s| s.frame)
+        stream_with_labels(&database, &clip, &request, actions, &mut ())
+            .unwrap()
+            .steps
+            .into_iter()
+            .map(|s| s.frame)
     };
     let known = |action| {
         let request = Request { action, ..request.clone() };
@@ -332,7 +336,7 @@ fn an_action_set_during_a_stream_takes_effect_from_there() {
     };
     assert!(told(&[(0, 1)]).eq(known(Some(1))));
     assert!(told(&[(20, 1)]).take(20).eq(known(None).take(20)));
-    assert!(stream_told(&database, &clip, &request, &[(20, 9)], &mut ()).is_err());
+    assert!(stream_with_labels(&database, &clip, &request, &[(20, 9)], &mut ()).is_err());
 }
 
 fn refuses(name: &str, blob: &[u8], section: u16, record: u32) {

@@ -1,7 +1,7 @@
 //! Contacts against the generator's truth, found in each clip alone and carried over the canonical timeline.
 
 use gestus_database::{
-    registration::contact::{carry, contacts},
+    registration::contact::{apply_majority, contacts},
     synth::{Options, corpus},
 };
 use gestus_motion::{corpus::Example, landmarks::Landmarks};
@@ -37,7 +37,7 @@ fn the_canonical_timeline_knows_contacts_at_least_as_well_as_each_clip_does() {
         example.contacts = contacts(&example.clip, &landmarks);
     }
     let alone = f1(&found, &truth.examples);
-    carry(&mut found);
+    apply_majority(&mut found);
     let carried = f1(&found, &truth.examples);
     println!("F1 of contacts: {alone:.4} in each clip alone, {carried:.4} over the canonical timeline");
     assert!(carried > alone - 0.005 && carried > 0.85, "{alone} {carried}");

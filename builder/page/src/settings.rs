@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Effort, Method, config::Timing};
-use gestus_database::stream::{Request, input::Reading};
+use gestus_database::stream::{Request, input::InputOptions};
 use serde::Deserialize;
 
 /// An animation of the file, and what is told about it, with the meaning and the defaults of the options of
@@ -28,10 +28,10 @@ impl Animation {
     ///
     /// # Errors
     /// A floor that is too far away, or a root of another name.
-    pub fn reading(&self) -> Result<Reading> {
+    pub fn reading(&self) -> Result<InputOptions> {
         let root = self.root.as_deref().map(str::parse).transpose();
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
-        Reading { root, looped: self.looped, ..Reading::default() }.on_floor(self.floor)
+        InputOptions { root, looped: self.looped, ..InputOptions::default() }.on_floor(self.floor)
     }
 }
 

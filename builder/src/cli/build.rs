@@ -51,10 +51,10 @@ pub struct Args {
     /// How output cycles are chosen: both (the default), spread, viterbi, nearest, kernel, mean or take
     #[arg(long)]
     pairing: Option<String>,
-    /// Style that the linear models take; `normal` or `neutral`, or else the first, where left out
+    /// Style that the linear models take; default: `normal` or `neutral`, or else the first
     #[arg(long)]
     from: Option<String>,
-    /// Keep at most so many cycles of each action and style, those that stand for the others best; all where left out
+    /// Greatest number of cycles of each action and style; those are kept that represent the others best; default: all
     #[arg(long)]
     cycles: Option<usize>,
     /// Components of a search feature, 1 to 32
@@ -66,10 +66,10 @@ pub struct Args {
     /// Greatest size of the database, as 512K, 1M or 65536: chooses row error, features and cycles for it
     #[arg(long, value_name = "SIZE", value_parser = size, conflicts_with_all = ["row_error", "features"])]
     bytes: Option<usize>,
-    /// Leave out the linear models and the statistics
+    /// Leave out the tables by phase, the linear models and the statistics
     #[arg(long)]
     no_models: bool,
-    /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long, conflicts_with = "no_effort")]
     labels: Option<PathBuf>,
     /// Add the effort dial, for `--effort` of other commands. It is measured, which takes most of the time of a build; so do

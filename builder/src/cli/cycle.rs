@@ -21,16 +21,16 @@ pub struct Args {
     /// The gait
     #[arg(long, default_value = "walk")]
     action: String,
-    /// Styles to learn from, s,t; all where left out
+    /// Styles to learn from, s,t; default: all
     #[arg(long, value_delimiter = ',')]
     styles: Vec<String>,
-    /// Style, or weights a=1,b=0.5, which are normalised to sum 1; a negative weight goes away from a style
+    /// Style, or weights a=1,b=0.5, which are normalised to sum 1; a negative weight moves away from a style
     #[arg(long, allow_hyphen_values = true)]
     style: String,
-    /// Speed, metres a second, which may be beyond the data's; the style's medium speed where left out
+    /// Speed, metres a second, which may be beyond the data's; default: the style's medium speed
     #[arg(long)]
     speed: Option<f64>,
-    /// Style whose cycle the others are warped onto; `normal` or `neutral`, or else the first, where left out
+    /// Style whose cycle the others are warped onto; default: `normal` or `neutral`, or else the first
     #[arg(long)]
     from: Option<String>,
     /// Length, seconds

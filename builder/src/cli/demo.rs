@@ -49,10 +49,10 @@ pub struct SynthArgs {
     /// Seed: the same seed gives the same motion
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Actions, a,b; all where left out
+    /// Actions, a,b; default: all
     #[arg(long, value_delimiter = ',')]
     actions: Vec<String>,
-    /// Styles, s,t; all where left out
+    /// Styles, s,t; default: all
     #[arg(long, value_delimiter = ',')]
     styles: Vec<String>,
     /// Clips of each action and style

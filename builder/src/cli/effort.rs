@@ -48,7 +48,7 @@ struct OutputsArgs {
     /// The clips, BVH or glTF
     #[arg(long, required = true, num_args = 1..)]
     input: Vec<PathBuf>,
-    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long)]
     labels: Option<PathBuf>,
     /// How far each factor is turned, 0 to 3

@@ -26,7 +26,7 @@ use super::{
     selection::{ClassArgs, FrameArgs, Selection},
 };
 
-/// Measure: errors, ablations, search, compression, effort.
+/// Measure accuracy, timing, contacts, search, size and more.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -46,7 +46,7 @@ enum Measure {
     Ablation(Clips<ablation::Args>),
     /// Recall, visits and time of the search
     Knn(Clips<knn::Args>),
-    /// What the core does otherwise than Xia 2015, beside what the paper says: eq. 1, neighbors for timing and contacts
+    /// Where the core differs from Xia 2015, compared with the paper's own way: eq. 1, neighbors for timing and contacts
     Literal(Clips<literal::Args>),
     /// Bytes a frame against joint error
     Compression(Clips<compression::Args>),
@@ -70,7 +70,7 @@ enum Measure {
     Starts(Clips<starts::Args>),
     /// Motion of actions that the database lacks: no worse than the input, and flagged
     Cross(Clips<cross::Args>),
-    /// A walk that steps over something, ducks or leans back: kept, and recovered from
+    /// Walks that step over something, duck or lean back: how much is kept, and how fast the output recovers
     Deviations(Clips<deviations::Args>),
     /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
     Field(Clips<field::Args>),
@@ -134,13 +134,13 @@ struct Common {
     report: ReportArgs,
     #[command(flatten)]
     classes: ClassArgs,
-    /// Style of the test clips; `normal` or `neutral`, or else the first, where left out
+    /// Style of the test clips; default: `normal` or `neutral`, or else the first
     #[arg(long)]
     from: Option<String>,
-    /// Output styles, u,v; all others where left out
+    /// Output styles, u,v; default: all others
     #[arg(long, value_delimiter = ',')]
     to: Vec<String>,
-    /// Test clips of each action; 2 where left out
+    /// Test clips of each action; default: 2
     #[arg(long)]
     folds: Option<usize>,
     /// File that says which clips are for choosing constants and which for publishing figures: all test and truth clips are

@@ -38,7 +38,7 @@ struct Cli {
 #[allow(clippy::large_enum_variant)]
 #[derive(Subcommand)]
 enum Command {
-    /// Generated motion to a database to a stylized clip, with a page to look at: start here
+    /// Generate motion, build a database, stylize clips and write a page that shows them: start here
     Demo(demo::DemoArgs),
     /// Write generated motion as BVH files
     Synth(demo::SynthArgs),
@@ -64,7 +64,7 @@ enum Command {
     Retarget(retarget::Args),
     /// Laban effort: a table of fragments for people to label
     Effort(effort::Args),
-    /// Measure: errors, ablations, search, compression, effort
+    /// Measure accuracy, timing, contacts, search, size and more
     Evaluate(evaluate::Args),
 }
 

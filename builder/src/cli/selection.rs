@@ -23,10 +23,10 @@ pub struct Selection {
 /// Which actions and styles are used.
 #[derive(clap::Args, Clone, Default)]
 pub struct ClassArgs {
-    /// Actions to use, a,b; all where left out
+    /// Actions to use, a,b; default: all
     #[arg(long, value_delimiter = ',')]
     pub actions: Vec<String>,
-    /// Styles to use, s,t; all where left out. The first is the stylizer's initial output style
+    /// Styles to use, s,t; default: all. The first is the stylizer's initial output style
     #[arg(long, value_delimiter = ',')]
     pub styles: Vec<String>,
 }
@@ -45,7 +45,7 @@ pub struct FrameArgs {
     /// Frames a second of the database, from 1 to 1000
     #[arg(long)]
     rate: Option<f64>,
-    /// Use at most so many clips of each action and style; clips that can't be used do not count; 0: no limit
+    /// Greatest number of clips of each action and style; clips that can't be used do not count; 0: no limit
     #[arg(long)]
     limit: Option<usize>,
     /// Make it an error if a clip can't be used, instead of leaving it out

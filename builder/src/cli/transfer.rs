@@ -33,7 +33,7 @@ pub struct Args {
     reference: PathBuf,
     #[command(flatten)]
     unit: UnitArgs,
-    /// Height of the floor in the clip, metres. Where left out: the height at which its feet stand
+    /// Height of the floor in the clip, metres. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     floor: Option<f64>,
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
@@ -42,7 +42,7 @@ pub struct Args {
     /// Euler angles instead of quaternions, to compare
     #[arg(long)]
     euler: bool,
-    /// Take every frame through the time warp and back, as the paper does, instead of weighing it by the warp
+    /// Map every frame through the time warp and back, as the paper does, instead of weighing it by the warp
     #[arg(long)]
     literal: bool,
     /// Leave foot skate in the output: feet that stand in the clip may slide

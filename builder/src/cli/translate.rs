@@ -13,7 +13,7 @@ use gestus_database::{
     effort::{self, sheet::caveat, synthesize},
     stream::{
         Request, Streamed, Watcher,
-        input::{Input, Reading},
+        input::{Input, InputOptions},
         trace::Trace,
         translate::{degraded_words, figures, translate, translate_clean},
         verdict::Verdict,
@@ -71,7 +71,7 @@ struct CommonArgs {
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
     /// Efforts that people gave, for `--method effort`: a filled-in table of `gestus effort sheet` whose clips are in
-    /// the database; estimates where left out
+    /// the database; default: estimates
     #[arg(long)]
     labels: Option<PathBuf>,
     /// A page that shows input and output side by side
@@ -216,7 +216,7 @@ fn one(args: &Args) -> Result<Value> {
     )?;
     let bytes = open::read_blob(&common.db)?;
     let database = open::open(&common.db, &bytes)?;
-    let reading = Reading { looped: args.looped, ..common.clip.reading()? };
+    let reading = InputOptions { looped: args.looped, ..common.clip.reading()? };
     let input = Input::read_with(&common.clip.input, &database, &reading)?;
     super::tell(&common.clip.input, input.notes());
     if let Some(wanted) = args.stylizer_args.method.effort.as_ref().filter(|_| whole_clip) {

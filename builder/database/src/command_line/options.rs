@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::outputs::say;
 use crate::{
     retarget::MapFile,
-    stream::{course::Root, input::Reading},
+    stream::{course::Root, input::InputOptions},
 };
 
 /// How a command reports its result.
@@ -52,7 +52,7 @@ impl ClipArgs {
     ///
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.
-    pub fn reading(&self) -> Result<Reading> {
+    pub fn reading(&self) -> Result<InputOptions> {
         self.ground.reading(self.map.as_deref(), self.unit.unit)
     }
 }
@@ -60,10 +60,10 @@ impl ClipArgs {
 /// Where the floor of a clip is, and whether its hips move as its body does.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct GroundArgs {
-    /// Height of the floor in the clip, metres along its up. Where left out: the height at which its feet stand
+    /// Height of the floor in the clip, metres along its up. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     pub floor: Option<f64>,
-    /// Whether the clip walks or runs in place, or its hips move as its body does. Where left out: found by its feet
+    /// Whether the clip walks or runs in place, or its hips move with its body. Default: found by its feet
     #[arg(long, value_name = "in-place|motion")]
     pub root: Option<Root>,
 }
@@ -73,9 +73,9 @@ impl GroundArgs {
     ///
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.
-    pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<Reading> {
+    pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<InputOptions> {
         let map = map.map(MapFile::read).transpose()?.unwrap_or_default();
-        let reading = Reading { map, unit, root: self.root, looped: false };
+        let reading = InputOptions { map, unit, root: self.root, looped: false };
         reading.on_floor(self.floor).map_err(|e| anyhow::anyhow!("--{e}"))
     }
 }
@@ -83,7 +83,7 @@ impl GroundArgs {
 /// The unit of a clip's lengths.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct UnitArgs {
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit. Where left out: the unit in which the body has
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit. Default: the unit in which the body has
     /// the size of the database's, or else a guess by its height
     #[arg(long)]
     pub unit: Option<Unit>,

@@ -18,7 +18,7 @@ use crate::{
         resolve::{check_weights, find, group_style, listed, named, strength},
     },
     effort,
-    stream::{REMEMBERED, Request},
+    stream::{RETIMER_POSES, Request},
 };
 
 /// Default lead and lag, seconds.
@@ -178,7 +178,7 @@ impl StylizerArgs {
         let bounds = bounds(self.lead.unwrap_or(BOUND_S), self.lag.unwrap_or(BOUND_S))?;
         let millihz = (f64::from(database.rate_hz()) * 1000.0).round() as u32;
         if let Err(ConfigError::Poses { need, have }) =
-            Retimer::<1, REMEMBERED>::new(millihz, millihz, bounds)
+            Retimer::<1, RETIMER_POSES>::new(millihz, millihz, bounds)
         {
             let given = [("--lead", self.lead), ("--lag", self.lag)];
             let given: Vec<String> =

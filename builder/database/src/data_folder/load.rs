@@ -109,12 +109,12 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             Err(why) => left_out.push(why),
         }
     }
-    tell_apart(&mut clips);
+    disambiguate_names(&mut clips);
     let mut notes = vec![files.summary()];
-    let mut clips = of_one_body(clips, &mut left_out);
-    notes.extend(whole_where_nothing_walks(config, &mut clips));
-    let mut clips = limited(with_cycles(clips, &mut left_out), config.limit);
-    let floors = on_zero(&mut clips);
+    let mut clips = on_common_skeleton(clips, &mut left_out);
+    notes.extend(treat_as_whole_without_cycles(config, &mut clips));
+    let mut clips = limit_clips(registrable(clips, &mut left_out), config.limit);
+    let floors = move_to_zero_floor(&mut clips);
     let mut units: Vec<String> = Vec::new();
     let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
@@ -135,14 +135,14 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     };
     refuse(&left_out)?;
     if performances.is_empty() {
-        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
+        return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
     unify(&mut performances);
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
-    left_out.extend(without.iter().map(|p| uncut(&p.clip, &p.action, p.kind)));
+    left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind)));
     refuse(&left_out)?;
     if corpus.examples.is_empty() {
-        return Err(LoadError::Empty { folder: place, detail: wanted(config, &left_out) });
+        return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
     corpus.order(&config.actions, &config.styles);
     if !config.joints.is_empty() {
@@ -171,7 +171,7 @@ struct Bound {
     guessed: Option<String>,
     /// A warning about the body's size, if the unit was not guessed.
     doubt: Option<String>,
-    /// The height of its floor, metres, if told.
+    /// The height of its floor, metres, if the configuration states it.
     floor_m: Option<f64>,
     /// Whether registration has a timeline for it.
     has_cycles: bool,
@@ -179,7 +179,7 @@ struct Bound {
 }
 
 /// Names clips by their files; clips of the same name in several folders get the folder's name too.
-fn tell_apart(clips: &mut [Bound]) {
+fn disambiguate_names(clips: &mut [Bound]) {
     let mut count = HashMap::<String, usize>::new();
     for clip in clips.iter() {
         *count.entry(clip.clip.name.clone()).or_default() += 1;
@@ -190,7 +190,7 @@ fn tell_apart(clips: &mut [Bound]) {
 }
 
 /// The clips on the most common skeleton, of equally common ones the first.
-fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
+fn on_common_skeleton(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let skeletons: Vec<&Skeleton> = clips.iter().map(|clip| &*clip.clip.skeleton).collect();
     let Some((first, count)) = most_common(&skeletons) else { return clips };
     let (skeleton, name) = (clips[first].clip.skeleton.clone(), clips[first].clip.name.clone());
@@ -206,8 +206,9 @@ fn of_one_body(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     clips.into_iter().filter(fits).collect()
 }
 
-/// Takes actions that are gaits by their names alone as whole clips, if no clip of them has a gait cycle. One line for each.
-fn whole_where_nothing_walks(config: &Config, clips: &mut [Bound]) -> Vec<String> {
+/// Treats an action as whole clips if only its name says that it is a gait, and no clip of it has a gait cycle. Returns a
+/// message for each.
+fn treat_as_whole_without_cycles(config: &Config, clips: &mut [Bound]) -> Vec<String> {
     let mut walks: BTreeMap<String, bool> = BTreeMap::new();
     for clip in clips.iter().filter(|c| c.annotation.kind == Kind::Gait) {
         if !config.kind.contains_key(&clip.annotation.action) {
@@ -228,7 +229,7 @@ fn whole_where_nothing_walks(config: &Config, clips: &mut [Bound]) -> Vec<String
     walks.keys().map(said).collect()
 }
 
-/// A file of terms that lies in the folder, if the manifest will have none.
+/// A note about a licence file in the folder, if the manifest will have no licence.
 fn licence_beside(folder: &Path, config: &Config) -> Option<String> {
     if !config.licence.is_empty() {
         return None;
@@ -247,14 +248,14 @@ fn licence_beside(folder: &Path, config: &Config) -> Option<String> {
 }
 
 /// The clips that registration can use. Others do not count for limits and mean bone lengths.
-fn with_cycles(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
+fn registrable(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
-    left_out.extend(others.iter().map(|c| uncut(&c.clip, &c.annotation.action, c.annotation.kind)));
+    left_out.extend(others.iter().map(|c| without_cycle(&c.clip, &c.annotation.action, c.annotation.kind)));
     used
 }
 
 /// A clip that registration can't use.
-fn uncut(clip: &Clip, action: &str, kind: Kind) -> LeftOut {
+fn without_cycle(clip: &Clip, action: &str, kind: Kind) -> LeftOut {
     let (reason, action) = match kind {
         Kind::Gait => (Reason::NoCycle, Some(action.to_owned())),
         Kind::Whole => (Reason::Short, None),
@@ -262,8 +263,8 @@ fn uncut(clip: &Clip, action: &str, kind: Kind) -> LeftOut {
     LeftOut { action, ..LeftOut::new(reason, &clip.name, no_cycle(clip, kind)) }
 }
 
-/// At most so many clips of each action and style, the first; all for 0.
-fn limited(mut clips: Vec<Bound>, most: usize) -> Vec<Bound> {
+/// Keeps the first `most` clips of each action and style; all for 0.
+fn limit_clips(mut clips: Vec<Bound>, most: usize) -> Vec<Bound> {
     let mut count = HashMap::<[String; 2], usize>::new();
     clips.retain(|clip| {
         let Annotation { action, style, .. } = &clip.annotation;
@@ -274,8 +275,8 @@ fn limited(mut clips: Vec<Bound>, most: usize) -> Vec<Bound> {
     clips
 }
 
-/// Moves clips onto a floor at zero; returns the names of those that were on another, and its height, metres.
-fn on_zero(clips: &mut [Bound]) -> Vec<(String, f64)> {
+/// Moves clips to a floor at zero. Returns the names of those that were on another, and its height, metres.
+fn move_to_zero_floor(clips: &mut [Bound]) -> Vec<(String, f64)> {
     let names: Vec<String> = clips.iter().map(|clip| clip.clip.name.clone()).collect();
     let mut moved: Vec<_> = clips.iter_mut().map(|clip| (&mut clip.clip, clip.floor_m)).collect();
     names.into_iter().zip(floors::lower(&mut moved)).filter(|(_, height)| *height != 0.0).collect()
@@ -305,7 +306,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
 }
 
 /// The selection, for the message that no clip matches it.
-fn wanted(config: &Config, left_out: &[LeftOut]) -> String {
+fn selection(config: &Config, left_out: &[LeftOut]) -> String {
     let mut detail = String::new();
     for (what, names) in [("actions", &config.actions), ("styles", &config.styles)] {
         if !names.is_empty() {

@@ -37,7 +37,7 @@ use cycles::{at, distance2};
 
 /// Cycles that a prototype averages.
 const KERNEL_CYCLES: usize = 12;
-/// Most prototypes of a class.
+/// Greatest number of prototypes of a class.
 const PROTOTYPES: usize = 24;
 /// Weight of a discontinuity between consecutive output cycles, relative to the fit. Joint errors on real labelled gaits:
 /// 2.40 cm for 0, 2.39 for 1, 2.28 for 10, 2.29 for 30, 2.34 for 100.
@@ -119,7 +119,7 @@ pub fn pair(cycles: &[CycleData<'_>], classes: &[ClassName], styles: usize, sche
     pair_among(cycles, classes, styles, scheme, &vec![true; cycles.len()])
 }
 
-/// Pairs the cycles that are kept with each other; what is known of a class comes from all its cycles.
+/// Pairs only the cycles for which `kept` is true, `[cycles]`. Statistics of a class still use all its cycles.
 pub fn pair_among(
     cycles: &[CycleData<'_>],
     classes: &[ClassName],
@@ -135,7 +135,7 @@ pub fn pair_among(
     let mut pairing = Pairing { outputs, second: Vec::new(), prototypes: Vec::new() };
     let all: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();
-    let content: Vec<Vec<f64>> = standard(cycles, &all);
+    let content: Vec<Vec<f64>> = standardised_content(cycles, &all);
     let only_kept = |lists: &[Vec<usize>]| -> Vec<Vec<usize>> {
         lists.iter().map(|list| list.iter().copied().filter(|&i| kept[i]).collect()).collect()
     };
@@ -179,12 +179,12 @@ pub fn pair_among(
                         }
                         continue;
                     }
-                    // Both are taken one by one.
+                    // `Both` was split into its two schemes above.
                     Scheme::Spread | Scheme::Both => spread::spread(inputs, &pools[target], &content),
                     Scheme::Viterbi => viterbi(cycles, inputs, &members[target], &content),
                     Scheme::Nearest => inputs
                         .iter()
-                        .map(|&i| nearest(&content[i], real(&members[target], &content)))
+                        .map(|&i| nearest(&content[i], candidates(&members[target], &content)))
                         .collect(),
                     Scheme::Kernel | Scheme::Mean => inputs
                         .iter()
@@ -200,7 +200,7 @@ pub fn pair_among(
     pairing
 }
 
-fn real<'a>(members: &'a [usize], content: &'a [Vec<f64>]) -> impl Iterator<Item = (usize, &'a [f64])> {
+fn candidates<'a>(members: &'a [usize], content: &'a [Vec<f64>]) -> impl Iterator<Item = (usize, &'a [f64])> {
     members.iter().map(|&i| (i, content[i].as_slice()))
 }
 
@@ -216,7 +216,7 @@ const WEIGHTS: [f64; CONTENT] = [1.0, 0.5, 1.0];
 /// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in
 /// every style and are divided by their standard deviations over the database. The last is mostly the swing of the hips,
 /// which depends on style: it is standardised within the class.
-fn standard(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
+fn standardised_content(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
     use gestus_core::blob::layout::dof;
     let mut content: Vec<Vec<f64>> = cycles
         .iter()
@@ -297,9 +297,9 @@ fn viterbi(
 fn centres(members: &[usize], content: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut centres = vec![vec![0.0; CONTENT]];
     while centres.len() < most.min(members.len()) {
-        let lonely =
+        let isolation =
             |&i: &usize| centres.iter().map(|c| distance2(c, &content[i])).fold(f64::INFINITY, f64::min);
-        match members.iter().copied().max_by(|a, b| lonely(a).total_cmp(&lonely(b))) {
+        match members.iter().copied().max_by(|a, b| isolation(a).total_cmp(&isolation(b))) {
             Some(next) => centres.push(content[next].clone()),
             None => break,
         }

@@ -34,8 +34,8 @@ pub(super) fn pools(
         .zip(&gait)
         .map(|(m, gait)| {
             let step = m.len().div_ceil(SAMPLE).max(1);
-            let wanted = m.iter().step_by(step).filter(|_| *gait);
-            wanted.map(|&i| (cycles[i].clip, shape(&cycles[i]))).collect()
+            let sampled = m.iter().step_by(step).filter(|_| *gait);
+            sampled.map(|&i| (cycles[i].clip, shape(&cycles[i]))).collect()
         })
         .collect();
     let class_of = |action: usize, style: usize| classes.iter().position(|&c| c == (action, style));
@@ -55,9 +55,9 @@ pub(super) fn pools(
     classes
         .iter()
         .enumerate()
-        .map(|(own, &(action, style))| {
+        .map(|(class, &(action, style))| {
             let shared = |(c, &(a, s)): (usize, &ClassName)| {
-                c == own || (s == style && gait[c] && gait[own] && similar(action, a))
+                c == class || (s == style && gait[c] && gait[class] && similar(action, a))
             };
             let shared = classes.iter().enumerate().filter(|&c| shared(c));
             shared.flat_map(|(c, _)| members[c].iter().copied()).collect()

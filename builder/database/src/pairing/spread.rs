@@ -39,9 +39,10 @@ pub(super) fn spread(inputs: &[usize], outputs: &[usize], content: &[Vec<f64>]) 
             for ((_, k), w) in near.iter().zip(&weights) {
                 debt[*k] += w / total;
             }
-            let owed = near.iter().map(|n| n.1).reduce(|a, b| if debt[b] > debt[a] { b } else { a })?;
-            debt[owed] -= 1.0;
-            Some(outputs[owed])
+            let chosen_output =
+                near.iter().map(|n| n.1).reduce(|a, b| if debt[b] > debt[a] { b } else { a })?;
+            debt[chosen_output] -= 1.0;
+            Some(outputs[chosen_output])
         })
         .collect()
 }

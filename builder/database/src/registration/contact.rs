@@ -23,7 +23,7 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
     let mut result = vec![[false; 2]; frames];
     for side in [0, 1] {
         let joints = [landmarks.feet[side], landmarks.toes[side]];
-        let lows = joints.map(|j| low(&positions, j));
+        let lows = joints.map(|j| low_height(&positions, j));
         let state = |t: usize| -> (f64, f64) {
             let (before, after) = (t.saturating_sub(1), (t + 1).min(frames - 1));
             let seconds = (after - before).max(1) as f64 / clip.rate_hz;
@@ -45,29 +45,29 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
             slot[side] = standing;
         }
     }
-    tidy(&mut result, clip.rate_hz);
+    remove_short_runs(&mut result, clip.rate_hz);
     result
 }
 
 /// Heights of ankle and toes above the floor while they carry the foot, metres, `[side][ankle, toe]`: medians over the
 /// frames of contact in which the joint is the lower of the two.
 pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 2] {
-    let mut seen: [[Vec<f64>; 2]; 2] = Default::default();
+    let mut samples: [[Vec<f64>; 2]; 2] = Default::default();
     for example in examples {
         let positions: Vec<_> =
             example.clip.frames.iter().map(|f| f.positions(&example.clip.skeleton)).collect();
         for side in [0, 1] {
             let joints = [landmarks.feet[side], landmarks.toes[side]];
-            let lows = joints.map(|j| low(&positions, j));
+            let lows = joints.map(|j| low_height(&positions, j));
             for (position, _) in positions.iter().zip(&example.contacts).filter(|(_, c)| c[side]) {
                 let over = [0, 1].map(|i| position[joints[i]].y - lows[i]);
                 // Without toes the ankle carries the foot.
                 let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
-                seen[side][lower].push(position[joints[lower]].y);
+                samples[side][lower].push(position[joints[lower]].y);
             }
         }
     }
-    seen.map(|joints| {
+    samples.map(|joints| {
         joints.map(|heights| {
             let heights = sorted(heights);
             heights.get(heights.len() / 2).copied().unwrap_or(0.0)
@@ -95,9 +95,9 @@ pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2
                 }
                 let over = [0, 1].map(|i| positions[t + 1][joints[i]].y - heights[side][i]);
                 let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
-                let way = positions[t + 1][joints[lower]] - positions[t][joints[lower]];
+                let shift = positions[t + 1][joints[lower]] - positions[t][joints[lower]];
                 let tip = turns[t + 1] * turns[t].inverse() * Vector3::y();
-                moved[side][lower] += way.x * tip.x + way.z * tip.z;
+                moved[side][lower] += shift.x * tip.x + shift.z * tip.z;
                 turned[side][lower] += tip.x * tip.x + tip.z * tip.z;
             }
         }
@@ -120,12 +120,12 @@ pub fn orientation(skeleton: &Skeleton, frame: &Frame, joint: usize) -> UnitQuat
 }
 
 /// A joint's lowest height: its 5% quantile, so that a bad frame does not matter.
-fn low(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
+fn low_height(positions: &[Vec<Vector3<f64>>], joint: usize) -> f64 {
     sorted(positions.iter().map(|p| p[joint].y))[positions.len() / 20]
 }
 
 /// Removes contacts and gaps shorter than 50 ms.
-fn tidy(contacts: &mut [[bool; 2]], rate_hz: f64) {
+fn remove_short_runs(contacts: &mut [[bool; 2]], rate_hz: f64) {
     let shortest = (0.05 * rate_hz).ceil() as usize;
     for side in [0, 1] {
         let mut start = 0;
@@ -166,40 +166,40 @@ pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
 }
 
 /// Steps of a canonical timeline.
-const MARKS: usize = 48;
+const TIMELINE_STEPS: usize = 48;
 
 /// Share of cycles that have to agree on a phase. Fewer agree near foot-down and foot-up.
-const AGREED: f64 = 0.9;
+const MIN_AGREEMENT: f64 = 0.9;
 
 /// Annotates the canonical timeline of every action and style, and transfers the annotation to the clips: if nearly all
 /// cycles agree on the contact at a phase, all get it (Xia 2015, section 4). Near foot-down and foot-up, and outside of
 /// the cycles, a clip keeps its own contacts, since steps differ in length. Noise in single clips is removed this way.
-pub fn carry(examples: &mut [Example]) {
+pub fn apply_majority(examples: &mut [Example]) {
     let mut classes: Vec<(usize, usize)> = examples.iter().map(|e| (e.action, e.style)).collect();
     classes.sort_unstable();
     classes.dedup();
     for class in classes {
-        let mut stands = [[0.0f64; 2]; MARKS];
-        let mut seen = [0.0f64; MARKS];
+        let mut stands = [[0.0f64; 2]; TIMELINE_STEPS];
+        let mut samples = [0.0f64; TIMELINE_STEPS];
         for example in examples.iter().filter(|e| (e.action, e.style) == class) {
             for (frame, phase) in phases(example) {
-                let mark = mark(phase);
-                seen[mark] += 1.0;
+                let step = timeline_step(phase);
+                samples[step] += 1.0;
                 for side in [0, 1] {
-                    stands[mark][side] += f64::from(u8::from(example.contacts[frame][side]));
+                    stands[step][side] += f64::from(u8::from(example.contacts[frame][side]));
                 }
             }
         }
         for example in examples.iter_mut().filter(|e| (e.action, e.style) == class) {
             for (frame, phase) in phases(example) {
-                let mark = mark(phase);
+                let step = timeline_step(phase);
                 // A few cycles leave no majority to speak of.
-                if seen[mark] < 3.0 {
+                if samples[step] < 3.0 {
                     continue;
                 }
                 for side in [0, 1] {
-                    let share = stands[mark][side] / seen[mark];
-                    if !(1.0 - AGREED..=AGREED).contains(&share) {
+                    let share = stands[step][side] / samples[step];
+                    if !(1.0 - MIN_AGREEMENT..=MIN_AGREEMENT).contains(&share) {
                         example.contacts[frame][side] = share > 0.5;
                     }
                 }
@@ -208,8 +208,8 @@ pub fn carry(examples: &mut [Example]) {
     }
 }
 
-fn mark(phase: f64) -> usize {
-    ((phase * MARKS as f64) as usize).min(MARKS - 1)
+fn timeline_step(phase: f64) -> usize {
+    ((phase * TIMELINE_STEPS as f64) as usize).min(TIMELINE_STEPS - 1)
 }
 
 /// The frames of a clip within cycles, with their phases.

@@ -2,15 +2,15 @@
 //!
 //! A file's origin is not always on its floor: some tools put it at the hips. The floor is found in two steps:
 //!
-//! 1. The height of the lower sole in each frame, from ankles and toes less their heights in a standing foot. Frames count
-//!    in which it goes neither up nor down. Speed on the ground does not matter, so that feet that slide backwards in a
-//!    walk in place count too.
+//! 1. The height of the lower sole is computed in each frame, from ankles and toes minus their heights in a standing foot.
+//!    Frames count in which it is nearly constant. Speed on the ground does not matter, so feet that slide backwards in a walk
+//!    in place count too.
 //! 2. The floor is the median of those heights near their low quantile: the lowest step of a flight of stairs, and not the
 //!    swing of a foot or the height of a jump.
 //!
-//! A body that lies may have its feet in the air: hips and knees are never far below the floor either. Feet that hardly
-//! ever dwell at one height stand on nothing, and then zero is the floor. So is a height near zero: how thick a foreign foot
-//! is below its ankle is known only roughly, and files that put their origin on the floor are the rule.
+//! A body that lies may have its feet in the air, so hips and knees are also required to be above the floor. Feet that hardly
+//! ever stay at one height do not stand; the floor is then zero. A height near zero also counts as zero, because the height
+//! of a foreign foot's ankle is known only roughly, and most files have their origin on the floor.
 //!
 //! Cost: forward kinematics of each frame.
 
@@ -26,9 +26,9 @@ use nalgebra::Vector3;
 const LEG_M: f64 = 0.85;
 /// Height of ankle and toe joint above the sole of an unknown foot, metres.
 const SOLE_M: [f64; 2] = [0.08, 0.02];
-/// Heights of an unknown foot that pass for zero, metres.
+/// Height of the floor that counts as zero for an unknown foot, metres.
 const UNKNOWN_M: f64 = 0.1;
-/// Heights of a known foot that pass for zero, metres: calibrations differ.
+/// Height of the floor that counts as zero for a known foot, metres: calibrations differ.
 const KNOWN_M: f64 = 0.03;
 /// Vertical speed of a standing foot, m/s.
 const STILL_M_S: f64 = 0.15;
@@ -42,8 +42,8 @@ const LYING_M: f64 = 0.05;
 /// How a floor is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// It was told.
-    Told,
+    /// The caller has stated it.
+    Stated,
     /// The feet stand at zero, or nothing says otherwise.
     Zero,
     /// The feet stand, or the body lies, at another height.
@@ -54,7 +54,7 @@ impl Source {
     /// The word for reports.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Told => "told",
+            Self::Stated => "told",
             Self::Zero => "zero",
             Self::Body => "found",
         }
@@ -74,9 +74,9 @@ impl Floor {
     /// At zero.
     pub const ZERO: Self = Self { height_m: 0.0, source: Source::Zero };
 
-    /// A height that someone told.
-    pub fn told(height_m: f64) -> Self {
-        Self { height_m, source: Source::Told }
+    /// A height that the caller has stated, metres.
+    pub fn stated(height_m: f64) -> Self {
+        Self { height_m, source: Source::Stated }
     }
 }
 
@@ -125,7 +125,7 @@ impl Supports {
         self.near_m
     }
 
-    /// Size of the body, in that which the constants of this module are for.
+    /// Size of the body relative to the one that the constants of this module are for.
     pub fn scale(&self) -> f64 {
         self.leg_m / LEG_M
     }
@@ -135,13 +135,13 @@ impl Supports {
 pub fn find(clip: &Clip, supports: &Supports) -> Floor {
     let height_m = match heights(clip, supports) {
         Heights { stands: Some(level), lies, .. } => level.min(lies),
-        // On nothing: above zero is in the air, and below it is no floor.
+        // The feet do not stand: a positive height is in the air, and no part is below the floor.
         Heights { stands: None, lies, lowest } => lowest.min(lies).min(0.0),
     };
     if height_m.abs() <= supports.near_m { Floor::ZERO } else { Floor { height_m, source: Source::Body } }
 }
 
-/// The height at which a clip with Y up stands or lies, metres, near zero too; `None` where it stands on nothing.
+/// The height at which a clip with Y up stands or lies, metres, without rounding to zero; `None` if its feet do not stand.
 pub fn standing(clip: &Clip, supports: &Supports) -> Option<f64> {
     let heights = heights(clip, supports);
     heights.stands.map(|level| level.min(heights.lies))

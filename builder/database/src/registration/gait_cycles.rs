@@ -46,8 +46,8 @@ pub fn separation(clip: &Clip, landmarks: &Landmarks) -> Vec<f64> {
             let p = frame.positions(&clip.skeleton);
             let line = p[landmarks.hip_joints[0]] - p[landmarks.hip_joints[1]];
             let heading = (-line.z).atan2(line.x);
-            let apart = p[landmarks.feet[0]] - p[landmarks.feet[1]];
-            (about_y(-heading) * apart).z
+            let between_feet = p[landmarks.feet[0]] - p[landmarks.feet[1]];
+            (about_y(-heading) * between_feet).z
         })
         .collect();
     smooth(&raw, 0.045 * clip.rate_hz)

@@ -27,9 +27,9 @@ use gestus_motion::{
 /// Segments of a whole-clip action's timeline, one less than its knots; canonical time is linear in each.
 const WHOLE_SEGMENTS: usize = 12;
 /// Fewest frames of a whole-clip action: the search excludes the first and the last.
-const LEAST_FRAMES: usize = 3;
+const MIN_FRAMES: usize = 3;
 /// Least distance of knots, frames: in a blob they are 0.01 apart and rounded to `f32`.
-const APART: f64 = 0.02;
+const MIN_KNOT_DISTANCE: f64 = 0.02;
 
 /// A clip and its labels.
 #[derive(Debug, Clone)]
@@ -94,7 +94,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<Performan
             take: performance.take,
         });
     }
-    contact::carry(&mut corpus.examples);
+    contact::apply_majority(&mut corpus.examples);
     Ok((corpus, left_out))
 }
 
@@ -110,7 +110,7 @@ pub fn has_cycles(clip: &Clip, kind: Kind) -> bool {
 
 /// Whether a clip is too short for a whole-clip action.
 fn is_short(clip: &Clip) -> bool {
-    clip.frames.len() < LEAST_FRAMES
+    clip.frames.len() < MIN_FRAMES
 }
 
 /// The message for a clip without a timeline.
@@ -123,7 +123,7 @@ pub fn no_cycle(clip: &Clip, kind: Kind) -> String {
             crate::data_folder::config::FILE_NAME
         ),
         Kind::Whole => format!(
-            "{name}: too short: {} of the {LEAST_FRAMES} frames that an action takes at least, at {rate_hz} a second; \
+            "{name}: too short: {} of the {MIN_FRAMES} frames that an action takes at least, at {rate_hz} a second; \
              leave a pose that is no motion out of the folder",
             frames.len()
         ),
@@ -157,25 +157,25 @@ fn whole(clip: &Clip, reference: &Clip, most: usize) -> Cycle {
         Cycle { knots: (0..=WHOLE_SEGMENTS).map(|i| last * i as f64 / WHOLE_SEGMENTS as f64).collect() };
     let count = reference.frames.len().min(most);
     let end = (count - 1) as f64;
-    let [to, from] = [reference, clip].map(|clip| even(clip, count));
-    let means = middles(&to);
+    let [to, from] = [reference, clip].map(|clip| evenly_spaced(clip, count));
+    let means = mean_rotations(&to);
     let (u, y) = warp::standardised(&angles(&to, &means), &angles(&from, &means));
     let Ok(solution) = imw(&u, &y, &Config::default()) else { return straight };
     let mut knots = straight.knots.clone();
     for (i, knot) in knots.iter_mut().enumerate().take(WHOLE_SEGMENTS).skip(1) {
         *knot = solution.warp.at(end * i as f64 / WHOLE_SEGMENTS as f64) / end * last;
     }
-    if knots.windows(2).all(|w| w[1] - w[0] >= APART) { Cycle { knots } } else { straight }
+    if knots.windows(2).all(|w| w[1] - w[0] >= MIN_KNOT_DISTANCE) { Cycle { knots } } else { straight }
 }
 
 /// That many frames of a clip, evenly spaced from the first to the last.
-fn even(clip: &Clip, count: usize) -> Vec<Frame> {
+fn evenly_spaced(clip: &Clip, count: usize) -> Vec<Frame> {
     let [last, end] = [clip.frames.len() - 1, count - 1].map(|n| n as f64);
     (0..count).map(|i| clip.at(last * i as f64 / end)).collect()
 }
 
 /// Mean rotation of each joint: the normalised sum of quaternions with signs matched to the first. Shape `[joints]`.
-fn middles(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
+fn mean_rotations(frames: &[Frame]) -> Vec<UnitQuaternion<f64>> {
     (0..frames[0].rotations.len())
         .map(|j| {
             let first = frames[0].rotations[j];
@@ -282,11 +282,14 @@ mod tests {
     /// A pose to calibrate by had 13 knots that were all 0, and `build` reported a fault of its own.
     #[test]
     fn knots_of_the_shortest_clips_are_apart() {
-        for frames in LEAST_FRAMES..16 {
-            for reference in [LEAST_FRAMES, 4, 7, 60] {
+        for frames in MIN_FRAMES..16 {
+            for reference in [MIN_FRAMES, 4, 7, 60] {
                 let bent = clip(frames, 1.0, |x| x * x);
                 let knots = whole(&bent, &clip(reference, 0.8, |x| x), 512).knots;
-                assert!(knots.windows(2).all(|w| w[1] - w[0] >= APART), "{frames} frames: {knots:?}");
+                assert!(
+                    knots.windows(2).all(|w| w[1] - w[0] >= MIN_KNOT_DISTANCE),
+                    "{frames} frames: {knots:?}"
+                );
                 assert_eq!([knots[0], knots[WHOLE_SEGMENTS]], [0.0, (frames - 1) as f64]);
             }
         }

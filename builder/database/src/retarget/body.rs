@@ -94,7 +94,7 @@ impl Body {
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
-        let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::told);
+        let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::stated);
         // Feet that do not stand do not tell how high an ankle is above its sole.
         let sole_m = anatomy.ankle_m - floor.height_m;
         if !(-0.06 * anatomy.leg_m..=0.25 * anatomy.leg_m).contains(&sole_m) {

@@ -102,7 +102,7 @@ pub fn text(retarget: &Retarget) -> String {
         retarget.bytes().len()
     );
     let floor = match source.floor.source {
-        Source::Told => ", as told",
+        Source::Stated => ", as told",
         Source::Zero => "",
         Source::Body => ", where the feet stand (--floor states another)",
     };

@@ -1,16 +1,16 @@
-//! Bodies that walk in place: their way over the ground, found from their feet, and taken off the output again.
+//! Bodies that walk in place: their path over the ground is found from their feet, and removed from the output again.
 //!
-//! A standing foot does not move. Where it does, and the hips do not, the body is held in place and goes the opposite way:
+//! A standing foot does not move. If it does, and the hips do not, the body is held in place and walks in the opposite
+//! direction:
 //!
-//! 1. In each frame that foot counts which says most of the mean direction, the more the lower and the more level it moves:
-//!    a foot that swings close to the floor goes the other way. The direction is the median over the clip, as the body sees
-//!    it.
-//! 2. A Gaussian over `SMOOTHED_S` fills what flight leaves open. Its integral is the way.
-//! 3. The output's own way, smoothed over `WAY_S`, is taken off its hips, so that their sway stays.
+//! 1. In each frame the foot counts that moves most in the mean direction, weighted by how low and how level it moves: a foot
+//!    that swings close to the floor moves the other way. The direction is the median over the clip, relative to the heading.
+//! 2. A Gaussian over `SPEED_SMOOTHING_S` fills gaps during flight. The integral of the speed is the path.
+//! 3. The output's own path, smoothed over `PATH_SMOOTHING_S`, is removed from its hips, so that their sway stays.
 //!
-//! A clip is taken to be in place if both feet carry it, they move at `LEAST_M_S` or more and in one direction as the body
-//! sees it, the hips at a quarter of that or less, and these are above the knees. Who punches, kicks or dances on the spot
-//! steps to and fro; who rolls flings the feet.
+//! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction relative to the
+//! heading, and if the hips move at most a quarter as fast and are above the knees. A body that punches, kicks or dances on
+//! the spot steps to and fro; one that rolls moves its feet in all directions.
 
 use std::str::FromStr;
 
@@ -24,39 +24,39 @@ use nalgebra::Vector3;
 
 /// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
 /// as much at most.
-const LEAST_M_S: f64 = 0.2;
+const MIN_SPEED_M_S: f64 = 0.2;
 /// Least speed of their mean velocity, in their mean speed: walks have 0.87 and more, acts on the spot 0.77 and less.
-const DIRECTED: f64 = 0.8;
-/// Speed of the hips of a body in place, in that of its feet.
-const HIPS: f64 = 0.25;
+const MIN_DIRECTEDNESS: f64 = 0.8;
+/// Greatest speed of the hips of a body in place, relative to that of its feet.
+const MAX_HIP_SPEED_RATIO: f64 = 0.25;
 /// Share of the frames in which some foot has to carry the body, and of these each foot: a run of games touches the ground
 /// in two frames a step.
-const LEAST_CARRIED: f64 = 0.08;
-const LEAST_SHARE: f64 = 0.15;
+const MIN_CARRIED_SHARE: f64 = 0.08;
+const MIN_FOOT_SHARE: f64 = 0.15;
 /// Height of a foot above its standing height, metres, and its vertical speed, m/s, at which it counts for e⁻¹; at three
 /// times as much it does not count.
 const LOW_M: f64 = 0.015;
 const LEVEL_M_S: f64 = 0.15;
 /// The same in the foot's horizontal speed, where that is more: between two poses a fast foot comes down and leaves.
-const LEVEL: f64 = 0.12;
+const LEVEL_RATIO: f64 = 0.12;
 /// Speed below which feet have no direction, m/s: what is left of a body that stands is noise of rounding, which differs from
 /// machine to machine.
 const STILL_M_S: f64 = 0.01;
 /// Differences of heights, metres, and of speeds, m/s, that are noise of rounding.
-const SAME: f64 = 1e-6;
+const ROUNDING: f64 = 1e-6;
 /// How much less a foot counts that is slower than usual: e to this power times its speed, in the usual.
-const SHARP: f64 = 4.0;
+const SLOWNESS_PENALTY: f64 = 4.0;
 /// Standard deviation of the Gaussian on the speed, seconds.
-const SMOOTHED_S: f64 = 0.08;
+const SPEED_SMOOTHING_S: f64 = 0.08;
 /// Standard deviation of the Gaussian that takes the way out of the output, seconds: above a gait's sway.
-const WAY_S: f64 = 0.5;
+const PATH_SMOOTHING_S: f64 = 0.5;
 
-/// Whether the hips of a clip move as its body does.
+/// Whether the hips of a clip move with its body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Root {
     /// The body is held in place.
     InPlace,
-    /// The hips move as the body does.
+    /// The hips move with the body.
     Motion,
 }
 
@@ -72,11 +72,11 @@ impl FromStr for Root {
     }
 }
 
-/// The way of a body that is held in place.
+/// The path of a body that walks in place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
-    /// How far it has come in each frame, metres on the ground.
-    way: Vec<Vector3<f64>>,
+    /// Its position in each frame relative to the first, metres on the ground.
+    path: Vec<Vector3<f64>>,
     /// Its mean speed, m/s.
     pub speed_m_s: f64,
     /// Whether it was told, and not found.
@@ -90,29 +90,29 @@ impl Course {
             return None;
         }
         let feet = Feet::of(clip, body, legs);
-        let velocity = feet.smoothed(SMOOTHED_S * clip.rate_hz);
+        let velocity = feet.smoothed(SPEED_SMOOTHING_S * clip.rate_hz);
         let speed_m_s = mean_or_zero(velocity.iter().map(Vector3::norm));
         let carried: f64 = feet.shares.iter().sum();
-        let found = speed_m_s > LEAST_M_S
-            && carried > LEAST_CARRIED
-            && feet.shares.iter().all(|&share| share > LEAST_SHARE * carried)
+        let found = speed_m_s > MIN_SPEED_M_S
+            && carried > MIN_CARRIED_SHARE
+            && feet.shares.iter().all(|&share| share > MIN_FOOT_SHARE * carried)
             && is_upright(clip, legs)
-            && mean_as_seen(&velocity, clip, body).norm() > DIRECTED * speed_m_s
-            && hips_speed(clip) < HIPS * speed_m_s;
+            && mean_as_seen(&velocity, clip, body).norm() > MIN_DIRECTEDNESS * speed_m_s
+            && hips_speed(clip) < MAX_HIP_SPEED_RATIO * speed_m_s;
         if told.is_none() && !found {
             return None;
         }
-        let mut way = vec![Vector3::zeros()];
+        let mut path = vec![Vector3::zeros()];
         for pair in velocity.windows(2) {
-            way.push(way[way.len() - 1] + (pair[0] + pair[1]) * (0.5 / clip.rate_hz));
+            path.push(path[path.len() - 1] + (pair[0] + pair[1]) * (0.5 / clip.rate_hz));
         }
-        Some(Self { way, speed_m_s, told: told.is_some() })
+        Some(Self { path, speed_m_s, told: told.is_some() })
     }
 
     /// Moves the clip along its course.
-    pub fn go(&self, clip: &mut Clip) {
-        for (frame, way) in clip.frames.iter_mut().zip(&self.way) {
-            frame.root += way;
+    pub fn apply(&self, clip: &mut Clip) {
+        for (frame, path) in clip.frames.iter_mut().zip(&self.path) {
+            frame.root += path;
         }
     }
 }
@@ -134,8 +134,8 @@ fn mean_as_seen(velocity: &[Vector3<f64>], clip: &Clip, body: &Body) -> Vector3<
 /// Mean speed of the hips over the ground, sway left out, m/s.
 fn hips_speed(clip: &Clip) -> f64 {
     let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(f.root, &Vector3::y())).collect();
-    let way = smoothed(&roots, WAY_S * clip.rate_hz);
-    mean_or_zero(way.windows(2).map(|p| (p[1] - p[0]).norm() * clip.rate_hz))
+    let path = smoothed(&roots, PATH_SMOOTHING_S * clip.rate_hz);
+    mean_or_zero(path.windows(2).map(|p| (p[1] - p[0]).norm() * clip.rate_hz))
 }
 
 /// The body's velocity by the foot that carries it.
@@ -155,12 +155,12 @@ impl Feet {
         let said = |t: usize, leg: &Leg| -> Option<(Vector3<f64>, f64)> {
             let (from, to) = (t.saturating_sub(1), (t + 1).min(count - 1));
             let over = |joint: usize, i: usize| places[t][joint].y - f64::from(leg.heights[i]);
-            let carrier = leg.toe.filter(|&toe| over(toe, 1) < over(leg.ankle, 0) + SAME);
+            let carrier = leg.toe.filter(|&toe| over(toe, 1) < over(leg.ankle, 0) + ROUNDING);
             let height = carrier.map_or(over(leg.ankle, 0), |toe| over(toe, 1)).max(0.0) / LOW_M;
             let joint = carrier.unwrap_or(leg.ankle);
             let moved = (places[to][joint] - places[from][joint]) * clip.rate_hz / (to - from).max(1) as f64;
             let over_ground = flat(moved, &Vector3::y());
-            let level = moved.y.abs() / LEVEL_M_S.max(LEVEL * over_ground.norm());
+            let level = moved.y.abs() / LEVEL_M_S.max(LEVEL_RATIO * over_ground.norm());
             let weight = (-height.powi(2) - level.powi(2)).exp();
             (height < 3.0 && level < 3.0).then_some((-over_ground, weight))
         };
@@ -178,14 +178,14 @@ impl Feet {
         let velocity = all.iter().zip(&headings).map(|(said, &heading)| {
             let along = about_y(heading) * direction;
             let side = match said {
-                [Some((left, _)), Some((right, _))] => usize::from((right - left).dot(&along) > SAME),
+                [Some((left, _)), Some((right, _))] => usize::from((right - left).dot(&along) > ROUNDING),
                 [left, _] => usize::from(left.is_none()),
             };
             let (velocity, weight) = said[side]?;
             carried[side] += 1;
             // Coming down and leaving it is slower than the body.
             let speed = velocity.dot(&along) / along.norm_squared().max(1e-6);
-            Some((velocity, weight * (SHARP * (speed - 1.0).clamp(-2.0, 0.5)).exp()))
+            Some((velocity, weight * (SLOWNESS_PENALTY * (speed - 1.0).clamp(-2.0, 0.5)).exp()))
         });
         let velocity = velocity.collect();
         Self { velocity, shares: carried.map(|frames| frames as f64 / count as f64) }
@@ -213,20 +213,20 @@ impl Feet {
 }
 
 /// Takes the way out of a clip and puts its hips over `place`. A loop's way is straight from its first to its last pose.
-pub fn hold(clip: &mut Clip, up: &Vector3<f64>, place: &Vector3<f64>, looped: bool) {
+pub fn put_in_place(clip: &mut Clip, up: &Vector3<f64>, place: &Vector3<f64>, looped: bool) {
     let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(f.root, up)).collect();
     let Some(last) = roots.len().checked_sub(1) else { return };
-    let way = if looped {
+    let path = if looped {
         let straight = |t: usize| roots[0].lerp(&roots[last], t as f64 / last.max(1) as f64);
         // The hips' mean is over the place.
         let sway = (0..=last).map(|t| roots[t] - straight(t)).sum::<Vector3<f64>>() / (last + 1) as f64;
         (0..=last).map(|t| straight(t) + sway).collect()
     } else {
-        smoothed(&roots, WAY_S * clip.rate_hz)
+        smoothed(&roots, PATH_SMOOTHING_S * clip.rate_hz)
     };
     let place = flat(*place, up);
-    for (frame, way) in clip.frames.iter_mut().zip(way) {
-        frame.root += place - way;
+    for (frame, path) in clip.frames.iter_mut().zip(path) {
+        frame.root += place - path;
     }
 }
 

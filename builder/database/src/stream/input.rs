@@ -1,5 +1,5 @@
-//! A clip that is ready to be streamed through a database: read from a file, brought onto the database's body and floor, set
-//! going where it walks in place, and cut to a loop where it is one. The output goes the same way back.
+//! A clip that is ready to be streamed through a database: read from a file, mapped to the database's body and floor, moved
+//! over the ground if it walks in place, and cut to a loop if it is one. The output is converted back in the same steps.
 
 use std::{path::Path, sync::Arc};
 
@@ -11,9 +11,9 @@ use crate::{
     retarget::{MapFile, Retarget, body::lifted, file::FLOORS_M},
     stream::{
         Streamed,
+        body_mapping::{BodyMapping, same_body},
         course::{self, Course, Root},
         looped::Round,
-        way::{Way, same_body},
     },
 };
 use gestus_motion::{
@@ -26,21 +26,21 @@ use gestus_motion::{
 };
 use nalgebra::Vector3;
 
-/// What is told about a clip, beside its file.
+/// What the caller states about a clip. Everything else is found in the clip.
 #[derive(Debug, Clone, Default)]
-pub struct Reading {
-    /// Which joint is which body part, and where the floor is.
+pub struct InputOptions {
+    /// Which joint is which body part, and the height of the floor.
     pub map: MapFile,
-    /// The unit of lengths; guessed where not told.
+    /// The unit of lengths; guessed if `None`.
     pub unit: Option<Unit>,
-    /// Whether the body walks in place; found where not told.
+    /// Whether the body walks in place; found by its feet if `None`.
     pub root: Option<Root>,
     /// Whether the clip is a loop.
     pub looped: bool,
 }
 
-impl Reading {
-    /// The same with a floor at that height, metres along the clip's up, which wins over the map's; `None` leaves the map's.
+impl InputOptions {
+    /// Sets the height of the floor, metres along the clip's up, in place of the map's; `None` leaves the map's.
     ///
     /// # Errors
     /// A floor that is too far away.
@@ -62,9 +62,9 @@ pub struct Input {
     pub binding: Binding,
     /// The clip at the database's rate, on the file's joints.
     pub clip: Clip,
-    /// The clip on the database's joints, on a floor at zero, moving over it.
+    /// The clip on the database's joints, on a floor at zero, moving over the ground.
     pub mapped: Clip,
-    way: Way,
+    mapping: BodyMapping,
     floor: Floor,
     course: Option<Course>,
     round: Option<Round>,
@@ -74,7 +74,7 @@ pub struct Input {
 
 /// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
 ///
-/// Without a unit, the unit is the one in which the body is the database's, or else guessed by an adult's height.
+/// Without a unit, the one is used in which the body has the size of the database's, or else a guess by an adult's height.
 ///
 /// # Errors
 /// Where it can't be read.
@@ -86,7 +86,7 @@ pub fn read_clip(
     bind(capture::read(path)?, path, database, unit)
 }
 
-/// The same for a document that was read before.
+/// [`read_clip`] for a document that was read before.
 fn bind(
     document: Document,
     path: &Path,
@@ -100,23 +100,23 @@ fn bind(
     };
     let mut binding = bound(unit)?;
     if unit.is_none()
-        && let Some(own) = own_unit(&binding, &database_skeleton(database))
+        && let Some(unit) = unit_of_database_body(&binding, &database_skeleton(database))
     {
-        binding = bound(Some(own))?;
+        binding = bound(Some(unit))?;
     }
     let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
     clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok((document, binding, clip))
 }
 
-/// The unit in which a body is the database's, if it is not the guessed one.
-fn own_unit(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
-    let is_own = |unit: &Unit| {
+/// The unit in which a body has the size of the database's, if it is not the guessed one.
+fn unit_of_database_body(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
+    let fits_database = |unit: &Unit| {
         let scale = unit.metres() / guessed.unit().metres();
         let offsets = guessed.skeleton().offsets.iter().map(|offset| offset * scale).collect();
         same_body(&Skeleton { offsets, ..(**guessed.skeleton()).clone() }, database).is_some()
     };
-    if is_own(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(is_own) }
+    if fits_database(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(fits_database) }
 }
 
 impl Input {
@@ -125,18 +125,18 @@ impl Input {
     /// # Errors
     /// A file that can't be read, or whose skeleton can't be mapped to the database's.
     pub fn read(path: &Path, database: &Database<'_>) -> Result<Self> {
-        Self::read_with(path, database, &Reading::default())
+        Self::read_with(path, database, &InputOptions::default())
     }
 
-    /// The same, with what is told about the clip.
+    /// Reads a motion file for a database, with what the caller states about the clip.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn read_with(path: &Path, database: &Database<'_>, reading: &Reading) -> Result<Self> {
-        Self::of_document(capture::read(path)?, path, database, reading)
+    pub fn read_with(path: &Path, database: &Database<'_>, options: &InputOptions) -> Result<Self> {
+        Self::of_document(capture::read(path)?, path, database, options)
     }
 
-    /// The same, of a document that was read before from a file of that name.
+    /// [`read_with`](Self::read_with) for a document that was read before from the file `path`.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -144,10 +144,10 @@ impl Input {
         document: Document,
         path: &Path,
         database: &Database<'_>,
-        reading: &Reading,
+        options: &InputOptions,
     ) -> Result<Self> {
-        let (document, binding, clip) = bind(document, path, database, reading.unit)?;
-        Self::of(document, binding, &clip, database, reading).with_context(|| path.display().to_string())
+        let (document, binding, clip) = bind(document, path, database, options.unit)?;
+        Self::of(document, binding, &clip, database, options).with_context(|| path.display().to_string())
     }
 
     fn of(
@@ -155,32 +155,32 @@ impl Input {
         binding: Binding,
         original: &Clip,
         database: &Database<'_>,
-        reading: &Reading,
+        options: &InputOptions,
     ) -> Result<Self> {
         let rate_hz = f64::from(database.rate_hz());
-        // The body is measured at the clip's own rate, which has more poses.
-        // The standard of glTF says where up is; a body that rolls or lies does not.
+        // The body is measured at the clip's own rate, which has more poses. The standard of glTF defines up; a body that
+        // rolls or lies does not show it.
         let standard = matches!(document, Document::Gltf(_)).then_some((1, 1.0));
-        let map = MapFile { up: reading.map.up.or(standard), ..reading.map.clone() };
-        let (way, floor) = Way::find(database, original, &map)?;
+        let map = MapFile { up: options.map.up.or(standard), ..options.map.clone() };
+        let (mapping, floor) = BodyMapping::find(database, original, &map)?;
         let target = Arc::new(database_skeleton(database));
-        let onto = |clip: &Clip| way.onto(&target, clip, floor.height_m);
+        let onto = |clip: &Clip| mapping.onto(&target, clip, floor.height_m);
         let body = Body::of(&Corpus::of_clip(&onto(&Clip {
             frames: original.frames.iter().take(1).cloned().collect(),
             ..original.clone()
         })))?;
-        let go = |clip: &mut Clip| {
-            let course = database.legs().and_then(|legs| Course::find(clip, &body, &legs, reading.root));
+        let move_in_place = |clip: &mut Clip| {
+            let course = database.legs().and_then(|legs| Course::find(clip, &body, &legs, options.root));
             if let Some(course) = &course {
-                course.go(clip);
+                course.apply(clip);
             }
             course
         };
         let place = course::place(original);
-        if reading.looped {
+        if options.looped {
             original.fitted(rate_hz)?;
             let mut mapped = onto(original);
-            let course = go(&mut mapped);
+            let course = move_in_place(&mut mapped);
             let round = Round::find(&mapped, &body)?;
             let clip = round.cut_rotations(original, rate_hz);
             let mapped = round.cut(&mapped, &body, rate_hz);
@@ -189,7 +189,7 @@ impl Input {
                 binding,
                 clip,
                 mapped,
-                way,
+                mapping,
                 floor,
                 course,
                 round: Some(round),
@@ -198,8 +198,8 @@ impl Input {
         }
         let clip = original.fitted(rate_hz)?;
         let mut mapped = onto(&clip);
-        let course = go(&mut mapped);
-        Ok(Self { document, binding, clip, mapped, way, floor, course, round: None, place })
+        let course = move_in_place(&mut mapped);
+        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round: None, place })
     }
 
     /// The output on the database's skeleton, for driving a robot.
@@ -232,22 +232,22 @@ impl Input {
         self.floor
     }
 
-    /// The way of a body that walks in place; `None` where its hips move.
+    /// The course of a body that walks in place; `None` if its hips move.
     pub fn course(&self) -> Option<&Course> {
         self.course.as_ref()
     }
 
-    /// The loop that was found in the clip, if it was said to be one.
+    /// The loop that was found in the clip, if the caller asked for one.
     pub fn round(&self) -> Option<&Round> {
         self.round.as_ref()
     }
 
     /// Up in the clip's world.
     pub fn up(&self) -> Vector3<f64> {
-        self.way.up()
+        self.mapping.up()
     }
 
-    /// A clip of the file's joints as it is drawn: Y up, the floor at zero.
+    /// A clip of the file's joints for drawing: Y up, the floor at zero.
     pub fn shown(&self, clip: &Clip) -> Clip {
         let mut shown = self.upright(clip);
         shown.frames.iter_mut().for_each(|frame| frame.root.y -= self.floor.height_m);
@@ -257,7 +257,7 @@ impl Input {
     /// A clip of the file's joints with Y up, on its own floor.
     pub fn upright(&self, clip: &Clip) -> Clip {
         let mut upright = clip.clone();
-        if let Way::Map(map, _) = &self.way {
+        if let BodyMapping::Map(map, _) = &self.mapping {
             upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &map.world));
         }
         upright
@@ -290,9 +290,9 @@ impl Input {
 
     /// The map between the skeletons, if they differ.
     pub fn retarget(&self) -> Option<&Retarget> {
-        match &self.way {
-            Way::Same(_) => None,
-            Way::Map(map, _) => Some(map),
+        match &self.mapping {
+            BodyMapping::Same(_) => None,
+            BodyMapping::Map(map, _) => Some(map),
         }
     }
 
@@ -302,27 +302,30 @@ impl Input {
         let mut whole = streamed.clone();
         let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
         for (step, frame) in
-            whole.steps.iter_mut().zip(self.way.back(&frames, &self.clip.frames, self.floor.height_m))
+            whole.steps.iter_mut().zip(self.mapping.back(&frames, &self.clip.frames, self.floor.height_m))
         {
             step.frame = frame;
         }
         if let Some(retimed) = &mut whole.retimed {
-            retimed.frames = self.way.back(&retimed.frames, &self.clip.frames, self.floor.height_m);
+            retimed.frames = self.mapping.back(&retimed.frames, &self.clip.frames, self.floor.height_m);
         }
-        self.held(whole.clip(&self.clip, self.clip.rate_hz))
+        self.kept_in_place(whole.clip(&self.clip, self.clip.rate_hz))
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
     /// do in the input at each pose's `sources`, in frames.
     pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
         let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
-        self.held(Clip { frames: self.way.back(frames, &inputs, self.floor.height_m), ..self.clip.clone() })
+        self.kept_in_place(Clip {
+            frames: self.mapping.back(frames, &inputs, self.floor.height_m),
+            ..self.clip.clone()
+        })
     }
 
-    /// An output in place, if the input is.
-    fn held(&self, mut clip: Clip) -> Clip {
+    /// Puts an output back in place, if the input walks in place.
+    fn kept_in_place(&self, mut clip: Clip) -> Clip {
         if self.course.is_some() {
-            course::hold(&mut clip, &self.up(), &self.place, self.round.is_some());
+            course::put_in_place(&mut clip, &self.up(), &self.place, self.round.is_some());
         }
         clip
     }
@@ -337,11 +340,11 @@ impl Input {
     }
 }
 
-/// A clip on the database's skeleton and floor, whatever skeleton it comes on, at its own rate.
+/// Maps a clip on any skeleton to the database's skeleton and floor, at the clip's own rate.
 ///
 /// # Errors
 /// A skeleton that can't be mapped.
 pub fn onto(database: &Database<'_>, clip: &Clip) -> Result<Clip> {
-    let (way, floor) = Way::find(database, clip, &MapFile::default())?;
-    Ok(way.onto(&Arc::new(database_skeleton(database)), clip, floor.height_m))
+    let (mapping, floor) = BodyMapping::find(database, clip, &MapFile::default())?;
+    Ok(mapping.onto(&Arc::new(database_skeleton(database)), clip, floor.height_m))
 }

@@ -1,14 +1,14 @@
-//! Clips that are loops: their last pose goes over into the first.
+//! Clips that are loops: their last pose continues with the first.
 //!
-//! 1. The loop is the clip, whether or not it repeats its first pose at its end, or else a part of it whose ends are near to
-//!    each other, the longer the better ([`Round::find`]).
-//! 2. What the ends differ by is spread over the loop, each round begins where and as the last one ended, and the stream
-//!    runs through as many rounds as it takes to settle ([`repeated`]).
-//! 3. Of the output the last round is kept; what is left between its ends is spread as well ([`last`]). Its length is
-//!    rounded to whole frames, by the time step.
+//! 1. The loop is the whole clip, with or without its first pose repeated at the end, or else the part of it whose ends are
+//!    close together, the longer the better ([`Round::find`]).
+//! 2. The difference of the ends is spread over the loop. Each round begins where the last one ended, and the stream repeats
+//!    the loop until it has settled ([`repeated`]).
+//! 3. The last round of the output is kept, and the remaining difference of its ends is spread over it ([`last`]). Its length
+//!    is rounded to whole frames by scaling the time step.
 //!
-//! Place and heading of the ends may differ: a loop with root motion goes on. A turn of less than 15 degrees is none, and is
-//! taken out; so is that of a part of a clip.
+//! Place and heading of the ends may differ: a loop with root motion moves on. A turn of less than 15 degrees is removed, as is
+//! that of a part of a clip.
 
 use gestus_motion::{
     body::{Body, about_y, wrap},
@@ -20,22 +20,22 @@ use thiserror::Error;
 
 use crate::stream::Streamed;
 
-/// Greatest mean distance of the joints of two poses that can be one, metres.
-const MEET_M: f64 = 0.06;
-/// Poses nearer than this are one, metres.
-const SAME_M: f64 = 0.01;
-/// Turn of a clip that is a loop which is taken out, radians; what turns further goes on turning.
-const STRAIGHT: f64 = 0.26;
-/// What a turn counts for in the search of a loop, metres of distance for a radian.
-const TURN_M: f64 = 0.1;
-/// What a loop counts for that is no longer than nothing, against one that is the whole clip, metres of distance.
-const LENGTH_M: f64 = 0.03;
+/// Greatest gap between the ends of a loop that can be closed, metres: mean distance of the joints.
+const MAX_GAP_M: f64 = 0.06;
+/// Distance below which two poses count as the same, metres.
+const SAME_POSE_M: f64 = 0.01;
+/// Greatest turn of a whole clip that is removed, radians. A clip that turns further keeps turning.
+const MAX_REMOVED_TURN: f64 = 0.26;
+/// Weight of a turn in the search of a loop: metres of distance for a radian.
+const TURN_WEIGHT_M: f64 = 0.1;
+/// Penalty of a very short loop relative to the whole clip in the search, metres of distance.
+const LENGTH_WEIGHT_M: f64 = 0.03;
 /// Shortest loop, seconds.
 const SHORTEST_S: f64 = 0.3;
-/// Most poses of a clip that are compared with one another.
-const COMPARED: usize = 240;
-/// Seconds that a stream takes to settle.
-const SETTLED_S: f64 = 4.0;
+/// Greatest number of poses of a clip that are compared with one another.
+const MAX_COMPARED: usize = 240;
+/// Time that a stream takes to settle, seconds.
+const SETTLE_S: f64 = 4.0;
 
 /// A clip without a loop.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -46,11 +46,11 @@ pub enum LoopError {
         /// Length of the clip.
         seconds: f64,
     },
-    /// Poses that do not come back.
+    /// No pose recurs.
     #[error(
         "--loop: no pose of the clip comes back: the two nearest are {cm:.1} cm apart (mean of the joints), and {limit:.0} cm \
          can be closed: give a clip of a cycle, or leave out --loop",
-        limit = MEET_M * 100.0
+        limit = MAX_GAP_M * 100.0
     )]
     NoReturn {
         /// Distance of the nearest poses.
@@ -63,34 +63,34 @@ pub enum LoopError {
 pub struct Round {
     /// The first frame.
     pub start: usize,
-    /// Frames from the first pose to where it comes back.
+    /// Frames from the first pose to its recurrence.
     pub period: usize,
-    /// Whether the pose that comes back is left out at the clip's end.
+    /// Whether the clip ends one frame before the first pose recurs.
     open: bool,
-    /// Whether its turn is taken out.
+    /// Whether its turn is removed.
     straight: bool,
-    /// Distance of the two ends, centimetres, mean of the joints.
+    /// Distance of the two ends, centimetres: mean over the joints.
     pub gap_cm: f64,
 }
 
-/// A turn about Y and a way on the ground.
+/// A rigid motion on the ground: a turn about Y and a shift.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct GroundMotion {
     turn: UnitQuaternion<f64>,
-    way: Vector3<f64>,
+    shift: Vector3<f64>,
 }
 
-impl Step {
-    /// The step from one pose to another.
+impl GroundMotion {
+    /// The motion from one pose to another.
     fn between(body: &Body, from: &Frame, to: &Frame) -> Self {
         let turn = about_y(wrap(body.heading(to) - body.heading(from)));
-        let way = to.root - turn * from.root;
-        Self { turn, way: Vector3::new(way.x, 0.0, way.z) }
+        let shift = to.root - turn * from.root;
+        Self { turn, shift: Vector3::new(shift.x, 0.0, shift.z) }
     }
 
     fn apply(&self, frame: &Frame) -> Frame {
         let mut frame = frame.clone();
-        frame.root = self.turn * frame.root + self.way;
+        frame.root = self.turn * frame.root + self.shift;
         frame.rotations[0] = self.turn * frame.rotations[0];
         frame
     }
@@ -100,68 +100,70 @@ impl Round {
     /// The loop in a clip.
     ///
     /// # Errors
-    /// [`LoopError`] where no pose comes back.
+    /// [`LoopError`] if no pose recurs.
     pub fn find(clip: &Clip, body: &Body) -> Result<Self, LoopError> {
         let count = clip.frames.len();
         let least = ((SHORTEST_S * clip.rate_hz).ceil() as usize).max(3);
         if count <= least {
             return Err(LoopError::Short { seconds: clip.duration_s() });
         }
-        let shapes: Vec<Vec<Vector3<f64>>> = clip.frames.iter().map(|f| shape(body, f)).collect();
+        let positions: Vec<Vec<Vector3<f64>>> =
+            clip.frames.iter().map(|f| local_positions(body, f)).collect();
         let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
-        let gap = |a: usize, b: usize| apart(&shapes[a], &shapes[b]);
+        let gap = |a: usize, b: usize| mean_joint_distance(&positions[a], &positions[b]);
         let turn = |a: usize, b: usize| wrap(headings[b] - headings[a]).abs();
         let last = count - 1;
         let steps = sorted((0..last).map(|t| gap(t, t + 1)));
         let step = quantile(&steps, 0.5).unwrap_or(0.0);
         let ends = gap(0, last);
-        if ends < SAME_M.max(0.5 * step) {
-            let straight = turn(0, last) < STRAIGHT;
+        if ends < SAME_POSE_M.max(0.5 * step) {
+            let straight = turn(0, last) < MAX_REMOVED_TURN;
             return Ok(Self { start: 0, period: last, open: false, straight, gap_cm: 100.0 * ends });
         }
-        // One step before it comes back.
-        if ends < (2.0 * step).min(MEET_M) && gap(0, last - 1) > ends && gap(1, last) > ends {
-            let straight = turn(0, last) < STRAIGHT;
+        // The clip ends one frame before the first pose recurs.
+        if ends < (2.0 * step).min(MAX_GAP_M) && gap(0, last - 1) > ends && gap(1, last) > ends {
+            let straight = turn(0, last) < MAX_REMOVED_TURN;
             return Ok(Self { start: 0, period: count, open: true, straight, gap_cm: 0.0 });
         }
-        let stride = count.div_ceil(COMPARED);
-        // Its cost, and that of its ends alone.
+        let stride = count.div_ceil(MAX_COMPARED);
+        // The least cost, the distance of its ends, and its first and last frame.
         let mut best = (f64::INFINITY, f64::INFINITY, 0, 0);
         for start in (0..last - least).step_by(stride) {
             for end in (start + least..last).step_by(stride) {
-                // As they are and as they move.
-                let distance = 0.5 * (gap(start, end) + gap(start + 1, end + 1)) + TURN_M * turn(start, end);
-                let cost = distance + LENGTH_M * (1.0 - (end - start) as f64 / count as f64);
+                // Compares poses and velocities.
+                let distance =
+                    0.5 * (gap(start, end) + gap(start + 1, end + 1)) + TURN_WEIGHT_M * turn(start, end);
+                let cost = distance + LENGTH_WEIGHT_M * (1.0 - (end - start) as f64 / count as f64);
                 if cost < best.0 {
                     best = (cost, distance, start, end);
                 }
             }
         }
         let (_, distance, start, end) = best;
-        if distance > MEET_M {
+        if distance > MAX_GAP_M {
             return Err(LoopError::NoReturn { cm: 100.0 * distance.min(ends) });
         }
         let gap_cm = 100.0 * gap(start, end);
         Ok(Self { start, period: end - start, open: false, straight: true, gap_cm })
     }
 
-    /// The round on the joints of its body, closed, at another rate: a whole number of frames and the first pose again.
+    /// The round on its body's joints, closed, at another rate: a whole number of frames, and the first pose again.
     pub fn cut(&self, clip: &Clip, body: &Body, rate_hz: f64) -> Clip {
         let mut frames = self.frames(clip);
         let last = frames.len() - 1;
         if self.open {
             frames[last] = self.next(&frames[..last], body);
         }
-        self.resampled(clip, closed(body, self.straightened(body, frames)), rate_hz)
+        self.resampled(clip, close_gap(body, self.straightened(body, frames)), rate_hz)
     }
 
-    /// The same round on other joints, of which only the rotations below the root are closed.
+    /// The same round on other joints. Only the rotations below the root are closed.
     pub fn cut_rotations(&self, clip: &Clip, rate_hz: f64) -> Clip {
         let mut frames = self.frames(clip);
         let (first, last) = (frames[0].clone(), frames.len() - 1);
         let end = frames[last].clone();
         for (k, frame) in frames.iter_mut().enumerate() {
-            spread(
+            add_turn_share(
                 &mut frame.rotations[1..],
                 &end.rotations[1..],
                 &first.rotations[1..],
@@ -171,7 +173,7 @@ impl Round {
         self.resampled(clip, frames, rate_hz)
     }
 
-    /// The clip's frames from the first pose to where it comes back, or the first in its place.
+    /// The clip's frames from the first pose to its recurrence, which is the first pose if the clip ends before it.
     fn frames(&self, clip: &Clip) -> Vec<Frame> {
         let mut frames: Vec<Frame> =
             clip.frames.iter().skip(self.start).take(self.period + 1).cloned().collect();
@@ -188,7 +190,7 @@ impl Round {
         Clip { frames, rate_hz, ..whole }
     }
 
-    /// Frames whose last one faces as the first does: the turn is taken out evenly, of the way too.
+    /// Removes the turn from the frames evenly, from rotations and path, so that the last faces as the first does.
     fn straightened(&self, body: &Body, mut frames: Vec<Frame>) -> Vec<Frame> {
         if !self.straight {
             return frames;
@@ -206,8 +208,7 @@ impl Round {
         frames
     }
 
-    /// Where the first pose is after a round, if the clip ends one frame earlier: as far from its last frame as the mean of
-    /// its last and first steps.
+    /// The first pose after a round, if the clip ends one frame before: placed by the mean of the last and the first step.
     fn next(&self, frames: &[Frame], body: &Body) -> Frame {
         let last = frames.len() - 1;
         let local = |a: &Frame, b: &Frame| {
@@ -225,10 +226,10 @@ impl Round {
     }
 }
 
-/// A clip that is one round, run through again and again: all rounds, with the first pose of the next one at the end.
+/// Repeats a clip that is one round: all rounds, and the first pose of the next one.
 pub fn repeated(round: &Clip, body: &Body) -> Clip {
     let last = round.frames.len() - 1;
-    let step = Step::between(body, &round.frames[0], &round.frames[last]);
+    let step = GroundMotion::between(body, &round.frames[0], &round.frames[last]);
     let mut frames = Vec::with_capacity(rounds(round) * last + 1);
     let mut now: Vec<Frame> = round.frames[..last].to_vec();
     for _ in 0..rounds(round) {
@@ -239,9 +240,9 @@ pub fn repeated(round: &Clip, body: &Body) -> Clip {
     Clip { frames, ..round.clone() }
 }
 
-/// Rounds that a stream runs through: those in which it settles, and the last.
+/// Number of rounds of a stream: those in which it settles, and one more.
 fn rounds(round: &Clip) -> usize {
-    1 + ((SETTLED_S / round.duration_s().max(1e-3)).ceil() as usize).clamp(2, 64)
+    1 + ((SETTLE_S / round.duration_s().max(1e-3)).ceil() as usize).clamp(2, 64)
 }
 
 /// Keeps the last round of the output of [`repeated`] and closes it.
@@ -250,12 +251,12 @@ pub fn last(streamed: &mut Streamed, found: &Round, round: &Clip, body: &Body) {
     let from = streamed.steps.len() - 1 - period;
     streamed.steps.drain(..from);
     let frames = streamed.frames();
-    for (step, frame) in streamed.steps.iter_mut().zip(closed(body, found.straightened(body, frames))) {
+    for (step, frame) in streamed.steps.iter_mut().zip(close_gap(body, found.straightened(body, frames))) {
         step.frame = frame;
     }
     streamed.steps[period].report.contacts = streamed.steps[0].report.contacts;
     streamed.steps[period].report.held = streamed.steps[0].report.held;
-    // A whole number of frames, and a hair more than less.
+    // A whole number of frames; the factor guards against rounding down.
     let length = streamed.times()[period] * round.rate_hz;
     let scale = (length.round().max(1.0) / length.max(1e-6)) * (1.0 + 1e-6);
     for step in &mut streamed.steps[1..] {
@@ -264,27 +265,27 @@ pub fn last(streamed: &mut Streamed, found: &Round, round: &Clip, body: &Body) {
     if let Some(retimed) = &mut streamed.retimed {
         retimed.frames.drain(..from);
         retimed.ticks.drain(..from);
-        retimed.frames = closed(body, found.straightened(body, retimed.frames.clone()));
+        retimed.frames = close_gap(body, found.straightened(body, retimed.frames.clone()));
     }
 }
 
-/// Frames of which the last is the first pose again, elsewhere: the difference is spread over all.
-fn closed(body: &Body, frames: Vec<Frame>) -> Vec<Frame> {
+/// Closes the gap between the last frame and the first pose, which may be elsewhere: spreads the difference over all frames.
+fn close_gap(body: &Body, frames: Vec<Frame>) -> Vec<Frame> {
     let last = frames.len() - 1;
     let end = &frames[last];
-    let goal = Step::between(body, &frames[0], end).apply(&frames[0]);
+    let goal = GroundMotion::between(body, &frames[0], end).apply(&frames[0]);
     let close = |(k, frame): (usize, &Frame)| {
         let share = k as f64 / last as f64;
         let mut frame = frame.clone();
         frame.root += (goal.root - end.root) * share;
-        spread(&mut frame.rotations, &end.rotations, &goal.rotations, share);
+        add_turn_share(&mut frame.rotations, &end.rotations, &goal.rotations, share);
         frame
     };
     frames.iter().enumerate().map(close).collect()
 }
 
-/// Adds a share of the turns from `end` to `goal`.
-fn spread(
+/// Adds a share, 0 to 1, of the turns from `end` to `goal`.
+fn add_turn_share(
     rotations: &mut [UnitQuaternion<f64>],
     end: &[UnitQuaternion<f64>],
     goal: &[UnitQuaternion<f64>],
@@ -295,14 +296,14 @@ fn spread(
     }
 }
 
-/// Places of the joints over the ground below the root, as the body sees them.
-fn shape(body: &Body, frame: &Frame) -> Vec<Vector3<f64>> {
+/// Positions of the joints relative to the ground below the root and to the heading, metres.
+fn local_positions(body: &Body, frame: &Frame) -> Vec<Vector3<f64>> {
     let turn = about_y(-body.heading(frame));
     let ground = Vector3::new(frame.root.x, 0.0, frame.root.z);
     frame.positions(&body.skeleton).into_iter().map(|p| turn * (p - ground)).collect()
 }
 
-/// Mean distance of the joints of two shapes, metres.
-fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+/// Mean distance of corresponding joints, metres.
+fn mean_joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(p, q)| (p - q).norm()).sum::<f64>() / a.len().max(1) as f64
 }

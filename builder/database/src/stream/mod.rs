@@ -1,5 +1,6 @@
 //! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
+mod body_mapping;
 pub mod cleanup;
 pub mod course;
 pub mod crowd;
@@ -9,7 +10,6 @@ mod standing;
 pub mod trace;
 pub mod translate;
 pub mod verdict;
-mod way;
 
 use gestus_core::{
     Config, ConfigError, Database, Digest, Observer, Pose, Report, Stage, Stylizer,
@@ -243,14 +243,14 @@ pub fn stream(
     request: &Request,
     watcher: &mut impl Watcher,
 ) -> Result<Streamed, ConfigError> {
-    stream_told(database, clip, request, &[], watcher)
+    stream_with_labels(database, clip, request, &[], watcher)
 }
 
 /// [`stream`] with changes of the action label: the first frame and the action of each, ascending.
 ///
 /// # Errors
 /// As [`stream`].
-pub fn stream_told(
+pub fn stream_with_labels(
     database: &Database<'_>,
     clip: &Clip,
     request: &Request,
@@ -291,8 +291,8 @@ fn run<const J: usize, const K: usize, const C: usize>(
     let mut digest = Digest::new();
     let mut steps = Vec::with_capacity(clip.frames.len());
     for (t, frame) in clip.frames.iter().enumerate() {
-        if let Some(told) = actions.iter().find(|a| a.0 == t) {
-            stylizer.set_action(Some(told.1))?;
+        if let Some(&(_, action)) = actions.iter().find(|a| a.0 == t) {
+            stylizer.set_action(Some(action))?;
         }
         let input = to_pose::<J>(frame);
         watcher.begin();
@@ -322,11 +322,11 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// Poses that a retimer on the host keeps: enough for bounds of seconds at usual rates.
-pub(crate) const REMEMBERED: usize = 512;
+pub(crate) const RETIMER_POSES: usize = 512;
 
 /// A retimer and its output.
 struct Playback<const J: usize> {
-    retimer: Box<Retimer<J, REMEMBERED>>,
+    retimer: Box<Retimer<J, RETIMER_POSES>>,
     frames: Vec<Frame>,
     ticks: Vec<Tick>,
     step_s: f32,

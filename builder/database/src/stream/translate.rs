@@ -127,7 +127,7 @@ mod tests {
     use crate::{
         build::{BuildOptions, build},
         retarget::Retarget,
-        stream::input::Reading,
+        stream::input::InputOptions,
         synth,
     };
 
@@ -163,7 +163,7 @@ mod tests {
         let input = Input::read(&path, &database).unwrap();
         assert!(input.retarget().is_none(), "{:?}", input.retarget().map(Retarget::doubts));
         assert_eq!(input.binding.unit(), Unit::Centimetres);
-        let told = Reading { unit: Some(Unit::Metres), ..Reading::default() };
+        let told = InputOptions { unit: Some(Unit::Metres), ..InputOptions::default() };
         let told = Input::read_with(&path, &database, &told).unwrap();
         assert_eq!(told.binding.unit(), Unit::Metres);
         assert!(told.retarget().is_some());

@@ -1,5 +1,5 @@
-//! What a database makes of a clip, in words: whether the clip is of its kind, what was recognised in it, what was left
-//! alone, and what to do about it.
+//! The verdict on a clip, in words: whether it is of the database's kind, what was recognised in it, what was passed through,
+//! and what to do about that.
 
 use gestus_core::{Database, Degraded};
 use gestus_motion::statistics::{mean_or_zero, quantile, sorted};
@@ -11,15 +11,16 @@ use crate::{
     stream::{Request, Streamed, input::Input, translate::translate},
 };
 
-/// Share of the input that is passed on, over the clip, from which it is partly or mostly unlike the database.
-const PARTLY: f64 = 0.05;
-const MOSTLY: f64 = 0.5;
-/// Median of the distances, in those of clips of the database's kind that were left out, beyond which the clip is unlike it.
+/// Share of the motion that is passed through from which a clip is partly unlike the database.
+const PARTLY_UNLIKE: f64 = 0.05;
+/// The same from which it is mostly unlike the database.
+const MOSTLY_UNLIKE: f64 = 0.5;
+/// Median distance, relative to that of held-out clips of the database's kind, beyond which a clip is partly unlike it.
 const FAR: f64 = 3.0;
-/// Least share that is worth a word.
-const WORTH: f64 = 0.05;
-/// Shortest span of frames passed on that is listed, seconds.
-const SPAN_S: f64 = 0.2;
+/// Least share of an action or style that is listed.
+const MIN_LISTED_SHARE: f64 = 0.05;
+/// Shortest span of frames passed through that is listed, seconds.
+const MIN_SPAN_S: f64 = 0.2;
 
 /// How much a clip is like the database.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,33 +49,33 @@ impl Likeness {
 pub struct Verdict {
     /// How much the clip is like the database.
     pub likeness: Likeness,
-    /// Share of the input that was passed on unchanged, 0 to 1.
+    /// Share of the motion that was passed through unchanged, 0 to 1.
     pub passed: f64,
-    /// Share of the frames that are unlike the database.
+    /// Share of the frames that are unlike the database, 0 to 1.
     pub far: f64,
-    /// Median distance, in that of clips of the database's kind that were left out; `None` where the method has none.
+    /// Median distance, relative to that of held-out clips of the database's kind; `None` if the method has no distance.
     pub distance: Option<f64>,
-    /// Actions and styles by their share of the frames, largest first.
+    /// Actions by their share of the frames, 0 to 1, largest first.
     pub actions: Vec<(String, f64)>,
-    /// The same of styles.
+    /// Styles by their share of the frames, 0 to 1, largest first.
     pub styles: Vec<(String, f64)>,
-    /// Spans that were passed on, seconds.
+    /// Spans that were passed through, seconds from the first frame.
     pub left_alone: Vec<[f64; 2]>,
-    /// What a user may do.
+    /// What the user can do.
     pub advice: Vec<String>,
 }
 
 impl Verdict {
-    /// Of a stream.
+    /// The verdict on a streamed input.
     pub fn of(database: &Database<'_>, input: &Input, streamed: &Streamed) -> Self {
         let reports = || streamed.steps.iter().map(|s| &s.report);
         let passed = mean_or_zero(reports().map(|r| f64::from(r.passed)));
         let far = mean_or_zero(reports().map(|r| f64::from(u8::from(r.degraded.contains(Degraded::FAR)))));
         let ratios = sorted(reports().map(|r| f64::from(r.distance_ratio)).filter(|&ratio| ratio > 0.0));
         let distance = quantile(&ratios, 0.5);
-        let likeness = if passed > MOSTLY {
+        let likeness = if passed > MOSTLY_UNLIKE {
             Likeness::Unlike
-        } else if passed > PARTLY || distance.is_some_and(|distance| distance > FAR) {
+        } else if passed > PARTLY_UNLIKE || distance.is_some_and(|distance| distance > FAR) {
             Likeness::Partly
         } else {
             Likeness::Like
@@ -108,7 +109,7 @@ impl Verdict {
             if input.course().is_none() && speed < 0.2 {
                 advice.push("if the body walks or runs in place, say so with --root in-place".into());
             }
-            if self.passed > PARTLY {
+            if self.passed > PARTLY_UNLIKE {
                 advice.push("--trust 0 stylizes what was left alone too, badly".into());
             }
         }
@@ -153,13 +154,13 @@ impl Verdict {
         };
         let distance =
             self.distance.map_or(String::new(), |d| format!(" (distance {d:.1}, 1 or less is usual)"));
-        let mut said = vec![format!("{how}{distance}.")];
+        let mut sentences = vec![format!("{how}{distance}.")];
         let [actions, styles] = [&self.actions, &self.styles].map(|shares| listed(shares));
-        said.push(match actions.is_empty() {
+        sentences.push(match actions.is_empty() {
             true => "The method recognises no action.".into(),
             false => format!("Recognised: {actions}; in the style {styles}."),
         });
-        said.push(match (self.passed * 100.0).round() {
+        sentences.push(match (self.passed * 100.0).round() {
             0.0 => "Nothing was left alone.".into(),
             percent => {
                 let spans: Vec<String> =
@@ -170,12 +171,12 @@ impl Verdict {
                 format!("{percent:.0}% of the motion was left alone{at}.")
             }
         });
-        said.extend(self.advice.iter().map(|advice| {
+        sentences.extend(self.advice.iter().map(|advice| {
             let mut letters = advice.chars();
             let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
             format!("{first}{}.", letters.as_str())
         }));
-        said
+        sentences
     }
 }
 
@@ -223,13 +224,13 @@ fn shares(database: &Database<'_>, streamed: &Streamed) -> [Vec<(String, f64)>; 
 
 /// `walk 83%, turn 12%`.
 fn listed(shares: &[(String, f64)]) -> String {
-    let worth: Vec<String> = shares
+    let listed: Vec<String> = shares
         .iter()
         .enumerate()
-        .filter(|(i, (_, share))| *i == 0 || *share >= WORTH)
+        .filter(|(i, (_, share))| *i == 0 || *share >= MIN_LISTED_SHARE)
         .map(|(_, (name, share))| format!("{name} {:.0}%", 100.0 * share))
         .collect();
-    worth.join(", ")
+    listed.join(", ")
 }
 
 /// Spans of frames for which it holds, seconds.
@@ -243,7 +244,7 @@ fn spans(holds: impl Iterator<Item = bool>, rate_hz: f64) -> Vec<[f64; 2]> {
         }
     }
     let seconds = spans.into_iter().map(|span| span.map(|t| t as f64 / rate_hz));
-    seconds.filter(|[a, b]| b - a >= SPAN_S).collect()
+    seconds.filter(|[a, b]| b - a >= MIN_SPAN_S).collect()
 }
 
 #[cfg(test)]

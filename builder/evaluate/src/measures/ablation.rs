@@ -32,7 +32,7 @@ struct Variant {
 /// Options of `gestus evaluate ablation`.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// Parameters to vary, besides the default; all where left out
+    /// Parameters to vary, besides the default; default: all
     #[arg(long, value_delimiter = ',', value_parser = PARAMETERS)]
     parameters: Vec<String>,
 }

@@ -38,7 +38,7 @@ const CLIPS: usize = 24;
 /// Options of `gestus evaluate servo`.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// The robot, a URDF file; the toy robot that comes with Gestus where left out
+    /// The robot, a URDF file; default: the toy robot that comes with Gestus
     #[arg(long)]
     robot: Option<PathBuf>,
     /// What the robot's joint names don't say, as TOML

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gestus_core::{Config, Database, Method};
 use gestus_database::{
     build::{BuildError, build},
-    stream::{Request, Streamed, stream_told},
+    stream::{Request, Streamed, stream_with_labels},
 };
 use gestus_motion::{
     body::{Body, about_y},
@@ -119,7 +119,8 @@ impl Stream<'_> {
         for (name, config, actions, input_style) in methods {
             let request = Request { config, input_style, ..Request::style(self.style as u16) };
             let mut record = Record::of(&self.database);
-            let Ok(streamed) = stream_told(&self.database, &self.clip, &request, actions, &mut record) else {
+            let Ok(streamed) = stream_with_labels(&self.database, &self.clip, &request, actions, &mut record)
+            else {
                 continue;
             };
             self.add(name, &record.predicted, Some(&streamed));

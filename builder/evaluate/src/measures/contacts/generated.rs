@@ -6,7 +6,7 @@ use anyhow::Result;
 use gestus_core::Database;
 use gestus_database::{
     build::{BuildOptions, build},
-    registration::contact::{carry, contacts},
+    registration::contact::{apply_majority, contacts},
     stream::{Request, stream},
     synth::{self, Options},
 };
@@ -57,7 +57,7 @@ fn detector(options: &Options) -> Result<Vec<table::Row>> {
     let mut found = corpus.examples.clone();
     found.par_iter_mut().for_each(|e| e.contacts = contacts(&e.clip, &landmarks));
     let mut carried = found.clone();
-    carry(&mut carried);
+    apply_majority(&mut carried);
     let mut rows = Vec::new();
     for (method, found) in [("detector", found), ("detector-carried", carried)] {
         for ((example, truth), planned) in found.iter().zip(&truths).zip(&corpus.examples) {

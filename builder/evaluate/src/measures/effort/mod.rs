@@ -37,7 +37,7 @@ use segmentation::STREAMS;
 /// Options of `gestus evaluate effort`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; estimates where left out
+    /// Efforts that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long)]
     labels: Option<PathBuf>,
     /// Random splits

@@ -23,7 +23,7 @@ pub struct Args {
     /// Run the measures too that take an hour or more on all clips
     #[arg(long)]
     all: bool,
-    /// Tables whose name contains one of these words, a,b; all where left out
+    /// Tables whose name contains one of these words, a,b; default: all
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
 }

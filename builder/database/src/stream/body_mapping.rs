@@ -1,5 +1,5 @@
-//! The way of a clip to a database's body and floor, and back: joint by joint where the bodies are the same, by a retargeting
-//! map where they are not.
+//! The conversion of a clip to a database's body and floor, and back: joint by joint if the bodies are the same, else by a
+//! retargeting map.
 
 use std::sync::Arc;
 
@@ -23,28 +23,28 @@ const SOFT_M: f64 = 0.01;
 
 /// The conversion between the clip's joints and the database's.
 #[derive(Debug)]
-pub enum Way {
-    /// The same body: for each joint of the database, the clip's joint of the same name and position.
+pub enum BodyMapping {
+    /// The same body. For each joint of the database: the clip's joint of the same name and position.
     Same(Vec<usize>),
-    /// By a retargeting map; with the legs of the file's body, if found, to keep its feet above the floor.
+    /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor.
     Map(Box<Retarget>, Option<Box<Limbs>>),
 }
 
-impl Way {
-    /// The way of a clip's body to the database's, and its floor.
+impl BodyMapping {
+    /// Finds the conversion from a clip's body to the database's, and the clip's floor.
     pub fn find(database: &Database<'_>, clip: &Clip, map: &MapFile) -> Result<(Self, Floor)> {
         let target = Arc::new(database_skeleton(database));
         if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
-            let way = Self::Same(joints);
+            let mapping = Self::Same(joints);
             let floor = match (map.floor_m, database.legs()) {
-                (Some(height_m), _) => Floor::told(height_m),
+                (Some(height_m), _) => Floor::stated(height_m),
                 (None, Some(legs)) => {
                     let leg_m = legs.iter().map(|leg| length(&target, leg)).sum::<f64>() / 2.0;
-                    floor::find(&way.onto(&target, clip, 0.0), &Supports::of_legs(&legs, leg_m))
+                    floor::find(&mapping.onto(&target, clip, 0.0), &Supports::of_legs(&legs, leg_m))
                 }
                 (None, None) => Floor::ZERO,
             };
-            return Ok((way, floor));
+            return Ok((mapping, floor));
         }
         let retarget = Retarget::new(database, clip, map)?;
         let floor = retarget.source.floor;
@@ -58,7 +58,7 @@ impl Way {
         Ok((Self::Map(Box::new(retarget), limbs), floor))
     }
 
-    /// A clip on the database's joints and on a floor at zero; the file's is at `floor_m`.
+    /// Converts a clip to the database's joints and a floor at zero. The clip's floor is at `floor_m`, metres.
     pub fn onto(&self, target: &Arc<Skeleton>, clip: &Clip, floor_m: f64) -> Clip {
         match self {
             Self::Same(joints) => {
