@@ -26,10 +26,7 @@ use gestus_core::{
     body::pose::{self, Anchor},
     math::wrap_angle,
 };
-use gestus_database::{
-    stream::{Request, to_pose},
-    synth,
-};
+use gestus_database::{stream::to_pose, synth};
 use gestus_motion::clip::{Clip, Skeleton};
 
 /// First bytes of a recording.
@@ -129,19 +126,6 @@ impl Recording {
         }
         let frames = poses.into_iter().map(|pose| (settings, pose)).collect();
         Ok((Self { joints: database.counts().joints, frames }, what))
-    }
-
-    /// The settings of a request.
-    ///
-    /// # Errors
-    /// More than two output styles.
-    pub fn settings_of(request: &Request) -> Result<Settings> {
-        let styles = match request.style.as_slice() {
-            [one] => [*one, (one.0, 0.0)],
-            [one, two] => [*one, *two],
-            more => bail!("a recording holds one or two output styles, not {}", more.len()),
-        };
-        Ok(Settings { action: request.action, input_style: request.input_style, styles })
     }
 
     /// Digest of the output, with the default parameters and the first method that the database supports.

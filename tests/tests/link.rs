@@ -244,7 +244,7 @@ fn what_is_refused_changes_nothing() {
         ),
         (
             Request::Configure(pairs(&[(parameters::DELTA, 1.0), (99, 41.0)])),
-            ConfigError::Unknown { id: 99, have: 29 },
+            ConfigError::Unknown { id: 99, have: parameters::NAMES.len() as u16 },
         ),
         (Request::Mask { group: 77, searched: true }, ConfigError::Unknown { id: 77, have: 3 }),
         (Request::GroupStyle { group: 1, weights: pairs(&[(1, 1.0); 4]) }, ConfigError::Weights),

@@ -56,6 +56,28 @@ impl Envelope {
     }
 }
 
+/// The tables of a map or a robot, which follow its header one after the other.
+pub(crate) struct Tables<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Tables<'a> {
+    /// The tables of `bytes`, whose length has to be `need`, after a header of `header` bytes.
+    pub fn new(section: u16, bytes: &'a [u8], header: usize, need: usize) -> Result<Self, BlobError> {
+        if bytes.len() != need {
+            return Err(BlobError::Length { section, need: as_u32(need), have: as_u32(bytes.len()) });
+        }
+        Ok(Self { rest: bytes.get(header..).unwrap_or(&[]) })
+    }
+
+    /// The next table, of `length` bytes.
+    pub fn next(&mut self, length: usize) -> &'a [u8] {
+        let (table, rest) = self.rest.split_at_checked(length).unwrap_or((&[], &[]));
+        self.rest = rest;
+        table
+    }
+}
+
 /// [`BlobError::Value`] unless the record `fits`.
 pub(crate) fn check(section: u16, record: usize, fits: bool) -> Checked {
     if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }

@@ -302,8 +302,9 @@ mod tests {
             let refused = Err(ConfigError::Parameter { number });
             assert_eq!(set(Config::new(), number, value), refused, "{number} {value}");
         }
-        let unknown = ConfigError::Unknown { id: 29, have: 29 };
-        assert_eq!(set(Config::new(), 29, 0.0), Err(unknown));
-        assert_eq!(value(&Config::new(), 29), None);
+        let have = TABLE.len() as u16;
+        let unknown = ConfigError::Unknown { id: have, have };
+        assert_eq!(set(Config::new(), have, 0.0), Err(unknown));
+        assert_eq!(value(&Config::new(), have), None);
     }
 }

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     BlobError,
     blob::{
-        check::{self, Checked, Envelope, as_u32},
+        check::{self, Checked, Envelope, Tables},
         layout::{MAX_JOINTS, section},
         read::Record,
     },
@@ -47,19 +47,11 @@ fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
         (2..=MAX_SOURCES).contains(&sources) && (2..=MAX_JOINTS).contains(&targets) && limbs <= MAX_LIMBS;
     check(0, counted)?;
     let need = layout::total(sources, targets, limbs);
-    if bytes.len() != need {
-        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have: as_u32(bytes.len()) });
-    }
-    let mut at = header::LENGTH;
-    let mut table = |length: usize| {
-        let table = bytes.get(at..at + length).unwrap_or(&[]);
-        at += length;
-        table
-    };
-    let source_skeleton = table(sources * joint::LENGTH);
-    let target_skeleton = table(targets * joint::LENGTH);
-    let inwards = table(targets * record::LENGTH);
-    let outwards = table(sources * record::LENGTH);
+    let mut tables = Tables::new(SECTION, bytes, header::LENGTH, need)?;
+    let source_skeleton = tables.next(sources * joint::LENGTH);
+    let target_skeleton = tables.next(targets * joint::LENGTH);
+    let inwards = tables.next(targets * record::LENGTH);
+    let outwards = tables.next(sources * record::LENGTH);
     Ok(Map {
         bytes,
         source: Side {
@@ -76,7 +68,7 @@ fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
             hips: Record(bytes).floats(header::TARGET_HIPS),
             ankle: head.f32(header::TARGET_ANKLE),
         },
-        limbs: table(limbs * limb::LENGTH),
+        limbs: tables.next(limbs * limb::LENGTH),
         scale: head.f32(header::SCALE),
         world: Record(bytes).floats(header::WORLD),
     })

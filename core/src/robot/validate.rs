@@ -7,7 +7,7 @@ use super::{
 use crate::{
     BlobError,
     blob::{
-        check::{self, Checked, Envelope, as_u32},
+        check::{self, Checked, Envelope, Tables},
         layout::{MAX_JOINTS, section},
         read::Record,
     },
@@ -49,21 +49,13 @@ fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
         && limbs <= MAX_LIMBS;
     check(0, counted)?;
     let need = layout::total(joints, hinges, groups, limbs);
-    if bytes.len() != need {
-        return Err(BlobError::Length { section: SECTION, need: as_u32(need), have: as_u32(bytes.len()) });
-    }
-    let mut at = header::LENGTH;
-    let mut table = |length: usize| {
-        let table = bytes.get(at..at + length).unwrap_or(&[]);
-        at += length;
-        table
-    };
+    let mut tables = Tables::new(SECTION, bytes, header::LENGTH, need)?;
     Ok(Robot {
         bytes,
-        joints: table(joints * joint::LENGTH),
-        hinges: table(hinges * hinge::LENGTH),
-        groups: table(groups * group::LENGTH),
-        limbs: table(limbs * limb::LENGTH),
+        joints: tables.next(joints * joint::LENGTH),
+        hinges: tables.next(hinges * hinge::LENGTH),
+        groups: tables.next(groups * group::LENGTH),
+        limbs: tables.next(limbs * limb::LENGTH),
     })
 }
 

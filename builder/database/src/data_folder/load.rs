@@ -21,7 +21,7 @@ use crate::{
 use gestus_motion::{
     animation::Recording,
     binding::{Options, to_clip},
-    capture::{CaptureError, Document, read_folder},
+    capture::{CaptureError, Document, Folder, read_folder},
     clip::{Clip, Skeleton},
     corpus::Corpus,
     joints::JointsError,
@@ -86,29 +86,8 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         return Err(LoadError::File(place));
     }
     let files = read_folder(&folder)?;
-    let below = |path: &Path| path.strip_prefix(&folder).unwrap_or(path).to_path_buf();
-    let skipped = files.skipped.iter().map(|error| {
-        LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
-    });
-    let mut left_out: Vec<LeftOut> = skipped.collect();
-    // Files that can't be read have names too.
-    let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
-        .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
-        .collect();
-    let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
-    config.check_names(&paths).map_err(|e| LoadError::Names(place.clone(), e))?;
-    let bound: Vec<Result<Option<Bound>, LeftOut>> = files
-        .documents
-        .par_iter()
-        .map(|(path, document)| bind(config, &below(path), path, document))
-        .collect();
-    let mut clips: Vec<Bound> = Vec::new();
-    for clip in bound {
-        match clip {
-            Ok(clip) => clips.extend(clip),
-            Err(why) => left_out.push(why),
-        }
-    }
+    let mut left_out: Vec<LeftOut> = Vec::new();
+    let mut clips = bind_all(config, &folder, &files, &mut left_out)?;
     disambiguate_names(&mut clips);
     let mut notes = vec![files.summary()];
     let mut clips = on_common_skeleton(clips, &mut left_out);
@@ -127,20 +106,14 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         let (clip, licence) = (clip.clip, config.licence.clone());
         performances.push(Performance { clip, kind, action, style, take, licence });
     }
-    let refuse = |left_out: &[LeftOut]| {
-        let left_out = if config.strict { left_out } else { &[] };
-        let said = left_out.iter().map(|one| one.said.clone()).collect();
-        let refused = Refused::unless_empty(said, Group::all(left_out));
-        refused.map_err(|e| LoadError::Strict(place.clone(), e))
-    };
-    refuse(&left_out)?;
+    refuse_if_strict(config, &place, &left_out)?;
     if performances.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
     unify(&mut performances);
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
     left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind)));
-    refuse(&left_out)?;
+    refuse_if_strict(config, &place, &left_out)?;
     if corpus.examples.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
@@ -159,6 +132,46 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     notes.extend(left_out.iter().map(ToString::to_string));
     notes.extend(licence_beside(&folder, config));
     Ok(Loaded { corpus, notes, floors, left_out })
+}
+
+/// Converts all readable files that are selected. Adds the others that should have been usable to `left_out`.
+fn bind_all(
+    config: &Config,
+    folder: &Path,
+    files: &Folder,
+    left_out: &mut Vec<LeftOut>,
+) -> Result<Vec<Bound>, LoadError> {
+    let below = |path: &Path| path.strip_prefix(folder).unwrap_or(path).to_path_buf();
+    left_out.extend(files.skipped.iter().map(|error| {
+        LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
+    }));
+    // Files that can't be read have names too.
+    let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
+        .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
+        .collect();
+    let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
+    config.check_names(&paths).map_err(|e| LoadError::Names(folder.display().to_string(), e))?;
+    let bound: Vec<Result<Option<Bound>, LeftOut>> = files
+        .documents
+        .par_iter()
+        .map(|(path, document)| bind(config, &below(path), path, document))
+        .collect();
+    let mut clips: Vec<Bound> = Vec::new();
+    for clip in bound {
+        match clip {
+            Ok(clip) => clips.extend(clip),
+            Err(why) => left_out.push(why),
+        }
+    }
+    Ok(clips)
+}
+
+/// Under `strict`, refuses a folder of which something was left out.
+fn refuse_if_strict(config: &Config, place: &str, left_out: &[LeftOut]) -> Result<(), LoadError> {
+    let left_out = if config.strict { left_out } else { &[] };
+    let messages = left_out.iter().map(|one| one.said.clone()).collect();
+    let refused = Refused::unless_empty(messages, Group::all(left_out));
+    refused.map_err(|e| LoadError::Strict(place.to_owned(), e))
 }
 
 /// A clip with its file's labels.

@@ -2,8 +2,10 @@
 //!
 //! The legend is beside the plot, so that it covers nothing; the picture grows with it.
 
+use std::ops::Range;
+
 use plotters::{
-    coord::Shift,
+    coord::{Shift, types::RangedCoordf64},
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
@@ -57,6 +59,7 @@ pub type Series = (String, Vec<(f64, f64)>);
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn std::error::Error>>;
+type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Colours of a series. From the nineteenth on, a ring of another colour is around it.
 fn colours(i: usize) -> (RGBColor, Option<RGBColor>) {
@@ -124,6 +127,19 @@ fn drawn_alone(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> Strin
     drawn(size, &Legend::none(), &|_, _, _| Ok(()), draw)
 }
 
+/// A chart with a heading and two axes; `under` is the height of the names below the horizontal one, pixels.
+fn chart<'a, 'b>(
+    area: &'b Area<'a>,
+    title: &str,
+    under: u32,
+    x: Range<f64>,
+    y: Range<f64>,
+) -> Result<Chart<'a, 'b>, Box<dyn std::error::Error>> {
+    let mut builder = ChartBuilder::on(area);
+    builder.caption(title, ("sans-serif", 20)).margin(12).x_label_area_size(under).y_label_area_size(64);
+    Ok(builder.build_cartesian_2d(x, y)?)
+}
+
 /// Draws a plot and its legend as SVG. Drawing finite numbers does not fail; an error gives an empty picture.
 fn drawn(
     size: (u32, u32),
@@ -156,12 +172,7 @@ pub fn lines(labels: Labels<'_>, series: &[Series]) -> String {
         Ok(area.draw(&PathElement::new(vec![(x, y), (x + 18, y)], style(i)))?)
     };
     drawn(SIZE, &legend, &sample, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .caption(labels.title, ("sans-serif", 20))
-            .margin(12)
-            .x_label_area_size(UNDER)
-            .y_label_area_size(64)
-            .build_cartesian_2d(x0..x1, y0..y1)?;
+        let mut chart = chart(area, labels.title, UNDER, x0..x1, y0..y1)?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).light_line_style(WHITE).draw()?;
         for (i, (_, points)) in series.iter().enumerate() {
             let finite = points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
@@ -187,12 +198,7 @@ pub fn bars(labels: Labels<'_>, groups: &[String], series: &[(String, Vec<f64>)]
         Ok(area.draw(&Rectangle::new([(x, y - 5), (x + 16, y + 5)], colours(i).0.filled()))?)
     };
     drawn(size, &legend, &sample, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .caption(labels.title, ("sans-serif", 20))
-            .margin(12)
-            .x_label_area_size(under)
-            .y_label_area_size(64)
-            .build_cartesian_2d(0.0..f64::from(count), 0.0..high)?;
+        let mut chart = chart(area, labels.title, under, 0.0..f64::from(count), 0.0..high)?;
         chart
             .configure_mesh()
             .disable_x_mesh()
@@ -242,12 +248,7 @@ pub fn points(labels: Labels<'_>, points: &[(String, f64, f64)]) -> String {
     };
     let sample = |area: &Area<'_>, i: usize, (x, y): (i32, i32)| dot(area, i, (x + 10, y));
     drawn(SIZE, &legend, &sample, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .caption(labels.title, ("sans-serif", 20))
-            .margin(12)
-            .x_label_area_size(UNDER)
-            .y_label_area_size(64)
-            .build_cartesian_2d(x0..x1, y0..y1)?;
+        let mut chart = chart(area, labels.title, UNDER, x0..x1, y0..y1)?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).light_line_style(WHITE).draw()?;
         let at: Vec<(i32, i32)> = shown.iter().map(|p| chart.backend_coord(&(p.1, p.2))).collect();
         let (across, down) = chart.plotting_area().get_pixel_range();
