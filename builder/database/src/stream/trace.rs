@@ -123,6 +123,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "delta": config.delta,
         "kappa": config.kappa,
         "rho": config.rho,
+        "prune": config.prune,
         "style_weights": weights,
         "group_styles": request.group_styles,
         "strength": (0..counts.dofs).map(|d| strength(database.group_of_dof(d))).collect::<Vec<_>>(),

@@ -4,6 +4,9 @@
 //! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / 12)`, where D is its smoothed distance. The
 //! weighted classes make the output ([`super::mix`]).
 //!
+//! Smoothed distances change slowly. A class that is further than all those that have weight is compared in every other
+//! frame, with the gain of two frames.
+//!
 //! Cost: P · F products a class, then 24 a dof for each weighted class, and as many for each of its output styles.
 
 use super::{
@@ -33,6 +36,12 @@ use crate::{
 const KERNEL_WIDTH: f32 = 12.0;
 /// Gain of the filter of a class's distance: weight of the current frame.
 const DISTANCE_GAIN: f32 = 0.2;
+/// Frames from one comparison of a far class to the next.
+const FAR_INTERVAL: u8 = 2;
+/// Gain of the filter of a far class's distance: that of so many frames, 1 - (1 - 0.2)².
+const FAR_DISTANCE_GAIN: f32 = 0.36;
+/// How much further a far class is than all classes that have weight, whitened square units.
+const FAR_MARGIN: f32 = 0.5 * KERNEL_WIDTH;
 /// Half-life of the mean forward speed and yaw rate, seconds.
 const DRIFT_HALF_LIFE_S: f32 = 0.25;
 /// Factor on the slopes. They were fitted to means of cycles; the drift of a stream is noisier.
@@ -55,9 +64,11 @@ pub(crate) struct Phase<const J: usize, const C: usize> {
     tracks: [Track; C],
     /// Smoothed squared distance of each class, whitened square units.
     distances: [f32; C],
+    /// Smoothed distance of the last frame's farthest class that has weight.
+    farthest_kept: f32,
     /// Mean forward speed, m/s, and yaw rate, rad/s.
     drift: [f32; 2],
-    /// Frames since the stream began or leapt; stops at 255.
+    /// Frames since the stream began or leapt; from 255 it goes back by [`FAR_INTERVAL`].
     age: u8,
 }
 
@@ -68,6 +79,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         tracks: [Track::NEW; C],
         // Written before they are read.
         distances: [0.0; C],
+        farthest_kept: 0.0,
         drift: [0.0; 2],
         age: 0,
     };
@@ -100,13 +112,19 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         context.observer.query(&feature);
         context.observer.stage(Stage::Search);
         let query = WhitenedQuery::new(frame.database, &feature, frame.settings.mask);
-        self.age = if frame.first { 0 } else { self.age.saturating_add(1) };
+        self.age =
+            if frame.first { 0 } else { self.age.checked_add(1).unwrap_or(u8::MAX - FAR_INTERVAL + 1) };
         // The first pose fills the whole window. Until it has left, the window does not show how the body moves.
         let full = usize::from(self.age) + 1;
         let full = full.saturating_sub(frame.database.counts().window).saturating_add(1);
         let gain = 1.0 / full.max(1) as f32;
         let gain = if gain < DISTANCE_GAIN { DISTANCE_GAIN } else { gain };
-        track(frame, &query, gain, &mut self.tracks, &mut self.distances, context.report);
+        // While the window fills, distances are not smoothed.
+        let all = gain > DISTANCE_GAIN || frame.config.prune <= 0.0;
+        let far = if all { f32::INFINITY } else { self.farthest_kept + FAR_MARGIN };
+        let schedule = Schedule { gain, turn: self.age % FAR_INTERVAL, far };
+        self.farthest_kept =
+            track(frame, &query, schedule, &mut self.tracks, &mut self.distances, context.report);
         for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
             if distance >= 0.0 {
                 context.observer.searched(class, &Found::no_frames(distance));
@@ -135,17 +153,36 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
     }
 }
 
-/// Distance and phase of every class that the labels allow, and their proportions.
-// Not generic over capacities, so that it is compiled with the core, optimised for speed.
+/// Which classes a frame compares with the input, and the gain of their distances' filter.
+#[derive(Clone, Copy)]
+struct Schedule {
+    /// Gain of the distances' filter; more than [`DISTANCE_GAIN`] while the window fills.
+    gain: f32,
+    /// Which of the far classes are compared: below [`FAR_INTERVAL`].
+    turn: u8,
+    /// Smoothed distance beyond which a class is far.
+    far: f32,
+}
+
+impl Schedule {
+    /// Whether a far class is compared in this frame.
+    fn includes(self, class: usize) -> bool {
+        class % usize::from(FAR_INTERVAL) == usize::from(self.turn)
+    }
+}
+
+/// Distance and phase of every class that the labels allow, and their proportions. Returns the smoothed distance of the
+/// farthest class that has weight.
+// Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
 fn track(
     frame: Frame<'_, '_>,
     query: &WhitenedQuery,
-    gain: f32,
+    schedule: Schedule,
     tracks: &mut [Track],
     distances: &mut [f32],
     report: &mut Report,
-) {
+) -> f32 {
     let Frame { database, config, settings, first } = frame;
     let rate_hz = database.rate_hz();
     let classes = database.counts().classes;
@@ -155,14 +192,21 @@ fn track(
             *distance = NOT_TRACKED;
             continue;
         }
+        let is_far = *distance > schedule.far;
+        if is_far && !schedule.includes(class) {
+            continue;
+        }
         let tables = tables_of(class);
         let found = query.project(&tables);
-        if first || *distance < 0.0 || gain >= 1.0 {
+        if first || *distance < 0.0 || schedule.gain >= 1.0 {
             *track = Track::begin(&tables, found.phase, rate_hz);
             *distance = found.distance2;
+        } else if is_far {
+            track.phase = found.phase;
+            *distance += FAR_DISTANCE_GAIN * (found.distance2 - *distance);
         } else {
             track.follow(&tables, found.phase, rate_hz);
-            *distance += gain * (found.distance2 - *distance);
+            *distance += schedule.gain * (found.distance2 - *distance);
         }
         report.visits += tables.feature_knots as u32;
         report.bytes_read += tables.parts().input as u32;
@@ -177,8 +221,11 @@ fn track(
         &mut report.classes,
     );
     report.degraded.set(crate::Degraded::CLASSES, cut);
-    let nearest = report.classes.first().and_then(|s| distances.get(usize::from(s.class)));
-    report.distance2 = nearest.copied().unwrap_or(0.0);
+    let distance_of = |share: Option<&Share>| {
+        share.and_then(|s| distances.get(usize::from(s.class))).copied().unwrap_or(0.0)
+    };
+    report.distance2 = distance_of(report.classes.first());
+    distance_of(report.classes.last())
 }
 
 impl<const J: usize, const C: usize> Phase<J, C> {
