@@ -2,7 +2,10 @@
 //!
 //! The words are data, in `names.toml` beside this file.
 
-use std::{collections::HashSet, sync::OnceLock};
+use std::{
+    collections::{BTreeMap, HashSet},
+    sync::OnceLock,
+};
 
 use serde::Deserialize;
 
@@ -155,6 +158,31 @@ pub fn split(name: &str) -> (Option<Side>, String) {
     (side, stem)
 }
 
+/// Each name without the first, the first two, ... of the words that at least half of the names begin with, as `Avatar_` in
+/// `Avatar_LeftArm`: what a person or a tool put before the names of a whole character. None for a name without them.
+pub fn without_shared_words(all: &[&str]) -> Vec<Vec<String>> {
+    /// Of a project, a character and a rig; no name begins with more.
+    const MOST: usize = 3;
+    let mut rest: Vec<Vec<String>> = all.iter().map(|name| words(name)).collect();
+    let mut shorter = vec![Vec::new(); all.len()];
+    for _ in 0..MOST {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for words in rest.iter().filter(|words| words.len() > 1) {
+            *counts.entry(words[0].as_str()).or_default() += 1;
+        }
+        let is_side = |word: &str| ["left", "right", "l", "r"].contains(&word);
+        let shared = counts.into_iter().find(|&(word, n)| 2 * n >= all.len() && !is_side(word));
+        let Some(shared) = shared.map(|(word, _)| word.to_owned()) else { break };
+        for (words, shorter) in rest.iter_mut().zip(&mut shorter) {
+            if words.len() > 1 && words[0] == shared {
+                words.remove(0);
+                shorter.push(words.join("_"));
+            }
+        }
+    }
+    shorter
+}
+
 /// Splits `LeftUpLeg_2` into left, up, leg, 2: at separators and capitals, in lower case.
 pub fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
@@ -219,6 +247,19 @@ mod tests {
         ] {
             assert_eq!(split(name), (side, stem.to_owned()), "{name}");
         }
+    }
+
+    #[test]
+    fn words_that_most_names_begin_with_are_left_out() {
+        let all = ["Avatar_Hips", "Avatar_LeftUpLeg", "Avatar_L_Knee", "Prop", "avatarHead"];
+        let short = without_shared_words(&all);
+        assert_eq!(short, [vec!["hips"], vec!["left_up_leg"], vec!["l_knee"], vec![], vec!["head"]]);
+        let all = ["My_Rig_Hips", "My_Rig_LeftArm", "My_Other_Head"];
+        let short = without_shared_words(&all);
+        assert_eq!(short, [vec!["rig_hips", "hips"], vec!["rig_left_arm", "left_arm"], vec!["other_head"]]);
+        // A side is no such word, nor is a whole name.
+        let none: Vec<String> = Vec::new();
+        assert!(without_shared_words(&["LeftArm", "LeftLeg", "Hips", "Hips"]).iter().all(|s| *s == none));
     }
 
     #[test]

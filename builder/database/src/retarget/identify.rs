@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::retarget::{
     facing,
     file::MapFile,
-    parts::{Part, Side, families, likely, part_in},
+    parts::{Named, Part, Side, families, named},
     shape,
 };
 use gestus_motion::{
@@ -143,25 +143,25 @@ impl Parts {
     fn by_name(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
         let names: Vec<&str> = skeleton.names.iter().map(String::as_str).collect();
         let taken = |parts: &Self, joint: usize| parts.joints.values().any(|&j| j == joint);
-        let put = |parts: &mut Self, of: &dyn Fn(&str) -> Option<Part>, how: How| {
-            for (j, name) in names.iter().enumerate() {
-                if let Some(part) = of(name).filter(|p| !denied(p) && !taken(parts, j)) {
+        let joints = named(&names);
+        let put = |parts: &mut Self, of: &dyn Fn(&Named<'_>) -> Option<Part>, how: How| {
+            for (j, joint) in joints.iter().enumerate() {
+                if let Some(part) = of(joint).filter(|p| !denied(p) && !taken(parts, j)) {
                     parts.put(part, j, how);
                 }
             }
         };
         let in_family = |family: &'static Family| {
             let mut parts = self.clone();
-            put(&mut parts, &|name| part_in(family, name), How::Name(&family.name));
+            put(&mut parts, &|joint| joint.part_in(family), How::Name(&family.name));
             parts
         };
-        let families = families(&names);
-        let found: Vec<Self> = families.into_iter().map(in_family).collect();
+        let found: Vec<Self> = families(&joints).into_iter().map(in_family).collect();
         let whole = found.iter().find(|parts| parts.check_tree(skeleton).is_ok());
         if let Some(best) = whole.or(found.first()) {
             *self = best.clone();
         }
-        put(self, &likely, How::Word);
+        put(self, &|joint| joint.likely(), How::Word);
     }
 
     fn by_shape(&mut self, skeleton: &Skeleton, frames: &[Frame], denied: &dyn Fn(&Part) -> bool) {

@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeSet, fmt};
 
-use gestus_motion::names::{Family, names};
+use gestus_motion::names::{Family, names, without_shared_words};
 pub use gestus_motion::names::{Side, split};
 
 /// A body part with one joint of its own. Spines and necks, which differ in joint count, are chains between them.
@@ -88,7 +88,7 @@ impl fmt::Display for Part {
 }
 
 /// The part that a joint of that name is, in a family.
-pub fn part_in(family: &Family, name: &str) -> Option<Part> {
+fn part_in(family: &Family, name: &str) -> Option<Part> {
     let (side, stem) = split(name);
     let has = |words: &[String]| words.contains(&stem);
     match side {
@@ -99,22 +99,44 @@ pub fn part_in(family: &Family, name: &str) -> Option<Part> {
     }
 }
 
+/// A joint by its name, and by what is left of it without the words that the names of its skeleton begin with
+/// ([`without_shared_words`]).
+#[derive(Debug, Clone)]
+pub struct Named<'a> {
+    whole: &'a str,
+    shorter: Vec<String>,
+}
+
+/// The joints of a skeleton by their names.
+pub fn named<'a>(names: &[&'a str]) -> Vec<Named<'a>> {
+    let shorter = without_shared_words(names);
+    names.iter().zip(shorter).map(|(&whole, shorter)| Named { whole, shorter }).collect()
+}
+
+impl Named<'_> {
+    /// The part that it is in a family.
+    pub fn part_in(&self, family: &Family) -> Option<Part> {
+        let shorter = || self.shorter.iter().find_map(|name| part_in(family, name));
+        part_in(family, self.whole).or_else(shorter)
+    }
+
+    /// The likely part in an unknown family.
+    pub fn likely(&self) -> Option<Part> {
+        self.part_in(&names().others)
+    }
+}
+
 /// The families that know six parts of a skeleton or more, those that know most of them first, of equals the more common.
-pub fn families(joints: &[&str]) -> Vec<&'static Family> {
+pub fn families(joints: &[Named<'_>]) -> Vec<&'static Family> {
     /// Fewer are chance.
     const FEWEST: usize = 6;
     let known = |family: &&Family| {
-        joints.iter().filter_map(|name| part_in(family, name)).collect::<BTreeSet<_>>().len()
+        joints.iter().filter_map(|joint| joint.part_in(family)).collect::<BTreeSet<_>>().len()
     };
     let mut found: Vec<(usize, &Family)> = names().families.iter().map(|f| (known(&f), f)).collect();
     found.retain(|(known, _)| *known >= FEWEST);
     found.sort_by_key(|(known, _)| std::cmp::Reverse(*known));
     found.into_iter().map(|(_, family)| family).collect()
-}
-
-/// The likely part of a name in an unknown family.
-pub fn likely(name: &str) -> Option<Part> {
-    part_in(&names().others, name)
 }
 
 #[cfg(test)]
