@@ -20,6 +20,7 @@ use gestus_database::{
         IdentifyError, MapError, MapFile, Retarget,
         parts::{Part, Side},
     },
+    stream::cleanup::{Limbs, above_floor},
 };
 use gestus_evaluate::measures::retarget::{directions, offsets};
 use gestus_motion::{
@@ -202,6 +203,77 @@ fn the_same_body_in_other_words_axes_sizes_and_worlds_comes_in_as_it_was() {
         let drop = truth.frames.iter().zip(&mapped.frames).map(|(a, b)| (height(a) - height(b)).abs());
         let drop = drop.fold(0.0, f64::max);
         assert!(drop < 0.02, "{name}: the hips are {drop} m off");
+    }
+}
+
+/// Some rigs carry the body by a root on the floor and turn the hips only: the feet of a few poses are above that root.
+#[test]
+fn up_is_where_the_hip_joints_are_though_the_root_is_on_the_floor() {
+    let walk = walk();
+    let height = walk.frames[0].root.y;
+    let mut foreign = Foreign::new().mixamo();
+    foreign.skeleton(|s| {
+        s.names.insert(0, "Carrier".to_owned());
+        s.parents =
+            std::iter::once(None).chain(s.parents.iter().map(|p| Some(p.map_or(0, |p| p + 1)))).collect();
+        s.offsets.insert(0, Vector3::zeros());
+        s.offsets[1] = Vector3::new(0.0, height, 0.0);
+    });
+    for (frame, before) in foreign.0.frames.iter_mut().zip(&walk.frames) {
+        frame.root = before.root - Vector3::new(0.0, height, 0.0);
+        frame.rotations.insert(0, UnitQuaternion::identity());
+    }
+    for frames in [1, 20] {
+        let mut few = foreign.clone();
+        few.0.frames.truncate(frames);
+        let map = few.map();
+        assert!(map.world.angle() < 1e-6, "{frames} frames: up is turned by {}", map.world.angle());
+        let mapped = map.to_target(&few.0);
+        // Of one pose, elbows and knees that are straight tell no axis.
+        let (mean, most) = apart(&walk.frames[..frames], &mapped.frames, &walk.skeleton);
+        assert!(mean < 2.0 && most < 12.0, "{frames} frames: {mean} cm, at most {most}");
+    }
+}
+
+/// Knees were bent backwards: the legs that lift feet out of the floor were found by names and by what zero rotations give.
+#[test]
+fn knees_of_lifted_feet_bend_ahead_whatever_the_names_and_axes() {
+    let walk = walk();
+    let ankle = |f: &Frame| {
+        let p = f.positions(&walk.skeleton);
+        let of = |name: &str| p[walk.skeleton.find(name).unwrap()].y;
+        of("Foot_L").min(of("Foot_R"))
+    };
+    // Straight legs, 5 cm in the floor.
+    let mut sunk = walk.frames[0].clone();
+    sunk.rotations.iter_mut().for_each(|q| *q = UnitQuaternion::identity());
+    let stands = walk.frames.iter().map(ankle).fold(f64::INFINITY, f64::min);
+    sunk.root.y += stands - 0.05 - ankle(&sunk);
+    let mut foreign = Foreign::new();
+    foreign.0.frames.push(sunk);
+    let exchanged = |name: &str| match name.rsplit_once('_') {
+        Some((stem, "L")) => format!("{stem}_R"),
+        Some((stem, "R")) => format!("{stem}_L"),
+        _ => name.to_owned(),
+    };
+    for (what, foreign) in [
+        ("names", foreign.clone().mixamo()),
+        ("exchanged", foreign.clone().named(|_, name| exchanged(name))),
+        ("axes", foreign.clone().mixamo().turned()),
+        ("no names", foreign.named(|j, _| format!("joint{j}")).turned()),
+    ] {
+        let source = foreign.map().source;
+        let clip = &foreign.0;
+        let legs = source.legs().unwrap();
+        let line = source.hips_line(&clip.frames);
+        let limbs = Limbs::of_landmarks(&legs, line, clip).unwrap().0;
+        let lifted = above_floor(&limbs, &clip.frames[clip.frames.len() - 1..], 0.01);
+        let p = lifted[0].positions(&clip.skeleton);
+        for side in 0..2 {
+            let [hip, knee, foot] = [legs.hip_joints, legs.knees, legs.feet].map(|joints| p[joints[side]]);
+            let ahead = knee.z - 0.5 * (hip.z + foot.z);
+            assert!(ahead > 0.03, "{what}: the knee is {ahead} m ahead");
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use gestus_core::{
 use gestus_motion::{
     body::database_skeleton,
     clip::{Clip, Frame, Skeleton},
+    landmarks::Landmarks,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
@@ -109,6 +110,41 @@ impl Body {
         if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
     }
 
+    /// Its legs, for inverse kinematics: thigh and shin of one bone each. `None` where there are joints between.
+    pub fn legs(&self) -> Option<Landmarks> {
+        let parent = |joint: usize| self.skeleton.parents[joint];
+        let mut marks = Landmarks {
+            hip_joints: [0; 2],
+            knees: [0; 2],
+            feet: [0; 2],
+            toes: [0; 2],
+            groups: vec![0; self.skeleton.joints()],
+        };
+        for side in Side::BOTH {
+            let [knee, foot] = [Part::LowerLeg(side), Part::Foot(side)].map(|part| self.parts.get(part));
+            let (knee, foot) = (knee?, foot?);
+            if parent(foot) != Some(knee) {
+                return None;
+            }
+            let i = side.index();
+            // Of a thigh of two bones, the one that the knee is on.
+            (marks.hip_joints[i], marks.knees[i], marks.feet[i]) = (parent(knee)?, knee, foot);
+            let toes = self.parts.get(Part::Toes(side)).filter(|&toes| parent(toes) == Some(foot));
+            marks.toes[i] = toes.unwrap_or(foot);
+        }
+        Some(marks)
+    }
+
+    /// From the right to the left hip joint, as the root sees them in the mean of some poses; unit length.
+    pub fn hips_line(&self, frames: &[Frame]) -> Vector3<f64> {
+        let [left, right] = Side::BOTH.map(|side| self.parts.get(Part::UpperLeg(side)).unwrap_or(0));
+        let line = |frame: &Frame| {
+            let p = frame.positions(&self.skeleton);
+            frame.rotations[0].inverse() * (p[left] - p[right])
+        };
+        frames.iter().map(line).sum::<Vector3<f64>>().try_normalize(1e-9).unwrap_or_else(Vector3::x)
+    }
+
     /// Joints of a chain with their positions along it, 0 to 1: the ends at 0 and 1, others at the middle of the segment
     /// that they rotate.
     fn chain(&self, from: usize, rest: &[usize]) -> Vec<(usize, f64)> {
@@ -158,15 +194,19 @@ const UPRIGHT: f64 = 0.7;
 /// throughout. A body that rolls shows none.
 fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuaternion<f64> {
     let up = file.up.unwrap_or_else(|| {
-        let feet: Vec<usize> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
+        // From the hip joints: a root that carries the body may lie on the floor.
+        let legs: Vec<[usize; 2]> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
             .ok()
-            .map(|p| Side::BOTH.iter().filter_map(|&s| p.get(Part::Foot(s))).collect())
+            .map(|p| {
+                let leg = |&s: &Side| Some([p.get(Part::UpperLeg(s))?, p.get(Part::Foot(s))?]);
+                Side::BOTH.iter().filter_map(leg).collect()
+            })
             .unwrap_or_default();
         let (mut up, mut distance) = (Vector3::zeros(), 0.0);
         let mut extent = Vector3::zeros();
         for frame in frames {
             let p = frame.positions(skeleton);
-            for way in feet.iter().map(|&f| p[0] - p[f]) {
+            for way in legs.iter().map(|&[hip, foot]| p[hip] - p[foot]) {
                 up += way;
                 distance += way.norm();
             }
@@ -176,7 +216,7 @@ fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuatern
         let axis = up.iamax();
         if up.norm() > UPRIGHT * distance && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
             (axis, up[axis].signum())
-        } else if feet.is_empty() && extent.z > 1.3 * extent.y {
+        } else if legs.is_empty() && extent.z > 1.3 * extent.y {
             (2, 1.0)
         } else {
             (1, 1.0)

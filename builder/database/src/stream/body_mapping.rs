@@ -6,9 +6,8 @@ use std::sync::Arc;
 use anyhow::Result;
 use gestus_core::Database;
 use gestus_motion::{
-    body::{Body, database_skeleton},
+    body::database_skeleton,
     clip::{Clip, Frame, Skeleton},
-    corpus::Corpus,
 };
 use nalgebra::Vector3;
 
@@ -51,10 +50,11 @@ impl BodyMapping {
         // In its own world with Y up.
         let mut upright = clip.fitted(f64::from(database.rate_hz()))?;
         upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &retarget.world));
-        let limbs = Body::of(&Corpus::of_clip(&upright))
-            .ok()
-            .and_then(|body| Limbs::of_clip(&body, &upright))
-            .map(|(limbs, _)| Box::new(limbs.standing_on(floor.height_m, retarget.source.anatomy.leg_m)));
+        let source = &retarget.source;
+        let limbs = source
+            .legs()
+            .and_then(|legs| Limbs::of_landmarks(&legs, source.hips_line(&upright.frames), &upright))
+            .map(|(limbs, _)| Box::new(limbs.standing_on(floor.height_m, source.anatomy.leg_m)));
         Ok((Self::Map(Box::new(retarget), limbs), floor))
     }
 

@@ -31,6 +31,7 @@ use gestus_motion::{
     body::Body,
     clip::{Clip, Frame},
     corpus::Corpus,
+    landmarks::Landmarks,
 };
 
 /// Greatest extension of a leg, relative to its length.
@@ -72,28 +73,33 @@ impl Limbs {
     /// The legs of a clip's body, and its contacts; sole heights are measured in the clip. `None` if the skeleton has more
     /// joints than a pose of the core, or there are no contacts.
     pub fn of_clip(body: &Body, clip: &Clip) -> Option<(Self, Vec<[bool; 2]>)> {
-        let marks = &body.landmarks;
-        let stands = contacts(clip, marks);
-        if body.skeleton.joints() > MAX_JOINTS || !stands.iter().flatten().any(|s| *s) {
+        Self::of_landmarks(&body.landmarks, body.hips_line, clip)
+    }
+
+    /// The same, of those legs; `line` points from the right hip joint to the left one, in the root's frame.
+    pub fn of_landmarks(m: &Landmarks, line: Vector3<f64>, clip: &Clip) -> Option<(Self, Vec<[bool; 2]>)> {
+        let (skeleton, stands) = (&clip.skeleton, contacts(clip, m));
+        if skeleton.joints() > MAX_JOINTS || !stands.iter().flatten().any(|s| *s) {
             return None;
         }
         let mut corpus = Corpus::of_clip(clip);
         corpus.examples[0].contacts.clone_from(&stands);
-        let heights = sole_heights(&[&corpus.examples[0]], marks);
-        let rolls = rolls(&[&corpus.examples[0]], marks, heights);
+        let heights = sole_heights(&[&corpus.examples[0]], m);
+        let rolls = rolls(&[&corpus.examples[0]], m, heights);
         let legs = [0, 1].map(|side| Leg {
-            hip: marks.hip_joints[side],
-            knee: marks.knees[side],
-            ankle: marks.feet[side],
-            toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
+            hip: m.hip_joints[side],
+            knee: m.knees[side],
+            ankle: m.feet[side],
+            toe: (m.toes[side] != m.feet[side]).then_some(m.toes[side]),
             heights: heights[side].map(|h| h as f32),
             rolls: rolls[side].map(|r| r as f32),
         });
+        let float = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let limbs = Self {
             legs,
-            parents: body.skeleton.parents.clone(),
-            offsets: body.skeleton.offsets.iter().map(|o| [o.x as f32, o.y as f32, o.z as f32]).collect(),
-            side: [body.hips_line.x as f32, body.hips_line.y as f32, body.hips_line.z as f32],
+            parents: skeleton.parents.clone(),
+            offsets: skeleton.offsets.iter().map(float).collect(),
+            side: float(&line),
         };
         Some((limbs, stands))
     }
