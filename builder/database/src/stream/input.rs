@@ -10,7 +10,7 @@ use crate::{
     registration::floor::{Floor, Source},
     retarget::{MapFile, Retarget, body::lifted, file::FLOORS_M},
     stream::{
-        Streamed,
+        Streamed, beginning,
         body_mapping::{BodyMapping, same_body},
         course::{self, Course, Root},
         looped::Round,
@@ -204,7 +204,31 @@ impl Input {
 
     /// The output on the database's skeleton, for driving a robot.
     pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
-        streamed.clip(&self.mapped, rate_hz)
+        self.carry(streamed, &self.mapped.frames, |frames| frames).clip(&self.mapped, rate_hz)
+    }
+
+    /// A stream whose poses are carried elsewhere, where the input's are `inputs`; it begins in its style where the input
+    /// begins at rest ([`beginning`]). A loop has no beginning, and a body that walks in place is not at rest.
+    fn carry(
+        &self,
+        streamed: &Streamed,
+        inputs: &[Frame],
+        carry: impl Fn(Vec<Frame>) -> Vec<Frame>,
+    ) -> Streamed {
+        let carried = |frames: Vec<Frame>| {
+            let mut frames = carry(frames);
+            if self.round.is_none() && self.course.is_none() {
+                beginning::in_style(&mut frames, inputs, self.clip.rate_hz);
+            }
+            frames
+        };
+        let mut whole = streamed.clone();
+        let frames = carried(whole.frames());
+        whole.steps.iter_mut().zip(frames).for_each(|(step, frame)| step.frame = frame);
+        if let Some(retimed) = &mut whole.retimed {
+            retimed.frames = carried(std::mem::take(&mut retimed.frames));
+        }
+        whole
     }
 
     /// Notes for the user about the reading: a guessed unit, averaged translations, and doubts about the map between the
@@ -299,17 +323,9 @@ impl Input {
     /// The output as a clip of the input's skeleton, at the database's rate. Joints that the database lacks move as
     /// in the input.
     pub fn output(&self, streamed: &Streamed) -> Clip {
-        let mut whole = streamed.clone();
-        let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
-        for (step, frame) in
-            whole.steps.iter_mut().zip(self.mapping.back(&frames, &self.clip.frames, self.floor.height_m))
-        {
-            step.frame = frame;
-        }
-        if let Some(retimed) = &mut whole.retimed {
-            retimed.frames = self.mapping.back(&retimed.frames, &self.clip.frames, self.floor.height_m);
-        }
-        self.kept_in_place(whole.clip(&self.clip, self.clip.rate_hz))
+        let inputs = &self.clip.frames;
+        let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
+        self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz))
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they

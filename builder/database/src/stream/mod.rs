@@ -1,5 +1,6 @@
 //! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
+pub mod beginning;
 mod body_mapping;
 pub mod cleanup;
 pub mod course;
