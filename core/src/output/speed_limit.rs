@@ -42,7 +42,7 @@ pub const WINDOW_S: f32 = 2.0;
 /// Speed of the fastest joint that is assumed before any input, rad/s. The fastest joint of a walk turns at 7.8 to 10.
 const INITIAL_SPEED: f32 = 7.5;
 /// Lower bound of the window's speed, rad/s, so that a standing body may start to move.
-const MIN_SPEED: f32 = 1.0;
+pub const MIN_SPEED: f32 = 1.0;
 
 /// Time after a start, a leap or a change of settings for which the style's own speed is a limit too, seconds.
 pub const SOFT_START_S: f32 = 1.0;

@@ -11,16 +11,18 @@
 //! with x the input and e the first pose from which on, within `SPAN_S`, no joint turns faster than the input's fastest.
 //! Bodies that begin in motion keep what was streamed, and so do loops, bodies that walk in place, digests and reports.
 
-use gestus_core::output::speed_limit::SOFT_START_S;
+use gestus_core::{
+    Config,
+    output::speed_limit::{MIN_SPEED, SOFT_START_S},
+};
 use gestus_motion::clip::Frame;
 
 /// The posture of a style is taken up within this time, seconds: while the core limits joints to the style's own speeds.
 const SPAN_S: f64 = SOFT_START_S as f64;
-/// A body whose joints turn slower is at rest, rad/s: the core's limit for bodies that stand
-/// (`gestus_core::output::speed_limit`).
-const REST: f64 = 1.0;
-/// How much faster than the input's fastest joint the output's may turn: the core's default of `Config::speed_limit`.
-const FASTER: f64 = 1.2;
+/// A body whose joints turn slower is at rest, rad/s: the core's limit for bodies that stand.
+const REST: f64 = MIN_SPEED as f64;
+/// How much faster than the input's fastest joint the output's may turn: the core's default.
+const FASTER: f64 = Config::new().speed_limit as f64;
 
 /// Lets an output begin in its style where its input begins at rest. `frames` are the output's and `inputs` the input's, on
 /// one skeleton.
