@@ -39,13 +39,7 @@ fn one(seed: u64, action: &str, style: &str) -> Example {
 
 #[test]
 fn the_same_seed_gives_the_same_corpus_and_another_seed_another() {
-    let options = Options {
-        actions: vec!["walk".into(), "kick".into()],
-        styles: vec!["neutral".into(), "old".into()],
-        clips: 2,
-        seconds: 4.0,
-        ..Options::default()
-    };
+    let options = Options::of(&["walk", "kick"], &["neutral", "old"], 2, 4.0);
     let frames = |options: &Options| -> Vec<Vec<Frame>> {
         synth::corpus(options).unwrap().examples.into_iter().map(|e| e.clip.frames).collect()
     };
@@ -320,13 +314,7 @@ fn headings_start_along_z_and_the_left_is_at_x() {
 
 #[test]
 fn a_generated_corpus_builds() {
-    let options = Options {
-        actions: vec!["walk".into(), "punch".into()],
-        styles: vec!["neutral".into(), "angry".into(), "old".into()],
-        clips: 2,
-        seconds: 4.0,
-        ..Options::default()
-    };
+    let options = Options::of(&["walk", "punch"], &["neutral", "angry", "old"], 2, 4.0);
     let corpus = synth::corpus(&options).unwrap();
     assert_eq!(corpus.examples.len(), 12);
     let built = build(&corpus, &BuildOptions::default()).unwrap();

@@ -230,13 +230,7 @@ mod tests {
 
     #[test]
     fn faster_is_stronger_and_more_sudden_and_no_more_bound() {
-        let options = synth::Options {
-            actions: vec!["walk".into()],
-            styles: vec!["neutral".into()],
-            clips: 1,
-            seconds: 6.0,
-            ..synth::Options::default()
-        };
+        let options = synth::Options::of(&["walk"], &["neutral"], 1, 6.0);
         let corpus = synth::corpus(&options).unwrap();
         let body = Body::of(&corpus).unwrap();
         let rows = body.clip_dofs(&corpus.examples[0].clip);
@@ -290,13 +284,7 @@ mod tests {
 
     #[test]
     fn a_frame_more_and_a_start_that_jerks_change_little() {
-        let options = synth::Options {
-            actions: vec!["run".into()],
-            styles: vec!["neutral".into()],
-            clips: 1,
-            seconds: 4.0,
-            ..synth::Options::default()
-        };
+        let options = synth::Options::of(&["run"], &["neutral"], 1, 4.0);
         let corpus = synth::corpus(&options).unwrap();
         let body = Body::of(&corpus).unwrap();
         let estimator = Estimator { actions: Vec::new(), all: [(0.0, 1.0); 3] };

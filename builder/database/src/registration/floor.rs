@@ -210,13 +210,7 @@ mod tests {
     use crate::synth;
 
     fn walk() -> Clip {
-        let corpus = synth::corpus(&synth::Options {
-            actions: vec!["walk".into()],
-            styles: vec!["neutral".into(), "old".into()],
-            clips: 1,
-            seconds: 4.0,
-            ..synth::Options::default()
-        });
+        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "old"], 1, 4.0));
         corpus.unwrap().examples[0].clip.clone()
     }
 

@@ -133,14 +133,8 @@ mod tests {
 
     /// A corpus of a walk whose bodies are that many times as large.
     fn corpus(scale: f64) -> Corpus {
-        let mut corpus = synth::corpus(&synth::Options {
-            actions: vec!["walk".into()],
-            styles: vec!["neutral".into(), "proud".into()],
-            clips: 1,
-            seconds: 4.0,
-            ..synth::Options::default()
-        })
-        .unwrap();
+        let mut corpus =
+            synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
         let mut skeleton = (*corpus.skeleton).clone();
         skeleton.offsets.iter_mut().for_each(|offset| *offset *= scale);
         corpus.skeleton = Arc::new(skeleton);

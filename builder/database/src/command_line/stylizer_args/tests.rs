@@ -18,14 +18,7 @@ fn blob() -> Vec<u8> {
 }
 
 fn blob_with(models: bool, styles: [&str; 2]) -> Vec<u8> {
-    let mut corpus = synth::corpus(&synth::Options {
-        actions: vec!["walk".into()],
-        styles: vec!["neutral".into(), "proud".into()],
-        clips: 1,
-        seconds: 4.0,
-        ..synth::Options::default()
-    })
-    .unwrap();
+    let mut corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
     corpus.styles = styles.map(str::to_owned).to_vec();
     build(&corpus, &BuildOptions { models, ..BuildOptions::default() }).unwrap().bytes
 }

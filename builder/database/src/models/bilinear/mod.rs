@@ -143,14 +143,8 @@ mod tests {
 
     #[test]
     fn known_corners_come_back_and_the_walk_goes_on() {
-        let corpus = synth::corpus(&synth::Options {
-            actions: vec!["walk".into()],
-            styles: vec!["neutral".into(), "proud".into(), "old".into()],
-            clips: 3,
-            seconds: 6.0,
-            ..synth::Options::default()
-        })
-        .unwrap();
+        let corpus =
+            synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud", "old"], 3, 6.0)).unwrap();
         let body = Body::of(&corpus).unwrap();
         let model = Bilinear::of(&corpus, &body, 0, 0).unwrap();
         assert!(model.explained.iter().all(|e| (e.iter().sum::<f64>() - 1.0).abs() < 1e-9));

@@ -333,14 +333,20 @@ fn mirrored(name: &str) -> String {
     }
 }
 
+/// The joints of both sides of a skeleton of [`SKELETONS`], by name, and the parts that they are.
+fn both_sides(joints: &[&str; 10]) -> Vec<(String, Part)> {
+    let mut all: Vec<(String, Part)> = vec![(joints[0].into(), Hips), (joints[1].into(), Head)];
+    for side in Side::BOTH {
+        let of_side = |n: &&str| if side == Side::Left { (*n).to_owned() } else { mirrored(n) };
+        all.extend(joints[2..].iter().map(of_side).zip(LIMBS.map(|part| part(side))));
+    }
+    all
+}
+
 #[test]
 fn every_family_is_known_by_its_names() {
     for (what, family, joints) in &SKELETONS {
-        let mut all: Vec<(String, Part)> = vec![(joints[0].into(), Hips), (joints[1].into(), Head)];
-        for side in Side::BOTH {
-            let named = |n: &&str| if side == Side::Left { (*n).to_owned() } else { mirrored(n) };
-            all.extend(joints[2..].iter().map(named).zip(LIMBS.map(|part| part(side))));
-        }
+        let all = both_sides(joints);
         let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
         let best = families(&named(&names))[0];
         assert_eq!(best.name, *family, "{what}");
@@ -355,11 +361,7 @@ fn every_family_is_known_by_its_names() {
 #[test]
 fn families_are_known_under_a_characters_name() {
     for (what, family, joints) in &SKELETONS {
-        let mut all: Vec<(String, Part)> = vec![(joints[0].into(), Hips), (joints[1].into(), Head)];
-        for side in Side::BOTH {
-            let of_side = |n: &&str| if side == Side::Left { (*n).to_owned() } else { mirrored(n) };
-            all.extend(joints[2..].iter().map(of_side).zip(LIMBS.map(|part| part(side))));
-        }
+        let all = both_sides(joints);
         let mut names: Vec<String> =
             all.iter().map(|(n, _)| format!("Avatar_{}", n.split(':').next_back().unwrap())).collect();
         names.push("Prop".to_owned());

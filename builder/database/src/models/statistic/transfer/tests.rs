@@ -2,14 +2,7 @@ use super::*;
 use crate::synth;
 
 fn clips() -> (Body, Clip, Clip) {
-    let corpus = synth::corpus(&synth::Options {
-        actions: vec!["walk".into()],
-        styles: vec!["neutral".into(), "proud".into()],
-        clips: 1,
-        seconds: 4.0,
-        ..synth::Options::default()
-    })
-    .unwrap();
+    let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
     let body = Body::of(&corpus).unwrap();
     let of = |style: usize| corpus.examples.iter().find(|e| e.style == style).unwrap().clip.clone();
     (body, of(0), of(1))
