@@ -30,9 +30,11 @@ impl Degraded {
     /// The input is unlike the database: at least half of it is passed on unchanged
     /// ([`Config::trust`](crate::Config::trust)).
     pub const FAR: Self = Self(256);
+    /// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+    pub const SPIKE: Self = Self(512);
 
     /// The flags, by name.
-    pub const NAMES: [(Self, &'static str); 9] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::INPUT, "input"),
         (Self::VISITS, "visits"),
         (Self::CLASSES, "classes"),
@@ -42,6 +44,7 @@ impl Degraded {
         (Self::ORDER, "order"),
         (Self::LEAP, "leap"),
         (Self::FAR, "far"),
+        (Self::SPIKE, "spike"),
     ];
 
     /// True where nothing was degraded.

@@ -134,3 +134,36 @@ fn one_wrong_bit_leaves_no_trace() {
         }
     });
 }
+
+/// Angle by which no joint leaves and comes back within two frames: 6 rad/s.
+const SPIKE_ANGLE: f32 = 0.2;
+
+/// A wrong bit that turns a joint further than that is reported, at the latest in the next frame.
+#[test]
+fn wrong_bits_are_reported() {
+    for method in Method::ALL {
+        let stream = Stream::new(method);
+        let [before, right, after] = [WRONG - 1, WRONG, WRONG + 1].map(|t| &stream.clean[t]);
+        let mut wrong_bits = 0;
+        for (number, bit) in (3..3 + 4 * JOINTS).flat_map(|n| (LOW..32).map(move |bit| (n, bit))) {
+            let mut pose = *right;
+            let slot = &mut pose.rotations.as_flattened_mut()[number - 3];
+            *slot = f32::from_bits(slot.to_bits() ^ 1 << bit);
+            let joint = (number - 3) / 4;
+            let turned =
+                [before, after].map(|p| quaternion::angle(p.rotations[joint], pose.rotations[joint]));
+            // The heading is measured as a rate, and a turn about several axes is slower about each.
+            if pose.is_valid(JOINTS) && turned.iter().any(|angle| *angle < 2.0 * SPIKE_ANGLE) {
+                continue;
+            }
+            wrong_bits += 1;
+            let reports: Vec<_> = stream.after(&pose).into_iter().take(2).map(|(_, r)| r.degraded).collect();
+            let wrong = [Degraded::INPUT, Degraded::LEAP, Degraded::SPIKE];
+            assert!(
+                reports.iter().any(|told| wrong.iter().any(|flag| told.contains(*flag))),
+                "{method:?}, bit {bit} of number {number} turned {turned:?} rad: {reports:?}"
+            );
+        }
+        assert!(wrong_bits > 100, "{wrong_bits}");
+    }
+}

@@ -61,17 +61,22 @@ pub(crate) struct Fastest {
 }
 
 impl Fastest {
-    /// Compares the dofs of a frame with those of the frame before. The root's tilt counts as a joint.
-    #[inline(never)]
-    pub fn of(x: &[f32], x_prev: &[f32]) -> Self {
+    /// Compares the dofs of a frame with those of the frame before. The root's tilt counts as joint 0. `each` gets every joint
+    /// with the change of its map, and the square of that.
+    #[inline]
+    pub fn of(x: &[f32], x_prev: &[f32], mut each: impl FnMut(usize, &Vector, f32)) -> Self {
         let mut fastest = Self { change2: 0.0, now: [0.0; 3], before: [0.0; 3] };
         // The maps are the root's tilt, then (after the root's rates) the joints.
-        for (d, (now, before)) in exponential_maps(x).iter().zip(exponential_maps(x_prev)).enumerate() {
+        for (map, (now, before)) in exponential_maps(x).iter().zip(exponential_maps(x_prev)).enumerate() {
+            if map == RATES {
+                continue;
+            }
             let change = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
             let change2 = change[0] * change[0] + change[1] * change[1] + change[2] * change[2];
-            if change2 > fastest.change2 && d != RATES {
+            if change2 > fastest.change2 {
                 fastest = Self { change2, now: *now, before: *before };
             }
+            each(map.saturating_sub(1), &change, change2);
         }
         fastest
     }
@@ -238,7 +243,7 @@ mod tests {
     /// Shows three frames, each of which turns the joint by as much.
     fn show(limit: &mut SpeedLimit, now: &[f32], before: &[f32]) {
         for _ in 0..3 {
-            limit.observe(&Fastest::of(now, before), 0.0, FRAME);
+            limit.observe(&Fastest::of(now, before, |_, _, _| {}), 0.0, FRAME);
         }
     }
 
@@ -274,13 +279,13 @@ mod tests {
         let input: Vec<[f32; 10]> =
             (0..20).map(|t| dofs([if t == 10 { 1.5 } else { slow(t) }, 0.0, 0.0])).collect();
         for pair in input.windows(2) {
-            limit.observe(&Fastest::of(&pair[1], &pair[0]), 0.0, FRAME);
+            limit.observe(&Fastest::of(&pair[1], &pair[0], |_, _, _| {}), 0.0, FRAME);
         }
         assert_eq!(limit.window_max[0], MIN_SPEED);
         // A turn of three frames does.
         for turning in [20.0, -30.0, 40.0] {
             assert_eq!(limit.window_max[0], MIN_SPEED);
-            limit.observe(&Fastest::of(&input[0], &input[0]), turning, FRAME);
+            limit.observe(&Fastest::of(&input[0], &input[0], |_, _, _| {}), turning, FRAME);
         }
         assert_eq!(limit.window_max[0], 20.0);
     }
@@ -326,7 +331,7 @@ mod tests {
         };
         let mut frames = 0;
         while longest(&limit) > 5.9 {
-            limit.observe(&Fastest::of(&still, &still), 0.0, FRAME);
+            limit.observe(&Fastest::of(&still, &still, |_, _, _| {}), 0.0, FRAME);
             frames += 1;
         }
         assert!((60..=122).contains(&frames), "{frames} frames");
@@ -379,7 +384,7 @@ mod tests {
         };
         assert!((max_speed(&limit) - 1.2 * INITIAL_SPEED).abs() < 1e-3, "{}", max_speed(&limit));
         for _ in 0..70 {
-            limit.observe(&Fastest::of(&still, &still), 0.0, FRAME);
+            limit.observe(&Fastest::of(&still, &still, |_, _, _| {}), 0.0, FRAME);
         }
         assert!((max_speed(&limit) - 1.2 * MIN_SPEED).abs() < 1e-3, "{}", max_speed(&limit));
     }

@@ -1,11 +1,11 @@
 //! The last checks of an output: the speed of its joints ([`crate::output::speed_limit`]), and whether it is a valid pose.
 
-use super::Stylizer;
+use super::{Stylizer, spike::Spike};
 use crate::{
     Config, Degraded, Pose, Report,
     blob::layout::{MAX_GROUPS, dof},
     math::clamp,
-    output::speed_limit::{self, Fastest},
+    output::speed_limit,
 };
 
 /// The speed limit for which the style's speed is the limit during a soft start. Another limit scales it.
@@ -68,12 +68,16 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         report.degraded.set(Degraded::PREDICTION, true);
     }
 
-    /// Measures how the input has moved in `seconds`.
+    /// Measures how the input has moved in `seconds`, and reports a frame before it that was wrong.
     #[inline(never)]
-    pub(super) fn observe_motion(&mut self, leaps: bool, seconds: f32) {
+    pub(super) fn observe_motion(&mut self, leaps: bool, seconds: f32, report: &mut Report) {
         let (x, x_prev) = (self.signals.x.as_flattened(), self.signals.x_prev.as_flattened());
         let at = |dofs: &[f32], d: usize| dofs.get(d).copied().unwrap_or(0.0);
-        let fastest = Fastest::of(x, x_prev);
+        let (fastest, returned) = self.spike.observe(x, x_prev, seconds);
+        if leaps {
+            self.spike = Spike::new();
+        }
+        report.degraded.set(Degraded::SPIKE, returned && !leaps);
         if self.config.speed_limit > 0.0 {
             self.limit.observe(&fastest, at(x, dof::YAW), seconds);
         }

@@ -7,12 +7,14 @@ mod faults;
 mod limits;
 mod many;
 mod settings;
+mod spike;
 pub mod style_mix;
 
 pub use fallback::BLEND_BACK_S;
 pub use many::step_many;
 
 use faults::FaultState;
+use spike::Spike;
 
 use crate::{
     Config, ConfigError, Degraded, Observer, Pose, Report,
@@ -90,6 +92,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
             stillness: Stillness::new(),
             trust: Trust::new(),
             faults: FaultState::new(),
+            spike: Spike::new(),
             last: None,
         }
     }
@@ -113,6 +116,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     stillness: Stillness,
     trust: Trust,
     faults: FaultState,
+    spike: Spike<J>,
     last: Option<Pose<J>>,
 }
 
@@ -167,6 +171,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.trust = Trust::new();
         self.settings.passed = 0.0;
         self.faults = FaultState::new();
+        self.spike = Spike::new();
         self.last = None;
     }
 
@@ -204,7 +209,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let frames = self.faults.frames();
         self.accept(leaps);
         if !first {
-            self.observe_motion(leaps, frames * input_step);
+            self.observe_motion(leaps, frames * input_step, &mut report);
         }
         self.settings.advance_strengths(first, input_step);
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };

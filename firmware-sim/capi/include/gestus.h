@@ -70,6 +70,9 @@
 // The input is unlike the database: at least half of it was passed on unchanged.
 #define GESTUS_DEGRADED_FAR 256
 
+// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+#define GESTUS_DEGRADED_SPIKE 512
+
 // The result of a function. With any status but `GESTUS_STATUS_OK` nothing was changed, unless the function's docs say
 // so.
 typedef enum GestusStatus {

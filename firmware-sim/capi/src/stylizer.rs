@@ -243,6 +243,8 @@ pub const GESTUS_DEGRADED_JUMP: u32 = 16;
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
 /// The input is unlike the database: at least half of it was passed on unchanged.
 pub const GESTUS_DEGRADED_FAR: u32 = 256;
+/// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+pub const GESTUS_DEGRADED_SPIKE: u32 = 512;
 
 const _: () = {
     use gestus_core::Degraded as D;
@@ -253,6 +255,7 @@ const _: () = {
     assert!(GESTUS_DEGRADED_JUMP == D::JUMP.bits() as u32);
     assert!(GESTUS_DEGRADED_LEAP == D::LEAP.bits() as u32);
     assert!(GESTUS_DEGRADED_FAR == D::FAR.bits() as u32);
+    assert!(GESTUS_DEGRADED_SPIKE == D::SPIKE.bits() as u32);
 };
 
 impl From<&gestus_core::Report> for GestusReport {

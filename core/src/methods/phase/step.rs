@@ -42,6 +42,9 @@ const FAR_INTERVAL: u8 = 2;
 const FAR_DISTANCE_GAIN: f32 = 0.36;
 /// How much further a far class is than all classes that have weight, whitened square units.
 const FAR_MARGIN: f32 = 0.5 * KERNEL_WIDTH;
+/// A frame counts as at most so many times as far as the frames before it, and `KERNEL_WIDTH`. A wrong frame may be so far
+/// from every class that the filter would need seconds to forget it.
+const MAX_RISE_RATIO: f32 = 10.0;
 /// Half-life of the mean forward speed and yaw rate, seconds.
 const DRIFT_HALF_LIFE_S: f32 = 0.25;
 /// Factor on the slopes. They were fitted to means of cycles; the drift of a stream is noisier.
@@ -198,15 +201,17 @@ fn track(
         }
         let tables = tables_of(class);
         let found = query.project(&tables);
+        let most = MAX_RISE_RATIO * (*distance + KERNEL_WIDTH);
+        let rise = if found.distance2 < most { found.distance2 } else { most } - *distance;
         if first || *distance < 0.0 || schedule.gain >= 1.0 {
             *track = Track::begin(&tables, found.phase, rate_hz);
             *distance = found.distance2;
         } else if is_far {
             track.phase = found.phase;
-            *distance += FAR_DISTANCE_GAIN * (found.distance2 - *distance);
+            *distance += FAR_DISTANCE_GAIN * rise;
         } else {
             track.follow(&tables, found.phase, rate_hz);
-            *distance += schedule.gain * (found.distance2 - *distance);
+            *distance += schedule.gain * rise;
         }
         report.visits += tables.feature_knots as u32;
         report.bytes_read += tables.parts().input as u32;
