@@ -1,27 +1,21 @@
 //! `gestus-sim run`: streams a clip through the core as firmware does, one pose a tick and without looking ahead. The
 //! digest is that of `gestus translate` on the same input. With `--faults` the core gets only the frames that arrive.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use gestus_core::Database;
 use gestus_database::{
-    command_line::{
-        blob,
-        options::{GroundArgs, UnitArgs},
-        outputs::{check_clip, check_outputs, say, tell},
-        stylizer_args::StylizerArgs,
-    },
+    command_line::outputs::say,
     stream::{
         Request, Streamed,
         input::Input,
         translate::{degraded_words, figures, translate},
     },
 };
-use gestus_motion::{body::database_skeleton, files};
+use gestus_motion::body::database_skeleton;
 use serde_json::{Value, json};
 
 use crate::{
+    clip_args::ClipArgs,
     faults::{self, Disturbance, Faults},
     parts::{Estimate, PARTS, Part, Stream, table},
 };
@@ -29,19 +23,8 @@ use crate::{
 /// Stream a clip through the core on this machine.
 #[derive(clap::Args, Debug)]
 pub struct RunArgs {
-    /// The database
-    #[arg(long)]
-    db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
-    /// the database's
-    #[arg(long)]
-    input: PathBuf,
     #[command(flatten)]
-    unit: UnitArgs,
-    #[command(flatten)]
-    ground: GroundArgs,
-    #[command(flatten)]
-    stylizer_args: StylizerArgs,
+    clip: ClipArgs,
     /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, or `all`.
     /// `list` prints the table of parts, and needs no other option
     #[arg(long)]
@@ -50,9 +33,6 @@ pub struct RunArgs {
     /// a frame, `delay` with the longest delay in frames
     #[arg(long)]
     faults: Option<Faults>,
-    /// File for the output, at the database's rate: BVH, or glTF where the input is
-    #[arg(short, long)]
-    output: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -68,30 +48,17 @@ pub fn run(args: &RunArgs) -> Result<()> {
         Some(name) => vec![table::find(name)?],
         None => Vec::new(),
     };
-    check_outputs([Some(&args.db), Some(&args.input)], [("-o", args.output.as_ref())])?;
-    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
-    let bytes = blob::read(&args.db)?;
-    let database = match Database::open(&bytes) {
-        Ok(database) => database,
-        Err(error) => bail!("{}: {error}", args.db.display()),
-    };
-    let mut input = Input::read_with(&args.input, &database, &args.ground.reading(None, args.unit.unit)?)?;
-    tell(&args.input, input.notes());
-    let request = args.stylizer_args.request(&database).with_context(|| args.db.display().to_string())?;
+    args.clip.check(None, None)?;
+    let bytes = args.clip.read()?;
+    let (database, mut input, request) = args.clip.open(&bytes)?;
     let (streamed, disturbed) = match &args.faults {
         Some(faults) => {
             let (streamed, figures) = disturb(&database, &mut input, &request, faults)?;
             (streamed, Some(figures))
         }
-        None => (
-            translate(&database, &input, &request, &mut ()).with_context(|| args.db.display().to_string())?,
-            None,
-        ),
+        None => (args.clip.of_database(translate(&database, &input, &request, &mut ()))?, None),
     };
-    if let Some(path) = &args.output {
-        let bytes = input.written(&input.output(&streamed), path, None)?;
-        files::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
-    }
+    args.clip.write(&input, &streamed)?;
     let stream = Stream { database: &database, blob_bytes: bytes.len() as u64, request: &request };
     let reports = || streamed.steps.iter().map(|s| &s.report);
     let estimates: Vec<Estimate> = parts.iter().map(|part| Estimate::new(part, &stream, reports())).collect();

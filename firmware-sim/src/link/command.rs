@@ -6,13 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use gestus_core::{BlobError, Database, robot::Robot};
 use gestus_database::{
-    command_line::{
-        blob,
-        options::{GroundArgs, UnitArgs},
-        outputs::{check_clip, check_outputs, say, tell},
-        progress,
-        stylizer_args::StylizerArgs,
-    },
+    command_line::{blob, outputs::say, progress},
     stream::{Request, input::Input},
 };
 use gestus_motion::files;
@@ -27,6 +21,7 @@ use super::{
     session::{BoardIdentity, Session, named},
     stream::{Linked, stream},
 };
+use crate::clip_args::ClipArgs;
 
 /// Stream a clip through a board at the other end of a line, and compare every bit.
 #[derive(clap::Args, Debug)]
@@ -36,22 +31,8 @@ pub struct LinkArgs {
     /// Only print the board's identity and statistics; needs neither database, clip nor style
     #[arg(long)]
     probe: bool,
-    /// The database, the same as the board's
-    #[arg(long)]
-    db: PathBuf,
-    /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
-    /// the database's
-    #[arg(long)]
-    input: PathBuf,
     #[command(flatten)]
-    unit: UnitArgs,
-    #[command(flatten)]
-    ground: GroundArgs,
-    #[command(flatten)]
-    stylizer_args: StylizerArgs,
-    /// File for the board's output, at the database's rate: BVH, or glTF where the input is
-    #[arg(short, long)]
-    output: Option<PathBuf>,
+    clip: ClipArgs,
     /// Send frames at the database's rate, instead of each as soon as the previous one is answered
     #[arg(long)]
     pace: bool,
@@ -183,17 +164,10 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     if args.noise.is_some() && !loopback {
         bail!("--noise works with the line `loopback` only");
     }
-    check_outputs(
-        [Some(&args.db), Some(&args.input), args.robot.robot.as_ref()],
-        [("-o", args.output.as_ref()), ("--robot-csv", args.robot.robot_csv.as_ref())],
-    )?;
-    check_clip("-o", args.output.as_ref(), Some(&args.input))?;
-    let (db, input) = (&args.db, &args.input);
-    let bytes = blob::read(db)?;
-    let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", db.display()))?;
-    let input = Input::read_with(input, &database, &args.ground.reading(None, args.unit.unit)?)?;
-    tell(&args.input, input.notes());
-    let request = args.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
+    let csv = args.robot.robot_csv.as_ref().map(|path| ("--robot-csv", path));
+    args.clip.check(args.robot.robot.as_ref(), csv)?;
+    let bytes = args.clip.read()?;
+    let (database, input, request) = args.clip.open(&bytes)?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
     let outcome = with_robot(database, request.config, robot, |twin| {
@@ -254,10 +228,7 @@ fn stream_clip<'t, L: Line>(
     let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
     bar.finish_and_clear();
     let statistics = named(&session.board().statistics()?);
-    if let Some(path) = &args.output {
-        let bytes = input.written(&input.output(&linked.streamed), path, None)?;
-        files::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))?;
-    }
+    args.clip.write(input, &linked.streamed)?;
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
     if args.json {
