@@ -8,7 +8,7 @@ use std::{path::PathBuf, sync::Arc};
 use common::{database, walk};
 use gestus_database::{
     registration::floor::Source,
-    retarget::MapFile,
+    retarget::{MapError, MapFile},
     stream::{
         Request,
         course::Root,
@@ -94,6 +94,31 @@ fn a_clip_keeps_its_own_floor() {
             let [joints, heights] = apart(&plain, &back);
             assert!(joints < 1.0 && heights < 1.0, "{height}: joints {joints} cm, hips {heights} cm");
         }
+    }
+}
+
+/// At ten kilometres single-precision poses moved in steps of a millimetre: nothing was like the database, and it slid.
+#[test]
+fn a_clip_is_the_same_wherever_it_is() {
+    for clip in [walk().clone(), without_toes()] {
+        let (plain_in, plain) = styled(&clip, &InputOptions::default());
+        for far in [Vector3::new(10_000.0, 0.0, -10_000.0), Vector3::new(1e6, 2_000.0, 1e6)] {
+            let moved = changed(&clip, |f| f.root += far);
+            let (input, output) = styled(&moved, &InputOptions::default());
+            let floor_m = input.floor().height_m - far.y;
+            assert!((plain_in.floor().height_m - floor_m).abs() < 0.02, "{far}: {floor_m}");
+            assert_eq!(plain.frames.len(), output.frames.len());
+            let [joints, heights] = apart(&plain, &changed(&output, |f| f.root -= far));
+            assert!(joints < 0.1 && heights < 1.0, "{far}: joints {joints} cm, hips {heights} cm");
+            let way = |clip: &Clip| clip.frames[clip.frames.len() - 1].root - clip.frames[0].root;
+            assert!((way(&plain) - way(&output)).norm() < 0.01, "{} and {}", way(&plain), way(&output));
+            assert_eq!(input.coarse(), None);
+        }
+    }
+    let far = MapFile { floor_m: Some(300.0), ..MapFile::default() };
+    for clip in [walk().clone(), without_toes()] {
+        let error = read(&clip, &InputOptions { map: far.clone(), ..InputOptions::default() }).unwrap_err();
+        assert!(matches!(error.downcast_ref(), Some(MapError::Floor { .. })), "{error:#}");
     }
 }
 

@@ -38,7 +38,7 @@ pub enum ConvertError {
     #[error("no joint is called `{name}`; the joints are {joints}")]
     NoSuchRoot { name: String, joints: String },
     #[error(
-        "frame {frame} is {metres:.1e} m from the origin, expected at most 1e6; check the values and the unit"
+        "frame {frame} is {metres:.1e} m from the origin, expected at most 1e7; check the values and the unit"
     )]
     TooFar { frame: usize, metres: f64 },
     #[error(
@@ -60,7 +60,7 @@ pub enum ConvertError {
 }
 
 /// Greatest distance of a body from the origin, metres; in millimetres it can still be written and read.
-const FAR_M: f64 = 1e6;
+const FAR_M: f64 = 1e7;
 /// Longest bone, metres: the limit of databases and retargeting maps.
 const LONG_M: f64 = 100.0;
 /// Movement of an inner joint's translation that is worth a note, metres.

@@ -170,10 +170,10 @@ fn every_error_names_its_place_and_what_to_do() {
         ("word", SMALL.replace("92", "9z2"), (20, 3), "expected a number, found `9z2`"),
         ("two points", SMALL.replace("92", "1.2.3"), (20, 3), "expected a number, found `1.2.3`"),
         ("lone sign", SMALL.replace("92", "-"), (20, 3), "expected a number, found `-`"),
-        ("far", SMALL.replace("92", "1e10"), (20, 3), "the length `1e10` is beyond 1e9"),
+        ("far", SMALL.replace("92", "1e11"), (20, 3), "the length `1e11` is beyond 1e10"),
         ("farther", SMALL.replace("92", "-1e300"), (20, 3), "the length `-1e300`"),
-        ("long bone", SMALL.replace("-85", "1e10"), (8, 12), "the length `1e10`"),
-        ("long end", SMALL.replace("-5", "1e10"), (12, 13), "the length `1e10`"),
+        ("long bone", SMALL.replace("-85", "1e11"), (8, 12), "the length `1e11`"),
+        ("long end", SMALL.replace("-5", "1e11"), (12, 13), "the length `1e11`"),
         ("turned", SMALL.replace(" 31 ", " 1e39 "), (20, 14), "the angle `1e39` is beyond 1e7 degrees"),
     ];
     let mut wrong = Vec::new();
@@ -265,7 +265,7 @@ fn another_skeleton_or_document_is_refused() {
 fn what_is_too_large_for_its_unit_is_refused_without_the_files_name() {
     let metres = Options { unit: Some(Unit::Metres), root: None };
     for (text, said) in [
-        (SMALL.replace("92", "1e8"), "frame 2 is 1.0e8 m from the origin, expected at most 1e6"),
+        (SMALL.replace("92", "1e8"), "frame 2 is 1.0e8 m from the origin, expected at most 1e7"),
         (SMALL.replace("-85", "-850"), "to joint `Foot` is 8.5e2 m long, expected at most 100"),
     ] {
         let message = to_clip(&parse(&text), &metres).unwrap_err().to_string();

@@ -201,7 +201,7 @@ impl Config {
         }
         let too_far = |metres: &&f64| !FLOORS_M.contains(*metres);
         if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
-            return value("floor", metres.to_string(), "metres from -1000 to 1000");
+            return value("floor", metres.to_string(), "metres from -10000000 to 10000000");
         }
         if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
         {

@@ -30,6 +30,9 @@ use crate::{
 /// Height of an ankle above its sole, in lengths of the leg.
 pub(crate) const ANKLE: f64 = 0.1;
 
+/// Farthest that a body can be from a stated floor, metres: within what a map holds.
+const FAR_FROM_FLOOR_M: f64 = 50.0;
+
 /// Most poses that a body is measured by.
 const SAMPLE: usize = 600;
 
@@ -49,6 +52,10 @@ pub enum MapError {
     Blob(#[from] BlobError),
     #[error("the clip has no frames")]
     Empty,
+    #[error(
+        "floor {floor_m}: the body is at {body_m:.2} m, and no body is {FAR_FROM_FLOOR_M} m from its floor"
+    )]
+    Floor { floor_m: f64, body_m: f64 },
 }
 
 /// A body: a skeleton, its parts and their anatomical frames.
@@ -95,6 +102,9 @@ impl Body {
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
+        if let Some(floor_m) = file.floor_m {
+            check_floor(floor_m, frames[frames.len() / 2].root.y)?;
+        }
         let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::stated);
         // Feet that do not stand do not tell how high an ankle is above its sole.
         let sole_m = anatomy.ankle_m - floor.height_m;
@@ -226,6 +236,14 @@ fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuatern
     let from = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
     UnitQuaternion::rotation_between(&from, &Vector3::y())
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
+
+/// Refuses a stated floor that is not the body's: metres up, of a wrong sign or in another unit.
+pub(crate) fn check_floor(floor_m: f64, body_m: f64) -> Result<(), MapError> {
+    if (body_m - floor_m).abs() > FAR_FROM_FLOOR_M {
+        return Err(MapError::Floor { floor_m, body_m });
+    }
+    Ok(())
 }
 
 /// The floor of a clip whose world is turned to Y up by `world`.

@@ -17,8 +17,8 @@ use thiserror::Error;
 use crate::retarget::parts::Part;
 use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
-/// Heights of a floor that can be told, metres.
-pub const FLOORS_M: RangeInclusive<f64> = -1000.0..=1000.0;
+/// Heights of a floor that can be told, metres: as far as a clip can be from its origin.
+pub const FLOORS_M: RangeInclusive<f64> = -1e7..=1e7;
 
 /// The file's content, checked for its words.
 #[derive(Debug, Clone, Default)]
@@ -143,7 +143,7 @@ mod tests {
             ("up = \"north\"", vec!["m.toml", "north"]),
             ("rest = \"bed\"", vec!["m.toml", "bed"]),
             ("turn = 3", vec!["m.toml", "turn"]),
-            ("floor = nan", vec!["m.toml", "NaN", "1000"]),
+            ("floor = nan", vec!["m.toml", "NaN", "10000000"]),
             ("[joints\n", vec!["m.toml"]),
         ] {
             let message = MapFile::parse(text, "m.toml").unwrap_err().to_string();

@@ -14,7 +14,10 @@ use crate::{
         encode::encode,
         file::MapFile,
     },
-    stream,
+    stream::{
+        self,
+        far::{moved_frame, origin_of},
+    },
 };
 
 /// A map from an incoming skeleton to a database's, with what it was made from.
@@ -28,6 +31,8 @@ pub struct Retarget {
     pub world: UnitQuaternion<f64>,
     /// Leg length of the database over the incoming body's.
     pub scale: f64,
+    /// The place of the incoming world about which poses are mapped ([`origin_of`]), metres.
+    pub origin: Vector3<f64>,
     bytes: Vec<u8>,
 }
 
@@ -56,10 +61,23 @@ impl Retarget {
             return Err(MapError::Joints { have, most: MAX_SOURCES });
         }
         let (source, world) = Body::of_clip(clip, file)?;
+        Self::of(fingerprint(database), source, target, world, origin_of(clip))
+    }
+
+    /// The map between two bodies, for the database of that fingerprint.
+    fn of(
+        database: u32,
+        source: Body,
+        target: Body,
+        world: UnitQuaternion<f64>,
+        origin: Vector3<f64>,
+    ) -> Result<Self, MapError> {
         let scale = target.anatomy.leg_m / source.anatomy.leg_m;
-        let bytes = encode(fingerprint(database), &source, &target, &world, scale);
+        let mut near = source.clone();
+        near.anatomy.ankle_m -= (world * origin).y;
+        let bytes = encode(database, &near, &target, &world, scale);
         Map::open(&bytes)?;
-        Ok(Self { source, target, world, scale, bytes })
+        Ok(Self { source, target, world, scale, origin, bytes })
     }
 
     /// A clip on the skeleton and in the world of another one, without a database; and the doubts about the map.
@@ -75,11 +93,8 @@ impl Retarget {
         }
         let (target, up) = Body::of_clip(like, &file)?;
         let (source, world) = Body::of_clip(clip, &file)?;
-        let scale = target.anatomy.leg_m / source.anatomy.leg_m;
         // Of no database: the map is used here and goes to no board.
-        let bytes = encode(0, &source, &target, &world, scale);
-        Map::open(&bytes)?;
-        let map = Self { source, target, world, scale, bytes };
+        let map = Self::of(0, source, target, world, origin_of(clip))?;
         let mut mapped = map.to_target(clip);
         for frame in &mut mapped.frames {
             frame.root = up.inverse() * frame.root;
@@ -88,7 +103,7 @@ impl Retarget {
         Ok((mapped, map.doubts()))
     }
 
-    /// The map for the core (`docs/FORMAT.md`, "Retargeting map").
+    /// The map for the core (`docs/FORMAT.md`, "Retargeting map"), of poses about the [`origin`](Self::origin).
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -97,12 +112,12 @@ impl Retarget {
         Map::open(&self.bytes).expect("it was opened when it was made")
     }
 
-    /// A clip of the incoming skeleton on the database's.
+    /// A clip of the incoming skeleton on the database's, about the [`origin`](Self::origin).
     pub fn to_target(&self, clip: &Clip) -> Clip {
         let map = self.map();
         let mut pose = Pose::<MAX_JOINTS>::IDENTITY;
         let frames = clip.frames.iter().map(|f| {
-            map.to_target(&stream::to_pose::<MAX_SOURCES>(f), &mut pose);
+            map.to_target(&stream::to_pose::<MAX_SOURCES>(&moved_frame(f, &-self.origin)), &mut pose);
             stream::from_pose(&pose, map.targets())
         });
         Clip { frames: frames.collect(), skeleton: self.target.skeleton.clone(), ..clip.clone() }
@@ -116,9 +131,10 @@ impl Retarget {
         let rest = Frame { root: Vector3::zeros(), rotations: self.source.rest.clone() };
         let last = like.last().unwrap_or(&rest);
         let back = frames.iter().enumerate().map(|(i, f)| {
-            let like = stream::to_pose::<MAX_SOURCES>(like.get(i).unwrap_or(last));
+            let like =
+                stream::to_pose::<MAX_SOURCES>(&moved_frame(like.get(i).unwrap_or(last), &-self.origin));
             map.to_source(&stream::to_pose::<MAX_JOINTS>(f), &like, &mut pose);
-            stream::from_pose(&pose, map.sources())
+            moved_frame(&stream::from_pose(&pose, map.sources()), &self.origin)
         });
         back.collect()
     }

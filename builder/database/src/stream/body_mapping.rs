@@ -13,8 +13,14 @@ use nalgebra::Vector3;
 
 use crate::{
     registration::floor::{self, Floor, Supports},
-    retarget::{MapFile, Retarget, body::lifted},
-    stream::cleanup::{Limbs, above_floor},
+    retarget::{
+        MapFile, Retarget,
+        body::{check_floor, lifted},
+    },
+    stream::{
+        cleanup::{Limbs, above_floor},
+        far::{moved, moved_frame, origin_of},
+    },
 };
 
 /// Depth below its standing height that a foot of another skeleton may reach, metres: as in the core's foot lock.
@@ -23,8 +29,9 @@ const SOFT_M: f64 = 0.01;
 /// The conversion between the clip's joints and the database's.
 #[derive(Debug)]
 pub enum BodyMapping {
-    /// The same body. For each joint of the database: the clip's joint of the same name and position.
-    Same(Vec<usize>),
+    /// The same body. For each joint of the database: the clip's joint of the same name and position; and the place about which
+    /// its poses are streamed ([`origin_of`]).
+    Same(Vec<usize>, Vector3<f64>),
     /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor.
     Map(Box<Retarget>, Option<Box<Limbs>>),
 }
@@ -34,9 +41,14 @@ impl BodyMapping {
     pub fn find(database: &Database<'_>, clip: &Clip, map: &MapFile) -> Result<(Self, Floor)> {
         let target = Arc::new(database_skeleton(database));
         if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
-            let mapping = Self::Same(joints);
+            let origin = origin_of(clip);
+            // The floor's height is subtracted in any case.
+            let mapping = Self::Same(joints, Vector3::new(origin.x, 0.0, origin.z));
             let floor = match (map.floor_m, database.legs()) {
-                (Some(height_m), _) => Floor::stated(height_m),
+                (Some(height_m), _) => {
+                    check_floor(height_m, clip.frames.get(clip.frames.len() / 2).map_or(0.0, |f| f.root.y))?;
+                    Floor::stated(height_m)
+                }
                 (None, Some(legs)) => {
                     let leg_m = legs.iter().map(|leg| length(&target, leg)).sum::<f64>() / 2.0;
                     floor::find(&mapping.onto(&target, clip, 0.0), &Supports::of_legs(&legs, leg_m))
@@ -47,23 +59,26 @@ impl BodyMapping {
         }
         let retarget = Retarget::new(database, clip, map)?;
         let floor = retarget.source.floor;
-        // In its own world with Y up.
-        let mut upright = clip.fitted(f64::from(database.rate_hz()))?;
+        // In its own world with Y up, about the map's origin.
+        let mut upright = moved(&clip.fitted(f64::from(database.rate_hz()))?, &-retarget.origin);
+        let floor_m = floor.height_m - (retarget.world * retarget.origin).y;
         upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &retarget.world));
         let source = &retarget.source;
         let limbs = source
             .legs()
             .and_then(|legs| Limbs::of_landmarks(&legs, source.hips_line(&upright.frames), &upright))
-            .map(|(limbs, _)| Box::new(limbs.standing_on(floor.height_m, source.anatomy.leg_m)));
+            .map(|(limbs, _)| Box::new(limbs.standing_on(floor_m, source.anatomy.leg_m)));
         Ok((Self::Map(Box::new(retarget), limbs), floor))
     }
 
-    /// Converts a clip to the database's joints and a floor at zero. The clip's floor is at `floor_m`, metres.
+    /// Converts a clip to the database's joints and a floor at zero, near the origin. The clip's floor is at `floor_m`,
+    /// metres.
     pub fn onto(&self, target: &Arc<Skeleton>, clip: &Clip, floor_m: f64) -> Clip {
         match self {
-            Self::Same(joints) => {
+            Self::Same(joints, origin) => {
                 let lowered = |frame: &Frame| {
                     let mut frame = pick(frame, joints);
+                    frame.root -= origin;
                     frame.root.y -= floor_m;
                     frame
                 };
@@ -77,22 +92,22 @@ impl BodyMapping {
     /// Poses of the database's joints, on a floor at zero, on the clip's skeleton and floor; what the database lacks is
     /// taken from `inputs`.
     pub fn back(&self, frames: &[Frame], inputs: &[Frame], floor_m: f64) -> Vec<Frame> {
-        let joints = match self {
-            Self::Same(joints) => joints,
+        let (joints, origin) = match self {
+            Self::Same(joints, origin) => (joints, origin),
             Self::Map(map, limbs) => {
                 let back = map.to_source(frames, inputs);
                 let Some(limbs) = limbs else { return back };
                 // A foot of another shape lands elsewhere: a longer one puts its toes into the floor.
-                let turned = |frames: &[Frame], world| -> Vec<Frame> {
-                    frames.iter().map(|frame| lifted(frame, &world)).collect()
-                };
-                let above = above_floor(limbs, &turned(&back, map.world), SOFT_M);
-                return turned(&above, map.world.inverse());
+                let upright: Vec<Frame> =
+                    back.iter().map(|frame| lifted(&moved_frame(frame, &-map.origin), &map.world)).collect();
+                let above = above_floor(limbs, &upright, SOFT_M);
+                let down = map.world.inverse();
+                return above.iter().map(|frame| moved_frame(&lifted(frame, &down), &map.origin)).collect();
             }
         };
         let carry = |(pose, input): (&Frame, &Frame)| {
             let mut frame = input.clone();
-            frame.root = pose.root;
+            frame.root = pose.root + origin;
             frame.root.y += floor_m;
             for (&joint, rotation) in joints.iter().zip(&pose.rotations) {
                 frame.rotations[joint] = *rotation;
@@ -105,7 +120,7 @@ impl BodyMapping {
     /// Up in the clip's world.
     pub fn up(&self) -> Vector3<f64> {
         match self {
-            Self::Same(_) => Vector3::y(),
+            Self::Same(..) => Vector3::y(),
             Self::Map(retarget, _) => retarget.world.inverse() * Vector3::y(),
         }
     }

@@ -13,6 +13,7 @@ use crate::{
         Streamed, beginning,
         body_mapping::{BodyMapping, same_body},
         course::{self, Course, Root},
+        far,
         looped::Round,
     },
 };
@@ -70,6 +71,8 @@ pub struct Input {
     round: Option<Round>,
     /// Mean place of the clip's hips.
     place: Vector3<f64>,
+    /// What to tell about a clip whose file is too coarse.
+    coarse: Option<String>,
 }
 
 /// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
@@ -176,7 +179,7 @@ impl Input {
             }
             course
         };
-        let place = course::place(original);
+        let (place, coarse) = (course::place(original), far::told(original));
         if options.looped {
             original.fitted(rate_hz)?;
             let mut mapped = onto(original);
@@ -194,12 +197,13 @@ impl Input {
                 course,
                 round: Some(round),
                 place,
+                coarse,
             });
         }
         let clip = original.fitted(rate_hz)?;
         let mut mapped = onto(&clip);
         let course = move_in_place(&mut mapped);
-        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round: None, place })
+        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round: None, place, coarse })
     }
 
     /// The output on the database's skeleton, for driving a robot.
@@ -248,7 +252,19 @@ impl Input {
                 course.speed_m_s
             )
         });
-        self.binding.notes().iter().cloned().chain(doubts).chain(floor).chain(course)
+        self.binding
+            .notes()
+            .iter()
+            .cloned()
+            .chain(doubts)
+            .chain(floor)
+            .chain(course)
+            .chain(self.coarse.clone())
+    }
+
+    /// What to tell about a clip whose file is too coarse for its distance from the origin.
+    pub fn coarse(&self) -> Option<&str> {
+        self.coarse.as_deref()
     }
 
     /// The clip's floor.
@@ -315,7 +331,7 @@ impl Input {
     /// The map between the skeletons, if they differ.
     pub fn retarget(&self) -> Option<&Retarget> {
         match &self.mapping {
-            BodyMapping::Same(_) => None,
+            BodyMapping::Same(..) => None,
             BodyMapping::Map(map, _) => Some(map),
         }
     }

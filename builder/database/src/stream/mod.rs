@@ -5,6 +5,7 @@ mod body_mapping;
 pub mod cleanup;
 pub mod course;
 pub mod crowd;
+pub mod far;
 pub mod input;
 pub mod looped;
 mod standing;

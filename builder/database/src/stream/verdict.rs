@@ -120,6 +120,7 @@ impl Verdict {
         {
             advice.push(format!("if the whole clip is one action, name it: --action {first}"));
         }
+        advice.extend(input.coarse().map(str::to_owned));
         let floor = input.floor();
         if floor.source == floor::Source::Body {
             advice.push(format!("its floor was found at {:.2} m: --floor states another", floor.height_m));

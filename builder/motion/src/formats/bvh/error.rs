@@ -88,7 +88,7 @@ pub enum BvhErrorKind {
     )]
     Overflow { found: String },
     #[error(
-        "the length `{found}` is beyond 1e9, which no body's is in any unit; the exporter failed here, correct the value"
+        "the length `{found}` is beyond 1e10, which no body's is in any unit; the exporter failed here, correct the value"
     )]
     Length { found: String },
     #[error(

@@ -7,8 +7,8 @@ use super::{
     parse::{Parser, shown_name},
 };
 
-/// Greatest length, file units: a thousand kilometres in millimetres.
-pub(crate) const MOST_LENGTH: f64 = 1e9;
+/// Greatest length, file units: ten thousand kilometres in millimetres.
+pub(crate) const MOST_LENGTH: f64 = 1e10;
 /// Greatest angle, degrees. Larger ones are exporters' errors.
 const MOST_DEGREES: f64 = 1e7;
 

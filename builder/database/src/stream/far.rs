@@ -1,0 +1,119 @@
+//! Clips far from their file's origin.
+//!
+//! The core's poses are single-precision numbers: ten kilometres from the origin a body moves in steps of a millimetre, and
+//! nothing is like a database any more. So a clip is mapped and streamed about a place near its body, in whole steps of
+//! `STEP_M`, and what is written is put back. Nearer than half a step that place is zero.
+//!
+//! A file can itself be too coarse, as glTF is, whose numbers are single-precision too. Its grain is the least second
+//! difference of the root's path along an axis: all are multiples of it, and a path of finer numbers has a smaller one.
+
+use gestus_motion::clip::{Clip, Frame};
+use nalgebra::Vector3;
+
+/// Steps of the place, metres: at half of it a single-precision number holds four thousandths of a millimetre.
+const STEP_M: f64 = 100.0;
+/// Grain of a file that is told, metres.
+const COARSE_M: f64 = 0.001;
+/// Second differences that show a grain.
+const FEWEST: usize = 8;
+/// Differences that are rounding, relative to the distance from the origin.
+const ROUNDING: f64 = 1e-14;
+
+/// The place about which a clip is mapped and streamed, metres in its world.
+pub fn origin_of(clip: &Clip) -> Vector3<f64> {
+    // The middle: some clips begin with a rest pose at the file's origin.
+    let middle = clip.frames.get(clip.frames.len() / 2);
+    middle.map_or_else(Vector3::zeros, |frame| frame.root.map(|x| (x / STEP_M).round() * STEP_M))
+}
+
+/// A clip moved by so much.
+pub fn moved(clip: &Clip, by: &Vector3<f64>) -> Clip {
+    let frames = clip.frames.iter().map(|frame| moved_frame(frame, by)).collect();
+    Clip { frames, ..clip.clone() }
+}
+
+/// A frame moved by so much.
+pub fn moved_frame(frame: &Frame, by: &Vector3<f64>) -> Frame {
+    Frame { root: frame.root + by, rotations: frame.rotations.clone() }
+}
+
+/// What to tell about a clip that is far from its file's origin, and in steps too coarse for motion.
+pub fn told(clip: &Clip) -> Option<String> {
+    if origin_of(clip) == Vector3::zeros() {
+        return None;
+    }
+    let (axis, grain_m) = (0..3).map(|axis| (axis, grain(clip, axis))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let far_km = clip.frames.iter().map(|frame| frame.root.norm()).fold(0.0, f64::max) / 1000.0;
+    (grain_m > COARSE_M).then(|| {
+        format!(
+            "{far_km:.1} km from its origin, the file holds the place of the body in steps of {:.1} cm along {} only, and no \
+             more can be known of it: export the clip near the origin",
+            100.0 * grain_m,
+            ["x", "y", "z"][axis]
+        )
+    })
+}
+
+/// Steps of the root's path along an axis, metres; zero if it shows none.
+fn grain(clip: &Clip, axis: usize) -> f64 {
+    let path = || clip.frames.iter().map(|frame| frame.root[axis]);
+    let rounding = ROUNDING * path().map(f64::abs).fold(0.0, f64::max);
+    let path: Vec<f64> = path().collect();
+    let bends = path.windows(3).map(|p| (p[2] - p[1] - (p[1] - p[0])).abs()).filter(|&bend| bend > rounding);
+    let (count, least) = bends.fold((0, f64::INFINITY), |(n, least), bend| (n + 1, least.min(bend)));
+    if count < FEWEST { 0.0 } else { least }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use gestus_motion::clip::Skeleton;
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    /// A root that sways, so far away, in numbers rounded by `round`.
+    fn clip(far_m: f64, round: impl Fn(f64) -> f64) -> Clip {
+        let skeleton =
+            Skeleton { names: vec!["hips".into()], parents: vec![None], offsets: vec![Vector3::zeros()] };
+        let root = |t: usize| {
+            let t = t as f64 / 30.0;
+            Vector3::new(
+                far_m + 1.2 * t + 0.03 * (6.0 * t).sin(),
+                0.9 + 0.02 * (12.0 * t).sin(),
+                0.01 * (6.0 * t).cos(),
+            )
+        };
+        let frames = (0..90)
+            .map(|t| Frame { root: root(t).map(&round), rotations: vec![UnitQuaternion::identity()] })
+            .collect();
+        Clip { name: "far".into(), skeleton: Arc::new(skeleton), rate_hz: 30.0, frames }
+    }
+
+    #[test]
+    fn places_are_whole_steps_and_zero_near_the_origin() {
+        assert_eq!(origin_of(&clip(10.0, |x| x)), Vector3::zeros());
+        assert_eq!(origin_of(&clip(36_000.0, |x| x)), Vector3::new(36_000.0, 0.0, 0.0));
+        let far = clip(36_000.0, |x| x);
+        assert!(moved(&far, &-origin_of(&far)).frames.iter().all(|frame| frame.root.norm() < STEP_M));
+    }
+
+    #[test]
+    fn coarse_files_are_told_and_fine_ones_are_not() {
+        let single = |x: f64| f64::from(x as f32);
+        let text = |x: f64| (x * 1e6).round() / 1e6;
+        for (far_m, round, coarse) in [
+            (36_000.0, &single as &dyn Fn(f64) -> f64, true),
+            (1_000_000.0, &single, true),
+            (1_000_000.0, &text, false),
+            (1_000_000.0, &|x| x, false),
+            (500.0, &single, false),
+            // Near the origin nothing is lost by distance.
+            (0.0, &|x: f64| (x * 100.0).round() / 100.0, false),
+        ] {
+            assert_eq!(told(&clip(far_m, round)).is_some(), coarse, "{far_m} m");
+        }
+        assert!(told(&clip(36_000.0, single)).unwrap().contains("0.4 cm along x"));
+    }
+}
