@@ -19,6 +19,7 @@ use gestus_database::{
     retarget::{
         IdentifyError, MapError, MapFile, Retarget,
         parts::{Part, Side},
+        shape::ShapeError,
     },
     stream::cleanup::{Limbs, above_floor},
 };
@@ -111,6 +112,18 @@ impl Foreign {
         self
     }
 
+    /// One more joint, which does not turn.
+    fn with_joint(mut self, on: &str, offset: Vector3<f64>) -> Self {
+        let on = self.0.skeleton.find(on);
+        self.skeleton(|s| {
+            s.names.push(format!("thing {}", s.joints()));
+            s.parents.push(on);
+            s.offsets.push(offset);
+        });
+        self.0.frames.iter_mut().for_each(|f| f.rotations.push(UnitQuaternion::identity()));
+        self
+    }
+
     /// A joint in the middle of a bone, which does not turn; and two that hang on the hand.
     fn with_more_joints(mut self) -> Self {
         let s = &self.0.skeleton;
@@ -190,6 +203,17 @@ fn the_same_body_in_other_words_axes_sizes_and_worlds_comes_in_as_it_was() {
         ("joints", Foreign::new().mixamo().with_more_joints()),
         ("no names", numbered(Foreign::new())),
         ("no names, other axes", numbered(Foreign::new().turned())),
+        ("no names, up", numbered(Foreign::new().z_up())),
+        ("no names, a sword", numbered(Foreign::new().with_joint("Hand_L", Vector3::new(0.0, 0.0, 1.2)))),
+        (
+            "no names, things in both hands, and a tail",
+            numbered(
+                Foreign::new()
+                    .with_joint("Hand_L", Vector3::new(0.0, 0.0, 0.5))
+                    .with_joint("Hand_R", Vector3::new(0.0, 0.0, 0.9))
+                    .with_joint("Hips", Vector3::new(0.0, 0.0, -0.6)),
+            ),
+        ),
         ("everything", Foreign::new().mixamo().with_more_joints().turned().scaled(2.2).z_up()),
     ];
     let truth = walk();
@@ -380,6 +404,32 @@ fn what_is_no_body_is_refused_in_words() {
     foreign.0.frames.iter_mut().for_each(|f| f.rotations.truncate(13));
     let message = Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string();
     assert!(message.contains("left-upper-leg") && message.contains("--map"), "{message}");
+}
+
+/// Exchanged sides turn a body around, so they are not guessed.
+#[test]
+fn sides_that_nothing_shows_are_not_guessed() {
+    let mut still = Foreign::new().named(|j, _| format!("joint{j}"));
+    let toes = ["Toes_L", "Toes_R"].map(|name| walk().skeleton.find(name).unwrap());
+    still.skeleton(|s| toes.iter().for_each(|&j| s.offsets[j] = Vector3::zeros()));
+    let straight = Frame {
+        root: still.0.frames[0].root,
+        rotations: vec![UnitQuaternion::identity(); still.0.skeleton.joints()],
+    };
+    let walks = Retarget::new(&database(), &still.0, &MapFile::default());
+    assert!(walks.is_ok(), "the way shows it: {}", walks.unwrap_err());
+    still.0.frames = vec![straight; 30];
+    let error = Retarget::new(&database(), &still.0, &MapFile::default()).unwrap_err();
+    let MapError::Source(IdentifyError::Missing { shape, .. }) = &error else { panic!("{error}") };
+    assert_eq!(*shape, ShapeError::NoSides.to_string());
+    // With a map file they need not be.
+    let mut words = String::from("[joints]\n");
+    for part in Part::all() {
+        let name = |joint: usize| format!("{part} = \"joint{joint}\"\n");
+        words += &Foreign::new().map().source.parts.get(part).map_or(String::new(), name);
+    }
+    let file = MapFile::parse(&words, "m.toml").unwrap();
+    assert!(Retarget::new(&database(), &still.0, &file).is_ok());
 }
 
 #[test]

@@ -35,7 +35,9 @@ use gestus_motion::{
     body::about_y,
     capture::file_of,
     clip::{Clip, Frame},
+    formats::bvh::Bvh,
     statistics::{quantile, sorted},
+    unit::Unit,
 };
 use gestus_tests::real_clips;
 use nalgebra::Vector3;
@@ -104,11 +106,21 @@ impl<'a> Row<'a> {
             match change {
                 "lifted" => frame.root.y -= 0.72,
                 "held" => frame.root = Vector3::new(first.x, frame.root.y, first.z),
+                "far" => frame.root += Vector3::new(36_000.0, 0.0, -36_000.0),
+                "numbered" => {}
                 other => anyhow::bail!("`{other}` is no change"),
             }
         }
         let path = env::temp_dir().join(format!("gestus-foreign-{}-{change}.bvh", std::process::id()));
-        fs::write(&path, document.write(&binding, &clip, &path, None)?)?;
+        let bytes = if change == "numbered" {
+            let mut skeleton = (*clip.skeleton).clone();
+            skeleton.names = (0..skeleton.joints()).map(|j| format!("joint{j}")).collect();
+            let clip = Clip { skeleton: skeleton.into(), ..clip };
+            Bvh::from_clip(&clip, Unit::Centimetres)?.to_text().into_bytes()
+        } else {
+            document.write(&binding, &clip, &path, None)?
+        };
+        fs::write(&path, bytes)?;
         Ok(path)
     }
 }

@@ -23,6 +23,7 @@ use crate::{
         file::MapFile,
         identify::{IdentifyError, Parts},
         parts::{Part, Side},
+        shape,
     },
     stream,
 };
@@ -225,17 +226,27 @@ fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuatern
         }
         let axis = up.iamax();
         if up.norm() > UPRIGHT * distance && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
-            (axis, up[axis].signum())
-        } else if legs.is_empty() && extent.z > 1.3 * extent.y {
-            (2, 1.0)
-        } else {
-            (1, 1.0)
+            return (axis, up[axis].signum());
         }
+        let by_shape = legs.is_empty().then(|| up_by_shape(skeleton, frames)).flatten();
+        by_shape.unwrap_or(if legs.is_empty() && extent.z > 1.3 * extent.y { (2, 1.0) } else { (1, 1.0) })
     });
-    let (axis, sign) = up;
+    to_y(up)
+}
+
+/// The rotation of an axis to Y.
+fn to_y((axis, sign): (usize, f64)) -> UnitQuaternion<f64> {
     let from = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
     UnitQuaternion::rotation_between(&from, &Vector3::y())
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
+
+/// The axis along which the legs that shape shows are below the hips, where names show none.
+fn up_by_shape(skeleton: &Skeleton, frames: &[Frame]) -> Option<(usize, f64)> {
+    [(1, 1.0), (2, 1.0), (2, -1.0), (0, 1.0), (0, -1.0), (1, -1.0)].into_iter().find(|&up| {
+        let turned: Vec<Frame> = frames.iter().map(|frame| lifted(frame, &to_y(up))).collect();
+        shape::find(skeleton, &turned).is_ok_and(|shape| shape.down > UPRIGHT)
+    })
 }
 
 /// Refuses a stated floor that is not the body's: metres up, of a wrong sign or in another unit.

@@ -8,7 +8,7 @@ use crate::retarget::{
     facing,
     file::MapFile,
     parts::{Named, Part, Side, families, named},
-    shape,
+    shape::{self, ShapeError},
 };
 use gestus_motion::{
     clip::{Frame, Skeleton},
@@ -62,9 +62,10 @@ pub struct Parts {
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum IdentifyError {
     #[error(
-        "no {missing} found among the joints {joints}; name them in a map file (--map): [joints] {example} = \"...\""
+        "no {missing} found among the joints {joints}: their names do not say it, and by shape {shape}; name them in a map \
+         file (--map): [joints] {example} = \"...\""
     )]
-    Missing { missing: String, joints: String, example: String },
+    Missing { missing: String, joints: String, shape: String, example: String },
     #[error("the map file says that {part} is `{name}`, which is not a joint; the joints are {joints}")]
     NoSuchJoint { part: Part, name: String, joints: String },
     #[error(
@@ -107,9 +108,8 @@ impl Parts {
         }
         let denied = |part: &Part| file.joints.get(part).is_some_and(Option::is_none);
         parts.by_name(skeleton, &denied);
-        if parts.missing().next().is_some() {
-            parts.by_shape(skeleton, frames, &denied);
-        }
+        let is_named = parts.missing().next().is_none();
+        let shape = if is_named { Ok(()) } else { parts.by_shape(skeleton, frames, &denied) };
         if !parts.joints.contains_key(&Part::Hips) || parts.get(Part::Hips) != Some(0) {
             parts.joints.insert(Part::Hips, 0);
             parts.how.insert(Part::Hips, How::Tree);
@@ -119,6 +119,7 @@ impl Parts {
             return Err(IdentifyError::Missing {
                 missing: missing.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
                 joints: listed(),
+                shape: shape.err().map_or_else(|| "they are not there".into(), |error| error.to_string()),
                 example: first.to_string(),
             });
         }
@@ -164,9 +165,14 @@ impl Parts {
         put(self, &|joint| joint.likely(), How::Word);
     }
 
-    fn by_shape(&mut self, skeleton: &Skeleton, frames: &[Frame], denied: &dyn Fn(&Part) -> bool) {
+    fn by_shape(
+        &mut self,
+        skeleton: &Skeleton,
+        frames: &[Frame],
+        denied: &dyn Fn(&Part) -> bool,
+    ) -> Result<(), ShapeError> {
         let named_head = self.get(Part::Head);
-        let mut shape = shape::find(skeleton, frames);
+        let mut shape = shape::find(skeleton, frames)?;
         // A head that is called so is one, if it is in the chain that reaches highest: eyes and hair reach higher.
         if let Some((_, head)) = shape.parts.iter_mut().find(|(part, _)| *part == Part::Head)
             && let Some(named) = named_head.filter(|&named| below(skeleton, *head, named))
@@ -193,9 +199,12 @@ impl Parts {
             ));
         } else if complete {
             self.doubts.push(
-                "parts were found by shape, since the names say too little: check left and right".into(),
+                "parts were found by shape, since the names say too little: check left and right (`gestus retarget \
+                 --check` lists them, a map file corrects them: --map)"
+                    .into(),
             );
         }
+        Ok(())
     }
 
     /// Left is where left is: names that say otherwise than the feet are exchanged, and reported.

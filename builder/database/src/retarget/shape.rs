@@ -1,18 +1,22 @@
-//! Body parts by shape, where names say nothing: which chains are legs, arms and head, by how they branch, how
-//! long their bones are, and where they are in the clip's own poses.
+//! Body parts by shape, where names say nothing: which joints are legs, arms and head, by how they branch, how long their
+//! bones are, and where they are in the clip's own poses.
 //!
-//! 1. A chain runs from a joint with several branches to a leaf; joints of no length count for nothing.
-//! 2. Legs: two chains of like lengths, of two long bones each, whose ends are lowest on average.
-//! 3. Arms: two more such chains, that leave the trunk above the legs.
-//! 4. Head: of what is left, the end that is highest.
-//! 5. Forward is where feet and knees point, left follows from it; names decide where they tell nothing.
+//! 1. A limb is two bones that follow each other, neither more than `UNEVEN` times as long as the other. A body has its limbs
+//!    in pairs: they hang on one joint, equally many joints below it, and are alike in both bones. A thing in one hand, or
+//!    things of unlike length in both, are no limbs.
+//! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
+//! 3. Head: of what is left, the end that is highest.
+//! 4. Forward is where feet and knees point, left follows from it. Where they tell nothing, names do, and else the way that
+//!    the body goes. If nothing does, the sides are not guessed: exchanged, they would turn the body around.
 //!
 //! Averages over the clip are pose enough: a body that walks stands on its legs, whatever its rest pose is.
 
 use nalgebra::Vector3;
+use thiserror::Error;
 
 use crate::retarget::{
-    facing,
+    facing::{self, Limb},
+    identify::path,
     parts::{Part, Side},
 };
 use gestus_motion::{
@@ -22,6 +26,22 @@ use gestus_motion::{
 
 /// Least sureness of feet and knees about which side is left.
 const UNSURE: f64 = 0.3;
+/// Most that one bone of a limb is longer than the other, as a factor.
+const UNEVEN: f64 = 2.2;
+/// Least likeness of the two limbs of a pair: of a bone, and of the whole.
+const ALIKE: [f64; 2] = [0.7, 0.8];
+/// Shortest upper bone, relative to the lower one, of a limb that is one: a collarbone is shorter.
+const SHORT: f64 = 0.8;
+/// Longest bone that follows a limb, relative to the shorter bone of it: hands and feet are shorter.
+const FOLLOWS: f64 = 0.7;
+/// How much less a limb counts that exceeds one of these.
+const LESS: f64 = 0.85;
+/// Least length of arms and legs, relative to the longest pair: fingers and toes are shorter.
+const LONG: f64 = 0.35;
+/// Least distance of the middles of two limbs, relative to their length: helpers of a bone lie beside it.
+const APART: f64 = 0.05;
+/// Least way of a body that goes somewhere, relative to its legs.
+const GOES: f64 = 0.5;
 
 /// What shape says: parts, and how sure it is, 0 to 1.
 #[derive(Debug, Clone, Default)]
@@ -30,164 +50,230 @@ pub struct Shape {
     pub parts: Vec<(Part, usize)>,
     /// How well the two sides agree in length: 1 is a mirror image.
     pub symmetry: f64,
+    /// How much the legs point down, -1 to 1.
+    pub down: f64,
 }
 
-/// A limb: its joints of some length, from where it leaves the trunk to its end.
-struct Chain {
-    joints: Vec<usize>,
+/// A shape that is not known as a body's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "the messages say what they are")]
+pub enum ShapeError {
+    #[error("there is no pose to look at")]
+    NoPose,
+    #[error("no two limbs of two bones each hang on one joint and are alike, as legs are")]
+    NoLegs,
+    #[error(
+        "beside the legs there are no two limbs of two bones each that hang on one joint and are alike, as arms are"
+    )]
+    NoArms,
+    #[error(
+        "nothing shows which side is left: it has no toes, its knees and elbows hardly bend, and it goes nowhere"
+    )]
+    NoSides,
+}
+
+/// Two limbs, one of either side.
+#[derive(Debug, Clone)]
+struct Pair {
+    /// The joint that they hang on.
+    on: usize,
+    /// Upper joint, middle, end of each.
+    limbs: [[usize; 3]; 2],
+    /// Length of the shorter one, metres, and likeness, 0 to 1.
     length: f64,
-    /// Mean height of its end over the root.
-    height: f64,
+    alike: f64,
+    /// How much they look like limbs, of those of two branches.
+    likely: f64,
 }
 
-/// Finds the parts of a skeleton from some of its poses, Y up. Empty where it has no legs and arms.
-pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Shape {
+/// Finds the parts of a skeleton from some of its poses, Y up.
+///
+/// # Errors
+/// [`ShapeError`] says what it is not, or what is not to be seen.
+pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> {
+    if frames.is_empty() {
+        return Err(ShapeError::NoPose);
+    }
     let positions: Vec<Vec<Vector3<f64>>> = frames.iter().map(|f| f.positions(skeleton)).collect();
-    let Some(count) = Some(positions.len()).filter(|&n| n > 0) else { return Shape::default() };
-    let height = |j: usize| positions.iter().map(|p| p[j].y - p[0].y).sum::<f64>() / count as f64;
-    let chains = chains(skeleton, &height);
-    let body = chains.iter().map(|c| c.length).fold(0.0, f64::max);
-    if body <= 0.0 {
-        return Shape::default();
-    }
-    // Pairs of like chains with at least two long bones: limbs.
-    let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
-    for a in 0..chains.len() {
-        for b in a + 1..chains.len() {
-            let (x, y) = (&chains[a], &chains[b]);
-            let alike = x.length.min(y.length) / x.length.max(y.length);
-            let far = |c: &Chain| c.joints.len() >= 3 && c.length > 0.3 * body;
-            let apart = positions.iter().map(|p| (p[x.joints[0]] - p[y.joints[0]]).norm()).sum::<f64>();
-            if alike > 0.8 && far(x) && far(y) && apart / count as f64 > 0.02 * body {
-                pairs.push((a, b, alike));
-            }
-        }
-    }
-    let low = |&(a, b, _): &(usize, usize, f64)| chains[a].height + chains[b].height;
-    let Some(&legs) = pairs.iter().min_by(|x, y| low(x).total_cmp(&low(y))) else { return Shape::default() };
-    let others = |c: usize| c != legs.0 && c != legs.1;
-    let free: Vec<_> = pairs.iter().filter(|p| others(p.0) && others(p.1)).collect();
-    let Some(&&arms) = free.iter().max_by(|x, y| {
-        let long = |p: &(usize, usize, f64)| chains[p.0].length + chains[p.1].length;
-        long(x).total_cmp(&long(y))
-    }) else {
-        return Shape::default();
+    let mean = |of: &dyn Fn(&[Vector3<f64>]) -> f64| {
+        positions.iter().map(|p| of(p)).sum::<f64>() / positions.len() as f64
     };
-    let taken = [legs.0, legs.1, arms.0, arms.1];
-    let head = (0..chains.len())
-        .filter(|c| !taken.contains(c))
-        .max_by(|&a, &b| chains[a].height.total_cmp(&chains[b].height));
-
-    // Which is left: by where feet and knees point, or else by names.
-    let limbs = [legs.0, legs.1].map(|c| limb(skeleton, &chains[c]));
-    let elbows = [arms.0, arms.1].map(|c| {
-        let [a, b, c, _] = limb(skeleton, &chains[c]);
-        [a, b, c, None]
+    let height = |j: usize| mean(&|p| p[j].y - p[0].y);
+    let mut pairs = pairs(skeleton);
+    let longest = pairs.iter().map(|pair| pair.length).fold(0.0, f64::max);
+    pairs.retain(|pair| {
+        let [a, b] = pair.limbs;
+        pair.length > LONG * longest && mean(&|p| (p[a[1]] - p[b[1]]).norm()) > APART * pair.length
     });
-    let mut vote = facing::first_is_left(&positions, limbs, &elbows);
-    if vote.abs() < UNSURE {
-        let says = |c: usize, side| {
-            chains[c].joints.iter().filter(|&&j| names::side(&skeleton.names[j]) == Some(side)).count() as f64
-        };
-        let named = |first, second| says(legs.0, first) + says(legs.1, second);
-        let by_name = named(Side::Left, Side::Right) - named(Side::Right, Side::Left);
-        vote = if by_name == 0.0 { vote } else { by_name };
+    let low = |pair: &&Pair| height(pair.limbs[0][2]) + height(pair.limbs[1][2]);
+    let Some(mut legs) = pairs.iter().min_by(|a, b| low(a).total_cmp(&low(b))).cloned() else {
+        return Err(ShapeError::NoLegs);
+    };
+    let inside = |pair: &Pair, joint: usize| {
+        let way = path(skeleton, joint);
+        pair.limbs.iter().any(|limb| way.contains(&limb[0]))
+    };
+    let apart = |pair: &&Pair| {
+        pair.limbs.iter().flatten().all(|&j| !inside(&legs, j))
+            && legs.limbs.iter().flatten().all(|&j| !inside(pair, j))
+    };
+    let longer = |a: &&Pair, b: &&Pair| a.length.total_cmp(&b.length);
+    let Some(mut arms) = pairs.iter().filter(apart).max_by(longer).cloned() else {
+        return Err(ShapeError::NoArms);
+    };
+
+    let [leg, arm] = [&legs, &arms].map(|pair| pair.limbs.map(|limb| chain(skeleton, limb)));
+    let elbows = arm.map(|[a, b, c, _]| [a, b, c, None]);
+    let Some(first_is_left) = first_is_left(skeleton, &positions, leg, &elbows) else {
+        return Err(ShapeError::NoSides);
+    };
+    if !first_is_left {
+        legs.limbs.reverse();
     }
-    let legs = if vote >= 0.0 { (legs.0, legs.1, legs.2) } else { (legs.1, legs.0, legs.2) };
-    let across: Vec<Vector3<f64>> =
-        positions.iter().map(|p| p[chains[legs.0].joints[0]] - p[chains[legs.1].joints[0]]).collect();
-    let side = |p: &[Vector3<f64>], c: usize| p[chains[c].joints[0]];
-    let vote: f64 =
-        positions.iter().zip(&across).map(|(p, l)| l.dot(&(side(p, arms.0) - side(p, arms.1)))).sum();
-    let arms = if vote >= 0.0 { arms } else { (arms.1, arms.0, arms.2) };
+    let across = |p: &[Vector3<f64>], pair: &Pair, i: usize| p[pair.limbs[0][i]] - p[pair.limbs[1][i]];
+    if mean(&|p| across(p, &legs, 0).dot(&across(p, &arms, 0))) < 0.0 {
+        arms.limbs.reverse();
+    }
 
     let mut parts = vec![(Part::Hips, 0)];
-    for (pair, arm) in [(legs, false), (arms, true)] {
-        for (side, chain) in [(Side::Left, pair.0), (Side::Right, pair.1)] {
-            let [a, b, c, d] = limb(skeleton, &chains[chain]);
-            let named = if arm {
-                [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side), Part::Clavicle(side)]
-            } else {
-                [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)]
+    for side in Side::BOTH {
+        let [a, b, c] = legs.limbs[side.index()];
+        parts.extend([(Part::UpperLeg(side), a), (Part::LowerLeg(side), b), (Part::Foot(side), c)]);
+        parts.extend(chain(skeleton, [a, b, c])[3].map(|toes| (Part::Toes(side), toes)));
+        let [a, b, c] = arms.limbs[side.index()];
+        if without_hands(skeleton, &arms) {
+            parts.extend([(Part::Clavicle(side), a), (Part::UpperArm(side), b), (Part::LowerArm(side), c)]);
+            continue;
+        }
+        parts.extend([(Part::UpperArm(side), a), (Part::LowerArm(side), b), (Part::Hand(side), c)]);
+        let clavicle = skeleton.parents[a].filter(|&above| above != arms.on);
+        parts.extend(clavicle.map(|above| (Part::Clavicle(side), above)));
+    }
+    parts.extend(head(skeleton, &[&legs, &arms], &height).map(|joint| (Part::Head, joint)));
+    let down = |p: &[Vector3<f64>]| {
+        let ways = legs.limbs.map(|limb| p[limb[0]] - p[limb[2]]);
+        ways.iter().map(|way| way.y / way.norm().max(1e-9)).sum::<f64>() / 2.0
+    };
+    Ok(Shape { parts, symmetry: legs.alike.min(arms.alike), down: mean(&down) })
+}
+
+/// Whether arms end with their lower arms: what looks like their two bones is a short collarbone and an upper arm.
+fn without_hands(skeleton: &Skeleton, arms: &Pair) -> bool {
+    let [upper, lower] =
+        [1, 2].map(|i| arms.limbs.iter().map(|limb| skeleton.offsets[limb[i]].norm()).sum::<f64>());
+    upper < SHORT * lower && arms.limbs.iter().all(|limb| !skeleton.parents.contains(&Some(limb[2])))
+}
+
+/// Every pair of limbs that hang on one joint, the best of each two of its branches.
+fn pairs(skeleton: &Skeleton) -> Vec<Pair> {
+    let bone = |j: usize| skeleton.offsets[j].norm();
+    // By the child of the joint that they hang on: each limb, and how many joints below that child it begins.
+    let mut limbs: Vec<Vec<([usize; 3], usize)>> = vec![Vec::new(); skeleton.joints()];
+    for end in 0..skeleton.joints() {
+        let Some(middle) = skeleton.parents[end] else { continue };
+        let Some(upper) = skeleton.parents[middle].filter(|&upper| upper > 0) else { continue };
+        let (long, short) = (bone(middle).max(bone(end)), bone(middle).min(bone(end)));
+        if short < 1e-6 || long > UNEVEN * short {
+            continue;
+        }
+        let mut branch = Some(upper);
+        let mut depth = 0;
+        while let Some(child) = branch.filter(|&child| child > 0) {
+            limbs[child].push(([upper, middle, end], depth));
+            branch = skeleton.parents[child];
+            depth += 1;
+        }
+    }
+    let mut pairs = Vec::new();
+    for a in 1..skeleton.joints() {
+        for b in a + 1..skeleton.joints() {
+            let Some(on) = skeleton.parents[a].filter(|_| skeleton.parents[a] == skeleton.parents[b]) else {
+                continue;
             };
-            // An arm's fourth joint is the one before the upper arm.
-            let clavicle = a
-                .and_then(|a| chains[chain].joints.iter().position(|&j| j == a))
-                .and_then(|i| i.checked_sub(1))
-                .map(|i| chains[chain].joints[i]);
-            let last = if arm { clavicle } else { d };
-            parts.extend([a, b, c, last].into_iter().zip(named).filter_map(|(j, part)| Some((part, j?))));
+            let both = limbs[a].iter().flat_map(|x| limbs[b].iter().map(move |y| (x, y)));
+            let alike = both.filter(|(x, y)| x.1 == y.1).filter_map(|(x, y)| pair(skeleton, on, x.0, y.0));
+            pairs.extend(alike.max_by(|x, y| x.likely.total_cmp(&y.likely)));
         }
     }
-    if let Some(head) = head {
-        // Eyes, jaw and hair hang on the head: the first joint above the neck's that holds several, or else the last.
-        let holds = |j: &usize| (0..skeleton.joints()).filter(|&c| skeleton.parents[c] == Some(*j)).count();
-        let joints = &chains[head].joints;
-        let joint = joints.iter().skip(1).find(|j| holds(j) > 1).or(joints.last());
-        parts.extend(joint.map(|&joint| (Part::Head, joint)));
-    }
-    Shape { parts, symmetry: legs.2.min(arms.2) }
+    pairs
 }
 
-/// Chains from the trunk to the leaves. A chain begins where it leaves a joint that other chains share.
-fn chains(skeleton: &Skeleton, height: &dyn Fn(usize) -> f64) -> Vec<Chain> {
-    let joints = skeleton.joints();
-    let long = |j: usize| skeleton.offsets[j].norm() > 1e-3;
-    // A real branch reaches somewhere: joints whose whole subtree has no length are decoration.
-    let mut reach = vec![0.0f64; joints];
-    for j in (1..joints).rev() {
-        if let Some(p) = skeleton.parents[j] {
-            reach[p] = reach[p].max(reach[j] + skeleton.offsets[j].norm());
-        }
+/// Two limbs as a pair, if they are alike.
+fn pair(skeleton: &Skeleton, on: usize, a: [usize; 3], b: [usize; 3]) -> Option<Pair> {
+    let bone = |j: usize| skeleton.offsets[j].norm();
+    let ratio = |x: f64, y: f64| x.min(y) / x.max(y);
+    let bones = ratio(bone(a[1]), bone(b[1])).min(ratio(bone(a[2]), bone(b[2])));
+    let [x, y] = [a, b].map(|limb| bone(limb[1]) + bone(limb[2]));
+    let whole = ratio(x, y);
+    if bones < ALIKE[0] || whole < ALIKE[1] {
+        return None;
     }
-    let whole = reach[0];
-    let real = |j: usize| reach[j] + skeleton.offsets[j].norm() > 0.03 * whole;
-    let branches: Vec<usize> = (0..joints)
-        .map(|j| (j + 1..joints).filter(|&c| skeleton.parents[c] == Some(j) && real(c)).count())
-        .collect();
-    // Fingers branch too: only forks whose branches are long by the measure of the body make the trunk.
-    let forks: Vec<bool> = (0..joints)
-        .map(|j| {
-            let big = |c: &usize| reach[*c] + skeleton.offsets[*c].norm() > 0.18 * whole;
-            branches[j] > 1
-                && (j + 1..joints).filter(|&c| skeleton.parents[c] == Some(j)).filter(big).count() > 1
-        })
-        .collect();
-    let mut chains = Vec::new();
-    let leaves = (1..joints).filter(|&j| branches[j] == 0 && (real(j) || long(j)));
-    for leaf in leaves {
-        let mut path = vec![leaf];
-        let mut at = leaf;
-        while let Some(p) = skeleton.parents[at] {
-            if forks[p] || p == 0 {
-                break;
-            }
-            path.push(p);
-            at = p;
-        }
-        path.reverse();
-        // Where the way forks below (fingers), one chain is enough: the longest.
-        let length = path.iter().skip(1).map(|&j| skeleton.offsets[j].norm()).sum();
-        chains.push(Chain { height: height(leaf), joints: path, length });
-    }
-    let mut best: Vec<Chain> = Vec::new();
-    for chain in chains {
-        match best.iter_mut().find(|c| c.joints[0] == chain.joints[0]) {
-            Some(known) if known.length < chain.length => *known = chain,
-            Some(_) => {}
-            None => best.push(chain),
-        }
-    }
-    best
+    let less = |odd: bool| if odd { LESS } else { 1.0 };
+    let short = bone(a[1]) + bone(b[1]) < SHORT * (bone(a[2]) + bone(b[2]));
+    let follows = [a, b].iter().all(|&limb| {
+        let next = chain(skeleton, limb)[3].map_or(0.0, bone);
+        next > FOLLOWS * bone(limb[1]).min(bone(limb[2]))
+    });
+    let length = x.min(y);
+    Some(Pair {
+        on,
+        limbs: [a, b],
+        length,
+        alike: whole,
+        likely: length * whole * less(short) * less(follows),
+    })
 }
 
-/// The joints that begin the upper bone, the lower bone, the end (hand, foot) and what follows it: the two longest
-/// bones of a chain that follow each other.
-fn limb(skeleton: &Skeleton, chain: &Chain) -> [Option<usize>; 4] {
-    let bone = |i: usize| chain.joints.get(i).map_or(0.0, |&j| skeleton.offsets[j].norm());
-    let middle = (1..chain.joints.len().saturating_sub(1))
-        .max_by(|&a, &b| (bone(a) * bone(a + 1)).total_cmp(&(bone(b) * bone(b + 1))));
-    let Some(middle) = middle else { return [None; 4] };
-    let at = |i: usize| chain.joints.get(i).copied();
-    [at(middle - 1), at(middle), at(middle + 1), at(middle + 2)]
+/// A limb with the joint that follows its end: that of the longest bone.
+fn chain(skeleton: &Skeleton, [a, b, c]: [usize; 3]) -> Limb {
+    let bone = |j: &usize| skeleton.offsets[*j].norm();
+    let below = (c + 1..skeleton.joints()).filter(|&j| skeleton.parents[j] == Some(c) && bone(&j) > 1e-6);
+    [Some(a), Some(b), Some(c), below.max_by(|x, y| bone(x).total_cmp(&bone(y)))]
+}
+
+/// Whether the first leg is the left one; `None` where nothing tells.
+fn first_is_left(
+    skeleton: &Skeleton,
+    positions: &[Vec<Vector3<f64>>],
+    legs: [Limb; 2],
+    elbows: &[Limb; 2],
+) -> Option<bool> {
+    let vote = facing::first_is_left(positions, legs, elbows);
+    if vote.abs() >= UNSURE {
+        return Some(vote > 0.0);
+    }
+    let says = |limb: &Limb, side| {
+        limb.iter().flatten().filter(|&&j| names::side(&skeleton.names[j]) == Some(side)).count() as i32
+    };
+    let named = |first, second| says(&legs[0], first) + says(&legs[1], second);
+    let by_name = named(Side::Left, Side::Right) - named(Side::Right, Side::Left);
+    if by_name != 0 {
+        return Some(by_name > 0);
+    }
+    let [Some(a), Some(b)] = legs.map(|leg| leg[0]) else { return None };
+    let leg_m = legs[0].windows(2).take(2).filter_map(|w| Some(skeleton.offsets[w[1]?].norm())).sum::<f64>();
+    // Over the ground, across the body: the way goes ahead.
+    let ahead = |p: &[Vector3<f64>]| (p[a] - p[b]).cross(&Vector3::y()).try_normalize(1e-9);
+    let steps = positions.windows(2).filter_map(|w| Some(ahead(&w[0])?.dot(&(w[1][0] - w[0][0]))));
+    let way: f64 = steps.sum();
+    (way.abs() > GOES * leg_m).then_some(way > 0.0)
+}
+
+/// The head: on the way from the joint that the arms hang on to the highest end.
+fn head(skeleton: &Skeleton, limbs: &[&Pair; 2], height: &dyn Fn(usize) -> f64) -> Option<usize> {
+    let branches: Vec<usize> = limbs
+        .iter()
+        .flat_map(|pair| pair.limbs.map(|limb| (pair.on, limb[0])))
+        .filter_map(|(on, upper)| path(skeleton, upper).into_iter().skip_while(|&j| j != on).nth(1))
+        .collect();
+    let outside = |&j: &usize| j > 0 && path(skeleton, j).iter().all(|at| !branches.contains(at));
+    let carriers = path(skeleton, limbs[1].on);
+    let end = (0..skeleton.joints())
+        .filter(|j| !carriers.contains(j))
+        .filter(outside)
+        .max_by(|&a, &b| height(a).total_cmp(&height(b)))?;
+    let way: Vec<usize> = path(skeleton, end).into_iter().filter(|j| !carriers.contains(j)).collect();
+    // Eyes, jaw and hair hang on the head: the first joint above the neck's that holds several, or else the last.
+    let holds = |j: &usize| skeleton.parents.iter().filter(|parent| **parent == Some(*j)).count();
+    way.iter().skip(1).find(|&j| holds(j) > 1).or(way.last()).copied()
 }
