@@ -14,7 +14,9 @@ use crate::{
         body_mapping::{BodyMapping, same_body},
         course::{self, Course, Root},
         far,
+        left_alone::leave_moments_alone,
         looped::Round,
+        turn_limit,
     },
 };
 use gestus_motion::{
@@ -227,7 +229,12 @@ impl Input {
             frames
         };
         let mut whole = streamed.clone();
-        let frames = carried(whole.frames());
+        let mut frames = whole.frames();
+        if self.round.is_none() {
+            let passed: Vec<f64> = whole.steps.iter().map(|step| f64::from(step.report.passed)).collect();
+            leave_moments_alone(&mut frames, &self.mapped.frames, &passed, self.clip.rate_hz);
+        }
+        let frames = carried(frames);
         whole.steps.iter_mut().zip(frames).for_each(|(step, frame)| step.frame = frame);
         if let Some(retimed) = &mut whole.retimed {
             retimed.frames = carried(std::mem::take(&mut retimed.frames));
@@ -341,7 +348,9 @@ impl Input {
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let inputs = &self.clip.frames;
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
-        self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz))
+        let output =
+            self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
+        turn_limit::limited(output, &self.clip, self.round.is_some())
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they

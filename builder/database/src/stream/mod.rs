@@ -7,10 +7,12 @@ pub mod course;
 pub mod crowd;
 pub mod far;
 pub mod input;
+mod left_alone;
 pub mod looped;
 mod standing;
 pub mod trace;
 pub mod translate;
+mod turn_limit;
 pub mod verdict;
 
 use gestus_core::{

@@ -1,0 +1,139 @@
+//! The fastest joint of an output on its own body.
+//!
+//! The core keeps joints below 1.2 times the input's fastest on the database's body. On the file's body a knee can still be
+//! faster: near the stretched leg a millimetre of the hips turns it by degrees, and where the database's knee is bent the
+//! file's may be straight. Such a turn moves the foot hardly at all, so it can take its time.
+//!
+//! Each joint that exceeds the limit follows its way at that speed, once from the front and once from the end. Each is late
+//! at its own end; their mean is not.
+
+use gestus_motion::clip::{Clip, Frame, slerp};
+use nalgebra::UnitQuaternion;
+
+/// How much faster than the input's fastest joint a joint may turn.
+const FASTER: f64 = 1.6;
+/// A body whose joints turn by less from frame to frame is a pose, radians.
+const STILL: f64 = 1e-4;
+
+/// An output whose joints turn no faster than that, at the rate of its input. A loop's last pose is its first.
+pub fn limited(mut output: Clip, input: &Clip, looped: bool) -> Clip {
+    let limit = FASTER * fastest(&input.frames);
+    if limit < FASTER * STILL || fastest(&output.frames) <= limit {
+        return output;
+    }
+    // A loop goes on turning, so its root is no loop.
+    for joint in usize::from(looped)..output.skeleton.joints() {
+        let way: Vec<_> = output.frames.iter().map(|frame| frame.rotations[joint]).collect();
+        if way.windows(2).any(|pair| pair[0].angle_to(&pair[1]) > limit) {
+            let eased = if looped { eased_loop(&way, limit) } else { eased(&way, limit) };
+            output.frames.iter_mut().zip(eased).for_each(|(frame, turn)| frame.rotations[joint] = turn);
+        }
+    }
+    output
+}
+
+/// A joint's way at a limited speed.
+fn eased(way: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
+    let ahead = followed(way.iter(), limit);
+    let back = followed(way.iter().rev(), limit);
+    ahead.iter().zip(back.iter().rev()).map(|(a, b)| slerp(a, b, 0.5)).collect()
+}
+
+/// The same of a loop: that of the middle of three rounds.
+fn eased_loop(way: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
+    let period = way.len() - 1;
+    let rounds: Vec<_> = way[..period].iter().cycle().take(3 * period + 1).copied().collect();
+    eased(&rounds, limit)[period..=2 * period].to_vec()
+}
+
+/// A way followed from its beginning.
+fn followed<'a>(way: impl Iterator<Item = &'a UnitQuaternion<f64>>, limit: f64) -> Vec<UnitQuaternion<f64>> {
+    let mut at = None;
+    way.map(|goal| {
+        let here = *at.get_or_insert(*goal);
+        let share = limit / here.angle_to(goal).max(1e-12);
+        let next = if share >= 1.0 { *goal } else { slerp(&here, goal, share) };
+        at = Some(next);
+        next
+    })
+    .collect()
+}
+
+/// Fastest turn of a joint from a frame to the next, radians.
+fn fastest(frames: &[Frame]) -> f64 {
+    let turns = frames.windows(2).flat_map(|pair| {
+        let joints = pair[0].rotations.iter().zip(&pair[1].rotations);
+        joints.map(|(p, q)| p.angle_to(q))
+    });
+    turns.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use gestus_motion::clip::Skeleton;
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    /// A clip of one joint below a root, turned about X.
+    fn clip(angles: impl Iterator<Item = f64>) -> Clip {
+        let skeleton = Skeleton {
+            names: vec!["root".into(), "knee".into()],
+            parents: vec![None, Some(0)],
+            offsets: vec![Vector3::zeros(); 2],
+        };
+        let frame = |angle| Frame {
+            root: Vector3::zeros(),
+            rotations: vec![
+                UnitQuaternion::identity(),
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle),
+            ],
+        };
+        Clip {
+            name: "knee".into(),
+            skeleton: Arc::new(skeleton),
+            rate_hz: 30.0,
+            frames: angles.map(frame).collect(),
+        }
+    }
+
+    fn angle(frame: &Frame) -> f64 {
+        frame.rotations[1].scaled_axis().x
+    }
+
+    #[test]
+    fn a_leap_is_spread_about_its_middle_and_the_rest_stays() {
+        let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
+        let output = clip((0..60).map(|t| if t < 30 { 0.2 } else { 0.8 }));
+        let limited = limited(output.clone(), &input, false);
+        let limit = FASTER * fastest(&input.frames);
+        assert!(fastest(&output.frames) > 7.0 * limit);
+        assert!(fastest(&limited.frames) <= limit + 1e-9, "{}", fastest(&limited.frames));
+        assert!((angle(&limited.frames[29]) + angle(&limited.frames[30]) - 1.0).abs() < 1e-9);
+        for t in [0, 10, 20, 40, 50, 59] {
+            assert!((angle(&limited.frames[t]) - angle(&output.frames[t])).abs() < 1e-9, "{t}");
+        }
+    }
+
+    #[test]
+    fn what_is_slow_enough_and_what_has_no_speed_stays() {
+        let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
+        let output = clip((0..60).map(|t| 0.5 * (0.15 * f64::from(t)).sin()));
+        assert!(limited(output.clone(), &input, false).frames == output.frames);
+        let pose = clip((0..60).map(|_| 0.3));
+        assert!(limited(output.clone(), &pose, false).frames == output.frames);
+    }
+
+    #[test]
+    fn a_loop_stays_one() {
+        let input = clip((0..=60).map(|t| 0.5 * (std::f64::consts::TAU * f64::from(t) / 60.0).sin()));
+        // It leaps at its seam.
+        let output = clip((0..=60).map(|t| if t % 60 < 30 { 0.8 } else { 0.2 }));
+        let limited = limited(output, &input, true);
+        let [first, last] = [0, 60].map(|t| angle(&limited.frames[t]));
+        assert!((first - last).abs() < 1e-9, "{first} {last}");
+        assert!(fastest(&limited.frames) <= FASTER * fastest(&input.frames) + 1e-9);
+    }
+}
