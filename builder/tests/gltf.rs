@@ -16,7 +16,7 @@ use gestus_motion::{
     files::FileError,
     formats::{
         bvh::{AsBvh, Bvh},
-        gltf::{GltfError, parse},
+        gltf::{GltfError, GltfErrorKind, parse},
     },
     unit::Unit,
 };
@@ -210,12 +210,23 @@ fn a_body_below_an_armature_moves_as_it_did() {
     let off = apart(common::walk(), &read);
     assert!(off < 2e-6, "{off} m");
     assert_eq!(Binding::new(&document, &Options::default()).unwrap().notes(), [""; 0]);
-    // Where the armature does not scale, the body is a giant's, and said to be.
+    // Where the armature scales otherwise, the body is a giant's or a mite's: it is taken for an adult, and that is said.
+    for (scale, unit) in [(1.0, Unit::Centimetres), (1e-4, Unit::Other(100.0))] {
+        let mut made = walk();
+        made.json["nodes"][1]["scale"] = json!([scale, scale, scale]);
+        let animation = one(&made.glb()).unwrap();
+        let binding = Binding::new(&animation, &Options::default()).unwrap();
+        assert!((binding.unit().metres() / unit.metres() - 1.0).abs() < 1e-9, "{:?}", binding.unit());
+        assert!(binding.notes()[0].contains("m tall in the format's unit"), "{:?}", binding.notes());
+        let told = Options { unit: Some(Unit::Metres), ..Options::default() };
+        let binding = Binding::new(&animation, &told).unwrap();
+        assert_eq!((binding.unit(), binding.notes()), (Unit::Metres, &[][..]));
+    }
+    // A large one may be one.
     let mut made = walk();
-    made.json["nodes"][1]["scale"] = json!([1.0, 1.0, 1.0]);
-    let giant = Binding::new(&one(&made.glb()).unwrap(), &Options::default()).unwrap();
-    let doubt = giant.doubt().unwrap();
-    assert!(doubt.contains("m tall in the format's unit, m; in cm it is an adult's"), "{doubt}");
+    made.json["nodes"][1]["scale"] = json!([0.05, 0.05, 0.05]);
+    let large = Binding::new(&one(&made.glb()).unwrap(), &Options::default()).unwrap();
+    assert_eq!(large.unit(), Unit::Metres);
     // And as text, written and read.
     let again = Bvh::parse(document.as_bvh().unwrap().to_text().as_bytes(), "again.bvh").unwrap();
     assert!(apart(&read, &clip(&again)) < 1e-6);
@@ -302,6 +313,47 @@ fn rotations_may_be_whole_numbers() {
     made.json["animations"][0]["samplers"][0]["output"] = json!(output);
     let read = clip(&one(&made.glb()).unwrap());
     assert!((degrees(&read, 0.5) - 60.0).abs() < 0.01, "{}", degrees(&read, 0.5));
+}
+
+#[test]
+fn accessors_may_be_sparse() {
+    let key = |degrees: f64| {
+        let half = 0.5 * degrees.to_radians();
+        [0.0, 0.0, half.sin(), half.cos()].map(|v: f64| v as f32)
+    };
+    let sparse = |made: &mut Made, dense: Option<usize>, indices: &[u8], keys: &[[f32; 4]]| {
+        let bytes: Vec<u8> = keys.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        let (indices_view, values_view) = (made.view(indices), made.view(&bytes));
+        let mut accessor = json!({"componentType": 5126, "type": "VEC4", "count": 3, "sparse": {
+            "count": keys.len(), "indices": {"bufferView": indices_view, "componentType": 5121},
+            "values": {"bufferView": values_view}}});
+        if let Some(dense) = dense {
+            accessor["bufferView"] = made.json["accessors"][dense]["bufferView"].clone();
+        }
+        made.push("accessors", accessor)
+    };
+    // One key of three is another; or all are, and there is nothing else.
+    for (has_dense, indices, degrees) in
+        [(true, vec![1], vec![60.0]), (false, vec![0, 1, 2], vec![0.0, 60.0, 90.0])]
+    {
+        let mut made = hinge(&[0.0, 0.5, 1.0], &[0.0, 30.0, 90.0], "LINEAR");
+        let dense = made.json["animations"][0]["samplers"][0]["output"].as_u64().unwrap() as usize;
+        let keys: Vec<[f32; 4]> = degrees.into_iter().map(key).collect();
+        let output = sparse(&mut made, has_dense.then_some(dense), &indices, &keys);
+        made.json["animations"][0]["samplers"][0]["output"] = json!(output);
+        let read = clip(&one(&made.glb()).unwrap());
+        for (second, wanted) in [(0.0, 0.0), (0.5, 60.0), (1.0, 90.0)] {
+            assert!((self::degrees(&read, second) - wanted).abs() < 1e-3, "{second}");
+        }
+    }
+    // Indices beyond the end, or in no order.
+    for indices in [vec![3], vec![1, 0], vec![1, 1]] {
+        let mut made = hinge(&[0.0, 0.5, 1.0], &[0.0, 30.0, 90.0], "LINEAR");
+        let keys = vec![key(1.0); indices.len()];
+        let output = sparse(&mut made, None, &indices, &keys);
+        made.json["animations"][0]["samplers"][0]["output"] = json!(output);
+        assert!(matches!(one(&made.glb()).unwrap_err().kind, GltfErrorKind::Accessor { .. }), "{indices:?}");
+    }
 }
 
 #[test]

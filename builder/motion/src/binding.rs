@@ -113,7 +113,10 @@ impl Binding {
         let guess = || Unit::guess(longest_chain(all, &joints, &place, &means));
         let (unit, guessed, doubt) = match (options.unit, recording.unit()) {
             (Some(unit), _) => (unit, None, None),
-            (None, Some(unit)) => (unit, None, guess().doubt(unit)),
+            (None, Some(unit)) => match guess().instead(unit) {
+                Some((other, said)) => (other, None, Some(said)),
+                None => (unit, None, guess().doubt(unit)),
+            },
             (None, None) => {
                 let guess = guess();
                 (guess.unit, Some(guess.to_string()), None)

@@ -84,7 +84,29 @@ pub struct UnitGuess {
     pub sure: bool,
 }
 
+/// Heights of bodies that a format with a unit may hold, metres: toys and giants. Others are in another unit.
+const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+
 impl UnitGuess {
+    /// The unit to take instead of the format's own, if a body cannot be as large in it as it is: the power of ten of it that
+    /// makes an adult.
+    pub fn instead(&self, unit: Unit) -> Option<(Unit, String)> {
+        let height_m = self.height_m / self.unit.metres() * unit.metres();
+        if HEIGHTS_M.contains(&height_m) || !(height_m > 0.0 && height_m.is_finite()) {
+            return None;
+        }
+        let metres = unit.metres() * 10f64.powi((ADULT_M / height_m).log10().round() as i32);
+        let known = Unit::KNOWN.into_iter().find(|known| (known.metres() / metres - 1.0).abs() < 1e-9);
+        let taken = known.unwrap_or(Unit::Other(metres));
+        let said = format!(
+            "the body is about {height_m:.2e} m tall in the format's unit, {}: lengths are taken in another, of {} m; state \
+             the unit if that is wrong (--unit)",
+            unit.name(),
+            taken.metres()
+        );
+        Some((taken, said))
+    }
+
     /// A warning if another unit than the format's own gives an adult's height.
     pub fn doubt(&self, unit: Unit) -> Option<String> {
         let height_m = self.height_m / self.unit.metres() * unit.metres();

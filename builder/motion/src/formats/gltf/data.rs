@@ -17,8 +17,8 @@ use base64::{
 };
 use gltf::{
     Accessor,
-    accessor::{DataType, Dimensions},
-    buffer::{Buffer, Source},
+    accessor::{DataType, Dimensions, sparse::IndexType},
+    buffer::{Buffer, Source, View},
 };
 
 use crate::{files::FileError, formats::gltf::error::GltfErrorKind};
@@ -55,6 +55,38 @@ pub struct Numbers<'b, const N: usize> {
     count: usize,
     stride: usize,
     data_type: DataType,
+    /// Vectors that are written elsewhere.
+    others: Option<Others<'b>>,
+}
+
+/// The vectors of an accessor that differ from its own: their ascending indices, and the vectors themselves.
+#[derive(Debug, Clone, Copy)]
+struct Others<'b> {
+    indices: &'b [u8],
+    index_type: DataType,
+    vectors: &'b [u8],
+    count: usize,
+}
+
+impl Others<'_> {
+    fn index(&self, place: usize) -> usize {
+        let row = &self.indices[place * self.index_type.size()..];
+        match self.index_type {
+            DataType::U8 => usize::from(row[0]),
+            DataType::U16 => usize::from(u16::from_le_bytes([row[0], row[1]])),
+            _ => u32::from_le_bytes([row[0], row[1], row[2], row[3]]) as usize,
+        }
+    }
+
+    /// The place of the vector with that index.
+    fn find(&self, index: usize) -> Option<usize> {
+        let (mut low, mut high) = (0, self.count);
+        while low < high {
+            let middle = low.midpoint(high);
+            if self.index(middle) < index { low = middle + 1 } else { high = middle }
+        }
+        (low < self.count && self.index(low) == index).then_some(low)
+    }
 }
 
 impl<const N: usize> Numbers<'_, N> {
@@ -66,7 +98,12 @@ impl<const N: usize> Numbers<'_, N> {
     /// A vector; normalised integers become fractions.
     pub fn at(&self, index: usize) -> [f64; N] {
         let size = self.data_type.size();
-        let row = &self.data[index * self.stride..];
+        let other = self.others.and_then(|others| Some((others, others.find(index)?)));
+        let row = match other {
+            Some((others, place)) => &others.vectors[place * N * size..],
+            None if self.data.is_empty() => return [0.0; N],
+            None => &self.data[index * self.stride..],
+        };
         std::array::from_fn(|k| number(self.data_type, &row[k * size..(k + 1) * size]))
     }
 }
@@ -141,33 +178,67 @@ impl<'a> Buffers<'a> {
         if dimensions != N {
             return Err(wrong("it is of another shape than what it is used for"));
         }
-        if accessor.sparse().is_some() {
-            return Err(wrong("it is sparse, which animations are not"));
-        }
-        let view = accessor.view().ok_or_else(|| wrong("it has no data"))?;
-        let data = self.get(&view.buffer())?;
-        let start = view.offset();
-        let data = start
-            .checked_add(view.length())
-            .and_then(|end| data.get(start..end))
-            .ok_or_else(|| wrong("its part of the buffer is longer than the buffer"))?;
+        let part = |view: &View<'_>| {
+            let data = self.get(&view.buffer())?;
+            let start = view.offset();
+            start
+                .checked_add(view.length())
+                .and_then(|end| data.get(start..end))
+                .ok_or_else(|| wrong("its part of the buffer is longer than the buffer"))
+        };
         let data_type = accessor.data_type();
         let size = data_type.size();
-        let stride = view.stride().unwrap_or(N * size).max(N * size);
-        let data = data.get(accessor.offset()..).unwrap_or(&[]);
         let count = accessor.count();
+        let stride = accessor.view().and_then(|view| view.stride()).unwrap_or(N * size).max(N * size);
         // From the first byte to the end of the last vector, which need not fill its stride.
-        let needed = count.checked_sub(1).and_then(|last| last.checked_mul(stride)?.checked_add(N * size));
-        if count > 0 && needed.is_none_or(|needed| needed > data.len()) {
-            return Err(wrong("it is longer than its part of the buffer"));
-        }
+        let within = |data: &[u8], count: usize, stride: usize, size: usize| {
+            let needed = count.checked_sub(1).and_then(|last| last.checked_mul(stride)?.checked_add(size));
+            if count > 0 && needed.is_none_or(|needed| needed > data.len()) {
+                return Err(wrong("it is longer than its part of the buffer"));
+            }
+            Ok(())
+        };
+        // Without a part of its own a sparse accessor is zero but for its other vectors.
+        let data: &[u8] = match accessor.view() {
+            Some(view) => {
+                let data = part(&view)?.get(accessor.offset()..).unwrap_or(&[]);
+                within(data, count, stride, N * size)?;
+                data
+            }
+            None if accessor.sparse().is_some() => &[],
+            None => return Err(wrong("it has no data")),
+        };
+        let others = match accessor.sparse() {
+            None => None,
+            Some(sparse) => {
+                let (indices, vectors) = (sparse.indices(), sparse.values());
+                let index_type = match indices.index_type() {
+                    IndexType::U8 => DataType::U8,
+                    IndexType::U16 => DataType::U16,
+                    IndexType::U32 => DataType::U32,
+                };
+                let others = Others {
+                    indices: part(&indices.view())?.get(indices.offset()..).unwrap_or(&[]),
+                    index_type,
+                    vectors: part(&vectors.view())?.get(vectors.offset()..).unwrap_or(&[]),
+                    count: sparse.count(),
+                };
+                within(others.indices, others.count, index_type.size(), index_type.size())?;
+                within(others.vectors, others.count, N * size, N * size)?;
+                let ascend = (1..others.count).all(|i| others.index(i - 1) < others.index(i));
+                if !ascend || others.count.checked_sub(1).is_some_and(|last| others.index(last) >= count) {
+                    return Err(wrong("the indices of its sparse vectors do not ascend to its end"));
+                }
+                Some(others)
+            }
+        };
         let looked_at = self.looked_at.get().saturating_add(count * N * size);
         self.looked_at.set(looked_at);
         let (times, besides) = LOOKED_AT;
         if looked_at > self.size().saturating_mul(times).saturating_add(besides) {
-            return Err(wrong("it overlaps with others again and again"));
+            return Err(wrong("it and others name far more numbers than the file holds"));
         }
-        let numbers = Numbers { data, count, stride, data_type };
+        let numbers = Numbers { data, count, stride, data_type, others };
         if (0..count).any(|i| numbers.at(i).iter().any(|x| !x.is_finite())) {
             return Err(wrong("it holds a number that is not finite"));
         }
