@@ -122,6 +122,27 @@ fn a_clip_is_the_same_wherever_it_is() {
     }
 }
 
+/// On the database's own skeleton up was not looked for: a walk with Z up was a body that lies.
+#[test]
+fn a_clip_with_z_up_is_the_same_on_whatever_skeleton() {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    for clip in [walk().clone(), without_toes()] {
+        let (_, plain) = styled(&clip, &InputOptions::default());
+        let turned = changed(&clip, |f| {
+            f.root = turn * f.root;
+            f.rotations[0] = turn * f.rotations[0];
+        });
+        let (input, output) = styled(&turned, &InputOptions::default());
+        assert!((input.up() - Vector3::z()).norm() < 1e-9, "{}", input.up());
+        let back = changed(&output, |f| {
+            f.root = turn.inverse() * f.root;
+            f.rotations[0] = turn.inverse() * f.rotations[0];
+        });
+        let [joints, heights] = apart(&plain, &back);
+        assert!(joints < 3.0 && heights < 1.5, "joints {joints} cm, hips {heights} cm");
+    }
+}
+
 /// A roll of a game was taken for a walk in a world whose Z is up, a metre over its floor.
 #[test]
 fn a_body_that_rolls_does_not_turn_its_world() {

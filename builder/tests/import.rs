@@ -16,6 +16,7 @@ use gestus_motion::{
     formats::bvh::Bvh,
     unit::Unit,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
 
 /// Runs the command: did it succeed, and what did it say on standard output and standard error.
@@ -147,6 +148,25 @@ fn a_clip_takes_the_style_of_another_skeleton() {
     let all: Vec<f64> = turned.collect();
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     assert!(mean < 3.0, "{mean} degrees");
+
+    // Far away and with Z up it is the same.
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    let far = Vector3::new(50_000.0, 20_000.0, 3_000.0);
+    let mut moved = common::walk().clone();
+    for frame in &mut moved.frames {
+        frame.root = turn * frame.root + far;
+        frame.rotations[0] = turn * frame.rotations[0];
+    }
+    write(&clip, &moved);
+    let (ok, _, stderr) = gestus(&call);
+    assert!(ok, "{stderr}");
+    let there = poses(&out);
+    assert_eq!(there.len(), after.len());
+    for (a, b) in there.iter().zip(&after) {
+        assert!((turn.inverse() * (a.root - far) - b.root).norm() < 1e-3, "{} {}", a.root, b.root);
+        let joints = a.rotations.iter().zip(&b.rotations).skip(1);
+        assert!(joints.map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max) < 0.01);
+    }
 }
 
 #[test]

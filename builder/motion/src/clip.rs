@@ -26,6 +26,13 @@ impl Skeleton {
         self.names.len()
     }
 
+    /// Joints from the root to this one.
+    pub fn path(&self, joint: usize) -> Vec<usize> {
+        let mut path: Vec<usize> = std::iter::successors(Some(joint), |&at| self.parents[at]).collect();
+        path.reverse();
+        path
+    }
+
     /// Index of the joint of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n == name)

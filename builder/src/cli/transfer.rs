@@ -7,7 +7,7 @@ use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
     retarget::Retarget,
-    stream::{cleanup::Limbs, far},
+    stream::{cleanup::Limbs, far::Place},
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::{
@@ -87,9 +87,9 @@ pub fn run(args: &Args) -> Result<()> {
     super::check_animation(args.animation.as_deref(), &args.output)?;
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     let (document, binding, source) = read(&args.input, args.unit.unit)?;
-    let (_, _, reference) = read(&args.reference, args.unit.unit)?;
-    let [origin, theirs] = [&source, &reference].map(far::origin_of);
-    let (source, reference) = (far::moved(&source, &-origin), far::moved(&reference, &-theirs));
+    let (theirs, _, reference) = read(&args.reference, args.unit.unit)?;
+    let place = Place::of(&document, &source);
+    let (source, reference) = (place.near(&source), Place::of(&theirs, &reference).near(&reference));
     let retargeted = source.skeleton.names != reference.skeleton.names;
     let reference = match retargeted {
         false => reference,
@@ -109,13 +109,13 @@ pub fn run(args: &Args) -> Result<()> {
         euler: args.euler,
         literal: args.literal,
         clean_up,
-        floor_m: args.floor.map(|metres| metres - origin.y),
+        floor_m: args.floor.map(|metres| metres - place.height_m()),
         ..Default::default()
     };
     let out = transfer::transfer(&body, &source, &reference, &options)
         .with_context(|| args.input.display().to_string())?;
     let bytes = document
-        .write(&binding, &far::moved(&out.clip, &origin), &args.output, args.animation.as_deref())
+        .write(&binding, &place.back(&out.clip), &args.output, args.animation.as_deref())
         .with_context(|| args.output.display().to_string())?;
     open::write(&args.output, bytes)?;
     let skate = skate(&body, &source, &out);
@@ -124,7 +124,7 @@ pub fn run(args: &Args) -> Result<()> {
         || json!({
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "clean_up_ms": out.clean_up_ms, "recursive_mean_off_deg": offset.to_degrees(),
-            "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m + origin.y, "skate_cm_s": skate,
+            "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m + place.height_m(), "skate_cm_s": skate,
             "output": args.output,
         }),
         || format!(

@@ -15,6 +15,7 @@ use crate::{
         floors,
         left_out::{Group, LeftOut, Reason, Refused},
         skeletons::{difference, most_common, unify},
+        worlds::{self, Up},
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
@@ -91,6 +92,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     disambiguate_names(&mut clips);
     let mut notes = vec![files.summary()];
     let mut clips = on_common_skeleton(clips, &mut left_out);
+    notes.extend(turn_upright(&mut clips));
     notes.extend(treat_as_whole_without_cycles(config, &mut clips));
     let mut clips = limit_clips(registrable(clips, &mut left_out), config.limit);
     let floors = move_to_zero_floor(&mut clips);
@@ -186,6 +188,8 @@ struct Bound {
     doubt: Option<String>,
     /// The height of its floor, metres, if the configuration states it.
     floor_m: Option<f64>,
+    /// Up in its world.
+    up: Up,
     /// Whether registration has a timeline for it.
     has_cycles: bool,
     clip: Clip,
@@ -295,6 +299,16 @@ fn move_to_zero_floor(clips: &mut [Bound]) -> Vec<(String, f64)> {
     names.into_iter().zip(floors::lower(&mut moved)).filter(|(_, height)| *height != 0.0).collect()
 }
 
+/// Turns clips to Y up; returns what to tell.
+fn turn_upright(clips: &mut [Bound]) -> Option<String> {
+    let mut worlds: Vec<_> = clips.iter_mut().map(|clip| (&mut clip.clip, clip.up)).collect();
+    let (turned, note) = worlds::turn(&mut worlds);
+    for (clip, _) in clips.iter_mut().zip(turned).filter(|(_, turned)| *turned) {
+        clip.has_cycles = has_cycles(&clip.clip, clip.annotation.kind);
+    }
+    note
+}
+
 /// Converts a file to a clip at the database's rate; `None` if it is not selected.
 fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, LeftOut> {
     let name = document.name().to_owned();
@@ -314,8 +328,9 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
     let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
     let has_cycles = has_cycles(&clip, annotation.kind);
     let floor_m = config.floor(below);
+    let up = if matches!(document, Document::Bvh(_)) { Up::shown(&clip) } else { Up::Stated };
     let below = steps.join("/");
-    Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, has_cycles, clip }))
+    Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, up, has_cycles, clip }))
 }
 
 /// The selection, for the message that no clip matches it.

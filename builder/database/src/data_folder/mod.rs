@@ -8,3 +8,4 @@ pub mod load;
 mod pattern;
 mod skeletons;
 pub mod split;
+mod worlds;

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Matrix4, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 
 use crate::retarget::{
-    identify::{Parts, path},
+    identify::Parts,
     parts::{Part, Side},
 };
 use gestus_motion::{
@@ -287,7 +287,7 @@ fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQu
 fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lower: fn(Side) -> Part) -> f64 {
     let length = |s: Side| -> Option<f64> {
         let from = parts.get(upper(s))?;
-        let way = path(skeleton, parts.get(lower(s))?);
+        let way = skeleton.path(parts.get(lower(s))?);
         Some(way.iter().skip_while(|&&j| j != from).skip(1).map(|&j| skeleton.offsets[j].norm()).sum())
     };
     mean_or_zero(Side::BOTH.into_iter().filter_map(length))

@@ -23,7 +23,7 @@ use crate::{
         file::MapFile,
         identify::{IdentifyError, Parts},
         parts::{Part, Side},
-        shape,
+        up::{self, SAMPLE, lifted, sample},
     },
     stream,
 };
@@ -33,9 +33,6 @@ pub(crate) const ANKLE: f64 = 0.1;
 
 /// Farthest that a body can be from a stated floor, metres: within what a map holds.
 const FAR_FROM_FLOOR_M: f64 = 50.0;
-
-/// Most poses that a body is measured by.
-const SAMPLE: usize = 600;
 
 /// A skeleton that can't be mapped.
 #[derive(Debug, Error)]
@@ -97,9 +94,8 @@ impl Body {
             return Err(MapError::Empty);
         }
         let skeleton = clip.skeleton.clone();
-        let step = clip.frames.len().div_ceil(SAMPLE).max(1);
-        let raw: Vec<Frame> = clip.frames.iter().step_by(step).cloned().collect();
-        let world = upright(&skeleton, &raw, file);
+        let raw = sample(clip);
+        let world = up::upright(clip, file);
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
@@ -198,57 +194,6 @@ fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
-/// Least length of the mean way from the feet to the hips, in their mean distance, of a body that shows where up is.
-const UPRIGHT: f64 = 0.7;
-
-/// The rotation of the clip's up axis to Y: that of the map file, or the axis along which the feet are below the hips
-/// throughout. A body that rolls shows none.
-fn upright(skeleton: &Skeleton, frames: &[Frame], file: &MapFile) -> UnitQuaternion<f64> {
-    let up = file.up.unwrap_or_else(|| {
-        // From the hip joints: a root that carries the body may lie on the floor.
-        let legs: Vec<[usize; 2]> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
-            .ok()
-            .map(|p| {
-                let leg = |&s: &Side| Some([p.get(Part::UpperLeg(s))?, p.get(Part::Foot(s))?]);
-                Side::BOTH.iter().filter_map(leg).collect()
-            })
-            .unwrap_or_default();
-        let (mut up, mut distance) = (Vector3::zeros(), 0.0);
-        let mut extent = Vector3::zeros();
-        for frame in frames {
-            let p = frame.positions(skeleton);
-            for way in legs.iter().map(|&[hip, foot]| p[hip] - p[foot]) {
-                up += way;
-                distance += way.norm();
-            }
-            let (low, high) = p.iter().fold((p[0], p[0]), |(l, h), q| (l.inf(q), h.sup(q)));
-            extent += high - low;
-        }
-        let axis = up.iamax();
-        if up.norm() > UPRIGHT * distance && up[axis].abs() > 1.2 * up.norm() / 2f64.sqrt() {
-            return (axis, up[axis].signum());
-        }
-        let by_shape = legs.is_empty().then(|| up_by_shape(skeleton, frames)).flatten();
-        by_shape.unwrap_or(if legs.is_empty() && extent.z > 1.3 * extent.y { (2, 1.0) } else { (1, 1.0) })
-    });
-    to_y(up)
-}
-
-/// The rotation of an axis to Y.
-fn to_y((axis, sign): (usize, f64)) -> UnitQuaternion<f64> {
-    let from = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
-    UnitQuaternion::rotation_between(&from, &Vector3::y())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
-}
-
-/// The axis along which the legs that shape shows are below the hips, where names show none.
-fn up_by_shape(skeleton: &Skeleton, frames: &[Frame]) -> Option<(usize, f64)> {
-    [(1, 1.0), (2, 1.0), (2, -1.0), (0, 1.0), (0, -1.0), (1, -1.0)].into_iter().find(|&up| {
-        let turned: Vec<Frame> = frames.iter().map(|frame| lifted(frame, &to_y(up))).collect();
-        shape::find(skeleton, &turned).is_ok_and(|shape| shape.down > UPRIGHT)
-    })
-}
-
 /// Refuses a stated floor that is not the body's: metres up, of a wrong sign or in another unit.
 pub(crate) fn check_floor(floor_m: f64, body_m: f64) -> Result<(), MapError> {
     if (body_m - floor_m).abs() > FAR_FROM_FLOOR_M {
@@ -265,12 +210,4 @@ fn floor_of(clip: &Clip, world: &UnitQuaternion<f64>, parts: &Parts, leg_m: f64)
     let supports = Supports::unknown([left, right], both(Part::Toes), others, leg_m);
     let upright = Clip { frames: clip.frames.iter().map(|f| lifted(f, world)).collect(), ..clip.clone() };
     floor::find(&upright, &supports)
-}
-
-/// A frame in a world that is turned.
-pub(crate) fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
-    let mut frame = frame.clone();
-    frame.root = world * frame.root;
-    frame.rotations[0] = world * frame.rotations[0];
-    frame
 }

@@ -274,16 +274,16 @@ impl Parts {
 
     /// Spine, chest, neck, collarbones: by the tree between what was found.
     fn trunk(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
-        let arms = Side::BOTH.map(|s| self.get(Part::UpperArm(s)).map_or(vec![0], |j| path(skeleton, j)));
+        let arms = Side::BOTH.map(|s| self.get(Part::UpperArm(s)).map_or(vec![0], |j| skeleton.path(j)));
         let chest =
             arms[0].iter().zip(&arms[1]).take_while(|(a, b)| a == b).map(|(a, _)| *a).last().unwrap_or(0);
         if chest > 0 && !denied(&Part::Chest) {
             self.put(Part::Chest, chest, How::Tree);
         }
         let chest = self.get(Part::Chest).unwrap_or(chest);
-        self.spine = path(skeleton, chest).into_iter().skip(1).collect();
+        self.spine = skeleton.path(chest).into_iter().skip(1).collect();
         if let Some(head) = self.get(Part::Head).filter(|&h| below(skeleton, h, chest) && h != chest) {
-            self.neck = path(skeleton, head).into_iter().skip_while(|&j| j != chest).skip(1).collect();
+            self.neck = skeleton.path(head).into_iter().skip_while(|&j| j != chest).skip(1).collect();
         } else if let Some(head) = self.joints.remove(&Part::Head) {
             self.doubts.push(format!("`{}` is not above the chest: no head is mapped", skeleton.names[head]));
         }
@@ -376,19 +376,7 @@ fn advice(skeleton: &Skeleton) -> String {
     )
 }
 
-/// Joints from the root to this one.
-pub fn path(skeleton: &Skeleton, joint: usize) -> Vec<usize> {
-    let mut path = vec![joint];
-    let mut at = joint;
-    while let Some(p) = skeleton.parents[at] {
-        path.push(p);
-        at = p;
-    }
-    path.reverse();
-    path
-}
-
 /// True if `joint` is `above` or one of its descendants.
 fn below(skeleton: &Skeleton, joint: usize, above: usize) -> bool {
-    path(skeleton, joint).contains(&above)
+    skeleton.path(joint).contains(&above)
 }

@@ -18,6 +18,7 @@ pub mod identify;
 pub mod map;
 pub mod parts;
 pub mod shape;
+pub mod up;
 
 pub use body::MapError;
 pub use file::{MapFile, MapFileError};

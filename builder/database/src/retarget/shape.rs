@@ -16,7 +16,6 @@ use thiserror::Error;
 
 use crate::retarget::{
     facing::{self, Limb},
-    identify::path,
     parts::{Part, Side},
 };
 use gestus_motion::{
@@ -110,7 +109,7 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
         return Err(ShapeError::NoLegs);
     };
     let inside = |pair: &Pair, joint: usize| {
-        let way = path(skeleton, joint);
+        let way = skeleton.path(joint);
         pair.limbs.iter().any(|limb| way.contains(&limb[0]))
     };
     let apart = |pair: &&Pair| {
@@ -264,15 +263,15 @@ fn head(skeleton: &Skeleton, limbs: &[&Pair; 2], height: &dyn Fn(usize) -> f64) 
     let branches: Vec<usize> = limbs
         .iter()
         .flat_map(|pair| pair.limbs.map(|limb| (pair.on, limb[0])))
-        .filter_map(|(on, upper)| path(skeleton, upper).into_iter().skip_while(|&j| j != on).nth(1))
+        .filter_map(|(on, upper)| skeleton.path(upper).into_iter().skip_while(|&j| j != on).nth(1))
         .collect();
-    let outside = |&j: &usize| j > 0 && path(skeleton, j).iter().all(|at| !branches.contains(at));
-    let carriers = path(skeleton, limbs[1].on);
+    let outside = |&j: &usize| j > 0 && skeleton.path(j).iter().all(|at| !branches.contains(at));
+    let carriers = skeleton.path(limbs[1].on);
     let end = (0..skeleton.joints())
         .filter(|j| !carriers.contains(j))
         .filter(outside)
         .max_by(|&a, &b| height(a).total_cmp(&height(b)))?;
-    let way: Vec<usize> = path(skeleton, end).into_iter().filter(|j| !carriers.contains(j)).collect();
+    let way: Vec<usize> = skeleton.path(end).into_iter().filter(|j| !carriers.contains(j)).collect();
     // Eyes, jaw and hair hang on the head: the first joint above the neck's that holds several, or else the last.
     let holds = |j: &usize| skeleton.parents.iter().filter(|parent| **parent == Some(*j)).count();
     way.iter().skip(1).find(|&j| holds(j) > 1).or(way.last()).copied()

@@ -9,13 +9,14 @@ use gestus_motion::{
     body::database_skeleton,
     clip::{Clip, Frame, Skeleton},
 };
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
     registration::floor::{self, Floor, Supports},
     retarget::{
         MapFile, Retarget,
-        body::{check_floor, lifted},
+        body::check_floor,
+        up::{self, lifted},
     },
     stream::{
         cleanup::{Limbs, above_floor},
@@ -40,7 +41,10 @@ impl BodyMapping {
     /// Finds the conversion from a clip's body to the database's, and the clip's floor.
     pub fn find(database: &Database<'_>, clip: &Clip, map: &MapFile) -> Result<(Self, Floor)> {
         let target = Arc::new(database_skeleton(database));
-        if let Some(joints) = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty()) {
+        let same = same_body(&clip.skeleton, &target).filter(|_| map.joints.is_empty());
+        // In another world it is another body.
+        let same = same.filter(|_| up::upright(clip, map) == UnitQuaternion::identity());
+        if let Some(joints) = same {
             let origin = origin_of(clip);
             // The floor's height is subtracted in any case.
             let mapping = Self::Same(joints, Vector3::new(origin.x, 0.0, origin.z));

@@ -7,8 +7,13 @@
 //! A file can itself be too coarse, as glTF is, whose numbers are single-precision too. Its grain is the least second
 //! difference of the root's path along an axis: all are multiples of it, and a path of finer numbers has a smaller one.
 
-use gestus_motion::clip::{Clip, Frame};
-use nalgebra::Vector3;
+use gestus_motion::{
+    capture::Document,
+    clip::{Clip, Frame},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::retarget::{MapFile, up};
 
 /// Steps of the place, metres: at half of it a single-precision number holds four thousandths of a millimetre.
 const STEP_M: f64 = 100.0;
@@ -24,6 +29,41 @@ pub fn origin_of(clip: &Clip) -> Vector3<f64> {
     // The middle: some clips begin with a rest pose at the file's origin.
     let middle = clip.frames.get(clip.frames.len() / 2);
     middle.map_or_else(Vector3::zeros, |frame| frame.root.map(|x| (x / STEP_M).round() * STEP_M))
+}
+
+/// Where a clip is in its file: the place near its body, and up.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    origin: Vector3<f64>,
+    world: UnitQuaternion<f64>,
+}
+
+impl Place {
+    /// That of a clip of a document: glTF says that Y is up, a BVH file leaves it to its body.
+    pub fn of(document: &Document, clip: &Clip) -> Self {
+        let stated = (!matches!(document, Document::Bvh(_))).then_some((1, 1.0));
+        let world = up::upright(clip, &MapFile { up: stated, ..MapFile::default() });
+        Self { origin: origin_of(clip), world }
+    }
+
+    /// The clip near the origin, with Y up.
+    pub fn near(&self, clip: &Clip) -> Clip {
+        let mut near = moved(clip, &-self.origin);
+        near.frames.iter_mut().for_each(|frame| *frame = up::lifted(frame, &self.world));
+        near
+    }
+
+    /// A clip of [`near`](Self::near) in the file's world.
+    pub fn back(&self, clip: &Clip) -> Clip {
+        let down = self.world.inverse();
+        let frames = clip.frames.iter().map(|frame| up::lifted(frame, &down)).collect();
+        moved(&Clip { frames, ..clip.clone() }, &self.origin)
+    }
+
+    /// Height of the place, metres along up.
+    pub fn height_m(&self) -> f64 {
+        (self.world * self.origin).y
+    }
 }
 
 /// A clip moved by so much.

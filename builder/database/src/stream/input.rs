@@ -8,7 +8,7 @@ use gestus_core::Database;
 
 use crate::{
     registration::floor::{Floor, Source},
-    retarget::{MapFile, Retarget, body::lifted, file::FLOORS_M},
+    retarget::{MapFile, Retarget, file::FLOORS_M, up::lifted},
     stream::{
         Streamed, beginning,
         body_mapping::{BodyMapping, same_body},

@@ -11,12 +11,13 @@
 //!
 //! with x the input, a and b the frames around the moment. Digests and reports stay as streamed.
 
-use crate::stream::verdict::MOSTLY_UNLIKE;
 use gestus_motion::{
     clip::{Frame, interpolate},
     statistics::mean_or_zero,
 };
 
+/// Share of the motion that is passed through from which a clip is mostly unlike the database.
+pub(super) const MOSTLY_UNLIKE: f64 = 0.5;
 /// A frame is left alone if that share of its motion is, and if no joint is turned by more from the input, radians: the
 /// output takes its time to return.
 const WHOLLY: f64 = 0.95;

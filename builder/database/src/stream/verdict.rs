@@ -8,13 +8,11 @@ use serde_json::{Value, json};
 use crate::{
     blob::export::class_names,
     registration::floor,
-    stream::{Request, Streamed, input::Input, translate::translate},
+    stream::{Request, Streamed, input::Input, left_alone::MOSTLY_UNLIKE, translate::translate},
 };
 
 /// Share of the motion that is passed through from which a clip is partly unlike the database.
 const PARTLY_UNLIKE: f64 = 0.05;
-/// The same from which it is mostly unlike the database.
-pub(super) const MOSTLY_UNLIKE: f64 = 0.5;
 /// Median distance, relative to that of held-out clips of the database's kind, beyond which a clip is partly unlike it.
 const FAR: f64 = 3.0;
 /// Least share of an action or style that is listed.

@@ -125,6 +125,42 @@ fn a_body_in_another_rest_pose_or_unit_is_left_out_and_named() {
     assert_eq!(reasons(&loaded), [("walk_c_1", Reason::Skeleton), ("walk_d_1", Reason::Skeleton)]);
 }
 
+/// A folder with Z up became a database of bodies that lie.
+#[test]
+fn clips_of_another_world_are_turned_to_y_up() {
+    let turn = |name: &str, axis: nalgebra::Unit<nalgebra::Vector3<f64>>, angle: f64| {
+        let folder = Folder::new(name);
+        for style in ["a", "b"] {
+            for take in 1..=2 {
+                folder.write("walk", &format!("walk_{style}_{take}.bvh"), 120, |clip| {
+                    let turn = nalgebra::UnitQuaternion::from_axis_angle(&axis, angle);
+                    for frame in &mut clip.frames {
+                        frame.root = turn * frame.root;
+                        frame.rotations[0] = turn * frame.rotations[0];
+                    }
+                });
+            }
+        }
+        folder.load("").unwrap()
+    };
+    let x = nalgebra::Vector3::x_axis();
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let plain = turn("y-up", x, 0.0);
+    assert!(!plain.notes.join("\n").contains("turned"), "{:?}", plain.notes);
+    for (name, angle, said) in
+        [("z-up", quarter, "4 clips have z up"), ("z-down", -quarter, "4 clips have -z up")]
+    {
+        let turned = turn(name, x, angle);
+        assert!(turned.notes.join("\n").contains(said), "{:?}", turned.notes);
+        assert_eq!(turned.corpus.examples.len(), plain.corpus.examples.len());
+        let both = turned.corpus.examples.iter().zip(&plain.corpus.examples);
+        for (a, b) in both.flat_map(|(a, b)| a.clip.frames.iter().zip(&b.clip.frames)) {
+            assert!((a.root - b.root).norm() < 1e-4, "{name}");
+            assert!(a.rotations[0].angle_to(&b.rotations[0]) < 1e-4, "{name}");
+        }
+    }
+}
+
 /// A folder in which some clips had their floor at the hips taught feet at two heights.
 #[test]
 fn clips_on_floors_of_their_own_are_moved_onto_one_at_zero() {

@@ -1,0 +1,62 @@
+//! Which way is up in a folder's clips: a database has Y up, so clips in another world are turned.
+//!
+//! A BVH file does not say it; its body shows it ([`up`]). Clips in which it does not, as of a body that rolls, are taken to
+//! be like most of the others. Heights of floors are told along the clip's own up.
+
+use std::collections::BTreeMap;
+
+use gestus_motion::clip::Clip;
+
+use crate::retarget::{MapFile, up};
+
+/// Up in a clip's world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Up {
+    /// The format says that it is Y.
+    Stated,
+    /// The body shows that axis, with that sign.
+    Shown(usize, bool),
+    /// The body shows none.
+    Unknown,
+}
+
+impl Up {
+    /// What the body of a clip shows.
+    pub fn shown(clip: &Clip) -> Self {
+        match up::shown(clip, &MapFile::default()) {
+            Some((axis, sign)) => Self::Shown(axis, sign > 0.0),
+            None => Self::Unknown,
+        }
+    }
+
+    fn axis(self) -> Option<(usize, bool)> {
+        match self {
+            Self::Shown(axis, positive) => Some((axis, positive)),
+            _ => None,
+        }
+    }
+}
+
+/// Turns clips to Y up; returns which were turned, and what to tell.
+pub(super) fn turn(clips: &mut [(&mut Clip, Up)]) -> (Vec<bool>, Option<String>) {
+    let mut counts: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+    clips.iter().filter_map(|(_, up)| up.axis()).for_each(|axis| *counts.entry(axis).or_default() += 1);
+    let usual = counts.iter().max_by_key(|(_, count)| **count).map(|(axis, _)| *axis);
+    let mut turned = vec![false; clips.len()];
+    let mut axes: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+    for ((clip, up), turned) in clips.iter_mut().zip(&mut turned) {
+        let axis = if *up == Up::Stated { None } else { up.axis().or(usual) };
+        let Some((axis, positive)) = axis.filter(|axis| *axis != (1, true)) else { continue };
+        let world = up::to_y((axis, if positive { 1.0 } else { -1.0 }));
+        clip.frames.iter_mut().for_each(|frame| *frame = up::lifted(frame, &world));
+        *turned = true;
+        *axes.entry((axis, positive)).or_default() += 1;
+    }
+    let said = axes.iter().map(|(&(axis, positive), count)| {
+        let sign = if positive { "" } else { "-" };
+        format!("{count} clips have {sign}{} up", ["x", "y", "z"][axis])
+    });
+    let said: Vec<String> = said.collect();
+    let note = (!said.is_empty()).then(|| format!("{}: turned to y", said.join(", ")));
+    (turned, note)
+}
