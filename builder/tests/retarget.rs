@@ -11,7 +11,7 @@ use gestus_core::{
     blob::{crc::crc32c, layout::section},
     retarget::{
         Map,
-        layout::{self, header, joint, limb, record},
+        layout::{self, MAX_SOURCES, header, joint, limb, record},
     },
 };
 use gestus_database::{
@@ -404,6 +404,28 @@ fn what_is_no_body_is_refused_in_words() {
     foreign.0.frames.iter_mut().for_each(|f| f.rotations.truncate(13));
     let message = Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string();
     assert!(message.contains("left-upper-leg") && message.contains("--map"), "{message}");
+}
+
+/// Characters with hair, faces and clothes were refused for their number of joints.
+#[test]
+fn a_character_of_many_joints_is_mapped_by_its_body() {
+    let mut hairy = Foreign::new().mixamo();
+    for i in 0..120 {
+        let on = if i % 2 == 0 { "mixamorig:Head" } else { "mixamorig:Hips" };
+        hairy = hairy.with_joint(on, Vector3::new(0.0, 0.05, -0.01 * f64::from(i)));
+    }
+    let joints = hairy.0.skeleton.joints();
+    assert!(joints > MAX_SOURCES);
+    let own = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3);
+    hairy.0.frames.iter_mut().for_each(|f| f.rotations[joints - 1] = own);
+    let map = hairy.map();
+    let mapped = map.to_target(&hairy.0);
+    let (mean, most) = apart(&walk().frames, &mapped.frames, &walk().skeleton);
+    assert!(mean < 1.0 && most < 4.0, "{mean} cm, at most {most}");
+    let back = map.to_source(&mapped.frames, &hairy.0.frames);
+    let (mean, most) = apart(&hairy.0.frames, &back, &hairy.0.skeleton);
+    assert!(mean < 0.3 && most < 3.0, "{mean} cm, at most {most}");
+    assert!(back.iter().all(|f| f.rotations[joints - 1] == own));
 }
 
 /// Exchanged sides turn a body around, so they are not guessed.

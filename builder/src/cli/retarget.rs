@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use gestus_core::retarget::layout::MAX_SOURCES;
 use gestus_database::{
     command_line::options::{ClipArgs, ReportArgs},
     retarget::{Retarget, check},
@@ -59,6 +60,14 @@ pub fn run(args: &Args) -> Result<()> {
         open::write(path, Bvh::from_clip(&mapped, Unit::Centimetres)?.to_text())?;
     }
     if let Some(path) = &args.section {
+        if retarget.kept.is_part() {
+            bail!(
+                "{}: a board takes poses of at most {MAX_SOURCES} joints, and this skeleton has {}: export the clip without \
+                 the joints of face, hair and clothes",
+                place(),
+                clip.skeleton.joints()
+            );
+        }
         open::write(path, retarget.bytes())?;
     }
     if args.report.json {

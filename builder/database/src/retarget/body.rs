@@ -42,7 +42,7 @@ pub enum MapError {
     Source(IdentifyError),
     #[error("the database's skeleton: {0}")]
     Target(IdentifyError),
-    #[error("the skeleton has {have} joints, a map takes 2 to {most}")]
+    #[error("the body has {have} joints, and 2 to {most} can be mapped")]
     Joints { have: usize, most: usize },
     #[error("the legs of the {which} are {length_m} m long: check the unit (--unit)")]
     Legs { which: &'static str, length_m: f64 },

@@ -13,6 +13,7 @@ use crate::{
         body::{Body, MapError},
         encode::encode,
         file::MapFile,
+        kept::Kept,
     },
     stream::{
         self,
@@ -33,6 +34,8 @@ pub struct Retarget {
     pub scale: f64,
     /// The place of the incoming world about which poses are mapped ([`origin_of`]), metres.
     pub origin: Vector3<f64>,
+    /// The joints of the incoming skeleton that the map takes.
+    pub kept: Kept,
     bytes: Vec<u8>,
 }
 
@@ -56,10 +59,6 @@ impl Retarget {
         clip: &Clip,
         file: &MapFile,
     ) -> Result<Self, MapError> {
-        let have = clip.skeleton.joints();
-        if !(2..=MAX_SOURCES).contains(&have) {
-            return Err(MapError::Joints { have, most: MAX_SOURCES });
-        }
         let (source, world) = Body::of_clip(clip, file)?;
         Self::of(fingerprint(database), source, target, world, origin_of(clip))
     }
@@ -73,11 +72,16 @@ impl Retarget {
         origin: Vector3<f64>,
     ) -> Result<Self, MapError> {
         let scale = target.anatomy.leg_m / source.anatomy.leg_m;
-        let mut near = source.clone();
+        let kept = Kept::of(&source, MAX_SOURCES);
+        let mut near = kept.body(&source);
+        let have = near.skeleton.joints();
+        if !(2..=MAX_SOURCES).contains(&have) {
+            return Err(MapError::Joints { have, most: MAX_SOURCES });
+        }
         near.anatomy.ankle_m -= (world * origin).y;
         let bytes = encode(database, &near, &target, &world, scale);
         Map::open(&bytes)?;
-        Ok(Self { source, target, world, scale, origin, bytes })
+        Ok(Self { source, target, world, scale, origin, kept, bytes })
     }
 
     /// A clip on the skeleton and in the world of another one, without a database; and the doubts about the map.
@@ -86,17 +90,21 @@ impl Retarget {
     /// [`MapError`] says what could not be found or does not fit.
     pub fn between(clip: &Clip, like: &Clip) -> Result<(Clip, Vec<String>), MapError> {
         let file = MapFile::default();
-        for (have, most) in [(clip.skeleton.joints(), MAX_SOURCES), (like.skeleton.joints(), MAX_JOINTS)] {
-            if !(2..=most).contains(&have) {
-                return Err(MapError::Joints { have, most });
-            }
+        let (whole, up) = Body::of_clip(like, &file)?;
+        let kept = Kept::of(&whole, MAX_JOINTS);
+        let target = kept.body(&whole);
+        let have = target.skeleton.joints();
+        if !(2..=MAX_JOINTS).contains(&have) {
+            return Err(MapError::Joints { have, most: MAX_JOINTS });
         }
-        let (target, up) = Body::of_clip(like, &file)?;
         let (source, world) = Body::of_clip(clip, &file)?;
         // Of no database: the map is used here and goes to no board.
         let map = Self::of(0, source, target, world, origin_of(clip))?;
         let mut mapped = map.to_target(clip);
+        mapped.skeleton = like.skeleton.clone();
+        let rest = Frame { root: Vector3::zeros(), rotations: whole.rest };
         for frame in &mut mapped.frames {
+            *frame = kept.put(frame.clone(), &rest);
             frame.root = up.inverse() * frame.root;
             frame.rotations[0] = up.inverse() * frame.rotations[0];
         }
@@ -117,7 +125,8 @@ impl Retarget {
         let map = self.map();
         let mut pose = Pose::<MAX_JOINTS>::IDENTITY;
         let frames = clip.frames.iter().map(|f| {
-            map.to_target(&stream::to_pose::<MAX_SOURCES>(&moved_frame(f, &-self.origin)), &mut pose);
+            let near = moved_frame(&self.kept.pick(f), &-self.origin);
+            map.to_target(&stream::to_pose::<MAX_SOURCES>(&near), &mut pose);
             stream::from_pose(&pose, map.targets())
         });
         Clip { frames: frames.collect(), skeleton: self.target.skeleton.clone(), ..clip.clone() }
@@ -131,10 +140,12 @@ impl Retarget {
         let rest = Frame { root: Vector3::zeros(), rotations: self.source.rest.clone() };
         let last = like.last().unwrap_or(&rest);
         let back = frames.iter().enumerate().map(|(i, f)| {
-            let like =
-                stream::to_pose::<MAX_SOURCES>(&moved_frame(like.get(i).unwrap_or(last), &-self.origin));
+            let whole = like.get(i).unwrap_or(last);
+            let near = moved_frame(&self.kept.pick(whole), &-self.origin);
+            let like = stream::to_pose::<MAX_SOURCES>(&near);
             map.to_source(&stream::to_pose::<MAX_JOINTS>(f), &like, &mut pose);
-            moved_frame(&stream::from_pose(&pose, map.sources()), &self.origin)
+            let back = moved_frame(&stream::from_pose(&pose, map.sources()), &self.origin);
+            self.kept.put(back, whole)
         });
         back.collect()
     }

@@ -15,6 +15,7 @@ mod encode;
 mod facing;
 pub mod file;
 pub mod identify;
+pub mod kept;
 pub mod map;
 pub mod parts;
 pub mod shape;

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use gestus_core::Database;
+use gestus_core::{Database, blob::layout::MAX_JOINTS};
 use gestus_motion::{
     body::database_skeleton,
     clip::{Clip, Frame, Skeleton},
@@ -16,6 +16,7 @@ use crate::{
     retarget::{
         MapFile, Retarget,
         body::check_floor,
+        kept::Kept,
         up::{self, lifted},
     },
     stream::{
@@ -33,8 +34,9 @@ pub enum BodyMapping {
     /// The same body. For each joint of the database: the clip's joint of the same name and position; and the place about which
     /// its poses are streamed ([`origin_of`]).
     Same(Vec<usize>, Vector3<f64>),
-    /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor.
-    Map(Box<Retarget>, Option<Box<Limbs>>),
+    /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor, with the
+    /// joints that carry them.
+    Map(Box<Retarget>, Option<Box<(Limbs, Kept)>>),
 }
 
 impl BodyMapping {
@@ -66,12 +68,14 @@ impl BodyMapping {
         // In its own world with Y up, about the map's origin.
         let mut upright = moved(&clip.fitted(f64::from(database.rate_hz()))?, &-retarget.origin);
         let floor_m = floor.height_m - (retarget.world * retarget.origin).y;
-        upright.frames.iter_mut().for_each(|frame| *frame = lifted(frame, &retarget.world));
-        let source = &retarget.source;
+        let kept = Kept::of(&retarget.source, MAX_JOINTS);
+        upright.frames.iter_mut().for_each(|frame| *frame = lifted(&kept.pick(frame), &retarget.world));
+        let source = kept.body(&retarget.source);
+        upright.skeleton = source.skeleton.clone();
         let limbs = source
             .legs()
             .and_then(|legs| Limbs::of_landmarks(&legs, source.hips_line(&upright.frames), &upright))
-            .map(|(limbs, _)| Box::new(limbs.standing_on(floor_m, source.anatomy.leg_m)));
+            .map(|(limbs, _)| Box::new((limbs.standing_on(floor_m, source.anatomy.leg_m), kept)));
         Ok((Self::Map(Box::new(retarget), limbs), floor))
     }
 
@@ -100,13 +104,18 @@ impl BodyMapping {
             Self::Same(joints, origin) => (joints, origin),
             Self::Map(map, limbs) => {
                 let back = map.to_source(frames, inputs);
-                let Some(limbs) = limbs else { return back };
+                let Some((limbs, kept)) = limbs.as_deref() else { return back };
                 // A foot of another shape lands elsewhere: a longer one puts its toes into the floor.
-                let upright: Vec<Frame> =
-                    back.iter().map(|frame| lifted(&moved_frame(frame, &-map.origin), &map.world)).collect();
+                let upright: Vec<Frame> = back
+                    .iter()
+                    .map(|f| lifted(&moved_frame(&kept.pick(f), &-map.origin), &map.world))
+                    .collect();
                 let above = above_floor(limbs, &upright, SOFT_M);
                 let down = map.world.inverse();
-                return above.iter().map(|frame| moved_frame(&lifted(frame, &down), &map.origin)).collect();
+                let put = |(frame, whole): (&Frame, &Frame)| {
+                    kept.put(moved_frame(&lifted(frame, &down), &map.origin), whole)
+                };
+                return above.iter().zip(&back).map(put).collect();
             }
         };
         let carry = |(pose, input): (&Frame, &Frame)| {
