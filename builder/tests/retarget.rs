@@ -428,6 +428,27 @@ fn a_character_of_many_joints_is_mapped_by_its_body() {
     assert!(back.iter().all(|f| f.rotations[joints - 1] == own));
 }
 
+/// A skeleton of two combs of equal bones has as many pairs of limbs as there are.
+#[test]
+fn shapes_of_many_joints_are_looked_at_in_bounded_time() {
+    for joints in [1_000usize, 4_000] {
+        let parent = |j: usize| if j < 3 { 0 } else { j - 2 };
+        let skeleton = Skeleton {
+            names: (0..joints).map(|j| format!("joint{j}")).collect(),
+            parents: (0..joints).map(|j| (j > 0).then(|| parent(j))).collect(),
+            offsets: (0..joints)
+                .map(|j| Vector3::new(0.0, -0.01 * f64::from(u8::from(j > 0)), 0.0))
+                .collect(),
+        };
+        let pose = Frame { root: Vector3::zeros(), rotations: vec![UnitQuaternion::identity(); joints] };
+        let clip = Clip { skeleton: Arc::new(skeleton), frames: vec![pose; 30], ..walk().clone() };
+        let start = std::time::Instant::now();
+        let error = Retarget::new(&database(), &clip, &MapFile::default()).unwrap_err();
+        assert!(matches!(error, MapError::Source(IdentifyError::Missing { .. })), "{error}");
+        assert!(start.elapsed().as_secs_f64() < 20.0, "{:?}", start.elapsed());
+    }
+}
+
 /// Exchanged sides turn a body around, so they are not guessed.
 #[test]
 fn sides_that_nothing_shows_are_not_guessed() {

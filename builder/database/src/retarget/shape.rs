@@ -39,6 +39,8 @@ const LESS: f64 = 0.85;
 const LONG: f64 = 0.35;
 /// Least distance of the middles of two limbs, relative to their length: helpers of a bone lie beside it.
 const APART: f64 = 0.05;
+/// Most joints of a skeleton whose shape is looked at: time grows with their square.
+const MOST_JOINTS: usize = 1024;
 /// Least way of a body that goes somewhere, relative to its legs.
 const GOES: f64 = 0.5;
 
@@ -59,6 +61,8 @@ pub struct Shape {
 pub enum ShapeError {
     #[error("there is no pose to look at")]
     NoPose,
+    #[error("it has more than {MOST_JOINTS} joints, too many to look at")]
+    Joints,
     #[error("no two limbs of two bones each hang on one joint and are alike, as legs are")]
     NoLegs,
     #[error(
@@ -93,12 +97,16 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
     if frames.is_empty() {
         return Err(ShapeError::NoPose);
     }
+    if skeleton.joints() > MOST_JOINTS {
+        return Err(ShapeError::Joints);
+    }
+    let next = next(skeleton);
     let positions: Vec<Vec<Vector3<f64>>> = frames.iter().map(|f| f.positions(skeleton)).collect();
     let mean = |of: &dyn Fn(&[Vector3<f64>]) -> f64| {
         positions.iter().map(|p| of(p)).sum::<f64>() / positions.len() as f64
     };
     let height = |j: usize| mean(&|p| p[j].y - p[0].y);
-    let mut pairs = pairs(skeleton);
+    let mut pairs = pairs(skeleton, &next);
     let longest = pairs.iter().map(|pair| pair.length).fold(0.0, f64::max);
     pairs.retain(|pair| {
         let [a, b] = pair.limbs;
@@ -121,7 +129,8 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
         return Err(ShapeError::NoArms);
     };
 
-    let [leg, arm] = [&legs, &arms].map(|pair| pair.limbs.map(|limb| chain(skeleton, limb)));
+    let [leg, arm] =
+        [&legs, &arms].map(|pair| pair.limbs.map(|[a, b, c]| [Some(a), Some(b), Some(c), next[c]]));
     let elbows = arm.map(|[a, b, c, _]| [a, b, c, None]);
     let Some(first_is_left) = first_is_left(skeleton, &positions, leg, &elbows) else {
         return Err(ShapeError::NoSides);
@@ -138,7 +147,7 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
     for side in Side::BOTH {
         let [a, b, c] = legs.limbs[side.index()];
         parts.extend([(Part::UpperLeg(side), a), (Part::LowerLeg(side), b), (Part::Foot(side), c)]);
-        parts.extend(chain(skeleton, [a, b, c])[3].map(|toes| (Part::Toes(side), toes)));
+        parts.extend(next[c].map(|toes| (Part::Toes(side), toes)));
         let [a, b, c] = arms.limbs[side.index()];
         if without_hands(skeleton, &arms) {
             parts.extend([(Part::Clavicle(side), a), (Part::UpperArm(side), b), (Part::LowerArm(side), c)]);
@@ -164,7 +173,7 @@ fn without_hands(skeleton: &Skeleton, arms: &Pair) -> bool {
 }
 
 /// Every pair of limbs that hang on one joint, the best of each two of its branches.
-fn pairs(skeleton: &Skeleton) -> Vec<Pair> {
+fn pairs(skeleton: &Skeleton, next: &[Option<usize>]) -> Vec<Pair> {
     let bone = |j: usize| skeleton.offsets[j].norm();
     // By the child of the joint that they hang on: each limb, and how many joints below that child it begins.
     let mut limbs: Vec<Vec<([usize; 3], usize)>> = vec![Vec::new(); skeleton.joints()];
@@ -190,7 +199,8 @@ fn pairs(skeleton: &Skeleton) -> Vec<Pair> {
                 continue;
             };
             let both = limbs[a].iter().flat_map(|x| limbs[b].iter().map(move |y| (x, y)));
-            let alike = both.filter(|(x, y)| x.1 == y.1).filter_map(|(x, y)| pair(skeleton, on, x.0, y.0));
+            let alike =
+                both.filter(|(x, y)| x.1 == y.1).filter_map(|(x, y)| pair(skeleton, next, on, x.0, y.0));
             pairs.extend(alike.max_by(|x, y| x.likely.total_cmp(&y.likely)));
         }
     }
@@ -198,7 +208,13 @@ fn pairs(skeleton: &Skeleton) -> Vec<Pair> {
 }
 
 /// Two limbs as a pair, if they are alike.
-fn pair(skeleton: &Skeleton, on: usize, a: [usize; 3], b: [usize; 3]) -> Option<Pair> {
+fn pair(
+    skeleton: &Skeleton,
+    next: &[Option<usize>],
+    on: usize,
+    a: [usize; 3],
+    b: [usize; 3],
+) -> Option<Pair> {
     let bone = |j: usize| skeleton.offsets[j].norm();
     let ratio = |x: f64, y: f64| x.min(y) / x.max(y);
     let bones = ratio(bone(a[1]), bone(b[1])).min(ratio(bone(a[2]), bone(b[2])));
@@ -209,10 +225,9 @@ fn pair(skeleton: &Skeleton, on: usize, a: [usize; 3], b: [usize; 3]) -> Option<
     }
     let less = |odd: bool| if odd { LESS } else { 1.0 };
     let short = bone(a[1]) + bone(b[1]) < SHORT * (bone(a[2]) + bone(b[2]));
-    let follows = [a, b].iter().all(|&limb| {
-        let next = chain(skeleton, limb)[3].map_or(0.0, bone);
-        next > FOLLOWS * bone(limb[1]).min(bone(limb[2]))
-    });
+    let follows = [a, b]
+        .iter()
+        .all(|&limb| next[limb[2]].map_or(0.0, bone) > FOLLOWS * bone(limb[1]).min(bone(limb[2])));
     let length = x.min(y);
     Some(Pair {
         on,
@@ -223,11 +238,17 @@ fn pair(skeleton: &Skeleton, on: usize, a: [usize; 3], b: [usize; 3]) -> Option<
     })
 }
 
-/// A limb with the joint that follows its end: that of the longest bone.
-fn chain(skeleton: &Skeleton, [a, b, c]: [usize; 3]) -> Limb {
-    let bone = |j: &usize| skeleton.offsets[*j].norm();
-    let below = (c + 1..skeleton.joints()).filter(|&j| skeleton.parents[j] == Some(c) && bone(&j) > 1e-6);
-    [Some(a), Some(b), Some(c), below.max_by(|x, y| bone(x).total_cmp(&bone(y)))]
+/// The joint that follows each, of several that of the longest bone.
+fn next(skeleton: &Skeleton) -> Vec<Option<usize>> {
+    let bone = |j: usize| skeleton.offsets[j].norm();
+    let mut next: Vec<Option<usize>> = vec![None; skeleton.joints()];
+    for joint in (1..skeleton.joints()).filter(|&joint| bone(joint) > 1e-6) {
+        let Some(next) = skeleton.parents[joint].map(|parent| &mut next[parent]) else { continue };
+        if next.is_none_or(|known| bone(joint) >= bone(known)) {
+            *next = Some(joint);
+        }
+    }
+    next
 }
 
 /// Whether the first leg is the left one; `None` where nothing tells.
