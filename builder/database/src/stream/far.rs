@@ -19,8 +19,9 @@ use crate::retarget::{MapFile, up};
 const STEP_M: f64 = 100.0;
 /// Grain of a file that is told, metres.
 const COARSE_M: f64 = 0.001;
-/// Second differences that show a grain.
-const FEWEST: usize = 8;
+/// Second differences that show a grain, and how near each is to a multiple of the least, in it.
+const FEWEST: usize = 2;
+const MULTIPLE: f64 = 0.02;
 /// Differences that are rounding, relative to the distance from the origin.
 const ROUNDING: f64 = 1e-14;
 
@@ -99,9 +100,12 @@ fn grain(clip: &Clip, axis: usize) -> f64 {
     let path = || clip.frames.iter().map(|frame| frame.root[axis]);
     let rounding = ROUNDING * path().map(f64::abs).fold(0.0, f64::max);
     let path: Vec<f64> = path().collect();
-    let bends = path.windows(3).map(|p| (p[2] - p[1] - (p[1] - p[0])).abs()).filter(|&bend| bend > rounding);
-    let (count, least) = bends.fold((0, f64::INFINITY), |(n, least), bend| (n + 1, least.min(bend)));
-    if count < FEWEST { 0.0 } else { least }
+    let bends = path.windows(3).map(|p| (p[2] - p[1] - (p[1] - p[0])).abs());
+    let bends: Vec<f64> = bends.filter(|&bend| bend > rounding).collect();
+    let least = bends.iter().copied().fold(f64::INFINITY, f64::min);
+    // A path of straight lines has few bends too, of any size.
+    let is_multiple = |bend: &f64| (bend / least - (bend / least).round()).abs() < MULTIPLE;
+    if bends.len() < FEWEST || !bends.iter().all(is_multiple) { 0.0 } else { least }
 }
 
 #[cfg(test)]
@@ -155,5 +159,20 @@ mod tests {
             assert_eq!(told(&clip(far_m, round)).is_some(), coarse, "{far_m} m");
         }
         assert!(told(&clip(36_000.0, single)).unwrap().contains("0.4 cm along x"));
+        // Hardly a step in the whole clip; and straight lines between keys, which are none.
+        let mut still = clip(1e6, |x| x);
+        for (t, frame) in still.frames.iter_mut().enumerate() {
+            frame.root.x = f64::from((1e6 + 0.04 * (0.2 * t as f64).sin()) as f32);
+        }
+        assert!(told(&still).is_some());
+        for (t, frame) in still.frames.iter_mut().enumerate() {
+            let key = (t / 20) as f64;
+            frame.root = Vector3::new(
+                1e6 + [0.0, 0.31, 0.44, 0.9, 1.7][t / 20] + 0.017 * key.cos() * (t % 20) as f64,
+                0.9,
+                0.0,
+            );
+        }
+        assert_eq!(told(&still), None);
     }
 }
