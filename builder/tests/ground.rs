@@ -143,6 +143,24 @@ fn a_clip_with_z_up_is_the_same_on_whatever_skeleton() {
     }
 }
 
+/// glTF has Y up, whatever its exporter did: a body that lies throughout may be one that stands.
+#[test]
+fn a_body_that_lies_throughout_is_told() {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    let lies = changed(&without_toes(), |f| {
+        f.root = turn * f.root;
+        f.rotations[0] = turn * f.rotations[0];
+    });
+    let notes = |clip: &Clip, up| {
+        let map = MapFile { up: Some(up), ..MapFile::default() };
+        let input = read(clip, &InputOptions { map, ..InputOptions::default() }).unwrap();
+        input.notes().collect::<Vec<_>>().join("\n")
+    };
+    assert!(notes(&lies, (1, 1.0)).contains("up = \"z\""), "{}", notes(&lies, (1, 1.0)));
+    assert!(!notes(&lies, (2, 1.0)).contains("up ="));
+    assert!(!notes(&without_toes(), (1, 1.0)).contains("up ="));
+}
+
 /// A roll of a game was taken for a walk in a world whose Z is up, a metre over its floor.
 #[test]
 fn a_body_that_rolls_does_not_turn_its_world() {

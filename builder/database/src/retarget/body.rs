@@ -97,7 +97,8 @@ impl Body {
         let raw = sample(clip);
         let world = up::upright(clip, file);
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
-        let parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
+        let mut parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
+        parts.doubts.extend(up::doubt(clip, file));
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
         if let Some(floor_m) = file.floor_m {
             check_floor(floor_m, frames[frames.len() / 2].root.y)?;

@@ -28,6 +28,21 @@ pub fn upright(clip: &Clip, file: &MapFile) -> UnitQuaternion<f64> {
     file.up.or_else(|| shown(clip, file)).map_or_else(UnitQuaternion::identity, to_y)
 }
 
+/// What to tell about a body that shows another up than is stated: it lies throughout, or its file is wrong.
+pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
+    let stated = file.up?;
+    let (axis, sign) = shown(clip, file).filter(|shown| *shown != stated)?;
+    let name =
+        |axis: usize, sign: f64| format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis]);
+    Some(format!(
+        "its feet are off the hips along {} throughout, and up is {}: if it does not lie, say in a map file (--map) that \
+         up = \"{}\"",
+        name(axis, sign),
+        name(stated.0, stated.1),
+        name(axis, sign)
+    ))
+}
+
 /// The axis along which the feet are below the hips throughout, and its sign.
 pub fn shown(clip: &Clip, file: &MapFile) -> Option<(usize, f64)> {
     let (skeleton, frames) = (&clip.skeleton, sample(clip));
