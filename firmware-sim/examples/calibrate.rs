@@ -167,7 +167,7 @@ fn compare_m0() -> Result<()> {
     let bytes = std::fs::read(&path)?;
     let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
     let clip = generated::SMALL.clip(2.0)?;
-    let request = generated::SMALL.request();
+    let request = Request::style(1);
     let unit_costs = Isa::Armv6M.calibration().unit_costs;
     let (mut factors, mut by_stage) = (Vec::new(), [[0.0; 2]; Stage::NAMES.len()]);
     for Sample { units, stages } in count(board, &path, database, &clip, &[request])? {

@@ -2,6 +2,7 @@
 //! `cargo xtask firmware --setup` installs QEMU and the compiler's targets.
 
 use gestus_core::Database;
+use gestus_database::stream::Request;
 use gestus_firmware_sim::board::{
     boards::{BOARDS, find},
     generated::SMALL,
@@ -30,7 +31,7 @@ fn the_micro_bit_does_what_this_machine_does() {
     let database = Database::open(&bytes).unwrap();
     let options = image::Options { blob: Some(&path), ..image::Options::default() };
     let image = image::build(board, options).unwrap();
-    let (mut clip, request) = (SMALL.clip(4.0).unwrap(), SMALL.request());
+    let (mut clip, request) = (SMALL.clip(4.0).unwrap(), Request::style(1));
     clip.frames.truncate(90);
     let measured = measure(
         board,

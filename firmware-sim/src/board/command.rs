@@ -23,12 +23,13 @@ use gestus_database::{
         stylizer_args::StylizerArgs,
     },
     stream::{Request, input::Input},
+    synth::STYLES,
 };
 use serde_json::{Value, json};
 
 use super::{
     boards::{self, BOARDS, Board},
-    generated::{REFERENCE, SMALL},
+    generated::{REFERENCE, SMALL, SMALL_NEIGHBORS},
     image,
     measure::{Job, Measured, Replayed, measure, median},
     programs,
@@ -238,20 +239,25 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let bytes = blob::read(&path)?;
             let database = open(&path, &bytes)?;
             let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
-            let own = profile.request();
-            // With --all the style names one of the --db database, so here it counts with --generated only.
-            let request = if args.generated && !args.stylizer_args.style.is_empty() {
-                let given =
-                    args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
-                // The micro:bit's image has room for no more neighbors.
-                let most = if board.blob_address.is_some() { given.config.k } else { own.config.k };
-                Request { config: given.config.k(given.config.k.min(most)), ..given }
-            } else {
-                own
-            };
+            // With --all the settings are those of the --db database, so here they count with --generated only.
+            let request = if args.generated { generated(args, board, &database)? } else { Request::style(1) };
             one(args, board, Job { path: &path, database, clip: &clip, request: &request, robot: None })
         }
     }
+}
+
+/// The settings of a generated stream: in the second style, unless another is given.
+fn generated(args: &BoardArgs, board: &Board, database: &Database<'_>) -> Result<Request> {
+    let mut given = args.stylizer_args.clone();
+    if given.style.is_empty() {
+        STYLES[1].clone_into(&mut given.style);
+    }
+    let mut request = given.request(database).context("the generated database")?;
+    if board.blob_address.is_none() {
+        // The micro:bit's image has room for no more.
+        request.config.k = request.config.k.min(SMALL_NEIGHBORS);
+    }
+    Ok(request)
 }
 
 fn one(args: &BoardArgs, board: &'static Board, job: Job<'_>) -> Result<Measured> {

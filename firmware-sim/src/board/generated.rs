@@ -4,10 +4,8 @@
 use std::{fs, path::PathBuf, time::SystemTime};
 
 use anyhow::{Context, Result};
-use gestus_core::Config;
 use gestus_database::{
     build::{BuildOptions, build},
-    stream::Request,
     synth,
 };
 use gestus_motion::{
@@ -36,8 +34,6 @@ pub struct Profile {
     seconds: f64,
     /// Joints to keep; all if empty.
     joints: &'static [&'static str],
-    /// `Config::k` and `Config::pool`: neighbors a class, and candidates of the search.
-    neighbors: (u16, u8),
 }
 
 /// 28 classes (7 styles of 4 actions) on 21 joints, as in the reference database of captured motion.
@@ -48,10 +44,12 @@ pub const REFERENCE: Profile = Profile {
     clips: 4,
     seconds: 20.0,
     joints: &[],
-    neighbors: (16, 40),
 };
 
-/// Six classes on the 9 joints of trunk and legs, 16 neighbors: fits a Cortex-M0 with 16 KB of RAM.
+/// Neighbors for which the micro:bit's image has room.
+pub const SMALL_NEIGHBORS: u16 = 16;
+
+/// Six classes on the 9 joints of trunk and legs: fits a Cortex-M0 with 16 KB of RAM.
 pub const SMALL: Profile = Profile {
     name: "small",
     actions: &["walk", "run"],
@@ -69,7 +67,6 @@ pub const SMALL: Profile = Profile {
         "LowerLeg_R",
         "Foot_R",
     ],
-    neighbors: (16, 24),
 };
 
 impl Profile {
@@ -147,18 +144,12 @@ impl Profile {
         }
         Ok(clip)
     }
-
-    /// A request for the second style, without labels, with the profile's search parameters.
-    pub fn request(&self) -> Request {
-        let (k, pool) = self.neighbors;
-        Request { config: Config::new().k(k).pool(pool), ..Request::style(1) }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gestus_core::{Database, Stylizer};
+    use gestus_core::{Config, Database, Stylizer};
 
     #[test]
     fn the_small_profile_fits_the_micro_bit() {
@@ -168,7 +159,7 @@ mod tests {
         let database = Database::open(&blob).unwrap();
         let counts = database.counts();
         assert_eq!((counts.joints, counts.classes), (9, 6));
-        assert!(Stylizer::<9, 16, 6>::new(database, SMALL.request().config).is_ok());
+        assert!(Stylizer::<9, 16, 6>::new(database, Config::new()).is_ok());
         assert!(size_of::<Stylizer<'_, 9, 16, 6>>() < 11 * 1024);
         let clip = SMALL.clip(2.0).unwrap();
         assert_eq!(clip.skeleton.names, SMALL.joints);
