@@ -111,15 +111,9 @@ pub(crate) trait Translate<const J: usize> {
     /// An upper bound on the work of a step, for any stream.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 
-    /// Predicts every dof into `signals.predicted`, and the time step if it is not the input's. On a first frame it also sets
+    /// Predicts every dof into `signals.predicted`, how likely each foot stands, and the time step if it is not the input's. On a first frame it also sets
     /// what came before: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>);
-
-    /// Completes `report.contacts` and `report.contact_likelihood`, of which [`predict`](Self::predict) has set one. Called
-    /// after it, once a frame. By default the likelihood is 0 or 1, by the contacts.
-    fn contacts(&mut self, report: &mut Report) {
-        report.contact_likelihood = report.contacts.map(|stands| if stands { 1.0 } else { 0.0 });
-    }
 
     /// Forgets the frames before this one after a leap: they do not show how the body moves now.
     fn forget_window(&mut self) {}

@@ -14,7 +14,7 @@ use super::{
     context::{Context, Needs, Translate},
     work::{Load, Work},
 };
-use crate::{Config, Database, Method, Observer, Report, blob::layout::section};
+use crate::{Config, Database, Method, Observer, blob::layout::section};
 
 #[cfg(not(any(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")))]
 compile_error!("no method: choose features of gestus-core among mar, lti, statistic and phase");
@@ -134,11 +134,6 @@ impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
     /// See [`Translate::predict`].
     pub fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
         each!(self, method => method.predict(context));
-    }
-
-    /// See [`Translate::contacts`].
-    pub fn contacts(&mut self, report: &mut Report) {
-        each!(self, method => method.contacts(report));
     }
 
     /// See [`Translate::forget_window`].

@@ -130,7 +130,7 @@ impl<const J: usize> Linear<J> {
             }
         }
         report.distance_ratio = report.distance2 / FAMILIAR_DISTANCE2;
-        report.contacts = standing.map(|s| s > 0.0);
+        report.contact_likelihood = standing.map(|s| if s > 0.0 { 1.0 } else { 0.0 });
         report.predicted_step_s = step_s;
     }
 

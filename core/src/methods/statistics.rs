@@ -198,10 +198,10 @@ fn transfer(
     }
     report.distance2 = largest * largest;
     report.distance_ratio = report.distance2 / FAMILIAR_DISTANCE2;
-    for (side, contact) in report.contacts.iter_mut().enumerate() {
+    for (side, likelihood) in report.contact_likelihood.iter_mut().enumerate() {
         let (boundary, projection) = source.foot(side);
         let x = x.get(..database.counts().dofs).unwrap_or(&[]);
-        *contact = projection.product(x) > boundary;
+        *likelihood = if projection.product(x) > boundary { 1.0 } else { 0.0 };
     }
 }
 

@@ -215,7 +215,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let frame = Frame { database: &self.database, config: &self.config, settings: &self.settings, first };
         let signals = &mut self.signals;
         self.engine.predict(&mut Context { frame, input, signals, report: &mut report, observer });
-        self.engine.contacts(&mut report);
+        report.contacts = report.contact_likelihood.map(|likelihood| likelihood > 0.5);
         self.update_trust(leaps || frames > MAX_GAP_FRAMES, &mut report);
         self.compose_output(first, &mut report, output, observer);
         self.set_standing(report.contacts);

@@ -11,8 +11,8 @@
 //! d² = Σ (x - x')² + τ² Σ (ẋ - ẋ')²      over the leg's nine dofs, rad and rad/s; τ = 0.2 s
 //! ```
 //!
-//! The likelihood is smoothed by an exponential filter, which needs no later frame and delays it by [`DELAY_FRAMES`]. (For
-//! files, the builder can use the Gaussian of Xia 2015.) A foot stands where the smoothed likelihood is above one half.
+//! A foot stands where its likelihood is above one half. Xia 2015 smooths the likelihood by a Gaussian, which needs later frames
+//! (the builder can use it for files). A causal filter is no help, and delays the feet (`docs/experiments/feet.md`).
 //!
 //! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
 //! instructions of the stage.
@@ -34,11 +34,6 @@ const MIN_DISTANCE2: f32 = 3e-8;
 pub const MOST_VOTERS: usize = 160;
 /// Fixed-point scale of the comparison: units in a radian.
 const UNITS: f32 = 131_072.0;
-/// Gain of the filter: weight of the current frame's likelihood.
-const FILTER_GAIN: f32 = 0.9;
-/// Delay of the filter, frames: by how much an exponential filter of that gain delays a slope.
-pub const DELAY_FRAMES: f32 = (1.0 - FILTER_GAIN) / FILTER_GAIN;
-
 /// Which feet stand in an example's outputs: the sum of the style weights whose output stands, left and right, 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -207,37 +202,6 @@ impl LegQuery {
     }
 }
 
-/// The causal filter of the likelihoods, left and right.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Filter {
-    likelihood: [f32; 2],
-    /// False until the first frame, which passes as it is.
-    started: bool,
-}
-
-impl Filter {
-    /// A filter that has seen no frame.
-    pub const fn new() -> Self {
-        Self { likelihood: [0.0; 2], started: false }
-    }
-
-    /// Filters a frame's likelihoods. Returns which foot stands.
-    pub fn filter(&mut self, likelihood: [f32; 2]) -> [bool; 2] {
-        for (kept, now) in self.likelihood.iter_mut().zip(likelihood) {
-            *kept = if self.started { *kept + FILTER_GAIN * (now - *kept) } else { now };
-        }
-        self.started = true;
-        self.likelihood.map(|l| l > 0.5)
-    }
-}
-
-impl Default for Filter {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -261,28 +225,5 @@ mod tests {
         let mut votes = Votes::default();
         votes.add([1.0, 1.0], [0.0, 0.0], 0.4);
         assert_eq!(votes.likelihood(), [1.0; 2]);
-    }
-
-    #[test]
-    fn the_filter_delays_a_slope_by_a_ninth_of_a_frame() {
-        let mut filter = Filter::new();
-        let slope = 0.01;
-        let mut last = 0.0;
-        for t in 0..60 {
-            last = slope * t as f32;
-            let _ = filter.filter([last, 0.0]);
-        }
-        let delay = (last - filter.likelihood[0]) / slope;
-        assert!((delay - DELAY_FRAMES).abs() < 0.01, "{delay}");
-        assert!((DELAY_FRAMES - 1.0 / 9.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn one_stray_frame_does_not_lift_a_foot_and_a_change_is_followed_at_once() {
-        let mut filter = Filter::new();
-        assert_eq!(filter.filter([1.0, 0.2]), [true, false]);
-        // 0.9 of 0.45 and 0.1 of 1: above one half.
-        assert_eq!(filter.filter([0.45, 0.2]), [true, false]);
-        assert_eq!(filter.filter([0.0, 1.0]), [false, true]);
     }
 }

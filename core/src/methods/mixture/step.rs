@@ -15,7 +15,7 @@ use heapless::Vec;
 
 use super::{
     candidates::ClassDistances,
-    contact_votes::{self, Filter, Votes},
+    contact_votes::{self, Votes},
     examples,
     regression::{Parameters, Regression},
     settle::{Settled, output_rho},
@@ -52,7 +52,6 @@ pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
     /// The aligned window while the query is made, afterwards the batch of examples.
     scratch: Scratch<J>,
     steps: Steps<K>,
-    contacts: Filter,
     settled: Settled<J>,
 }
 
@@ -65,7 +64,6 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         examples: Examples::new(),
         scratch: Scratch::NEW,
         steps: Steps::new(),
-        contacts: Filter::new(),
         settled: Settled::NEW,
     };
     // Frames are selected by their labels; each joint group has a regression of its own.
@@ -88,10 +86,6 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         self.regress(context, &metric);
     }
 
-    fn contacts(&mut self, report: &mut Report) {
-        report.contacts = self.contacts.filter(report.contact_likelihood);
-    }
-
     fn forget_window(&mut self) {
         self.window.clear();
         self.class_distances.restart_warmup();
@@ -102,7 +96,6 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         for neighbors in &mut self.neighbors {
             neighbors.clear();
         }
-        self.contacts = Filter::new();
     }
 }
 

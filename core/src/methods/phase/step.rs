@@ -142,10 +142,6 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         context.observer.stage(Stage::Rest);
     }
 
-    fn contacts(&mut self, report: &mut Report) {
-        report.contacts = report.contact_likelihood.map(|l| l > 0.5);
-    }
-
     fn forget_window(&mut self) {
         self.age = 0;
         self.window.clear();

@@ -84,11 +84,9 @@ fn streams(options: &Options) -> Result<Vec<table::Row>> {
         let example = &corpus.examples[test];
         let request = Request::style(example.style as u16);
         let streamed = stream(&database, &example.clip, &request, &mut ()).map_err(anyhow::Error::msg)?;
-        let rows = smoothings(&streamed, corpus.rate_hz).map(|(method, found, delay)| {
+        let rows = smoothings(&streamed, corpus.rate_hz).map(|(method, found)| {
             let example = Example { contacts: found, ..example.clone() };
-            let mut row = of_clip(&corpus, method, &example, &truths[test], &planned[test]);
-            row.insert("delay_frames".into(), delay.into());
-            row
+            of_clip(&corpus, method, &example, &truths[test], &planned[test])
         });
         Ok(rows.to_vec())
     };

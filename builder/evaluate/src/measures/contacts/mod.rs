@@ -63,7 +63,7 @@ impl OnClips for Args {
         Ok(Evaluation {
             what: "contacts",
             about: "Which foot stands, on held-out clips, against where their feet are and how fast they move. Each clip \
-                    is streamed to its own style, unlabelled. `causal` is what a stream gets, `gaussian` what a file can \
+                    is streamed to its own style, unlabelled. `stream` is what the core reports, `gaussian` what a file can \
                     have (Xia 2015, section 6), `unsmoothed` the bare vote; `transfer` compares the output in another \
                     style with the truth clip at equal canonical time. Rows of `generated` are against the generator's \
                     own contacts: `detector` is what labels the builder's clips, the others are streams."
@@ -83,7 +83,7 @@ fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize,
     let example = &corpus.examples[clip];
     let truth = contacts(&example.clip, &body.landmarks);
     let Some(streamed) = run(database, corpus, clip, example.style) else { return };
-    for (method, found, delay) in smoothings(&streamed, corpus.rate_hz) {
+    for (method, found) in smoothings(&streamed, corpus.rate_hz) {
         let score = score(&found, &truth);
         rows.push(row(json!({
             "part": "data",
@@ -94,7 +94,6 @@ fn own_style(corpus: &Corpus, body: &Body, database: &Database<'_>, clip: usize,
             "frames": truth.len(),
             "contact_f1": score.f1(),
             "accuracy": score.accuracy(),
-            "delay_frames": delay,
             "flickers": flickers(&found, corpus.rate_hz),
             "changes_over_truth": over(changes(&found), changes(&truth)),
         })));
@@ -129,7 +128,7 @@ fn other_style(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: &Hel
 }
 
 fn by_action(corpus: &Corpus, rows: &[table::Row]) -> Figure {
-    let series: Vec<(String, Vec<f64>)> = ["causal", "unsmoothed", "gaussian"]
+    let series: Vec<(String, Vec<f64>)> = ["stream", "unsmoothed", "gaussian"]
         .iter()
         .map(|method| {
             let of = |action: &String| {

@@ -207,7 +207,7 @@ pub const TABLES: &[Table] = &[
     Table {
         name: "Xia 2015, section 6: contacts",
         paper: "KNN classification of footplants with Gaussian smoothing (no numbers)",
-        differs: "votes by each foot's own leg; smoothing causal; truth is kinematic for captured clips and the generator's for \
+        differs: "votes by each foot's own leg, not smoothed; truth is kinematic for captured clips and the generator's for \
                   generated ones",
         run: Run {
             run: |e| contacts::Args.evaluate(e),
