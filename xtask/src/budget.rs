@@ -59,10 +59,8 @@ const HARD: [(&str, &[&str]); 5] = [
 const LEAPING: &str = "120";
 /// A bound that is further than this from the worst of the hard streams is of no use.
 const LOOSE: f64 = 1.6;
-/// Boards without an FPU that hold the whole reference. A frame takes up to 130 million instructions there, so they get
-/// few frames.
+/// Boards without an FPU that hold the whole reference.
 const NO_FPU: [&str; 2] = ["armv6m", "rv32imc"];
-const FEW: &str = "12";
 /// The other methods.
 const MODELS: [&str; 3] = ["lti", "statistic", "phase"];
 /// Stages of a step that belong to feet, and programs around a step, that have one limit together.
@@ -180,7 +178,7 @@ fn without_fpu(
     ];
     for name in NO_FPU {
         for (suffix, more, keys) in runs {
-            let arguments = [with, more, &["--frames", FEW]].concat();
+            let arguments = [with, more].concat();
             board(&format!("{name}.{stream}{suffix}"), name, &arguments, keys, figures, bounds)?;
         }
     }

@@ -159,11 +159,13 @@ pub fn units(database: &Database<'_>, request: &Request, report: &Report) -> Uni
     match request.config.method {
         Method::Mar => return size.mixture(&work(database, request, report)),
         Method::Phase => {
-            let searched = database.worst_step_of(&request.config, &load).searched;
+            // Classes differ little in their knots, and the report counts those of the classes that were compared.
+            let most = database.worst_step_of(&request.config, &load);
+            let compared = f64::from(report.visits) / f64::from(most.distances.max(1));
             units[QUERY] = joints * window * features;
             units[PHASE..LINEAR].copy_from_slice(&[
                 f64::from(report.visits) * features,
-                f64::from(searched),
+                compared * f64::from(most.searched),
                 features * features,
                 report.classes.len() as f64 * (1.0 + styles) * dofs,
                 joints,
