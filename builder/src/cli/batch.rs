@@ -2,6 +2,7 @@
 
 use std::{
     collections::VecDeque,
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -98,6 +99,8 @@ pub fn run(
     let (mut done, mut refused) = (Vec::new(), 0);
     while let Some(clip) = open.pop_front() {
         let output = folder.join(&clip.name);
+        let own = output.parent().unwrap_or(folder);
+        let existing = own.ancestors().find(|folder| folder.exists()).map(Path::to_path_buf);
         let translated = ready(&inputs, &output).and_then(|()| one(&clip.input, &output));
         match translated {
             Ok(figures) => {
@@ -108,6 +111,7 @@ pub fn run(
                 Some(names) => names.iter().rev().for_each(|name| open.push_front(clip.animation(name))),
                 None => {
                     refused += 1;
+                    remove_empty(own, existing.as_deref());
                     super::note(format_args!("refused: {error:#}"));
                     done.push(json!({ "input": clip.input, "refused": format!("{error:#}") }));
                 }
@@ -130,6 +134,13 @@ pub fn run(
 fn ready(inputs: &[PathBuf], output: &PathBuf) -> Result<()> {
     open::make_folder(output.parent().unwrap_or(Path::new(".")))?;
     super::check_outputs(inputs.iter().map(Some), [("-o", Some(output))])
+}
+
+/// Removes a folder and those above it as far as they are empty, below one that existed before.
+fn remove_empty(folder: &Path, existing: Option<&Path>) {
+    let made = folder.ancestors().take_while(|folder| Some(*folder) != existing);
+    // A folder that holds something can't be removed, nor those above it.
+    let _ = made.map(fs::remove_dir).find(Result::is_err);
 }
 
 /// The animations of a file, if that is the error.
@@ -204,6 +215,36 @@ mod tests {
         let one = clip.animation(&animations(&error).unwrap()[0]);
         assert_eq!(one, Clip { input: "y.glb#a/b".into(), name: "y/a_b.glb".into() });
         assert!(Format::of(&one.name).is_some());
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_batch_leaves_no_empty_folders_for_clips_that_were_refused() {
+        let folder = std::env::temp_dir().join(format!("gestus-refused-{}", std::process::id()));
+        let input = folder.join("in");
+        fs::create_dir_all(input.join("bad/deep")).unwrap();
+        fs::create_dir_all(folder.join("own")).unwrap();
+        for file in ["good.bvh", "bad/deep/x.bvh"] {
+            fs::write(input.join(file), "").unwrap();
+        }
+        let only_good = |input: &Path, output: &Path| {
+            if input.ends_with("good.bvh") {
+                fs::write(output, "")?;
+                return Ok(Value::Null);
+            }
+            bail!("bad")
+        };
+        let translate = |output: &str| {
+            let found = clips(&[&input]).unwrap().unwrap();
+            run(found, &folder.join(output), true, only_good).unwrap_err()
+        };
+        let _ = translate("out/of/it");
+        assert!(folder.join("out/of/it/good.bvh").is_file() && !folder.join("out/of/it/bad").exists());
+        fs::remove_file(input.join("good.bvh")).unwrap();
+        let _ = (translate("none/of/it"), translate("own"));
+        assert!(!folder.join("none").exists());
+        // It was there before.
+        assert!(folder.join("own").is_dir());
         fs::remove_dir_all(&folder).unwrap();
     }
 }

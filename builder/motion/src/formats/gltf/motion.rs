@@ -181,7 +181,7 @@ impl<'b> Curves<'b> {
 
     /// The body's motion as a document.
     pub fn document(
-        self,
+        mut self,
         tree: &Tree,
         name: &str,
         title: &str,
@@ -189,6 +189,10 @@ impl<'b> Curves<'b> {
     ) -> Result<Motion, GltfErrorKind> {
         let rigging = Rigging::of(tree, &self.moved)?;
         let (above, body, top) = (&rigging.above, &rigging.body, rigging.body[0]);
+        if let Some(&other) = tree.other_bodies(&self.moved, body).first() {
+            let [other, taken] = [other, top].map(|node| &tree.nodes[node].name);
+            self.notes.push(format!("the animation moves several bodies: that of `{taken}` is taken, others, as that of `{other}`, are not"));
+        }
         let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
         let (start, end, rate_hz) = self.timeline(&nodes);
         if !start.is_finite() {

@@ -137,6 +137,23 @@ impl Tree {
         order
     }
 
+    /// The topmost nodes of other bodies that an animation of those nodes moves besides `body`: of skins that share no joint
+    /// with it and have at least half as many.
+    pub fn other_bodies(&self, moved: &[usize], body: &[usize]) -> Vec<usize> {
+        let (moving, taken): (HashSet<usize>, HashSet<usize>) =
+            (moved.iter().copied().collect(), body.iter().copied().collect());
+        let is_other = |skin: &&Vec<usize>| {
+            2 * skin.len() >= body.len()
+                && skin.iter().any(|j| moving.contains(j))
+                && !skin.iter().any(|j| taken.contains(j))
+        };
+        let mut tops: Vec<usize> =
+            self.skins.iter().filter(is_other).filter_map(|skin| self.common(skin)).collect();
+        tops.sort_unstable();
+        tops.dedup();
+        tops
+    }
+
     /// The uniform scale of a node.
     ///
     /// # Errors
@@ -149,5 +166,39 @@ impl Tree {
         } else {
             Err(GltfErrorKind::Scale { node: self.nodes[node].name.clone(), scale: [x, y, z] })
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Chains of three nodes, each a skin of its own.
+    fn chains(count: usize) -> Tree {
+        let node = |n: usize| Node {
+            name: format!("N{n}"),
+            parent: (!n.is_multiple_of(3)).then(|| n - 1),
+            translation: Vector3::zeros(),
+            rotation: UnitQuaternion::identity(),
+            scale: [1.0; 3],
+        };
+        let children = |n: usize| if n % 3 < 2 { vec![n + 1] } else { Vec::new() };
+        Tree {
+            nodes: (0..3 * count).map(node).collect(),
+            children: (0..3 * count).map(children).collect(),
+            skins: (0..count).map(|c| vec![3 * c, 3 * c + 1, 3 * c + 2]).collect(),
+        }
+    }
+
+    #[test]
+    fn other_bodies_that_move_are_found() {
+        let tree = chains(3);
+        let moved = [0, 1, 4];
+        let body = tree.body(&moved);
+        let other = if body[0] == 0 { 3 } else { 0 };
+        assert_eq!(body, [3 - other, 4 - other, 5 - other]);
+        // The third body does not move.
+        assert_eq!(tree.other_bodies(&moved, &body), [other]);
+        assert!(tree.other_bodies(&body, &body).is_empty());
     }
 }
