@@ -113,7 +113,7 @@ pub fn queries<'a>(
         .map(|frame| {
             window.push(database, &to_pose::<JOINTS>(frame));
             let mut feature = [0.0; MAX_FEATURES];
-            window.feature(database, &mut [0.0; ALIGNED * JOINTS], &mut feature);
+            window.feature(database, &mut [0; ALIGNED * JOINTS], &mut feature);
             feature
         })
         .collect()
