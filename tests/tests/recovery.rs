@@ -138,7 +138,7 @@ fn one_wrong_bit_leaves_no_trace() {
 /// Angle by which no joint leaves and comes back within two frames: 6 rad/s.
 const SPIKE_ANGLE: f32 = 0.2;
 
-/// A wrong bit that turns a joint further than that is reported, at the latest in the next frame.
+/// A wrong bit that turns a joint twice as far from where it was and will be is reported, at the latest in the next frame.
 #[test]
 fn wrong_bits_are_reported() {
     for method in Method::ALL {

@@ -111,8 +111,9 @@ pub(crate) trait Translate<const J: usize> {
     /// An upper bound on the work of a step, for any stream.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 
-    /// Predicts every dof into `signals.predicted`, how likely each foot stands, and the time step if it is not the input's. On a first frame it also sets
-    /// what came before: `signals.x_prev`, `signals.y_prev`, and the root's velocities in `signals.x`.
+    /// Predicts every dof into `signals.predicted`, and into the report how likely each foot stands, and the time step if it is
+    /// not the input's. On a first frame it also sets what came before: `signals.x_prev`, `signals.y_prev`, and the root's
+    /// velocities in `signals.x`.
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>);
 
     /// Forgets the frames before this one after a leap: they do not show how the body moves now.

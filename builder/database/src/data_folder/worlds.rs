@@ -37,6 +37,11 @@ impl Up {
     }
 }
 
+/// An axis as [`up`] has it.
+fn signed((axis, positive): (usize, bool)) -> (usize, f64) {
+    (axis, if positive { 1.0 } else { -1.0 })
+}
+
 /// Turns clips to Y up; returns which were turned, and what to tell.
 pub(super) fn turn(clips: &mut [(&mut Clip, Up)]) -> (Vec<bool>, Option<String>) {
     let mut counts: BTreeMap<(usize, bool), usize> = BTreeMap::new();
@@ -47,15 +52,12 @@ pub(super) fn turn(clips: &mut [(&mut Clip, Up)]) -> (Vec<bool>, Option<String>)
     for ((clip, up), turned) in clips.iter_mut().zip(&mut turned) {
         let axis = if *up == Up::Stated { None } else { up.axis().or(usual) };
         let Some((axis, positive)) = axis.filter(|axis| *axis != (1, true)) else { continue };
-        let world = up::to_y((axis, if positive { 1.0 } else { -1.0 }));
+        let world = up::to_y(signed((axis, positive)));
         clip.frames.iter_mut().for_each(|frame| *frame = up::lifted(frame, &world));
         *turned = true;
         *axes.entry((axis, positive)).or_default() += 1;
     }
-    let said = axes.iter().map(|(&(axis, positive), count)| {
-        let sign = if positive { "" } else { "-" };
-        format!("{count} clips have {sign}{} up", ["x", "y", "z"][axis])
-    });
+    let said = axes.iter().map(|(&axis, count)| format!("{count} clips have {} up", up::name(signed(axis))));
     let said: Vec<String> = said.collect();
     let note = (!said.is_empty()).then(|| format!("{}: turned to y", said.join(", ")));
     (turned, note)

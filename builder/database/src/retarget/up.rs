@@ -31,15 +31,11 @@ pub fn upright(clip: &Clip, file: &MapFile) -> UnitQuaternion<f64> {
 /// What to tell about a body that shows another up than is stated: it lies throughout, or its file is wrong.
 pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
     let stated = file.up?;
-    let (axis, sign) = shown(clip, file).filter(|shown| *shown != stated)?;
-    let name =
-        |axis: usize, sign: f64| format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis]);
+    let shown = shown(clip, file).filter(|shown| *shown != stated)?;
+    let (shown, stated) = (name(shown), name(stated));
     Some(format!(
-        "its feet are off the hips along {} throughout, and up is {}: if it does not lie, say in a map file (--map) that \
-         up = \"{}\"",
-        name(axis, sign),
-        name(stated.0, stated.1),
-        name(axis, sign)
+        "its feet are off the hips along {shown} throughout, and up is {stated}: if it does not lie, say in a map file \
+         (--map) that up = \"{shown}\""
     ))
 }
 
@@ -79,6 +75,11 @@ fn by_shape(skeleton: &Skeleton, frames: &[Frame]) -> Option<(usize, f64)> {
         let turned: Vec<Frame> = frames.iter().map(|frame| lifted(frame, &to_y(up))).collect();
         shape::find(skeleton, &turned).is_ok_and(|shape| shape.down > UPRIGHT)
     })
+}
+
+/// An axis and its sign, as a map file names them.
+pub fn name((axis, sign): (usize, f64)) -> String {
+    format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
 }
 
 /// The rotation of an axis to Y.

@@ -189,9 +189,11 @@ impl<'b> Curves<'b> {
     ) -> Result<Motion, GltfErrorKind> {
         let rigging = Rigging::of(tree, &self.moved)?;
         let (above, body, top) = (&rigging.above, &rigging.body, rigging.body[0]);
-        if let Some(&other) = tree.other_bodies(&self.moved, body).first() {
+        if let Some(other) = tree.other_body(&self.moved, body) {
             let [other, taken] = [other, top].map(|node| &tree.nodes[node].name);
-            self.notes.push(format!("the animation moves several bodies: that of `{taken}` is taken, others, as that of `{other}`, are not"));
+            self.notes.push(format!(
+                "the animation moves several bodies: that of `{taken}` is taken, others, as that of `{other}`, are not"
+            ));
         }
         let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
         let (start, end, rate_hz) = self.timeline(&nodes);

@@ -137,9 +137,9 @@ impl Tree {
         order
     }
 
-    /// The topmost nodes of other bodies that an animation of those nodes moves besides `body`: of skins that share no joint
-    /// with it and have at least half as many.
-    pub fn other_bodies(&self, moved: &[usize], body: &[usize]) -> Vec<usize> {
+    /// The topmost node of another body that an animation of those nodes moves besides `body`, if there is one: of a skin that
+    /// shares no joint with it and has at least half as many.
+    pub fn other_body(&self, moved: &[usize], body: &[usize]) -> Option<usize> {
         let (moving, taken): (HashSet<usize>, HashSet<usize>) =
             (moved.iter().copied().collect(), body.iter().copied().collect());
         let is_other = |skin: &&Vec<usize>| {
@@ -147,11 +147,7 @@ impl Tree {
                 && skin.iter().any(|j| moving.contains(j))
                 && !skin.iter().any(|j| taken.contains(j))
         };
-        let mut tops: Vec<usize> =
-            self.skins.iter().filter(is_other).filter_map(|skin| self.common(skin)).collect();
-        tops.sort_unstable();
-        tops.dedup();
-        tops
+        self.skins.iter().filter(is_other).find_map(|skin| self.common(skin))
     }
 
     /// The uniform scale of a node.
@@ -191,14 +187,14 @@ mod tests {
     }
 
     #[test]
-    fn other_bodies_that_move_are_found() {
+    fn another_body_that_moves_is_found() {
         let tree = chains(3);
         let moved = [0, 1, 4];
         let body = tree.body(&moved);
         let other = if body[0] == 0 { 3 } else { 0 };
         assert_eq!(body, [3 - other, 4 - other, 5 - other]);
         // The third body does not move.
-        assert_eq!(tree.other_bodies(&moved, &body), [other]);
-        assert!(tree.other_bodies(&body, &body).is_empty());
+        assert_eq!(tree.other_body(&moved, &body), Some(other));
+        assert_eq!(tree.other_body(&body, &body), None);
     }
 }
