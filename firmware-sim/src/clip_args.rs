@@ -1,6 +1,7 @@
-//! The arguments and files that `run` and `link` share: a database, a clip and a file for the output.
+//! The arguments and files that `run`, `link` and `board` share: how a clip is streamed, a database, a clip and a file for
+//! the output.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use gestus_core::Database;
@@ -15,6 +16,39 @@ use gestus_database::{
 };
 use gestus_motion::files;
 
+/// How a clip is read and streamed.
+#[derive(clap::Args, Debug)]
+pub struct StreamArgs {
+    #[command(flatten)]
+    unit: UnitArgs,
+    #[command(flatten)]
+    ground: GroundArgs,
+    /// The settings.
+    #[command(flatten)]
+    pub stylizer_args: StylizerArgs,
+}
+
+impl StreamArgs {
+    /// Opens the database `db`, whose content is `bytes`, reads the clip for it and says what was noticed in it, and makes
+    /// the settings of the stream.
+    ///
+    /// # Errors
+    /// Bytes that are no database, a clip that can't be read, and settings that don't suit the database.
+    pub fn open<'db>(
+        &self,
+        db: &Path,
+        bytes: &'db [u8],
+        clip: &Path,
+    ) -> Result<(Database<'db>, Input, Request)> {
+        let named = || db.display().to_string();
+        let database = Database::open(bytes).with_context(named)?;
+        let input = Input::read_with(clip, &database, &self.ground.reading(None, self.unit.unit)?)?;
+        tell(clip, input.notes());
+        let request = self.stylizer_args.request(&database).with_context(named)?;
+        Ok((database, input, request))
+    }
+}
+
 /// A clip that is streamed through a database.
 #[derive(clap::Args, Debug)]
 pub struct ClipArgs {
@@ -26,11 +60,7 @@ pub struct ClipArgs {
     #[arg(long)]
     input: PathBuf,
     #[command(flatten)]
-    unit: UnitArgs,
-    #[command(flatten)]
-    ground: GroundArgs,
-    #[command(flatten)]
-    stylizer_args: StylizerArgs,
+    stream: StreamArgs,
     /// File for the output, at the database's rate: BVH, or glTF where the input is
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -57,27 +87,17 @@ impl ClipArgs {
         blob::read(&self.db)
     }
 
-    /// Opens the database, reads the clip for it and says what was noticed in it, and makes the settings of the stream.
+    /// Opens the database, the clip and the settings: [`StreamArgs::open`].
     ///
     /// # Errors
-    /// Bytes that are no database, a clip that can't be read, and settings that don't suit the database.
+    /// Those of [`StreamArgs::open`].
     pub fn open<'db>(&self, bytes: &'db [u8]) -> Result<(Database<'db>, Input, Request)> {
-        let database = self.of_database(Database::open(bytes))?;
-        let input = Input::read_with(&self.input, &database, &self.ground.reading(None, self.unit.unit)?)?;
-        tell(&self.input, input.notes());
-        let request = self.of_database(self.stylizer_args.request(&database))?;
-        Ok((database, input, request))
+        self.stream.open(&self.db, bytes, &self.input)
     }
 
-    /// Adds the name of the database's file to an error.
-    ///
-    /// # Errors
-    /// The error.
-    pub fn of_database<T, E>(&self, result: Result<T, E>) -> Result<T>
-    where
-        Result<T, E>: Context<T, E>,
-    {
-        result.with_context(|| self.db.display().to_string())
+    /// The database's file, for messages.
+    pub fn database_name(&self) -> String {
+        self.db.display().to_string()
     }
 
     /// Writes the output, if `-o` is given.

@@ -1,7 +1,7 @@
 //! `gestus-sim run`: streams a clip through the core as firmware does, one pose a tick and without looking ahead. The
 //! digest is that of `gestus translate` on the same input. With `--faults` the core gets only the frames that arrive.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::outputs::say,
@@ -56,7 +56,10 @@ pub fn run(args: &RunArgs) -> Result<()> {
             let (streamed, figures) = disturb(&database, &mut input, &request, faults)?;
             (streamed, Some(figures))
         }
-        None => (args.clip.of_database(translate(&database, &input, &request, &mut ()))?, None),
+        None => {
+            let streamed = translate(&database, &input, &request, &mut ());
+            (streamed.with_context(|| args.clip.database_name())?, None)
+        }
     };
     args.clip.write(&input, &streamed)?;
     let stream = Stream { database: &database, blob_bytes: bytes.len() as u64, request: &request };

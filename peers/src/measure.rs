@@ -15,7 +15,8 @@ use crate::{
 };
 
 /// Breadths that a peer is tried with, until it finds what core finds.
-const BREADTHS: [usize; 23] = [8, 10, 12, 16, 20, 24, 32, 40, 44, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 384, 512, 1024];
+const BREADTHS: [usize; 23] =
+    [8, 10, 12, 16, 20, 24, 32, 40, 44, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 384, 512, 1024];
 
 /// A line of the table.
 #[derive(Debug, Clone, Serialize)]

@@ -17,12 +17,10 @@ use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
         blob,
-        options::{GroundArgs, UnitArgs},
-        outputs::{check_outputs, say, tell},
+        outputs::{check_outputs, say},
         progress,
-        stylizer_args::StylizerArgs,
     },
-    stream::{Request, input::Input},
+    stream::Request,
     synth::STYLES,
 };
 use serde_json::{Value, json};
@@ -34,7 +32,7 @@ use super::{
     measure::{Job, Measured, Replayed, measure, median},
     programs,
 };
-use crate::{link::command::RobotArgs, recording::Recording};
+use crate::{clip_args::StreamArgs, link::command::RobotArgs, recording::Recording};
 
 /// Frames of the long stream, and frames between two changes of its settings.
 pub const LONG: (usize, usize) = (10_000, 250);
@@ -66,11 +64,7 @@ pub struct BoardArgs {
     #[arg(long)]
     input: Option<PathBuf>,
     #[command(flatten)]
-    unit: UnitArgs,
-    #[command(flatten)]
-    ground: GroundArgs,
-    #[command(flatten)]
-    stylizer_args: StylizerArgs,
+    stream: StreamArgs,
     /// Use generated motion in place of a database and a clip: 28 classes, or 6 on m0
     #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
     generated: bool,
@@ -217,12 +211,8 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
     match (&args.db, &args.input) {
         (Some(path), Some(input)) if !own => {
             let bytes = blob::read(path)?;
-            let database = open(path, &bytes)?;
-            let read = Input::read_with(input, &database, &args.ground.reading(None, args.unit.unit)?)?;
-            tell(input, read.notes());
-            let clip = read.mapped;
-            let request =
-                args.stylizer_args.request(&database).with_context(|| path.display().to_string())?;
+            let (database, input, request) = args.stream.open(path, &bytes, input)?;
+            let clip = input.mapped;
             let tables = args.robot.read()?;
             let robot = args.robot.open(&tables, &database)?;
             let flash =
@@ -248,7 +238,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
 
 /// The settings of a generated stream: in the second style, unless another is given.
 fn generated(args: &BoardArgs, board: &Board, database: &Database<'_>) -> Result<Request> {
-    let mut given = args.stylizer_args.clone();
+    let mut given = args.stream.stylizer_args.clone();
     if given.style.is_empty() {
         STYLES[1].clone_into(&mut given.style);
     }
