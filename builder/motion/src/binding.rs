@@ -241,11 +241,7 @@ pub fn to_clip(recording: &impl Recording, options: &Options) -> Result<(Clip, B
     Ok((binding.to_clip(recording)?, binding))
 }
 
-/// Whether joints are the same by name and parent; their offsets may differ.
-pub fn same_skeleton(a: &Skeleton, b: &Skeleton) -> bool {
-    difference(a, b).is_none()
-}
-
+/// How the joints of two skeletons differ in number, name or parent, if they do. Their offsets may differ.
 fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
     if a.joints() != b.joints() {
         return Some(format!("{} joints against {}", a.joints(), b.joints()));

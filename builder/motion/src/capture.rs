@@ -112,69 +112,47 @@ pub enum WriteError {
     Gltf(#[from] GltfErrorKind),
 }
 
+impl Document {
+    fn recording(&self) -> &dyn Recording {
+        match self {
+            Self::Bvh(document) => document,
+            Self::Gltf(document) => &document.animation,
+            Self::Animation(animation) => animation,
+        }
+    }
+}
+
 impl Recording for Document {
     fn name(&self) -> &str {
-        match self {
-            Self::Bvh(document) => Recording::name(document),
-            Self::Gltf(document) => document.animation.name(),
-            Self::Animation(animation) => animation.name(),
-        }
+        self.recording().name()
     }
 
     fn unit(&self) -> Option<Unit> {
-        match self {
-            Self::Bvh(document) => Recording::unit(document),
-            Self::Gltf(document) => document.animation.unit(),
-            Self::Animation(animation) => animation.unit(),
-        }
+        self.recording().unit()
     }
 
     fn rate_hz(&self) -> f64 {
-        match self {
-            Self::Bvh(document) => Recording::rate_hz(document),
-            Self::Gltf(document) => document.animation.rate_hz(),
-            Self::Animation(animation) => animation.rate_hz(),
-        }
+        self.recording().rate_hz()
     }
 
     fn notes(&self) -> &[String] {
-        match self {
-            Self::Bvh(document) => Recording::notes(document),
-            Self::Gltf(document) => document.animation.notes(),
-            Self::Animation(animation) => animation.notes(),
-        }
+        self.recording().notes()
     }
 
     fn joints(&self) -> Cow<'_, [Joint]> {
-        match self {
-            Self::Bvh(document) => Recording::joints(document),
-            Self::Gltf(document) => document.animation.joints(),
-            Self::Animation(animation) => animation.joints(),
-        }
+        self.recording().joints()
     }
 
     fn frames(&self) -> usize {
-        match self {
-            Self::Bvh(document) => Recording::frames(document),
-            Self::Gltf(document) => document.animation.frames(),
-            Self::Animation(animation) => animation.frames(),
-        }
+        self.recording().frames()
     }
 
     fn frame(&self, frame: usize) -> Cow<'_, [Isometry3<f64>]> {
-        match self {
-            Self::Bvh(document) => Recording::frame(document, frame),
-            Self::Gltf(document) => document.animation.frame(frame),
-            Self::Animation(animation) => animation.frame(frame),
-        }
+        self.recording().frame(frame)
     }
 
     fn place(&self, frame: usize, joint: usize) -> Vector3<f64> {
-        match self {
-            Self::Bvh(document) => Recording::place(document, frame, joint),
-            Self::Gltf(document) => document.animation.place(frame, joint),
-            Self::Animation(animation) => animation.place(frame, joint),
-        }
+        self.recording().place(frame, joint)
     }
 }
 

@@ -42,15 +42,6 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
     }
 
-    /// Its name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Bvh => "BVH",
-            Self::Gltf => "glTF",
-            Self::Fbx => "FBX",
-        }
-    }
-
     /// The format in which a clip is written to a file, by the ending of its name: BVH, also where it has none, or glTF if
     /// the clip comes from a file with the same ending. `input`: that file; `None` for a clip on another skeleton.
     ///

@@ -66,19 +66,10 @@ fn side_of(name: &str) -> Option<usize> {
     names::side(name).map(Side::index)
 }
 
-fn chain(skeleton: &Skeleton, leaf: usize) -> Vec<usize> {
-    let mut chain = vec![leaf];
-    while let Some(parent) = skeleton.parents[chain[chain.len() - 1]] {
-        chain.push(parent);
-    }
-    chain.reverse();
-    chain
-}
-
 /// The chain of joints from the root to each leaf.
 fn chains(skeleton: &Skeleton) -> Vec<Vec<usize>> {
     let leaf = |j: &usize| !skeleton.parents.contains(&Some(*j));
-    (0..skeleton.joints()).filter(leaf).map(|j| chain(skeleton, j)).collect()
+    (0..skeleton.joints()).filter(leaf).map(|j| skeleton.path(j)).collect()
 }
 
 fn on_side(skeleton: &Skeleton, rest: &[Vector3<f64>], chain: &[usize], side: usize) -> bool {
@@ -104,9 +95,8 @@ fn leg(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Option<[usize
     // Some skeletons put a joint of no length between hips and thigh (`LHipJoint`): the thigh and the shin are
     // the two longest bones of the chain, one after the other.
     let bones: Vec<f64> = chain.iter().map(|&j| skeleton.offsets[j].norm()).collect();
-    let knee =
-        (2..chain.len() - 1).max_by(|&a, &b| (bones[a] + bones[a + 1]).total_cmp(&(bones[b] + bones[b + 1])));
-    let knee = knee.filter(|_| chain.len() >= 4).or(if chain.len() == 4 { Some(2) } else { None })?;
+    let knee = (2..chain.len() - 1)
+        .max_by(|&a, &b| (bones[a] + bones[a + 1]).total_cmp(&(bones[b] + bones[b + 1])))?;
     let toes = (knee + 2).min(chain.len() - 1);
     Some([chain[knee - 1], chain[knee], chain[knee + 1], chain[toes]])
 }

@@ -27,8 +27,6 @@ pub struct Pair<'a> {
     second: &'a Fragment,
     /// Position along the curve of each frame of the first and of the second; ascending, from 0 to the end.
     meets: [Vec<f64>; 2],
-    /// Distance of their contents, radians.
-    pub distance: f64,
 }
 
 impl<'a> Pair<'a> {
@@ -48,9 +46,8 @@ impl<'a> Pair<'a> {
             at[count - 1] = end;
             at
         };
-        let distance = alignment.distance(first.content[0].len());
         let both = [meets(first.rows.len(), |s| s.0), meets(second.rows.len(), |s| s.1)];
-        Self { first, second, meets: both, distance }
+        Self { first, second, meets: both }
     }
 
     /// Number of frames of a blend.

@@ -12,14 +12,12 @@
 //!
 //! with S the ranges of the factors, which makes them comparable. The penalty makes the solution unique and continuous. It
 //! is monotone if mixes follow `G w`: `(e - e')ᵀ S⁻² (G w - G w') >= 0`. Real mixes deviate from that, which is why
-//! measuring is the default. Weights are stored as bytes; [`Dial::backsteps`] measures how far rounding and addition
-//! violate monotonicity.
+//! measuring is the default. Weights are stored as bytes; a test bounds how far rounding violates monotonicity.
 
 use gestus_core::{Database, blob::layout::effort};
 use nalgebra::{DMatrix, DVector};
-use serde_json::{Value, json};
 
-use crate::effort::{Factors, NAMES, POLE, Source};
+use crate::effort::{Factors, POLE, Source};
 
 /// Nodes along each axis.
 pub const NODES: usize = 9;
@@ -48,8 +46,6 @@ pub struct Dial {
 /// Range of one factor in one direction from the rest.
 #[derive(Debug, Clone, Default)]
 pub struct Reach {
-    /// Change reached by the input that responds least.
-    pub sum: f64,
     /// Mean change of the factor at each step, ascending from 0, in either direction.
     pub course: Vec<f64>,
     /// The mix at each step; the first is that at rest.
@@ -244,61 +240,6 @@ impl Dial {
         }
         out.extend(self.table.iter().flatten());
         out
-    }
-
-    /// The Effort of the mix at a node.
-    fn reached(&self, node: usize) -> Factors {
-        std::array::from_fn(|k| {
-            let of = |(w, e): (&u8, &Option<Factors>)| f64::from(*w) / 255.0 * e.map_or(0.0, |e| e[k]);
-            self.table[node].iter().zip(&self.styles).map(of).sum()
-        })
-    }
-
-    /// The largest step from node to node of any factor against the direction of its axis, relative to its range.
-    pub fn backsteps(&self) -> f64 {
-        let mut worst = 0.0f64;
-        for node in 0..self.table.len() {
-            for (k, stride) in [NODES.pow(2), NODES, 1].into_iter().enumerate() {
-                if node / stride % NODES + 1 < NODES {
-                    let change = self.reached(node + stride)[k] - self.reached(node)[k];
-                    worst = worst.max(-change / (self.axes[k].1 - self.axes[k].0));
-                }
-            }
-        }
-        worst
-    }
-
-    /// The share of nodes that are reached within the core's tolerance: the part of the grid that the styles cover.
-    pub fn filled(&self) -> f64 {
-        let near = |node: &usize| {
-            let (reached, wanted) = (self.reached(*node), place(&self.axes, *node));
-            (0..3).all(|k| {
-                (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::stylizer::effort_dial::TOLERANCE)
-            })
-        };
-        (0..self.table.len()).filter(near).count() as f64 / self.table.len() as f64
-    }
-
-    /// Figures of the dial, as JSON.
-    pub fn report(&self, names: &[String]) -> Value {
-        let range: serde_json::Map<String, Value> = NAMES
-            .iter()
-            .zip(&self.axes)
-            .map(|(n, (low, high))| ((*n).to_owned(), json!([low, high])))
-            .collect();
-        let styles: serde_json::Map<String, Value> = names
-            .iter()
-            .zip(&self.styles)
-            .filter_map(|(n, e)| Some((n.clone(), json!(e.as_ref()?))))
-            .collect();
-        json!({
-            "labels": self.source.name(),
-            "range": range,
-            "rest": self.rest,
-            "styles": styles,
-            "filled": self.filled(),
-            "backsteps": self.backsteps(),
-        })
     }
 }
 

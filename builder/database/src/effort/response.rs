@@ -303,7 +303,7 @@ fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
     let course: Vec<f64> =
         (0..=last).map(|place| mean_or_zero((0..inputs).map(|i| change(place, i)))).collect();
     let seen = way.seen[..=last].iter().map(|s| mean(s)).collect();
-    Reach { sum: best, course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
+    Reach { course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
 }
 
 /// The nearest ascending values in the squared sense: neighbors that descend are pooled until none does.

@@ -79,24 +79,24 @@ fn boundary((low, low_sd): (f64, f64), (high, high_sd): (f64, f64), share: f64) 
     0.5 * (a + b)
 }
 
-/// F1 of a footplant on frames with known contacts, counting standing frames.
-pub fn f1(plant: &Footplant, features: &[Vec<f64>], stands: &[bool]) -> f64 {
-    let (mut hit, mut missed, mut wrong) = (0.0, 0.0, 0.0);
-    for (row, &stands) in features.iter().zip(stands) {
-        let value: f64 = row.iter().zip(&plant.projection).map(|(a, b)| a * b).sum();
-        match (value > plant.boundary, stands) {
-            (true, true) => hit += 1.0,
-            (false, true) => missed += 1.0,
-            (true, false) => wrong += 1.0,
-            (false, false) => {}
-        }
-    }
-    if hit > 0.0 { 2.0 * hit / (2.0 * hit + missed + wrong) } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// F1 of a footplant on frames with known contacts, counting standing frames.
+    fn f1(plant: &Footplant, features: &[Vec<f64>], stands: &[bool]) -> f64 {
+        let (mut hit, mut missed, mut wrong) = (0.0, 0.0, 0.0);
+        for (row, &stands) in features.iter().zip(stands) {
+            let value: f64 = row.iter().zip(&plant.projection).map(|(a, b)| a * b).sum();
+            match (value > plant.boundary, stands) {
+                (true, true) => hit += 1.0,
+                (false, true) => missed += 1.0,
+                (true, false) => wrong += 1.0,
+                (false, false) => {}
+            }
+        }
+        if hit > 0.0 { 2.0 * hit / (2.0 * hit + missed + wrong) } else { 0.0 }
+    }
 
     #[test]
     fn finds_the_direction_that_parts_the_classes() {

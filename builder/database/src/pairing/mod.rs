@@ -95,8 +95,6 @@ impl Scheme {
 /// An averaged cycle, stored as a short clip of its own.
 #[derive(Debug, Clone)]
 pub struct Prototype {
-    /// Class whose cycles it averages.
-    pub class: usize,
     /// Dofs, shape `[frames][D]`; two frames before phase 0 and one behind phase 1 belong to it.
     pub rows: Vec<Vec<f64>>,
     /// Its timeline in those rows.
@@ -157,7 +155,7 @@ pub fn pair_among(
                 Scheme::Mean => all[target].iter().map(|&i| (i, 1.0)).collect(),
                 _ => kernel(&all[target], &content, &centre),
             };
-            pairing.prototypes.push(average(cycles, target, &weights));
+            pairing.prototypes.push(average(cycles, &weights));
             (cycles.len() + pairing.prototypes.len() - 1, centre)
         })
         .collect();
@@ -317,7 +315,7 @@ fn kernel(members: &[usize], content: &[Vec<f64>], centre: &[f64]) -> Vec<(usize
 }
 
 /// The weighted mean of cycles, as a clip at their mean tempo.
-fn average(cycles: &[CycleData<'_>], class: usize, weights: &[(usize, f64)]) -> Prototype {
+fn average(cycles: &[CycleData<'_>], weights: &[(usize, f64)]) -> Prototype {
     const BEFORE: usize = 2;
     let total: f64 = weights.iter().map(|w| w.1).sum();
     let mean = |value: &dyn Fn(usize) -> f64| weights.iter().map(|&(i, w)| w * value(i)).sum::<f64>() / total;
@@ -343,5 +341,5 @@ fn average(cycles: &[CycleData<'_>], class: usize, weights: &[(usize, f64)]) -> 
             row
         })
         .collect();
-    Prototype { class, rows, cycle }
+    Prototype { rows, cycle }
 }

@@ -258,21 +258,6 @@ impl Machine {
         Ok(())
     }
 
-    /// The assignment in words.
-    pub fn text(&self) -> String {
-        use std::fmt::Write;
-        let mut out = String::new();
-        // Writing to a String cannot fail.
-        for g in &self.assignment.groups {
-            let names: Vec<&str> = g.hinges.iter().map(|&h| self.robot.hinges[h].name.as_str()).collect();
-            let _ = writeln!(out, "{:<18} {}", g.part.to_string(), names.join(", "));
-        }
-        for doubt in &self.doubts {
-            let _ = writeln!(out, "doubt: {doubt}");
-        }
-        out
-    }
-
     /// The assignment as JSON.
     pub fn json(&self) -> serde_json::Value {
         let groups: Vec<serde_json::Value> = self

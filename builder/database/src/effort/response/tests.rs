@@ -119,7 +119,6 @@ fn a_way_ends_where_an_input_turns_back() {
     let found = reach(&way, 1, 1.0);
     assert_eq!(found.mixes.len(), 3, "{found:?}");
     assert!((found.gain() - 0.5).abs() < 1e-12, "{found:?}");
-    assert!(found.sum > 0.0 && found.sum < found.gain(), "{found:?}");
     // The other way round nothing is gained at the start, and nothing is reached.
     assert_eq!(reach(&way, 1, -1.0).mixes.len(), 1);
 }

@@ -21,8 +21,6 @@ pub struct LoopCycle {
     pub rows: Vec<Vec<f64>>,
     /// Time from each row to the next, the last one's to the first, seconds.
     pub steps_s: Vec<f64>,
-    /// Its place among the known speeds: 0 at the slowest, 1 at the next; beyond them it is extrapolated.
-    pub position: f64,
     /// How much quicker its steps are than the model has them there.
     pub cadence: f64,
 }
@@ -129,7 +127,7 @@ impl Bilinear {
         (0..self.speeds_m_s.len()).map(|v| self.at(weights, v as f64).speed_m_s()).collect()
     }
 
-    /// The cycle at a place among the known speeds.
+    /// The cycle at a place among the known speeds: 0 at the slowest, 1 at the next; beyond them it is extrapolated.
     fn at(&self, weights: &[f64], position: f64) -> LoopCycle {
         let vector = self.vector(weights, position);
         let rows: Vec<&[f64]> = vector.chunks_exact(self.dofs + 1).collect();
@@ -142,7 +140,7 @@ impl Bilinear {
             (row, slope / self.rate_hz)
         });
         let (rows, steps_s) = closed.unzip();
-        LoopCycle { rows, steps_s, position, cadence: 1.0 }
+        LoopCycle { rows, steps_s, cadence: 1.0 }
     }
 
     /// The vector at a mix of styles and a place among the known speeds: between two of them, or beyond the last two.

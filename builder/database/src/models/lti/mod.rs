@@ -20,7 +20,7 @@ use crate::models::{
 };
 use crate::registration::warp::STILL;
 use gestus_motion::statistics::moments;
-use n4sid::{Estimate, Signal, System};
+use n4sid::{Signal, System};
 
 /// Least standard deviation for normalisation, radians, metres, and their rates; for angles of the input it is [`STILL`].
 const LEAST: f64 = 1e-3;
@@ -36,8 +36,6 @@ pub struct Unit {
     pub first_output: usize,
     /// The system between them, in normalised dofs.
     pub system: System,
-    /// What the order was chosen by, descending.
-    pub singular_values: Vec<f64>,
 }
 
 /// A model of one output style.
@@ -115,9 +113,9 @@ pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -
                     y: normalised(&s.outputs, first_output, p, &outputs),
                 })
                 .collect();
-            let Estimate { system, singular_values } = n4sid::estimate(&signals, settled, options)?;
+            let system = n4sid::estimate(&signals, settled, options)?;
             let states = signals.iter().map(|s| system.states(&s.u)).collect();
-            Some((Unit { first_input, first_output, system, singular_values }, states))
+            Some((Unit { first_input, first_output, system }, states))
         })
         .collect::<Option<_>>()?;
     let (units, states): (Vec<Unit>, Vec<_>) = found.into_iter().unzip();

@@ -83,15 +83,6 @@ pub struct System {
     pub d: DMatrix<f64>,
 }
 
-/// A system, with the singular values that its order was chosen by.
-#[derive(Debug, Clone)]
-pub struct Estimate {
-    /// The system.
-    pub system: System,
-    /// Singular values of the oblique projection, descending.
-    pub singular_values: Vec<f64>,
-}
-
 impl System {
     /// Number of states.
     pub fn order(&self) -> usize {
@@ -113,25 +104,13 @@ impl System {
         }
         states
     }
-
-    /// The outputs from `x = 0`. Shape `[p x frames]`.
-    pub fn simulate(&self, u: &DMatrix<f64>) -> DMatrix<f64> {
-        let states = self.states(u);
-        let mut y = &self.d * u;
-        for t in 1..u.ncols() {
-            let add = &self.c * states.column(t - 1);
-            let mut column = y.column_mut(t);
-            column += add;
-        }
-        y
-    }
 }
 
 /// Estimates a system. The first `settled` frames of each stretch are excluded from the last fit, since the simulation
 /// starts at `x = 0`.
 ///
 /// `None` if no stretch is as long as past and future together.
-pub fn estimate(signals: &[Signal], settled: usize, options: &Options) -> Option<Estimate> {
+pub fn estimate(signals: &[Signal], settled: usize, options: &Options) -> Option<System> {
     let (m, p) = signals.first().map(|s| (s.u.nrows(), s.y.nrows()))?;
     // Short stretches: a shorter horizon, but one that the order still fits into.
     let longest = signals.iter().map(|s| s.u.ncols()).max()?;
@@ -166,7 +145,7 @@ pub fn estimate(signals: &[Signal], settled: usize, options: &Options) -> Option
     if options.rounds == 0 {
         refine_outputs(&mut system, signals, settled, options.noise);
     }
-    Some(Estimate { system, singular_values })
+    Some(system)
 }
 
 /// Singular values above the middle of the largest and the smallest on a logarithmic scale; at least one.

@@ -93,7 +93,6 @@ impl Model {
                 first_input: unit.first_input,
                 first_output: unit.first_output,
                 system: System { a, b, c, d },
-                singular_values: Vec::new(),
             }
         });
         let foot = |side: usize| {

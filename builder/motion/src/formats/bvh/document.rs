@@ -88,11 +88,6 @@ impl Bvh {
         &self.joints
     }
 
-    /// Columns of the motion table.
-    pub fn channels(&self) -> usize {
-        self.channels
-    }
-
     /// Number of frames; at least one.
     pub fn frames(&self) -> usize {
         self.values.len() / self.channels
@@ -117,10 +112,5 @@ impl Bvh {
     /// One row of the motion table. Shape `[channels]`.
     pub fn row(&self, frame: usize) -> &[f64] {
         &self.values[frame * self.channels..(frame + 1) * self.channels]
-    }
-
-    /// Indices of a joint's children, in order.
-    pub fn children(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
-        (joint + 1..self.joints.len()).filter(move |&j| self.joints[j].parent == Some(joint))
     }
 }
