@@ -143,7 +143,7 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     super::note(format_args!("3. streaming new motion through the core, unlabelled, one pose at a time"));
     let body = Body::of(&corpus)?;
     let mut shown: Vec<(String, Example, Streamed)> = Vec::new();
-    let mut rows = Vec::new();
+    let mut rows: Vec<serde_json::Value> = Vec::new();
     for (action, weights) in SHOWN {
         let (input, streamed, row) = show(&corpus, &database, &body, args.seed, action, weights, folder)?;
         let style = weights.iter().map(|(s, w)| if *w == 1.0 { (*s).to_owned() } else { format!("{w} {s}") });
@@ -156,9 +156,14 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     }
     let scenes: Vec<view::Scene<'_>> = shown
         .iter()
-        .map(|(title, input, streamed)| view::Scene {
+        .zip(&rows)
+        .map(|((title, input, streamed), row)| view::Scene {
             title: title.clone(),
-            words: String::new(),
+            words: errors(row).map_or_else(String::new, |[output, unchanged]| {
+                format!(
+                    "Joints are {output:.2} cm from the same motion generated in that style, {unchanged:.2} cm if left unchanged."
+                )
+            }),
             given: input.clip.clone(),
             output: streamed.clip(&input.clip, input.clip.rate_hz),
             body: &input.clip.skeleton,
@@ -180,13 +185,14 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
         }));
     }
     for row in &rows {
-        let cm = |key: &str| row[key].as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+        let error = errors(row).map_or_else(
+            || "a mix, for which there is no truth".to_owned(),
+            |[output, unchanged]| format!("{output:.2} cm from the truth, {unchanged:.2} if left unchanged"),
+        );
         super::say(format_args!(
-            "   {:12} to {:10} {:>5} cm from the truth, {:>5} if left unchanged; {:4.0} us a frame",
+            "   {:12} to {:10} {error:44} {:4.0} us a frame",
             row["action"].as_str().unwrap_or(""),
             row["style"].as_str().unwrap_or(""),
-            cm("joint_error_cm"),
-            cm("unchanged_cm"),
             row["median_us"].as_f64().unwrap_or(0.0),
         ))?;
     }
@@ -195,6 +201,11 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
         start.elapsed().as_secs_f64(),
         page.display()
     ))
+}
+
+/// Mean joint distances to the truth of a row, centimetres: of the output, and of the input.
+fn errors(row: &serde_json::Value) -> Option<[f64; 2]> {
+    Some([row["joint_error_cm"].as_f64()?, row["unchanged_cm"].as_f64()?])
 }
 
 /// One clip of new content: streamed, written as BVH, and held against the same content generated in the style.
@@ -209,7 +220,8 @@ fn show(
 ) -> Result<(Example, Streamed, serde_json::Value)> {
     // Contents of the database have small numbers.
     let content = synth::content_seed(seed, action, 1000);
-    let input = synth::performance(content, action, "neutral", corpus.rate_hz, 8.0)?;
+    let mut input = synth::performance(content, action, "neutral", corpus.rate_hz, 8.0)?;
+    input.clip.name = format!("{action}_neutral");
     let number = |name: &str| corpus.styles.iter().position(|s| s == name).unwrap_or(0) as u16;
     let request =
         Request { style: weights.iter().map(|(s, w)| (number(s), *w)).collect(), ..Request::style(0) };

@@ -8,7 +8,10 @@ use crate::pages::{self, Page, Proportions, Track};
 use gestus_database::{
     blob::export::class_names,
     registration::contact::contacts,
-    stream::{Streamed, translate::figures},
+    stream::{
+        Streamed,
+        translate::{degraded_words, figures},
+    },
 };
 use gestus_motion::{
     clip::{Clip, Frame, Skeleton},
@@ -59,10 +62,6 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
         .iter()
         .zip(&parts)
         .map(|(scene, (input_contacts, frames, output_contacts))| {
-            let figures = figures(scene.streamed);
-            let facts =
-                ["frames", "seconds", "median_us", "classes_mean", "visits_mean", "degraded", "digest"]
-                    .map(|key| (key.to_owned(), crate::report::table::text(figures.get(key))));
             let values = scene.streamed.steps.iter().map(|s| {
                 let mut row = vec![0.0; labels.len()];
                 for share in &s.report.classes {
@@ -76,7 +75,7 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
                     "input {}, one pose at a time; only the poses of the input are known. {}",
                     scene.given.name, scene.words
                 ),
-                facts: facts.to_vec(),
+                facts: facts(scene.streamed),
                 tracks: vec![
                     Track::of("input", &scene.given, input_contacts),
                     Track::of("output", &scene.output, &[]),
@@ -95,4 +94,20 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
         })
         .collect();
     Ok(pages::render(&Page { title: title.to_owned(), scenes }))
+}
+
+/// The key facts of a stream, with their units.
+fn facts(streamed: &Streamed) -> Vec<(String, String)> {
+    let figures = figures(streamed);
+    let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
+    let frames = streamed.steps.len();
+    let facts = [
+        ("Length", format!("{:.2} s, {frames} frames", number("seconds"))),
+        ("Time for a frame, median, where this page was made", format!("{:.0} µs", number("median_us"))),
+        ("Classes mixed in a frame, mean", format!("{:.2}", number("classes_mean"))),
+        ("Distances computed in a frame, mean", format!("{:.0}", number("visits_mean"))),
+        ("Frames with a flag in their report", degraded_words(&figures)),
+        ("Digest of all output bits", figures["digest"].as_str().unwrap_or("").to_owned()),
+    ];
+    facts.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }
