@@ -64,7 +64,7 @@ fn without_toes() -> Clip {
         parents: kept.iter().map(|&j| clip.skeleton.parents[j].and_then(place)).collect(),
         offsets: kept.iter().map(|&j| clip.skeleton.offsets[j]).collect(),
     };
-    let frame = |f: &Frame| Frame { root: f.root, rotations: kept.iter().map(|&j| f.rotations[j]).collect() };
+    let frame = |f: &Frame| f.on_joints(&kept);
     Clip { frames: clip.frames.iter().map(frame).collect(), skeleton: Arc::new(skeleton), ..clip.clone() }
 }
 

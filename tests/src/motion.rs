@@ -8,7 +8,10 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use gestus_database::build::{BuildOptions, build};
+use gestus_database::{
+    build::{BuildOptions, build},
+    synth,
+};
 use gestus_motion::{
     clip::{Clip, Frame, Skeleton},
     corpus::{Corpus, Cycle, Example},
@@ -195,6 +198,18 @@ pub fn large() -> &'static [u8] {
 pub fn tiny() -> &'static [u8] {
     static BLOB: OnceLock<Vec<u8>> = OnceLock::new();
     BLOB.get_or_init(|| blob(TINY))
+}
+
+/// A walker of [`synth`], whose feet do not slide: a database of three clips of each style less one, and that one, in the first
+/// style.
+///
+/// # Panics
+/// As [`blob`].
+pub fn walker(styles: &[&str], seconds: f64) -> (Vec<u8>, Clip) {
+    let corpus = synth::corpus(&synth::Options::of(&["walk"], styles, 3, seconds)).expect("it has legs");
+    let test = corpus.examples.iter().position(|e| corpus.styles[e.style] == styles[0]).expect("a style");
+    let built = build(&corpus.without(&[test]), &BuildOptions::default()).expect("the corpus is complete");
+    (built.bytes, corpus.examples[test].clip.clone())
 }
 
 /// A clip that is in no database here.

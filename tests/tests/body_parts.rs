@@ -7,7 +7,6 @@ use gestus_database::{
     build::{BuildOptions, build},
     search::groups,
     stream::{from_pose, to_pose},
-    synth,
 };
 use gestus_tests::motion;
 
@@ -62,18 +61,8 @@ fn most(values: &[f64]) -> f64 {
 fn walker() -> &'static (Vec<u8>, Vec<Pose<22>>) {
     static WALKER: OnceLock<(Vec<u8>, Vec<Pose<22>>)> = OnceLock::new();
     WALKER.get_or_init(|| {
-        let options = synth::Options {
-            actions: vec!["walk".to_owned()],
-            styles: ["neutral", "old", "childlike"].map(String::from).to_vec(),
-            clips: 3,
-            seconds: 8.0,
-            ..synth::Options::default()
-        };
-        let corpus = synth::corpus(&options).unwrap();
-        let style = corpus.styles.iter().position(|s| s == "neutral").unwrap();
-        let test = corpus.examples.iter().position(|e| e.style == style).unwrap();
-        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
-        (built.bytes, corpus.examples[test].clip.frames.iter().map(to_pose).collect())
+        let (blob, clip) = motion::walker(&["neutral", "old", "childlike"], 8.0);
+        (blob, clip.frames.iter().map(to_pose).collect())
     })
 }
 

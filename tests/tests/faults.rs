@@ -4,14 +4,11 @@
 use std::sync::OnceLock;
 
 use gestus_core::{Config, Database, Safety};
-use gestus_database::{
-    build::{BuildOptions, build},
-    stream::{Request, Streamed, stream, to_pose},
-    synth::{Options, corpus},
-};
+use gestus_database::stream::{Request, Streamed, stream, to_pose};
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance, speed::peak_speeds};
 use gestus_firmware_sim::faults::{Arrival, Arrivals, Disturbance, Faults, RECOVERED_M};
 use gestus_motion::{body::database_skeleton, clip::Clip};
+use gestus_tests::motion;
 
 /// Frames after the faults in which a stream recovers: 3 s.
 const CALM: usize = 90;
@@ -28,20 +25,7 @@ const KINDS: [&str; 5] = [
 /// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
-    WALKER.get_or_init(|| {
-        let options = Options {
-            actions: vec!["walk".to_owned()],
-            styles: ["neutral", "old", "childlike"].map(String::from).to_vec(),
-            clips: 3,
-            seconds: 9.0,
-            ..Options::default()
-        };
-        let corpus = corpus(&options).unwrap();
-        let style = corpus.styles.iter().position(|s| s == "neutral").unwrap();
-        let test = corpus.examples.iter().position(|e| e.style == style).unwrap();
-        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
-        (built.bytes, corpus.examples[test].clip.clone())
-    })
+    WALKER.get_or_init(|| motion::walker(&["neutral", "old", "childlike"], 9.0))
 }
 
 /// Faults in all but the last frames, which arrive undisturbed.

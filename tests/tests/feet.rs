@@ -3,11 +3,7 @@
 use std::sync::OnceLock;
 
 use gestus_core::{Config, Database, Pose, Stylizer, body::two_bone_ik::Chain};
-use gestus_database::{
-    build::{BuildOptions, build},
-    stream::{Request, Streamed, cleanup::clean_up, from_pose, stream, to_pose},
-    synth::{Options, corpus},
-};
+use gestus_database::stream::{Request, Streamed, cleanup::clean_up, from_pose, stream, to_pose};
 use gestus_evaluate::metrics::{
     feet::{deepest_cm, skate_cm_s},
     performance::Performance,
@@ -100,20 +96,7 @@ fn a_target_out_of_reach_stretches_the_leg_and_breaks_nothing() {
 /// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
-    WALKER.get_or_init(|| {
-        let options = Options {
-            actions: vec!["walk".to_owned()],
-            styles: ["neutral", "old", "childlike"].map(String::from).to_vec(),
-            clips: 3,
-            seconds: 6.0,
-            ..Options::default()
-        };
-        let corpus = corpus(&options).unwrap();
-        let style = corpus.styles.iter().position(|s| s == "neutral").unwrap();
-        let test = corpus.examples.iter().position(|e| e.style == style).unwrap();
-        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
-        (built.bytes, corpus.examples[test].clip.clone())
-    })
+    WALKER.get_or_init(|| motion::walker(&["neutral", "old", "childlike"], 6.0))
 }
 
 #[test]

@@ -3,13 +3,10 @@
 use std::sync::OnceLock;
 
 use gestus_core::{BLEND_BACK_S, Config, Database, Degraded, Pose, Report, Safety, Stylizer, blob::Leg};
-use gestus_database::{
-    build::{BuildOptions, build},
-    stream::{from_pose, to_pose},
-    synth,
-};
+use gestus_database::stream::{from_pose, to_pose};
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::clip::Clip;
+use gestus_tests::motion;
 
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
 type Outputs = Vec<(Pose<22>, Report)>;
@@ -20,20 +17,7 @@ const FAULT: std::ops::Range<usize> = 90..102;
 /// A generated walker whose feet do not slide: a database, and a clip that is not in it.
 fn walker() -> &'static (Vec<u8>, Clip) {
     static WALKER: OnceLock<(Vec<u8>, Clip)> = OnceLock::new();
-    WALKER.get_or_init(|| {
-        let options = synth::Options {
-            actions: vec!["walk".to_owned()],
-            styles: ["neutral", "old"].map(String::from).to_vec(),
-            clips: 3,
-            seconds: 8.0,
-            ..synth::Options::default()
-        };
-        let corpus = synth::corpus(&options).unwrap();
-        let style = corpus.styles.iter().position(|s| s == "neutral").unwrap();
-        let test = corpus.examples.iter().position(|e| e.style == style).unwrap();
-        let built = build(&corpus.without(&[test]), &BuildOptions::default()).unwrap();
-        (built.bytes, corpus.examples[test].clip.clone())
-    })
+    WALKER.get_or_init(|| motion::walker(&["neutral", "old"], 8.0))
 }
 
 fn run(safety: Safety, arrives: impl Fn(usize, Pose<22>) -> Option<(Pose<22>, u32)>) -> Outputs {

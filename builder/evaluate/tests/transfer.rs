@@ -6,18 +6,13 @@ use gestus_database::{
     synth,
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance, speed::peak_speeds};
-use gestus_motion::{body::Body, clip::Clip};
-
-fn clips() -> (Body, Clip, Clip) {
-    let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
-    let body = Body::of(&corpus).unwrap();
-    let of = |style: usize| corpus.examples.iter().find(|e| e.style == style).unwrap().clip.clone();
-    (body, of(0), of(1))
-}
+use gestus_motion::body::Body;
 
 #[test]
 fn feet_that_stand_in_the_source_stand_in_the_result() {
-    let (body, source, reference) = clips();
+    let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
+    let body = Body::of(&corpus).unwrap();
+    let [source, reference] = [0, 1].map(|style| corpus.examples[style].clip.clone());
     let go = |clean_up: bool| {
         let out = transfer(&body, &source, &reference, &Options { clean_up, ..Options::default() }).unwrap();
         let (limbs, stands) = Limbs::of_clip(&body, &source).unwrap();

@@ -211,7 +211,7 @@ impl Binding {
     /// Checks that a clip can be written like a document of that rig and name.
     pub(crate) fn check(&self, rig: &[Joint], file: &str, clip: &Clip) -> Result<(), ConvertError> {
         self.check_rig(rig)?;
-        if let Some(difference) = difference(&clip.skeleton, &self.skeleton) {
+        if let Some(difference) = clip.skeleton.difference(&self.skeleton) {
             let (clip, file) = (clip.name.clone(), file.to_owned());
             return Err(ConvertError::OtherSkeleton { clip, file, difference });
         }
@@ -239,18 +239,6 @@ impl Binding {
 pub fn to_clip(recording: &impl Recording, options: &Options) -> Result<(Clip, Binding), ConvertError> {
     let binding = Binding::new(recording, options)?;
     Ok((binding.to_clip(recording)?, binding))
-}
-
-/// How the joints of two skeletons differ in number, name or parent, if they do. Their offsets may differ.
-fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
-    if a.joints() != b.joints() {
-        return Some(format!("{} joints against {}", a.joints(), b.joints()));
-    }
-    let j = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j])?;
-    Some(match a.names[j] == b.names[j] {
-        true => format!("`{}` hangs on another joint", a.names[j]),
-        false => format!("joint {j} is `{}` against `{}`", a.names[j], b.names[j]),
-    })
 }
 
 pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {

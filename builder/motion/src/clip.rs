@@ -37,6 +37,19 @@ impl Skeleton {
     pub fn find(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n == name)
     }
+
+    /// How the joints of this skeleton differ from another's in number, name or parent, if they do. Their offsets may differ.
+    pub fn difference(&self, other: &Skeleton) -> Option<String> {
+        if self.joints() != other.joints() {
+            return Some(format!("{} joints against {}", self.joints(), other.joints()));
+        }
+        let differs = |&j: &usize| self.names[j] != other.names[j] || self.parents[j] != other.parents[j];
+        let j = (0..self.joints()).find(differs)?;
+        Some(match self.names[j] == other.names[j] {
+            true => format!("`{}` hangs on another joint", self.names[j]),
+            false => format!("joint {j} is `{}` against `{}`", self.names[j], other.names[j]),
+        })
+    }
 }
 
 /// Memory of a frame beside its rotations, bytes: the root, the list, and what the allocator adds.
@@ -54,6 +67,16 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The pose of some joints of the skeleton, in this order; the first is the root.
+    pub fn on_joints(&self, joints: &[usize]) -> Frame {
+        Frame { root: self.root, rotations: joints.iter().map(|&j| self.rotations[j]).collect() }
+    }
+
+    /// Greatest angle between the rotations of a joint in this pose and in another, radians.
+    pub fn angle_to(&self, other: &Frame) -> f64 {
+        self.rotations.iter().zip(&other.rotations).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max)
+    }
+
     /// World positions of all joints, metres, by forward kinematics. Shape `[joints]`.
     pub fn positions(&self, skeleton: &Skeleton) -> Vec<Vector3<f64>> {
         let mut world = Vec::with_capacity(skeleton.joints());

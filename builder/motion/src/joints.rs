@@ -8,7 +8,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::{
-    clip::{Clip, Frame, Skeleton},
+    clip::{Clip, Skeleton},
     corpus::{Corpus, Example},
 };
 
@@ -57,12 +57,11 @@ pub fn kept(skeleton: &Skeleton, names: &[String]) -> Result<Vec<usize>, JointsE
 
 /// The clip on some of its joints; `skeleton` is [`skeleton_of`] them.
 pub fn clip_on(clip: &Clip, kept: &[usize], skeleton: &Arc<Skeleton>) -> Clip {
-    let pick = |f: &Frame| Frame { root: f.root, rotations: kept.iter().map(|&j| f.rotations[j]).collect() };
     Clip {
         name: clip.name.clone(),
         skeleton: skeleton.clone(),
         rate_hz: clip.rate_hz,
-        frames: clip.frames.iter().map(pick).collect(),
+        frames: clip.frames.iter().map(|frame| frame.on_joints(kept)).collect(),
     }
 }
 

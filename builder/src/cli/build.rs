@@ -170,7 +170,8 @@ impl Args {
             bail!("--features {features}: from 1 to {MAX_FEATURES}");
         }
         if let Some(error) = self.row_error.filter(|e| !BuildOptions::ERRORS_CM.contains(e)) {
-            bail!("--row-error {error}: centimetres from 0.0001 to 10");
+            let (least, most) = (BuildOptions::ERRORS_CM.start(), BuildOptions::ERRORS_CM.end());
+            bail!("--row-error {error}: centimetres from {least} to {most}");
         }
         options.cycles = self.cycles.unwrap_or(options.cycles);
         options.features = self.features.unwrap_or(options.features);

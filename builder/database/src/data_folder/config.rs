@@ -30,7 +30,11 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::pattern::{Pattern, built_in};
-use crate::{build::BuildOptions, registration::timeline::Kind, retarget::file::FLOORS_M};
+use crate::{
+    build::BuildOptions,
+    registration::timeline::Kind,
+    retarget::file::{FLOORS_M, expected_floor},
+};
 use gestus_motion::{
     files::{self, MOST_SETTINGS},
     unit::Unit,
@@ -141,7 +145,7 @@ pub enum AnnotateError {
     #[error("{file}: pattern `{pattern}`: {problem}")]
     Pattern { file: String, pattern: String, problem: &'static str },
     #[error("{file}: `{key}` is {found}; expected {expected}")]
-    Value { file: String, key: &'static str, found: String, expected: &'static str },
+    Value { file: String, key: &'static str, found: String, expected: String },
     #[error(
         "{file}: its name doesn't say action and style; add a pattern like \"{{action}}_{{style}}_{{take}}.bvh\" to \
          `patterns` in {FILE_NAME}, or the file to the table `files`"
@@ -171,41 +175,46 @@ impl Config {
                 problem,
             })?;
         }
-        let value =
-            |key, found: String, expected| Err(AnnotateError::Value { file: file(), key, found, expected });
+        let value = |key, found: String, expected: String| {
+            Err(AnnotateError::Value { file: file(), key, found, expected })
+        };
         if !(1.0..=1000.0).contains(&config.rate_hz) {
-            return value("rate_hz", config.rate_hz.to_string(), "frames a second from 1 to 1000");
+            return value("rate_hz", config.rate_hz.to_string(), "frames a second from 1 to 1000".into());
         }
         if !(1..=8).contains(&config.build.window) {
-            return value("build.window", config.build.window.to_string(), "1 to 8 frames");
+            return value("build.window", config.build.window.to_string(), "1 to 8 frames".into());
         }
         if !BuildOptions::ERRORS_CM.contains(&config.build.error_cm) {
-            return value(
-                "build.error_cm",
-                config.build.error_cm.to_string(),
-                "centimetres from 0.0001 to 10",
-            );
+            let (least, most) = (BuildOptions::ERRORS_CM.start(), BuildOptions::ERRORS_CM.end());
+            let expected = format!("centimetres from {least} to {most}");
+            return value("build.error_cm", config.build.error_cm.to_string(), expected);
         }
         if !BuildOptions::FEATURES.contains(&config.build.features) {
-            return value("build.features", config.build.features.to_string(), "1 to 32 components");
+            let (least, most) = (BuildOptions::FEATURES.start(), BuildOptions::FEATURES.end());
+            let expected = format!("{least} to {most} components");
+            return value("build.features", config.build.features.to_string(), expected);
         }
         if !matches!(config.build.block_rows, 1 | 2 | 4 | 8 | 16 | 32 | 64) {
-            return value("build.block_rows", config.build.block_rows.to_string(), "a power of two up to 64");
+            return value(
+                "build.block_rows",
+                config.build.block_rows.to_string(),
+                "a power of two up to 64".into(),
+            );
         }
         if let Some(unit) = config.unit.as_ref().filter(|u| u.parse::<Unit>().is_err()) {
             return value(
                 "unit",
                 unit.clone(),
-                "m, cm, mm, inch, cmu, or metres a unit as a number above zero",
+                "m, cm, mm, inch, cmu, or metres a unit as a number above zero".into(),
             );
         }
         let too_far = |metres: &&f64| !FLOORS_M.contains(*metres);
         if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
-            return value("floor", metres.to_string(), "metres from -10000000 to 10000000");
+            return value("floor", metres.to_string(), expected_floor());
         }
         if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
         {
-            return value("files", format!("without action or style for {found}"), "both, not empty");
+            return value("files", format!("without action or style for {found}"), "both, not empty".into());
         }
         Ok(config)
     }

@@ -29,14 +29,10 @@ pub(super) fn most_common(skeletons: &[&Skeleton]) -> Option<(usize, usize)> {
     kinds.into_iter().find(|k| Some(k.1) == most)
 }
 
-/// A difference that prevents two skeletons from being merged.
+/// How `b` differs from `a` where that prevents the two from being merged.
 pub(super) fn difference(a: &Skeleton, b: &Skeleton) -> Option<String> {
-    if a.joints() != b.joints() {
-        return Some(format!("{} joints against {}", b.joints(), a.joints()));
-    }
-    let named = (0..a.joints()).find(|&j| a.names[j] != b.names[j] || a.parents[j] != b.parents[j]);
-    if let Some(j) = named {
-        return Some(format!("joint {j} is `{}` against `{}`", b.names[j], a.names[j]));
+    if let Some(difference) = b.difference(a) {
+        return Some(difference);
     }
     let times = size(b) / size(a);
     if !(1.0 / LARGER..=LARGER).contains(&times) {

@@ -4,6 +4,7 @@
 //! scale with the size of the body. The slower joint is used since it carries the foot; the lower one does as well in
 //! gaits, jumps and kicks, and worse when a foot pivots on its ball (generated punches: F1 0.986 instead of 0.989).
 
+use gestus_core::blob::Leg;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use gestus_motion::{
@@ -107,6 +108,20 @@ pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2
         roll.clamp(0.0, heights[side][i].max(0.0))
     };
     [0, 1].map(|side| [0, 1].map(|i| roll(side, i)))
+}
+
+/// The legs of a body, with the heights and rolls of feet that stand in some clips.
+pub fn legs(examples: &[&Example], landmarks: &Landmarks) -> [Leg; 2] {
+    let heights = sole_heights(examples, landmarks);
+    let rolls = rolls(examples, landmarks, heights);
+    [0, 1].map(|side| Leg {
+        hip: landmarks.hip_joints[side],
+        knee: landmarks.knees[side],
+        ankle: landmarks.feet[side],
+        toe: (landmarks.toes[side] != landmarks.feet[side]).then_some(landmarks.toes[side]),
+        heights: heights[side].map(|h| h as f32),
+        rolls: rolls[side].map(|r| r as f32),
+    })
 }
 
 /// Orientation of a joint in the world.

@@ -20,6 +20,11 @@ use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 /// Heights of a floor that can be told, metres: as far as a clip can be from its origin.
 pub const FLOORS_M: RangeInclusive<f64> = -1e7..=1e7;
 
+/// [`FLOORS_M`] in words, for messages.
+pub fn expected_floor() -> String {
+    format!("metres from {} to {}", FLOORS_M.start(), FLOORS_M.end())
+}
+
 /// The file's content, checked for its words.
 #[derive(Debug, Clone, Default)]
 pub struct MapFile {
@@ -47,7 +52,7 @@ pub enum MapFileError {
     Up { file: String, word: String },
     #[error("{file}: rest = \"{word}\": zero or motion")]
     Rest { file: String, word: String },
-    #[error("{file}: floor = {metres}: metres from {} to {}", FLOORS_M.start(), FLOORS_M.end())]
+    #[error("{file}: floor = {metres}: {}", expected_floor())]
     Floor { file: String, metres: f64 },
 }
 

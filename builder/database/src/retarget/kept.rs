@@ -2,9 +2,9 @@
 //!
 //! A map takes as many joints as a board can hold. Characters have more, of faces, hair and clothes, which move as they do.
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::collections::BTreeSet;
 
-use gestus_motion::clip::{Frame, Skeleton};
+use gestus_motion::{clip::Frame, joints};
 
 use crate::retarget::body::Body;
 
@@ -34,12 +34,8 @@ impl Kept {
         let Some(kept) = &self.0 else { return body.clone() };
         let place = |joint: usize| kept.iter().position(|&k| k == joint);
         let places = |joints: &[usize]| joints.iter().filter_map(|&j| place(j)).collect::<Vec<_>>();
-        let (skeleton, mut part) = (&body.skeleton, body.clone());
-        part.skeleton = Arc::new(Skeleton {
-            names: kept.iter().map(|&j| skeleton.names[j].clone()).collect(),
-            parents: kept.iter().map(|&j| skeleton.parents[j].and_then(place)).collect(),
-            offsets: kept.iter().map(|&j| skeleton.offsets[j]).collect(),
-        });
+        let mut part = body.clone();
+        part.skeleton = joints::skeleton_of(&body.skeleton, kept);
         part.parts.joints.values_mut().for_each(|joint| *joint = place(*joint).unwrap_or(0));
         part.parts.spine = places(&body.parts.spine);
         part.parts.neck = places(&body.parts.neck);
@@ -51,8 +47,7 @@ impl Kept {
 
     /// Those of a pose.
     pub fn pick(&self, frame: &Frame) -> Frame {
-        let Some(kept) = &self.0 else { return frame.clone() };
-        Frame { root: frame.root, rotations: kept.iter().map(|&j| frame.rotations[j]).collect() }
+        self.0.as_ref().map_or_else(|| frame.clone(), |kept| frame.on_joints(kept))
     }
 
     /// A pose of them, with the other joints as in `whole`.

@@ -46,11 +46,7 @@ pub fn in_style(frames: &mut [Frame], inputs: &[Frame], rate_hz: f64) {
 
 /// Fastest turn of a joint from each pose to the next, radians.
 fn turns(frames: &[Frame]) -> Vec<f64> {
-    let turn = |pair: &[Frame]| {
-        let joints = pair[0].rotations.iter().zip(&pair[1].rotations);
-        joints.map(|(p, q)| p.angle_to(q)).fold(0.0, f64::max)
-    };
-    frames.windows(2).map(turn).collect()
+    frames.windows(2).map(|pair| pair[0].angle_to(&pair[1])).collect()
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ impl BodyMapping {
         match self {
             Self::Same(joints, origin) => {
                 let lowered = |frame: &Frame| {
-                    let mut frame = pick(frame, joints);
+                    let mut frame = frame.on_joints(joints);
                     frame.root -= origin;
                     frame.root.y -= floor_m;
                     frame
@@ -162,8 +162,4 @@ pub fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {
     }
     // Calibrations of one performer differ by a few per cent.
     (apart < 0.1 * length).then_some(joints)
-}
-
-fn pick(frame: &Frame, joints: &[usize]) -> Frame {
-    Frame { root: frame.root, rotations: joints.iter().map(|&j| frame.rotations[j]).collect() }
 }

@@ -23,7 +23,7 @@ use gestus_core::{
 use nalgebra::Vector3;
 
 use crate::{
-    registration::contact::{GAUSSIAN_S, contacts, rolls, smoothed, sole_heights},
+    registration::contact::{GAUSSIAN_S, contacts, legs, smoothed},
     retarget::body::ANKLE,
     stream::{Streamed, from_pose, to_pose},
 };
@@ -84,19 +84,9 @@ impl Limbs {
         }
         let mut corpus = Corpus::of_clip(clip);
         corpus.examples[0].contacts.clone_from(&stands);
-        let heights = sole_heights(&[&corpus.examples[0]], m);
-        let rolls = rolls(&[&corpus.examples[0]], m, heights);
-        let legs = [0, 1].map(|side| Leg {
-            hip: m.hip_joints[side],
-            knee: m.knees[side],
-            ankle: m.feet[side],
-            toe: (m.toes[side] != m.feet[side]).then_some(m.toes[side]),
-            heights: heights[side].map(|h| h as f32),
-            rolls: rolls[side].map(|r| r as f32),
-        });
         let float = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let limbs = Self {
-            legs,
+            legs: legs(&[&corpus.examples[0]], m),
             parents: skeleton.parents.clone(),
             offsets: skeleton.offsets.iter().map(float).collect(),
             side: float(&line),

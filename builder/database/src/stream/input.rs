@@ -8,7 +8,11 @@ use gestus_core::Database;
 
 use crate::{
     registration::floor::{Floor, Source},
-    retarget::{MapFile, Retarget, file::FLOORS_M, up::lifted},
+    retarget::{
+        MapFile, Retarget,
+        file::{FLOORS_M, expected_floor},
+        up::lifted,
+    },
     stream::{
         Streamed, beginning,
         body_mapping::{BodyMapping, same_body},
@@ -49,7 +53,7 @@ impl InputOptions {
     /// A floor that is too far away.
     pub fn on_floor(mut self, metres: Option<f64>) -> Result<Self> {
         if let Some(metres) = metres.filter(|metres| !FLOORS_M.contains(metres)) {
-            bail!("floor {metres}: metres from {} to {}", FLOORS_M.start(), FLOORS_M.end());
+            bail!("floor {metres}: {}", expected_floor());
         }
         self.map.floor_m = metres.or(self.map.floor_m);
         Ok(self)
@@ -182,30 +186,16 @@ impl Input {
             course
         };
         let (place, coarse) = (course::place(original), far::told(original));
-        if options.looped {
-            original.fitted(rate_hz)?;
-            let mut mapped = onto(original);
-            let course = move_in_place(&mut mapped);
-            let round = Round::find(&mapped, &body)?;
-            let clip = round.cut_rotations(original, rate_hz);
-            let mapped = round.cut(&mapped, &body, rate_hz);
-            return Ok(Self {
-                document,
-                binding,
-                clip,
-                mapped,
-                mapping,
-                floor,
-                course,
-                round: Some(round),
-                place,
-                coarse,
-            });
-        }
-        let clip = original.fitted(rate_hz)?;
-        let mut mapped = onto(&clip);
+        let mut clip = original.fitted(rate_hz)?;
+        // A loop is found at the clip's own rate, and resampled to a whole number of frames.
+        let mut mapped = onto(if options.looped { original } else { &clip });
         let course = move_in_place(&mut mapped);
-        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round: None, place, coarse })
+        let round = options.looped.then(|| Round::find(&mapped, &body)).transpose()?;
+        if let Some(round) = &round {
+            clip = round.cut_rotations(original, rate_hz);
+            mapped = round.cut(&mapped, &body, rate_hz);
+        }
+        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round, place, coarse })
     }
 
     /// The output on the database's skeleton, for driving a robot.

@@ -33,11 +33,8 @@ pub fn leave_moments_alone(frames: &mut [Frame], inputs: &[Frame], passed: &[f64
     {
         return;
     }
-    let turned = |t: usize| {
-        let joints = frames[t].rotations.iter().zip(&inputs[t].rotations);
-        joints.map(|(q, x)| q.angle_to(x)).fold(0.0, f64::max)
-    };
-    let alone: Vec<bool> = (0..count).map(|t| passed[t] >= WHOLLY && turned(t) < RETURNED).collect();
+    let alone = |t: usize| passed[t] >= WHOLLY && frames[t].angle_to(&inputs[t]) < RETURNED;
+    let alone: Vec<bool> = (0..count).map(alone).collect();
     let mut replaced = vec![false; count];
     let mut from = 0;
     while from < count {

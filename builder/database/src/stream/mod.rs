@@ -359,12 +359,12 @@ impl<const J: usize> Playback<J> {
         for _ in 0..delay {
             self.push(last, self.step_s, joints);
         }
-        let keep = |i: usize| i >= delay && i < delay + count;
-        let mut index = 0..;
-        self.frames.retain(|_| keep(index.next().unwrap_or(0)));
-        let mut index = 0..;
-        self.ticks.retain(|_| keep(index.next().unwrap_or(0)));
-        Retimed { frames: self.frames, ticks: self.ticks, latency_s, tick_s: f64::from(self.step_s) }
+        Retimed {
+            frames: self.frames.into_iter().skip(delay).take(count).collect(),
+            ticks: self.ticks.into_iter().skip(delay).take(count).collect(),
+            latency_s,
+            tick_s: f64::from(self.step_s),
+        }
     }
 }
 

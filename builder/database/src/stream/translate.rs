@@ -4,7 +4,11 @@ use anyhow::Result;
 use gestus_core::Database;
 
 use crate::stream::{Request, Streamed, Watcher, cleanup, input::Input, looped, stream};
-use gestus_motion::{body::Body, corpus::Corpus};
+use gestus_motion::{
+    body::Body,
+    corpus::Corpus,
+    statistics::{mean_or_zero, quantile, sorted},
+};
 
 /// Streams an input; of a loop, the last of its rounds.
 ///
@@ -57,15 +61,9 @@ fn run(
 /// Figures of a stream, as the commands' JSON has them.
 pub fn figures(streamed: &Streamed) -> serde_json::Value {
     let steps = &streamed.steps;
-    let count = steps.len().max(1) as f64;
-    let mut micros: Vec<f64> = steps.iter().map(|s| s.micros).collect();
-    micros.sort_by(f64::total_cmp);
-    let quantile = |q: f64| {
-        micros.get(((micros.len() as f64 * q) as usize).min(micros.len().saturating_sub(1))).copied()
-    };
-    let mean = |value: &dyn Fn(&gestus_core::Report) -> f64| {
-        steps.iter().map(|s| value(&s.report)).sum::<f64>() / count
-    };
+    let micros = sorted(steps.iter().map(|s| s.micros));
+    let mean =
+        |value: &dyn Fn(&gestus_core::Report) -> f64| mean_or_zero(steps.iter().map(|s| value(&s.report)));
     let by: serde_json::Map<String, serde_json::Value> = gestus_core::Degraded::NAMES
         .iter()
         .map(|(flag, name)| {
@@ -81,8 +79,8 @@ pub fn figures(streamed: &Streamed) -> serde_json::Value {
     let mut figures = serde_json::json!({
         "frames": steps.len(),
         "seconds": seconds,
-        "median_us": quantile(0.5),
-        "p99_us": quantile(0.99),
+        "median_us": quantile(&micros, 0.5),
+        "p99_us": quantile(&micros, 0.99),
         "classes_mean": mean(&|r| r.classes.len() as f64),
         "visits_mean": mean(&|r| f64::from(r.visits)),
         "visits_max": steps.iter().map(|s| s.report.visits).max(),

@@ -61,11 +61,7 @@ fn followed<'a>(way: impl Iterator<Item = &'a UnitQuaternion<f64>>, limit: f64) 
 
 /// Fastest turn of a joint from a frame to the next, radians.
 fn fastest(frames: &[Frame]) -> f64 {
-    let turns = frames.windows(2).flat_map(|pair| {
-        let joints = pair[0].rotations.iter().zip(&pair[1].rotations);
-        joints.map(|(p, q)| p.angle_to(q))
-    });
-    turns.fold(0.0, f64::max)
+    frames.windows(2).map(|pair| pair[0].angle_to(&pair[1])).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

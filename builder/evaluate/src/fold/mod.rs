@@ -209,6 +209,7 @@ pub(crate) fn class_of(database: &Database<'_>, action: usize, style: usize) -> 
 mod tests {
     use gestus_core::Config;
     use gestus_database::{
+        registration::contact,
         stream::{Request, stream},
         synth,
     };
@@ -232,8 +233,8 @@ mod tests {
         let fold = Fold::of(&experiment, &body, held);
         let found = fold.row("truth", &fold.x, None).delivered;
         let real = Performance::of_clip(&experiment.corpus.examples[0].clip, &body);
-        let skate =
-            feet::skate_cm_s(&body.skeleton, &feet::legs(&body, &[&experiment.corpus.examples[0]]), &real);
+        let legs = contact::legs(&[&experiment.corpus.examples[0]], &body.landmarks);
+        let skate = feet::skate_cm_s(&body.skeleton, &legs, &real);
         assert!(found.error_cm < 1e-9, "{found:?}");
         for ratio in [Some(found.third_difference), found.variability, found.speed] {
             assert!((ratio.unwrap() - 1.0).abs() < 1e-3, "{found:?}");

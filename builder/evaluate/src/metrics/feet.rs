@@ -2,31 +2,14 @@
 //! clip, and by no contacts at all.
 
 use gestus_core::blob::Leg;
-use gestus_database::registration::contact::{orientation, rolls, sole_heights};
+use gestus_database::registration::contact::orientation;
 use gestus_motion::{
-    body::Body,
     clip::{Frame, Skeleton},
-    corpus::Example,
     statistics::{mean, quantile, sorted},
 };
 use nalgebra::Vector3;
 
 use crate::metrics::performance::Performance;
-
-/// The legs of a body, with the heights at which feet stand in some clips.
-pub fn legs(body: &Body, examples: &[&Example]) -> [Leg; 2] {
-    let marks = &body.landmarks;
-    let heights = sole_heights(examples, marks);
-    let rolls = rolls(examples, marks, heights);
-    [0, 1].map(|side| Leg {
-        hip: marks.hip_joints[side],
-        knee: marks.knees[side],
-        ankle: marks.feet[side],
-        toe: (marks.toes[side] != marks.feet[side]).then_some(marks.toes[side]),
-        heights: heights[side].map(|h| h as f32),
-        rolls: rolls[side].map(|r| r as f32),
-    })
-}
 
 /// Speeds on the ground, m/s, of the point that a foot stands on: of the joint that carries the foot, less what the roll
 /// of the sole moves it by ([`Leg::rolls`]). `None` where the foot does not stand in this frame and the one before. Shape

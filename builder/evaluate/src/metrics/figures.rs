@@ -1,7 +1,7 @@
 //! The figures of a motion against the truth clip: of a prediction, or of the poses that leave.
 
 use gestus_core::blob::Leg;
-use gestus_database::stream::Streamed;
+use gestus_database::{registration::contact::legs, stream::Streamed};
 use gestus_motion::{
     body::{Body, row_at},
     clip::Clip,
@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use crate::metrics::{
     centred,
-    feet::{self, skate_cm_s, stillest_cm_s},
+    feet::{skate_cm_s, stillest_cm_s},
     joint_distance, matched,
     performance::Performance,
     speed::ground_speed,
@@ -92,7 +92,7 @@ impl Reference {
             body: body.clone(),
             test: Clip { frames: Vec::new(), ..test.clip.clone() },
             cycles: test.cycles.clone(),
-            legs: feet::legs(body, &[truth]),
+            legs: legs(&[truth], &body.landmarks),
             poses: at.iter().map(|p| p.map(|p| centred(body, &row_at(rows, p)))).collect(),
             stands: at.iter().map(|p| p.as_ref().and_then(stands_at).unwrap_or_default()).collect(),
             third_difference: third_difference(&all),

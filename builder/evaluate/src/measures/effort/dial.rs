@@ -5,6 +5,7 @@ use gestus_database::{
     blob::assemble::with_section,
     build::{BuildError, build},
     effort::{NAMES, estimate::Estimator, fragment::Library, model::Model, response, synthesize},
+    registration::contact,
     stream::{Request, Streamed, stream},
 };
 use gestus_motion::{
@@ -208,7 +209,7 @@ impl Delivered {
             sum += frames * ((1.0 - share) * real(choice.first) + share * real(choice.second));
             count += frames;
         }
-        let legs = feet::legs(body, &[input]);
+        let legs = contact::legs(&[input], &body.landmarks);
         let skate = |frames: &[Frame]| {
             let performance = Performance {
                 frames: frames.to_vec(),

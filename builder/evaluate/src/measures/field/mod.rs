@@ -12,6 +12,7 @@ use gestus_core::{Config, Database, Method};
 use gestus_database::{
     build::BuildError,
     command_line::progress,
+    registration::contact::legs,
     stream::{Request, stream},
 };
 use gestus_motion::{body::Body, clip::Clip, corpus::Corpus};
@@ -24,7 +25,7 @@ use crate::{
     experiment::{Experiment, HeldOut},
     fold::each,
     measures::{OnClips, Uses},
-    metrics::{feet, performance::Performance},
+    metrics::performance::Performance,
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -189,7 +190,7 @@ impl Judges {
         let corpus = &experiment.corpus;
         let Judged { method, fold, clip } = judged;
         let (test, truth) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);
-        let legs = feet::legs(body, &[truth]);
+        let legs = legs(&[truth], &body.landmarks);
         let one = |found: usize, wanted: usize| u8::from(found == wanted);
         let class = self.class(windows);
         row(json!({

@@ -4,8 +4,8 @@ use crate::synth;
 fn clips() -> (Body, Clip, Clip) {
     let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
     let body = Body::of(&corpus).unwrap();
-    let of = |style: usize| corpus.examples.iter().find(|e| e.style == style).unwrap().clip.clone();
-    (body, of(0), of(1))
+    let [source, reference] = [0, 1].map(|style| corpus.examples[style].clip.clone());
+    (body, source, reference)
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn the_warp_cancels_but_for_its_weights() {
     };
     let mut most: f64 = 0.0;
     for (a, b) in go(false).frames.iter().zip(&go(true).frames) {
-        most = a.rotations.iter().zip(&b.rotations).map(|(p, q)| p.angle_to(q)).fold(most, f64::max);
+        most = a.angle_to(b).max(most);
     }
     assert!(most < 0.06, "{most} rad");
 }
