@@ -3,7 +3,7 @@
 use crate::{
     memory::{self, Region, disjoint},
     status::{GestusStatus, StatusResult, status},
-    stylizer::{GestusReport, GestusStylizer, step, stylizer_of},
+    stylizer::{GestusReport, GestusStylizer, gestus_stylizer_step, stylizer_of},
 };
 
 /// Characters that step together. The arrays hold them one after the other.
@@ -119,7 +119,7 @@ unsafe fn step_many(crowd: *const GestusCrowd, stepped: *mut usize) -> StatusRes
         // SAFETY: as above; the arrays have a place for each character. A null pointer stays one.
         outcome = unsafe {
             let report = if crowd.reports.is_null() { crowd.reports } else { crowd.reports.add(i) };
-            step(
+            gestus_stylizer_step(
                 crowd.stylizers.add(i).read(),
                 crowd.positions.add(3 * i),
                 crowd.rotations.add(4 * crowd.joints * i),
@@ -128,6 +128,7 @@ unsafe fn step_many(crowd: *const GestusCrowd, stepped: *mut usize) -> StatusRes
                 crowd.out_rotations.add(4 * crowd.joints * i),
                 report,
             )
+            .result()
         };
         if outcome.is_err() {
             done = i;

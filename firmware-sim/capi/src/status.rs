@@ -229,6 +229,14 @@ impl From<ConfigError> for GestusStatus {
 pub(crate) type StatusResult<T = ()> = Result<T, GestusStatus>;
 
 /// The status of a body's result, for C.
+impl GestusStatus {
+    /// The status as a result: an error unless it is `Ok`.
+    pub(crate) fn result(self) -> StatusResult {
+        if self == Self::Ok { Ok(()) } else { Err(self) }
+    }
+}
+
+/// The status of a result, as C has it.
 pub(crate) fn status(answer: StatusResult) -> GestusStatus {
     match answer {
         Ok(()) => GestusStatus::Ok,

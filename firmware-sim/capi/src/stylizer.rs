@@ -57,48 +57,39 @@ pub unsafe extern "C" fn gestus_stylizer_init(
     config: *const GestusConfig,
     stylizer: *mut *mut GestusStylizer,
 ) -> GestusStatus {
-    // SAFETY: the caller's contract is passed on.
-    status(unsafe { init(memory, bytes, profile, database, config, stylizer) })
-}
-
-unsafe fn init(
-    memory: *mut c_void,
-    bytes: usize,
-    profile: u32,
-    database: *const GestusDatabase,
-    config: *const GestusConfig,
-    stylizer: *mut *mut GestusStylizer,
-) -> StatusResult {
-    let profile = GestusProfile::of(profile)?;
-    let (need, alignment) = profile.layout();
-    let own = Region::memory(memory.cast(), bytes, need, alignment)?;
-    let out = Region::of(stylizer, 1)?;
-    // SAFETY: by the caller's contract.
-    let (db, [cell, blob]) = unsafe { opened(database) }?;
-    disjoint([own, out, cell, blob])?;
-    let config = if config.is_null() {
-        GestusConfig::of(profile)
-    } else {
-        disjoint([own, out, Region::of(config, 1)?])?;
-        // SAFETY: by the caller's contract; not null and aligned by the line above.
-        unsafe { memory::slice(config, 1) }?.first().copied().ok_or(GestusStatus::Short)?
+    let init = || {
+        let profile = GestusProfile::of(profile)?;
+        let (need, alignment) = profile.layout();
+        let own = Region::memory(memory.cast(), bytes, need, alignment)?;
+        let out = Region::of(stylizer, 1)?;
+        // SAFETY: by the caller's contract.
+        let (db, [cell, blob]) = unsafe { opened(database) }?;
+        disjoint([own, out, cell, blob])?;
+        let config = if config.is_null() {
+            GestusConfig::of(profile)
+        } else {
+            disjoint([own, out, Region::of(config, 1)?])?;
+            // SAFETY: by the caller's contract; not null and aligned by the line above.
+            unsafe { memory::slice(config, 1) }?.first().copied().ok_or(GestusStatus::Short)?
+        };
+        let (db, config) = (*db, config.read()?);
+        match profile {
+            // SAFETY: `own` is aligned and long enough for this profile, and overlaps nothing that is read here.
+            #[cfg(feature = "standard")]
+            GestusProfile::Standard => unsafe { make::<22, 40, 28>(memory, profile, blob, db, config) },
+            // SAFETY: as above.
+            #[cfg(feature = "small")]
+            GestusProfile::Small => unsafe { make::<12, 16, 8>(memory, profile, blob, db, config) },
+            // SAFETY: as above.
+            #[cfg(feature = "large")]
+            GestusProfile::Large => unsafe { make::<64, 64, 256>(memory, profile, blob, db, config) },
+            #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
+            _ => Err(GestusStatus::Profile),
+        }?;
+        // SAFETY: `out` was checked, and may be written by the caller's contract.
+        unsafe { memory::put(stylizer, &[memory.cast::<GestusStylizer>()]) }
     };
-    let (db, config) = (*db, config.read()?);
-    match profile {
-        // SAFETY: `own` is aligned and long enough for this profile, and overlaps nothing that is read here.
-        #[cfg(feature = "standard")]
-        GestusProfile::Standard => unsafe { make::<22, 40, 28>(memory, profile, blob, db, config) },
-        // SAFETY: as above.
-        #[cfg(feature = "small")]
-        GestusProfile::Small => unsafe { make::<12, 16, 8>(memory, profile, blob, db, config) },
-        // SAFETY: as above.
-        #[cfg(feature = "large")]
-        GestusProfile::Large => unsafe { make::<64, 64, 256>(memory, profile, blob, db, config) },
-        #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
-        _ => Err(GestusStatus::Profile),
-    }?;
-    // SAFETY: `out` was checked, and may be written by the caller's contract.
-    unsafe { memory::put(stylizer, &[memory.cast::<GestusStylizer>()]) }
+    status(init())
 }
 
 /// Makes a stylizer of those capacities in place.
@@ -160,28 +151,26 @@ pub(crate) unsafe fn stylizer_of<'a>(
 /// `stylizer` came from `gestus_stylizer_init`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_stylizer_close(stylizer: *mut GestusStylizer) -> GestusStatus {
-    // SAFETY: the caller's contract is passed on.
-    status(unsafe { close(stylizer) })
-}
-
-unsafe fn close(stylizer: *mut GestusStylizer) -> StatusResult {
-    // SAFETY: by the caller's contract.
-    let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
-    match GestusProfile::of_kind(kind)? {
-        GestusProfile::Standard => {
-            // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
-            unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?.close();
+    let close = || {
+        // SAFETY: by the caller's contract.
+        let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
+        match GestusProfile::of_kind(kind)? {
+            GestusProfile::Standard => {
+                // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
+                unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?.close();
+            }
+            GestusProfile::Small => {
+                // SAFETY: as above.
+                unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?.close();
+            }
+            GestusProfile::Large => {
+                // SAFETY: as above.
+                unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?.close();
+            }
         }
-        GestusProfile::Small => {
-            // SAFETY: as above.
-            unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?.close();
-        }
-        GestusProfile::Large => {
-            // SAFETY: as above.
-            unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?.close();
-        }
-    }
-    Ok(())
+        Ok(())
+    };
+    status(close())
 }
 
 /// Most classes in a report.
@@ -308,43 +297,33 @@ pub unsafe extern "C" fn gestus_stylizer_step(
     out_rotations: *mut f32,
     report: *mut GestusReport,
 ) -> GestusStatus {
-    // SAFETY: the caller's contract is passed on.
-    status(unsafe { step(stylizer, position, rotations, joints, out_position, out_rotations, report) })
-}
-
-pub(crate) unsafe fn step(
-    stylizer: *mut GestusStylizer,
-    position: *const f32,
-    rotations: *const f32,
-    joints: usize,
-    out_position: *mut f32,
-    out_rotations: *mut f32,
-    report: *mut GestusReport,
-) -> StatusResult {
-    // SAFETY: by the caller's contract. That the arguments do not overlap the stylizer is checked before they are read.
-    let (stylizer, [own, blob]) = unsafe { stylizer_of(stylizer) }?;
-    let used = stylizer.database().counts().joints;
-    let input = pose::regions(position, rotations, joints, used)?;
-    let output = pose::regions(out_position, out_rotations, joints, used)?;
-    disjoint([own, blob, output[0], output[1]])?;
-    disjoint([own, input[0]])?;
-    disjoint([own, input[1]])?;
-    if !report.is_null() {
-        let place = Region::of(report, 1)?;
-        disjoint([own, blob, output[0], output[1], place])?;
-        disjoint([place, input[0]])?;
-        disjoint([place, input[1]])?;
-    }
-    // SAFETY: both arrays were checked, and exist by the caller's contract. They are copied before anything is written.
-    let (mut root, mut joint_rotations) = unsafe { pose::read(position, rotations, used) }?;
-    let happened = stylizer.step(&mut root, joint_rotations.get_mut(..used).unwrap_or(&mut []));
-    // SAFETY: the places were checked, exist by the caller's contract, and no reference to them is alive.
-    unsafe {
-        memory::put(out_position, &root)?;
-        memory::put(out_rotations, joint_rotations.get(..used).unwrap_or(&[]).as_flattened())?;
+    let step = || {
+        // SAFETY: by the caller's contract. That the arguments do not overlap the stylizer is checked before they are read.
+        let (stylizer, [own, blob]) = unsafe { stylizer_of(stylizer) }?;
+        let used = stylizer.database().counts().joints;
+        let input = pose::regions(position, rotations, joints, used)?;
+        let output = pose::regions(out_position, out_rotations, joints, used)?;
+        disjoint([own, blob, output[0], output[1]])?;
+        disjoint([own, input[0]])?;
+        disjoint([own, input[1]])?;
         if !report.is_null() {
-            memory::put(report, &[GestusReport::from(&happened)])?;
+            let place = Region::of(report, 1)?;
+            disjoint([own, blob, output[0], output[1], place])?;
+            disjoint([place, input[0]])?;
+            disjoint([place, input[1]])?;
         }
-    }
-    Ok(())
+        // SAFETY: both arrays were checked, and exist by the caller's contract. They are copied before anything is written.
+        let (mut root, mut joint_rotations) = unsafe { pose::read(position, rotations, used) }?;
+        let happened = stylizer.step(&mut root, joint_rotations.get_mut(..used).unwrap_or(&mut []));
+        // SAFETY: the places were checked, exist by the caller's contract, and no reference to them is alive.
+        unsafe {
+            memory::put(out_position, &root)?;
+            memory::put(out_rotations, joint_rotations.get(..used).unwrap_or(&[]).as_flattened())?;
+            if !report.is_null() {
+                memory::put(report, &[GestusReport::from(&happened)])?;
+            }
+        }
+        Ok(())
+    };
+    status(step())
 }
