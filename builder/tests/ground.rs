@@ -300,6 +300,23 @@ fn a_loop_stays_a_loop() {
     assert!(message.contains("no pose of the clip comes back"), "{message}");
 }
 
+/// The frames in which it stood were taken for the loop: they are alike, but nothing comes back.
+#[test]
+fn a_pose_that_is_held_is_no_loop() {
+    let mut clip = changed(walk(), |_| ());
+    let first = clip.frames[0].clone();
+    clip.frames.splice(0..0, (0..20).map(|_| first.clone()));
+    let reading = InputOptions { looped: true, ..InputOptions::default() };
+    let input = read(&clip, &reading).unwrap();
+    let seconds = input.mapped.duration_s();
+    assert!(seconds > 0.8, "the loop has {seconds} s, and a cycle of the walk takes more");
+    // A slow body is near its first pose for a while: it has not come back.
+    let mut slow = changed(walk(), |_| ());
+    slow.frames.truncate(20);
+    let slow = Clip { frames: (0..60).map(|t| slow.at(f64::from(t) * 0.1)).collect(), ..slow };
+    assert!(read(&slow, &reading).is_err(), "a tenth of a second of a walk is no loop");
+}
+
 fn largest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
 }

@@ -30,6 +30,11 @@ const MAX_REMOVED_TURN: f64 = 0.26;
 const TURN_WEIGHT_M: f64 = 0.1;
 /// Penalty of a very short loop relative to the whole clip in the search, metres of distance.
 const LENGTH_WEIGHT_M: f64 = 0.03;
+/// How far the body has to move between the ends of a loop, relative to the mean distance of any two poses of the clip:
+/// a pose that is held does not come back.
+const LEAST_MOVED: f64 = 0.5;
+/// Greatest gap between the ends relative to that: a slow body that is still near its first pose has not come back.
+const MOST_LEFT: f64 = 0.5;
 /// Shortest loop, seconds.
 const SHORTEST_S: f64 = 0.3;
 /// Greatest number of poses of a clip that are compared with one another.
@@ -126,13 +131,21 @@ impl Round {
             return Ok(Self { start: 0, period: count, open: true, straight, gap_cm: 0.0 });
         }
         let stride = count.div_ceil(MAX_COMPARED);
+        let compared = || (0..count).step_by(stride);
+        let pairs = compared().flat_map(|a| compared().map(move |b| (a, b)));
+        let spread = pairs.map(|(a, b)| gap(a, b)).sum::<f64>() / (compared().count() as f64).powi(2);
         // The least cost, the distance of its ends, and its first and last frame.
         let mut best = (f64::INFINITY, f64::INFINITY, 0, 0);
         for start in (0..last - least).step_by(stride) {
+            let mut moved = (start..start + least).map(|t| gap(start, t)).fold(0.0, f64::max);
             for end in (start + least..last).step_by(stride) {
+                let left = gap(start, end);
+                moved = moved.max(left);
+                if moved < LEAST_MOVED * spread || left > MOST_LEFT * moved {
+                    continue;
+                }
                 // Compares poses and velocities.
-                let distance =
-                    0.5 * (gap(start, end) + gap(start + 1, end + 1)) + TURN_WEIGHT_M * turn(start, end);
+                let distance = 0.5 * (left + gap(start + 1, end + 1)) + TURN_WEIGHT_M * turn(start, end);
                 let cost = distance + LENGTH_WEIGHT_M * (1.0 - (end - start) as f64 / count as f64);
                 if cost < best.0 {
                     best = (cost, distance, start, end);
