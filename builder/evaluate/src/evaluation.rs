@@ -42,11 +42,22 @@ impl Evaluation {
         table::standard_errors(&self.rows, &self.keys)
     }
 
+    /// The rows, each with `method`, `action` and `style`: null where a measure has none.
+    fn labelled(&self) -> Vec<Row> {
+        let mut rows = self.rows.clone();
+        for row in &mut rows {
+            for label in ["method", "action", "style"] {
+                row.entry(label).or_insert(serde_json::Value::Null);
+            }
+        }
+        rows
+    }
+
     /// All as one object: what `--json` prints and the JSON file holds.
     pub fn to_json(&self) -> serde_json::Value {
         json!({
             "what": self.what,
-            "rows": self.rows,
+            "rows": self.labelled(),
             "means": self.means(),
             "standard_errors": self.standard_errors(),
             "medians": self.medians(),
@@ -68,7 +79,7 @@ impl Evaluation {
             files::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
         };
         save(format!("{}.json", self.what), serde_json::to_string_pretty(&self.to_json())?)?;
-        save(format!("{}.csv", self.what), table::csv(&self.rows)?)?;
+        save(format!("{}.csv", self.what), table::csv(&self.labelled())?)?;
         for figure in &self.figures {
             save(format!("{}-{}.svg", self.what, figure.name), figure.svg.clone())?;
         }
@@ -87,5 +98,21 @@ pub(crate) fn row(value: serde_json::Value) -> Row {
     match value {
         serde_json::Value::Object(map) => map,
         _ => Row::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_its_labels() {
+        let rows = vec![row(json!({ "action": "walk", "cm": 1.0 })), row(json!({ "cm": 2.0 }))];
+        let (about, keys, figures) = (String::new(), vec!["action"], Vec::new());
+        let json = Evaluation { what: "loo", about, keys, rows, figures }.to_json();
+        assert_eq!(json["rows"][0]["action"], "walk");
+        for (row, label) in [(0, "method"), (0, "style"), (1, "method"), (1, "action"), (1, "style")] {
+            assert_eq!(json["rows"][row].get(label), Some(&serde_json::Value::Null), "{label} of row {row}");
+        }
     }
 }

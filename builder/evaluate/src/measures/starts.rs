@@ -121,13 +121,14 @@ impl OnClips for Args {
         })?;
         bar.finish_and_clear();
         let starts: Vec<Start> = starts.into_iter().flatten().collect();
+        let method = if self.method == Method::Mar { "mixture" } else { self.method.name() };
         let mut rows = Vec::new();
         for (name, event) in EVENTS {
             let of: Vec<&Start> = starts.iter().filter(|s| s.event == event).collect();
-            rows.extend(summary(name, "all", &of));
+            rows.extend(summary(method, name, "all", &of));
             for (action, action_name) in corpus.actions.iter().enumerate() {
                 let of: Vec<&Start> = of.iter().filter(|s| s.action == action).copied().collect();
-                rows.extend(summary(name, action_name, &of));
+                rows.extend(summary(method, name, action_name, &of));
             }
         }
         Ok(Evaluation {
@@ -145,7 +146,7 @@ impl OnClips for Args {
 }
 
 /// How many starts are over, the median and the worst, by each of the three measures.
-fn summary(event: &str, action: &str, starts: &[&Start]) -> Option<table::Row> {
+fn summary(method: &str, event: &str, action: &str, starts: &[&Start]) -> Option<table::Row> {
     let worst = starts.iter().max_by(|a, b| a.any.total_cmp(&b.any))?;
     let of = |figure: &dyn Fn(&Start) -> f64| {
         let ascending = sorted(starts.iter().map(|s| figure(s)));
@@ -154,6 +155,7 @@ fn summary(event: &str, action: &str, starts: &[&Start]) -> Option<table::Row> {
     };
     let (turn, joint, place) = (of(&|s| s.any), of(&|s| s.joint), of(&|s| s.place));
     Some(row(json!({
+        "method": method,
         "event": event,
         "action": action,
         "starts": starts.len(),
@@ -324,7 +326,7 @@ mod tests {
             ..Performance::of_clip(clip, &body)
         };
         let start = fastest.beside(Event::Clip, 0, &corpus.skeleton, &half);
-        let row = summary("clip", "all", &[&ratios[0], &start]).unwrap();
+        let row = summary("mixture", "clip", "all", &[&ratios[0], &start]).unwrap();
         assert!(start.any > 1.2 && row["turn_over"] == 1 && row["turn_worst"] == start.any, "{row:?}");
     }
 
