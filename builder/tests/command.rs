@@ -37,6 +37,7 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", clip]].concat(), "-o "),
         ([&translate[..], &["-o", db]].concat(), "-o "),
         ([&translate[..], &["-o", "out.glb"]].concat(), "-o out.glb: glTF is read and not written"),
+        (vec!["export", db, "-o", clip], "this is a file: give a folder"),
         (vec!["build", "--data", data, "-o", "k.glb"], "glTF is read and not written"),
         ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
@@ -44,7 +45,7 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", new, "--k", "0"]].concat(), "k.gestus: --k 0: from 1 to 64"),
         (
             [&translate[..], &["-o", new, "--mask", "tail"]].concat(),
-            "k.gestus: the database has no joint group `tail`",
+            "k.gestus: --mask tail: the database has no joint group `tail`",
         ),
         ([&translate[..], &["-o", new, "--lead", "1"]].concat(), "--lead does nothing"),
         (

@@ -190,6 +190,7 @@ pub fn export(args: &ExportArgs) -> Result<()> {
     if database.counts().frames == 0 {
         anyhow::bail!("{}: it holds models only, and no frames to export", args.db.display());
     }
+    open::make_folder(&args.output)?;
     export::export(&database, &args.output)?;
     let frames = database.counts().frames;
     args.report.print(

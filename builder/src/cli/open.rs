@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use gestus_core::Database;
 pub use gestus_database::command_line::blob::read as read_blob;
 use gestus_motion::files;
@@ -14,6 +14,9 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
 
 /// Makes a folder, with those above it.
 pub fn make_folder(path: &Path) -> Result<()> {
+    if path.is_file() {
+        bail!("{}: this is a file: give a folder", path.display());
+    }
     fs::create_dir_all(path).with_context(|| format!("{} can't be made", path.display()))
 }
 

@@ -11,10 +11,13 @@ use anyhow::{Result, bail};
 use same_file::Handle;
 
 use crate::data_folder::config::FILE_NAME;
-use gestus_motion::capture::{EndingError, Format, file_of, motion_files};
+use gestus_motion::{
+    capture::{EndingError, Format, file_of, motion_files},
+    files::NewFile,
+};
 
-/// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist. Call it before
-/// any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
+/// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist or are read-only.
+/// Call it before any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
 /// Each output comes with the option that names it, and is `None` if that is not given.
 ///
 /// # Errors
@@ -58,6 +61,9 @@ pub fn check_outputs<'a>(
         }
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
             bail!("{option} {}: {other} goes there too: choose another file", path.display());
+        }
+        if let Err(error) = NewFile::create(&place) {
+            bail!("{option} {}: nothing can be written there: {error}", path.display());
         }
         taken.push((option, place));
     }
@@ -236,6 +242,24 @@ mod tests {
             assert!(said.contains("hard link") && said.contains("a.bvh"), "{said}");
             check_outputs([Some(input)], [("-o", Some(&other))]).unwrap();
         }
+    }
+
+    /// A build of minutes ended with a file that could not be written.
+    #[test]
+    fn what_cannot_be_written_is_refused_before_any_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, new] = ["file", "new"].map(|n| folder.path().join(n));
+        fs::write(&file, "old").unwrap();
+        let check = |path: &PathBuf| check_outputs([], [("--trace", Some(path))]);
+        check(&file).unwrap();
+        check(&new).unwrap();
+        assert!(!new.exists() && fs::read_dir(folder.path()).unwrap().count() == 1);
+        let mut permissions = fs::metadata(&file).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&file, permissions).unwrap();
+        let said = check(&file).unwrap_err().to_string();
+        assert!(said.starts_with("--trace ") && said.contains("file: "), "{said}");
+        assert_eq!(fs::read(&file).unwrap(), b"old");
     }
 
     #[test]

@@ -27,7 +27,8 @@ pub(super) fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
     if let Some(style) = styles.find(words.trim()) {
         return Ok(vec![(style, 1.0)]);
     }
-    list::items(words).map(|item| weighted(item, styles, "style")).collect()
+    let weights = list::items(words).map(|item| weighted(item, styles, "style"));
+    weights.collect::<Result<_>>().with_context(|| format!("--style {words}"))
 }
 
 /// Resolves `left-arm=proud:2+old:1`.
@@ -41,7 +42,8 @@ pub(super) fn group_style(
     let weights: Vec<(u16, f32)> = mix
         .split('+')
         .map(|s| weighted(Item::new(&s.replacen(':', "=", 1)), styles, "style"))
-        .collect::<Result<_>>()?;
+        .collect::<Result<_>>()
+        .with_context(|| format!("--group-style {part}"))?;
     if weights.len() > MAX_GROUP_STYLES {
         bail!(
             "--group-style {part}: {} styles, a joint group mixes {MAX_GROUP_STYLES} at most",
@@ -49,12 +51,14 @@ pub(super) fn group_style(
         );
     }
     check_weights("--group-style", part, &weights)?;
-    Ok((find(group, groups, "joint group")?, weights))
+    let group = find(group, groups, "joint group").with_context(|| format!("--group-style {part}"))?;
+    Ok((group, weights))
 }
 
 /// Resolves `left-arm=0.5`.
 pub(super) fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
-    let (group, strength) = weighted(Item::new(part), groups, "joint group")?;
+    let (group, strength) =
+        weighted(Item::new(part), groups, "joint group").with_context(|| format!("--strength {part}"))?;
     if !(0.0..=MAX_STRENGTH).contains(&strength) {
         bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MAX_STRENGTH} (beyond it)");
     }

@@ -271,8 +271,11 @@ impl StylizerArgs {
             Some(effort) => check_weights("--effort", effort, &style)?,
             None => check_weights("--style", &self.style, &style)?,
         }
-        let masked: Vec<u16> =
-            self.mask.iter().map(|g| find(g, manifest.groups, "joint group")).collect::<Result<_>>()?;
+        let label = |option: &str, name: &str, names, what| {
+            find(name, names, what).with_context(|| format!("{option} {name}"))
+        };
+        let masked = self.mask.iter().map(|g| label("--mask", g, manifest.groups, "joint group"));
+        let masked: Vec<u16> = masked.collect::<Result<_>>()?;
         if !(0..database.counts().features)
             .any(|f| masked.iter().all(|&g| usize::from(g) != database.feature_group(f)))
             && !masked.is_empty()
@@ -282,11 +285,10 @@ impl StylizerArgs {
                 self.mask.join(",")
             );
         }
-        let label = |option: &str, name: &Option<String>, names, what| {
-            name.as_ref().map(|n| find(n, names, what).with_context(|| format!("{option} {n}"))).transpose()
-        };
-        let action = label("--action", &self.action, manifest.actions, "action")?;
-        let input_style = label("--input-style", &self.input_style, manifest.styles, "style")?;
+        let action = self.action.as_ref().map(|n| label("--action", n, manifest.actions, "action"));
+        let input_style =
+            self.input_style.as_ref().map(|n| label("--input-style", n, manifest.styles, "style"));
+        let (action, input_style) = (action.transpose()?, input_style.transpose()?);
         self.check_labels(database, action, input_style)?;
         Ok(Request {
             bounds: self.bounds(database)?,

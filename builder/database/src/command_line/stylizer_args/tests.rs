@@ -75,6 +75,7 @@ fn a_name_is_looked_for_before_it_is_split() {
     assert_eq!(ask(&["--style", "d=1"]).unwrap().style, [(1, 1.0)]);
     let error = ask(&["--style", "d=x"]).unwrap_err();
     assert!(matches!(error.downcast_ref(), Some(ListError::Value { value, .. }) if value == "x"), "{error}");
+    assert_eq!(error.to_string(), "--style d=x");
 }
 
 #[test]
@@ -98,6 +99,11 @@ fn what_is_refused_is_named_with_its_value_and_its_range() {
     let groups = database.manifest().unwrap().groups;
     let all = format!("--mask {}", groups.iter().collect::<Vec<_>>().join(","));
     for (words, said) in [
+        ("--strength leg=1", "--strength leg=1: the database has no"),
+        ("--strength left-arm=x", "--strength left-arm=x: `left-arm=x`: `x` is not"),
+        ("--mask leg", "--mask leg: the database has no"),
+        ("--group-style leg=proud", "--group-style leg=proud: the database has no"),
+        ("--group-style left-arm=loud", "--group-style left-arm=loud: the database has no"),
         ("--strength left-arm=3", "--strength left-arm=3: from 0"),
         ("--strength left-arm=nan", "--strength left-arm=nan: from 0"),
         ("--visits 1", "--visits 1: from 64 to 448"),
