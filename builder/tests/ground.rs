@@ -219,7 +219,7 @@ fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
         changed(&held, |f| f.rotations.iter_mut().skip(1).for_each(|q| *q = UnitQuaternion::identity()));
     assert!(read(&slow, &InputOptions::default()).unwrap().course().is_none());
     let told = InputOptions { root: Some(Root::InPlace), ..InputOptions::default() };
-    assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.told));
+    assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.stated));
 }
 
 /// Runs of games touch the ground in two frames a step: they were taken for motion on the spot.

@@ -113,6 +113,11 @@ pub enum WriteError {
 }
 
 impl Document {
+    /// Whether the format says that Y is up. Otherwise the body has to show what is.
+    pub fn has_y_up(&self) -> bool {
+        !matches!(self, Self::Bvh(_))
+    }
+
     fn recording(&self) -> &dyn Recording {
         match self {
             Self::Bvh(document) => document,

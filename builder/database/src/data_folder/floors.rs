@@ -62,7 +62,7 @@ fn floors(found: &[Option<f64>], near_m: f64, same_m: f64) -> Vec<f64> {
 }
 
 /// A line about the clips that were moved.
-pub(super) fn told(floors: &[(String, f64)]) -> Option<String> {
+pub(super) fn note(floors: &[(String, f64)]) -> Option<String> {
     let said = |(name, height): &(String, f64)| format!("{name} is on a floor at {height:.2} m");
     let mut list: Vec<String> = floors.iter().take(NAMED).map(said).collect();
     let more = floors.len().checked_sub(NAMED).filter(|more| *more > 0);

@@ -124,7 +124,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
     }
     notes.extend(doubt);
-    notes.extend(floors::told(&floors));
+    notes.extend(floors::note(&floors));
     if !units.is_empty() {
         let units = units.join(" and ");
         notes.push(format!(
@@ -328,7 +328,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
     let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
     let has_cycles = has_cycles(&clip, annotation.kind);
     let floor_m = config.floor(below);
-    let up = if matches!(document, Document::Bvh(_)) { Up::shown(&clip) } else { Up::Stated };
+    let up = if document.has_y_up() { Up::Stated } else { Up::shown(&clip) };
     let below = steps.join("/");
     Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, up, has_cycles, clip }))
 }

@@ -3,14 +3,15 @@
 //! A standing foot does not move. If it does, and the hips do not, the body is held in place and walks in the opposite
 //! direction:
 //!
-//! 1. In each frame the foot counts that moves most in the mean direction, weighted by how low and how level it moves: a foot
-//!    that swings close to the floor moves the other way. The direction is the median over the clip, relative to the heading.
+//! 1. In each frame the foot counts that moves most in the mean direction, weighted by how low and how level it moves:
+//!    a foot that swings close to the floor moves the other way. The direction is the median over the clip, relative to
+//!    the heading.
 //! 2. A Gaussian over `SPEED_SMOOTHING_S` fills gaps during flight. The integral of the speed is the path.
 //! 3. The output's own path, smoothed over `PATH_SMOOTHING_S`, is removed from its hips, so that their sway stays.
 //!
-//! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction relative to the
-//! heading, and if the hips move at most a quarter as fast and are above the knees. A body that punches, kicks or dances on
-//! the spot steps to and fro; one that rolls moves its feet in all directions.
+//! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction
+//! relative to the heading, and if the hips move at most a quarter as fast and are above the knees. A body that
+//! punches, kicks or dances on the spot steps to and fro; one that rolls moves its feet in all directions.
 
 use std::str::FromStr;
 
@@ -39,8 +40,8 @@ const LOW_M: f64 = 0.015;
 const LEVEL_M_S: f64 = 0.15;
 /// The same in the foot's horizontal speed, where that is more: between two poses a fast foot comes down and leaves.
 const LEVEL_RATIO: f64 = 0.12;
-/// Speed below which feet have no direction, m/s: what is left of a body that stands is noise of rounding, which differs from
-/// machine to machine.
+/// Speed below which feet have no direction, m/s: what is left of a body that stands is noise of rounding, which
+/// differs from machine to machine.
 const STILL_M_S: f64 = 0.01;
 /// Differences of heights, metres, and of speeds, m/s, that are noise of rounding.
 const ROUNDING: f64 = 1e-6;
@@ -48,7 +49,7 @@ const ROUNDING: f64 = 1e-6;
 const SLOWNESS_PENALTY: f64 = 4.0;
 /// Standard deviation of the Gaussian on the speed, seconds.
 const SPEED_SMOOTHING_S: f64 = 0.08;
-/// Standard deviation of the Gaussian that takes the way out of the output, seconds: above a gait's sway.
+/// Standard deviation of the Gaussian that finds the path of the output, seconds: above a gait's sway.
 const PATH_SMOOTHING_S: f64 = 0.5;
 
 /// Whether the hips of a clip move with its body.
@@ -79,14 +80,14 @@ pub struct Course {
     path: Vec<Vector3<f64>>,
     /// Its mean speed, m/s.
     pub speed_m_s: f64,
-    /// Whether it was told, and not found.
-    pub told: bool,
+    /// Whether the caller stated it; found if not.
+    pub stated: bool,
 }
 
 impl Course {
     /// The course of a clip on a body with those legs whose floor is at zero; `None` where its hips move as it does.
-    pub fn find(clip: &Clip, body: &Body, legs: &[Leg; 2], told: Option<Root>) -> Option<Self> {
-        if told == Some(Root::Motion) || clip.frames.len() < 3 {
+    pub fn find(clip: &Clip, body: &Body, legs: &[Leg; 2], stated: Option<Root>) -> Option<Self> {
+        if stated == Some(Root::Motion) || clip.frames.len() < 3 {
             return None;
         }
         let feet = Feet::of(clip, body, legs);
@@ -99,14 +100,14 @@ impl Course {
             && is_upright(clip, legs)
             && mean_as_seen(&velocity, clip, body).norm() > MIN_DIRECTEDNESS * speed_m_s
             && hips_speed(clip) < MAX_HIP_SPEED_RATIO * speed_m_s;
-        if told.is_none() && !found {
+        if stated.is_none() && !found {
             return None;
         }
         let mut path = vec![Vector3::zeros()];
         for pair in velocity.windows(2) {
             path.push(path[path.len() - 1] + (pair[0] + pair[1]) * (0.5 / clip.rate_hz));
         }
-        Some(Self { path, speed_m_s, told: told.is_some() })
+        Some(Self { path, speed_m_s, stated: stated.is_some() })
     }
 
     /// Moves the clip along its course.
@@ -212,7 +213,7 @@ impl Feet {
     }
 }
 
-/// Takes the way out of a clip and puts its hips over `place`. A loop's way is straight from its first to its last pose.
+/// Removes the path of a clip and puts its hips over `place`. A loop's path is straight from its first to its last pose.
 pub fn put_in_place(clip: &mut Clip, up: &Vector3<f64>, place: &Vector3<f64>, looped: bool) {
     let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(f.root, up)).collect();
     let Some(last) = roots.len().checked_sub(1) else { return };

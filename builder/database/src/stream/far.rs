@@ -17,7 +17,7 @@ use crate::retarget::{MapFile, up};
 
 /// Steps of the place, metres: at half of it a single-precision number holds four thousandths of a millimetre.
 const STEP_M: f64 = 100.0;
-/// Grain of a file that is told, metres.
+/// Grain of a file that is worth a warning, metres.
 const COARSE_M: f64 = 0.001;
 /// Second differences that show a grain, and how near each is to a multiple of the least, in it.
 const FEWEST: usize = 2;
@@ -42,7 +42,7 @@ pub struct Place {
 impl Place {
     /// That of a clip of a document: glTF says that Y is up, a BVH file leaves it to its body.
     pub fn of(document: &Document, clip: &Clip) -> Self {
-        let stated = (!matches!(document, Document::Bvh(_))).then_some((1, 1.0));
+        let stated = document.has_y_up().then_some((1, 1.0));
         let world = up::upright(clip, &MapFile { up: stated, ..MapFile::default() });
         Self { origin: origin_of(clip), world }
     }
@@ -78,8 +78,8 @@ pub fn moved_frame(frame: &Frame, by: &Vector3<f64>) -> Frame {
     Frame { root: frame.root + by, rotations: frame.rotations.clone() }
 }
 
-/// What to tell about a clip that is far from its file's origin, and in steps too coarse for motion.
-pub fn told(clip: &Clip) -> Option<String> {
+/// A warning about a clip that is far from its file's origin, and in steps too coarse for motion.
+pub fn warning(clip: &Clip) -> Option<String> {
     if origin_of(clip) == Vector3::zeros() {
         return None;
     }
@@ -156,15 +156,15 @@ mod tests {
             // Near the origin nothing is lost by distance.
             (0.0, &|x: f64| (x * 100.0).round() / 100.0, false),
         ] {
-            assert_eq!(told(&clip(far_m, round)).is_some(), coarse, "{far_m} m");
+            assert_eq!(warning(&clip(far_m, round)).is_some(), coarse, "{far_m} m");
         }
-        assert!(told(&clip(36_000.0, single)).unwrap().contains("0.4 cm along x"));
+        assert!(warning(&clip(36_000.0, single)).unwrap().contains("0.4 cm along x"));
         // Hardly a step in the whole clip; and straight lines between keys, which are none.
         let mut still = clip(1e6, |x| x);
         for (t, frame) in still.frames.iter_mut().enumerate() {
             frame.root.x = f64::from((1e6 + 0.04 * (0.2 * t as f64).sin()) as f32);
         }
-        assert!(told(&still).is_some());
+        assert!(warning(&still).is_some());
         for (t, frame) in still.frames.iter_mut().enumerate() {
             let key = (t / 20) as f64;
             frame.root = Vector3::new(
@@ -173,6 +173,6 @@ mod tests {
                 0.0,
             );
         }
-        assert_eq!(told(&still), None);
+        assert_eq!(warning(&still), None);
     }
 }

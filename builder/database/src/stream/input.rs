@@ -77,7 +77,7 @@ pub struct Input {
     round: Option<Round>,
     /// Mean place of the clip's hips.
     place: Vector3<f64>,
-    /// What to tell about a clip whose file is too coarse.
+    /// A warning about a clip whose file is too coarse.
     coarse: Option<String>,
 }
 
@@ -169,8 +169,8 @@ impl Input {
         let rate_hz = f64::from(database.rate_hz());
         // The body is measured at the clip's own rate, which has more poses. The standard of glTF defines up; a body that
         // rolls or lies does not show it.
-        let standard = matches!(document, Document::Gltf(_)).then_some((1, 1.0));
-        let map = MapFile { up: options.map.up.or(standard), ..options.map.clone() };
+        let stated = document.has_y_up().then_some((1, 1.0));
+        let map = MapFile { up: options.map.up.or(stated), ..options.map.clone() };
         let (mapping, floor) = BodyMapping::find(database, original, &map)?;
         let target = Arc::new(database_skeleton(database));
         let onto = |clip: &Clip| mapping.onto(&target, clip, floor.height_m);
@@ -185,7 +185,7 @@ impl Input {
             }
             course
         };
-        let (place, coarse) = (course::place(original), far::told(original));
+        let (place, coarse) = (course::place(original), far::warning(original));
         let mut clip = original.fitted(rate_hz)?;
         // A loop is found at the clip's own rate, and resampled to a whole number of frames.
         let mut mapped = onto(if options.looped { original } else { &clip });
@@ -243,7 +243,7 @@ impl Input {
                 self.floor.height_m
             )
         });
-        let course = self.course.as_ref().filter(|course| !course.told).map(|course| {
+        let course = self.course.as_ref().filter(|course| !course.stated).map(|course| {
             format!(
                 "walks in place, at {:.2} m/s by its feet: moved for the search, and put back; --root motion leaves it",
                 course.speed_m_s
@@ -259,7 +259,7 @@ impl Input {
             .chain(self.coarse.clone())
     }
 
-    /// What to tell about a clip whose file is too coarse for its distance from the origin.
+    /// A warning about a clip whose file is too coarse for its distance from the origin.
     pub fn coarse(&self) -> Option<&str> {
         self.coarse.as_deref()
     }
@@ -315,7 +315,7 @@ impl Input {
             "floor_m": self.floor.height_m,
             "floor_from": self.floor.source.name(),
             "root": if self.course.is_some() { "in-place" } else { "motion" },
-            "root_from": if self.course.as_ref().is_some_and(|course| course.told) { "told" } else { "found" },
+            "root_from": if self.course.as_ref().is_some_and(|course| course.stated) { "told" } else { "found" },
             "speed_m_s": self.speed_m_s(),
             "loop": self.round.map(|round| serde_json::json!({
                 "first_frame": round.start,
