@@ -1,7 +1,7 @@
 //! Motion style transfer that runs on a microcontroller: one pose in, the same pose in another style out.
 //!
-//! No heap, no operating system, no panic, and the same bits on every target. A [`Database`] is a blob from the builder, read
-//! in place from flash. A [`Stylizer`] owns all the RAM, and takes one pose after the other.
+//! No heap, no operating system, no panic, and the same bits on every target. A [`Database`] is a blob from the
+//! builder, read in place from flash. A [`Stylizer`] owns all the RAM, and takes one pose after the other.
 //!
 //! # One frame
 //! [`stylizer`] calls the other modules in this order:
@@ -19,22 +19,24 @@
 //! 9. [`output::foot_lock`] holds standing feet ([`body::two_bone_ik`]), and [`output::speed_limit`] bounds the speed of the
 //!    joints by that of the input. The [`Report`] says what happened.
 //!
-//! Steps 2 to 7 are those of the default method, the mixture ([`Method::Mar`]). The other methods replace them: tables by phase
-//! (`methods::phase`), linear models ([`methods::linear`]) and statistics of joints (`methods::statistics`), which need no
-//! frames. See [`Method`]. Each method is a feature of the crate; firmware without it saves its flash and RAM.
+//! Steps 2 to 7 are those of the default method, the mixture ([`Method::Mar`]). The other methods replace them: tables
+//! by phase (`methods::phase`), linear models ([`methods::linear`]) and statistics of joints (`methods::statistics`),
+//! which need no frames. See [`Method`]. Each method is a feature of the crate; firmware without it saves its flash and
+//! RAM.
 //!
 //! # Beside the frame
 //! - Between frames, the style is set by name and weight, or by an Effort ([`stylizer::effort_dial`]).
 //! - [`retarget`] serves other bodies, and [`robot`] servos.
-//! - [`output::retime`] gives a steady tick, and [`output::visit_cap`] limits the cost of a frame by how long the last ones took.
+//! - [`output::retime`] gives a steady tick, and [`output::visit_cap`] limits the cost of a frame by how long the last
+//!   ones took.
 //! - [`link`] carries poses to a board and back over a line that loses bytes.
 //! - The feature `soft-float` makes a frame a quarter to a third cheaper on processors without an FPU, with the same bits.
 //!
 //! # Conventions
 //! Right-handed, Y up; metres, radians, seconds; quaternions `[x, y, z, w]`; little-endian. Shapes are given as `[dofs]` or
 //! `[joints]`: a slice with one number each. Dofs of a joint are an exponential map relative to the joint's mean rotation.
-//! "Xia 2015" is Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human Motion", SIGGRAPH 2015,
-//! whose method the default one is.
+//! "Xia 2015" is Xia, Wang, Chai and Hodgins, "Realtime Style Transfer for Unlabeled Heterogeneous Human Motion",
+//! SIGGRAPH 2015, whose method the default one is.
 //!
 //! ```no_run
 //! use gestus_core::{Config, Database, Pose, Stylizer};

@@ -131,7 +131,8 @@ fn multiply_scaled(sign: u32, exponents: i32, a: u32, b: u32) -> u32 {
     }
 }
 
-/// The upper half of the product of two numbers whose lowest 8 bits are 0. Its last bit is set where the lower half is not 0.
+/// The upper half of the product of two numbers whose lowest 8 bits are 0. Its last bit is set where the lower half is
+/// not 0.
 #[inline(always)]
 fn upper(a: u32, b: u32) -> u32 {
     let product = u64::from(a) * u64::from(b);

@@ -1,4 +1,5 @@
-//! Sums, products, quotients and comparisons of `f32` for processors without an FPU, with the same bits as the compiler's routines, in half of the instructions.
+//! Sums, products, quotients and comparisons of `f32` for processors without an FPU, with the same bits as the
+//! compiler's routines, in half of the instructions.
 //!
 //! Without an FPU the compiler calls a routine for every operation of a float, and its own ones are generic. A program that
 //! names this crate (`use gestus_float as _;`, or the feature `soft-float` of gestus-core) takes the routines from here,

@@ -49,8 +49,8 @@ pub fn pairs(count: usize) -> impl Iterator<Item = (u32, u32)> {
     edges.chain(others).take(count)
 }
 
-/// A digest of the sums, differences, products, quotients and comparisons of so many pairs, of the wide products of their bits and of leading zeros,
-/// by this machine's own operations.
+/// A digest of the sums, differences, products, quotients and comparisons of so many pairs, of the wide products of
+/// their bits and of leading zeros, by this machine's own operations.
 pub fn digest(count: usize) -> u32 {
     let mut digest = 0u32;
     let mut take = |value: u32| digest = (digest.rotate_left(5) ^ value).wrapping_mul(0x9e37_79b1);

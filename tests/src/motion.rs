@@ -200,8 +200,8 @@ pub fn tiny() -> &'static [u8] {
     BLOB.get_or_init(|| blob(TINY))
 }
 
-/// A walker of [`synth`], whose feet do not slide: a database of three clips of each style less one, and that one, in the first
-/// style.
+/// A walker of [`synth`], whose feet do not slide: a database of three clips of each style less one, and that one, in
+/// the first style.
 ///
 /// # Panics
 /// As [`blob`].

@@ -120,8 +120,8 @@ fn streams_are_cut_into_their_fragments() {
 }
 
 /// Table 1 of Torresani 2006, with a fixed nonlinear function and noise as annotator. Over corpora that share neither motion
-/// nor noise, kernel ridge and support vectors of pairs predict Weight and Time better than interpolation: by more than three
-/// standard errors of the difference, and by at least a fifth. With `--release` it runs the paper's 500 splits.
+/// nor noise, kernel ridge and support vectors of pairs predict Weight and Time better than interpolation: by more than
+/// three standard errors of the difference, and by at least a fifth. With `--release` it runs the paper's 500 splits.
 #[test]
 fn kernels_beat_lines_on_weight_and_time() {
     let (annotators, splits) = if cfg!(debug_assertions) { (6, 4) } else { (10, 50) };

@@ -19,8 +19,8 @@ use gestus_tests::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Largest difference of a dof, m, rad, m/s and rad/s: the project's tolerance; beyond 1, of the dof. (The stream that is fed
-/// back may run away from the data; then a prediction is a slope times a large number.)
+/// Largest difference of a dof, m, rad, m/s and rad/s: the project's tolerance; beyond 1, of the dof. (The stream that
+/// is fed back may run away from the data; then a prediction is a slope times a large number.)
 const DOF: f64 = 1e-4;
 /// Largest difference of a proportion, a timing weight or a vote, all between 0 and 1: f32 sums of some hundred terms
 /// under an exponential.

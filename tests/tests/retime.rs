@@ -214,8 +214,8 @@ fn late_input_is_waited_for_and_caught_up_with() {
     assert!((places[499] - 499.0).abs() < 0.2, "{}", places[499]);
 }
 
-/// Ticks of one clock, and input frames of a sensor with its own clock, without the lost ones. Returns for each tick the time
-/// of the newest pose minus that of the shown one, in frames, and whether the tick waited.
+/// Ticks of one clock, and input frames of a sensor with its own clock, without the lost ones. Returns for each tick
+/// the time of the newest pose minus that of the shown one, in frames, and whether the tick waited.
 fn in_a_room(
     retimer: &mut Wide,
     [sensor_hz, ticks_hz]: [f64; 2],

@@ -1,4 +1,5 @@
-//! A body that stands stands: of a pose that is held, every method's output comes to rest within three seconds, the feet last.
+//! A body that stands stands: of a pose that is held, every method's output comes to rest within three seconds, the
+//! feet last.
 
 use gestus_core::{Config, Database, Method, Pose, Stylizer, math::quaternion};
 use gestus_database::stream::to_pose;

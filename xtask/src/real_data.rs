@@ -1,4 +1,5 @@
-//! `cargo xtask real-data`: the tests that need captured motion: those in files `tests/*real*.rs` of any crate. The motion is not part of the repository; where it is missing there is nothing to run.
+//! `cargo xtask real-data`: the tests that need captured motion: those in files `tests/*real*.rs` of any crate. The
+//! motion is not part of the repository; where it is missing there is nothing to run.
 
 use std::{env, path::PathBuf};
 

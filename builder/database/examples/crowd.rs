@@ -1,7 +1,8 @@
 //! Times a frame of a crowd of characters on one database: unlabelled, labelled, and by tables of phase, on one thread and
 //! on all. Every character streams the clip, from a frame of its own, in a style of its own.
 //!
-//! `cargo run --release -p gestus-database --example crowd -- DB CLIP ACTION STYLE [CHARACTERS]`, with the labels of the clip
+//! `cargo run --release -p gestus-database --example crowd -- DB CLIP ACTION STYLE [CHARACTERS]`, with the labels of
+//! the clip
 
 use std::time::Instant;
 

@@ -6,7 +6,7 @@
 //! search compares (Xia 2015, eq. 1) at the start, in the middle and at the end of the blend. A walk stays in a clip for a
 //! while, then goes to a class that it has visited least, by the cheapest transition there is.
 //!
-//! Transitions are weighed where a walk needs them; no graph is stored. The way over the ground is integrated from the
+//! Transitions are weighed where a walk needs them; no graph is stored. The path over the ground is integrated from the
 //! blended velocities, so that nothing jumps. Feet are left as the blend makes them.
 
 use std::collections::BTreeSet;
@@ -168,7 +168,8 @@ impl<'a> MotionGraph<'a> {
         let rate = self.corpus.rate_hz;
         let wanted = (options.seconds * rate).round().max(1.0) as usize;
         let mut visits = vec![0u32; self.classes.len()];
-        let mut path = Path { graph: self, frames: Vec::new(), labels: Vec::new(), way: Way::default() };
+        let mut path =
+            Path { graph: self, frames: Vec::new(), labels: Vec::new(), at: GroundPose::default() };
         let mut transitions = Vec::new();
         let first = self.classes[rng.random_range(0..self.classes.len())];
         let clips = self.clips(first, None);
@@ -204,7 +205,8 @@ impl<'a> MotionGraph<'a> {
         self.classes[least[rng.random_range(0..least.len())]]
     }
 
-    /// The cheapest transition from a clip after a stay to a class: the clip's frame, the other clip and its frame, the cost.
+    /// The cheapest transition from a clip after a stay to a class: the clip's frame, the other clip and its frame, the
+    /// cost.
     fn cheapest(
         &self,
         clip: usize,
@@ -245,9 +247,9 @@ impl<'a> MotionGraph<'a> {
     }
 }
 
-/// Where a walk is on the ground, and where it heads.
+/// Where a walk is on the ground, metres, and its heading, radians.
 #[derive(Debug, Clone, Copy, Default)]
-struct Way {
+struct GroundPose {
     ground: Vector3<f64>,
     heading: f64,
 }
@@ -257,7 +259,7 @@ struct Path<'a> {
     graph: &'a MotionGraph<'a>,
     frames: Vec<Frame>,
     labels: Vec<Label>,
-    way: Way,
+    at: GroundPose,
 }
 
 impl Path<'_> {
@@ -267,12 +269,12 @@ impl Path<'_> {
             return;
         }
         let step_s = 1.0 / self.graph.corpus.rate_hz;
-        self.way.ground += about_y(self.way.heading) * Vector3::new(left, 0.0, forward) * step_s;
-        self.way.heading += yaw * step_s;
+        self.at.ground += about_y(self.at.heading) * Vector3::new(left, 0.0, forward) * step_s;
+        self.at.heading += yaw * step_s;
     }
 
     fn pose(&self, row: &[f64]) -> Frame {
-        self.graph.body.pose(row, [self.way.ground.x, self.way.ground.z], self.way.heading)
+        self.graph.body.pose(row, [self.at.ground.x, self.at.ground.z], self.at.heading)
     }
 
     fn label(&mut self, clip: usize, frame: usize, blend: bool) {

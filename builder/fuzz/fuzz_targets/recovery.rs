@@ -1,6 +1,7 @@
-//! One wrong frame of a stream, whatever is wrong with it: two and a half seconds later posture and height are those of the stream
-//! without it. The place on the ground may differ. Where feet are held so may the legs, and the height by as much as the
-//! hips drop for a stretched leg: a foot that is held far from its prediction goes back to it over some steps.
+//! One wrong frame of a stream, whatever is wrong with it: two and a half seconds later posture and height are those of
+//! the stream without it. The place on the ground may differ. Where feet are held so may the legs, and the height by as
+//! much as the hips drop for a stretched leg: a foot that is held far from its prediction goes back to it over some
+//! steps.
 //!
 //! An input is `method, settings, frame`, then a byte for a number of the frame and one for what is done to it, as often
 //! as there are bytes. A fuzzer keeps what reaches new code; here it also keeps what takes longer to come back than all
@@ -25,8 +26,8 @@ use gestus_database::{
 use libfuzzer_sys::fuzz_target;
 
 const JOINTS: usize = 22;
-/// Frames in which a stream comes back, two and a half seconds, and for which it then has to be back: half a cycle. Almost all
-/// are back in two; the longest that was found took 61 frames, by tables by phase.
+/// Frames in which a stream comes back, two and a half seconds, and for which it then has to be back: half a cycle.
+/// Almost all are back in two; the longest that was found took 61 frames, by tables by phase.
 const BACK: usize = 75;
 const COMPARED: usize = 16;
 /// The first frames that can be wrong: what a stream begins with is softer.

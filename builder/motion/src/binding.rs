@@ -4,7 +4,8 @@
 //!
 //! * Joint 0 of the skeleton is the hips. Joints above them that do not move, or whose name says that they only carry the
 //!   body (`joint_Root`, `Reference`, ...), are folded into the hips: `hips = L_1 ... L_n hips_local` in each frame. What
-//!   else hangs on such a joint, as weapons and controls of inverse kinematics do, stays as it is in the file. Writing puts them back as they are in the file's first frame.
+//!   else hangs on such a joint, as weapons and controls of inverse kinematics do, stays as it is in the file. Writing
+//!   puts them back as they are in the file's first frame.
 //! * Every other joint's offset is its position at rest, or its mean position over the clip if the animation translates
 //!   it. [`Binding::notes`] names joints that move by more than a centimetre.
 

@@ -38,7 +38,8 @@ impl Skeleton {
         self.names.iter().position(|n| n == name)
     }
 
-    /// How the joints of this skeleton differ from another's in number, name or parent, if they do. Their offsets may differ.
+    /// How the joints of this skeleton differ from another's in number, name or parent, if they do. Their offsets may
+    /// differ.
     pub fn difference(&self, other: &Skeleton) -> Option<String> {
         if self.joints() != other.joints() {
             return Some(format!("{} joints against {}", self.joints(), other.joints()));

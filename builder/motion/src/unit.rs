@@ -88,8 +88,8 @@ pub struct UnitGuess {
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 
 impl UnitGuess {
-    /// The unit to take instead of the format's own, if a body cannot be as large in it as it is: the power of ten of it that
-    /// makes an adult.
+    /// The unit to take instead of the format's own, if a body cannot be as large in it as it is: the power of ten of
+    /// it that makes an adult.
     pub fn instead(&self, unit: Unit) -> Option<(Unit, String)> {
         let height_m = self.height_m / self.unit.metres() * unit.metres();
         if HEIGHTS_M.contains(&height_m) || !(height_m > 0.0 && height_m.is_finite()) {

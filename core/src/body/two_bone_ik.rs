@@ -116,8 +116,9 @@ impl Chain {
 }
 
 /// Two bones that reach for a point: the fold of the lower one about the axis about which the limb is bent (about `side`
-/// where it is straight, or bent a little to the other side), and the swing of the whole limb that follows it, both in the world. `wanted` is seen from the
-/// limb's beginning; what is further than `reach` is pointed at. `None` where there is nothing to reach with or for.
+/// where it is straight, or bent a little to the other side), and the swing of the whole limb that follows it, both in
+/// the world. `wanted` is seen from the limb's beginning; what is further than `reach` is pointed at. `None` where
+/// there is nothing to reach with or for.
 #[inline]
 pub fn bend(
     upper: Vector,

@@ -1,4 +1,5 @@
-//! The parameters of a stylizer. Every default was measured: see `docs/experiments/parameters.md` and `gestus evaluate ablation`.
+//! The parameters of a stylizer. Every default was measured: see `docs/experiments/parameters.md` and `gestus evaluate
+//! ablation`.
 //!
 //! [`parameters`] is the one table of them: [`Config`], the link, the C interface and the command line are made from it.
 

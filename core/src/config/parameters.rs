@@ -217,16 +217,16 @@ parameters! {
     25 STILL_SPEED still_speed: f32 = 0.1, [0 or 1e-3 to 1.0], &Method::ALL;
     /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
     /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part from
-    /// here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less passes unusual
-    /// motion of known actions on, more gives unknown actions a style that spoils them.
+    /// here and whole from half as much more on, and the report says `FAR`. 0 gives every input the style. Less passes
+    /// unusual motion of known actions on, more gives unknown actions a style that spoils them.
     26 TRUST trust: f32 = 6.0, [0 or 1.0 to 100.0], &Method::ALL;
     /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how much
     /// clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier and
     /// further from any one clip. 0 keeps ρ in every style, as Xia 2015 does.
     27 LIVELINESS liveliness: f32 = 0.0, [0 or 0.01 to 4.0], &[Method::Mar];
-    /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move, so that
-    /// it does not jump where others take their place, and does not lag. Gaits take a quarter of it. More is smoother, and takes
-    /// longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
+    /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move,
+    /// so that it does not jump where others take their place, and does not lag. Gaits take a quarter of it. More is
+    /// smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
     28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar];
 }
 

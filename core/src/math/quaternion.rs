@@ -1,12 +1,12 @@
 //! Unit quaternions `[x, y, z, w]` and the exponential map.
 //!
-//! `exp` converts a rotation vector (axis times angle, radians) to a quaternion. `log` converts it back along the shorter arc
-//! (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the
-//! exponential map", which Xia 2015 (section 4) and Hsu 2005 (section 4.1) use for joint angles.
+//! `exp` converts a rotation vector (axis times angle, radians) to a quaternion. `log` converts it back along the
+//! shorter arc (angle at most π). Source: Grassia 1998, "Practical parameterization of rotations using the exponential
+//! map", which Xia 2015 (section 4) and Hsu 2005 (section 4.1) use for joint angles.
 //!
-//! Except for the vector as a factor, both are even functions of the angle. They therefore need neither the angle nor its sine,
-//! and no root, quotient or arc function: `exp` is `[v s(|v|²), c(|v|²)]` and `log` is `[x, y, z] f(1 - w)`, with
-//! `s(a²) = sin(a/2) / a`, `c(a²) = cos(a/2)` and `f(1 - cos(a/2)) = a / sin(a/2)` minimax polynomials over all
+//! Except for the vector as a factor, both are even functions of the angle. They therefore need neither the angle nor
+//! its sine, and no root, quotient or arc function: `exp` is `[v s(|v|²), c(|v|²)]` and `log` is `[x, y, z] f(1 - w)`,
+//! with `s(a²) = sin(a/2) / a`, `c(a²) = cos(a/2)` and `f(1 - cos(a/2)) = a / sin(a/2)` minimax polynomials over all
 //! angles up to π. Quaternions have nearly unit length, and are normalised by the series of `1 / √(1 + e)`.
 //!
 //! | function | instructions on a Cortex-M4F, about | error |
@@ -15,11 +15,12 @@
 //! | [`exp`], [`between`], [`turned`] | 190, 210, 240 | 2e-7 rad up to π |
 //! | [`log`] | 150 | 4e-7 rad |
 //!
-//! All but [`normalize`] and [`angle`] compute in fixed point with 30 fractional bits. Without an FPU, a product in fixed point
-//! takes half of the instructions of a float product, and a sum a twentieth. With an FPU both take as long, and the conversion
-//! from and to floats takes 50 instructions more.
+//! All but [`normalize`] and [`angle`] compute in fixed point with 30 fractional bits. Without an FPU, a product in
+//! fixed point takes half of the instructions of a float product, and a sum a twentieth. With an FPU both take as long,
+//! and the conversion from and to floats takes 50 instructions more.
 //!
-//! None is used in the loop over the examples, so all but the smallest are not inlined, which halves the code of the callers.
+//! None is used in the loop over the examples, so all but the smallest are not inlined, which halves the code of the
+//! callers.
 
 use crate::math::{
     abs, atan2,

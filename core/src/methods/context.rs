@@ -65,7 +65,8 @@ impl<const J: usize> Signals<J> {
         }
     };
 
-    /// Adds the correction to the output, and clears it. Not added if `is_valid` is false, because the prediction was replaced.
+    /// Adds the correction to the output, and clears it. Not added if `is_valid` is false, because the prediction was
+    /// replaced.
     #[cfg(feature = "mar")]
     #[inline]
     pub fn add_correction(&mut self, is_valid: bool) {
@@ -102,8 +103,8 @@ pub(crate) struct Needs {
 /// A method of translation. To add one: implement this, and name it in [`Method`](crate::Method) and
 /// [`Engine`](super::engine::Engine); the compiler finds the other places.
 pub(crate) trait Translate<const J: usize> {
-    /// The state before the first frame. A constant of zeros, which every optimisation level writes in place: it would not fit
-    /// a stack.
+    /// The state before the first frame. A constant of zeros, which every optimisation level writes in place: it would
+    /// not fit a stack.
     const NEW: Self;
     /// Its requirements on labels and styles.
     const NEEDS: Needs;
@@ -111,9 +112,9 @@ pub(crate) trait Translate<const J: usize> {
     /// An upper bound on the work of a step, for any stream.
     fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work;
 
-    /// Predicts every dof into `signals.predicted`, and into the report how likely each foot stands, and the time step if it is
-    /// not the input's. On a first frame it also sets what came before: `signals.x_prev`, `signals.y_prev`, and the root's
-    /// velocities in `signals.x`.
+    /// Predicts every dof into `signals.predicted`, and into the report how likely each foot stands, and the time step
+    /// if it is not the input's. On a first frame it also sets what came before: `signals.x_prev`, `signals.y_prev`,
+    /// and the root's velocities in `signals.x`.
     fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>);
 
     /// Forgets the frames before this one after a leap: they do not show how the body moves now.

@@ -153,9 +153,9 @@ impl Database<'_> {
     /// An upper bound on the work of a step with a configuration, for any stream and any settings: labels, output styles,
     /// styles of joint groups.
     ///
-    /// It holds for every database, since [`open`](Database::open) refuses those whose work is not bounded. A stylizer has the
-    /// bound under its current settings ([`Stylizer::worst_step`](crate::Stylizer::worst_step)). The cost is proportional to the
-    /// number of classes. All counts are 0 if the database lacks what the method needs.
+    /// It holds for every database, since [`open`](Database::open) refuses those whose work is not bounded. A stylizer
+    /// has the bound under its current settings ([`Stylizer::worst_step`](crate::Stylizer::worst_step)). The cost is
+    /// proportional to the number of classes. All counts are 0 if the database lacks what the method needs.
     pub fn worst_step(&self, config: &Config) -> Work {
         self.worst_step_of(config, &Load::most(self))
     }

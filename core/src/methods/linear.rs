@@ -5,13 +5,13 @@
 //! `x[t+1] = A x[t] + B u[t]`, `y[t] = C x[t] + D u[t]` (eqs. 5 and 6)
 //!
 //! The root's motion drives one more output, the logarithm of the differential time warp, whose exponential is the
-//! step (section 4.1). The state is the only memory and begins at `x = 0` (section 4.4). Poles lie inside the unit circle, so
-//! any state decays. Feet stand where a projection of the frame's new state lies beyond a boundary (section 4.5,
-//! "Annotation").
+//! step (section 4.1). The state is the only memory and begins at `x = 0` (section 4.4). Poles lie inside the unit
+//! circle, so any state decays. Feet stand where a projection of the frame's new state lies beyond a boundary (section
+//! 4.5, "Annotation").
 //!
-//! **Unexpected input** (section 4.5, eqs. 7 and 8). A part `b = max over dofs of erf(|u| / (kc √2))^kp` of the input is blended
-//! into the output, where u is the input's distance from its mean in standard deviations. The function increases with |u|, so
-//! the maximum is taken first, and erf and power are computed once.
+//! **Unexpected input** (section 4.5, eqs. 7 and 8). A part `b = max over dofs of erf(|u| / (kc √2))^kp` of the input
+//! is blended into the output, where u is the input's distance from its mean in standard deviations. The function
+//! increases with |u|, so the maximum is taken first, and erf and power are computed once.
 //!
 //! **Several styles** are several models on the same input, summed by their weights (section 6). Weights change gradually,
 //! so that a model that starts at `x = 0` causes no jump.
@@ -34,8 +34,8 @@ use crate::{
 
 /// Greatest number of models that are blended.
 pub const MAX_MODELS: usize = 4;
-/// Mean squared distance of the furthest dof, in the model's variances, below which input is of the database's kind, whatever
-/// its style.
+/// Mean squared distance of the furthest dof, in the model's variances, below which input is of the database's kind,
+/// whatever its style.
 const FAMILIAR_DISTANCE2: f32 = 33.0;
 /// Greatest change of a weight in a frame.
 const MAX_WEIGHT_CHANGE: f32 = 0.125;
@@ -204,8 +204,8 @@ struct ModelDofs<'a> {
     predicted: &'a mut [f32],
 }
 
-/// One step of a model: adds its output to the prediction with weight `share`. Returns the part of the input that was blended
-/// in, and the logarithm of the time warp.
+/// One step of a model: adds its output to the prediction with weight `share`. Returns the part of the input that was
+/// blended in, and the logarithm of the time warp.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn translate(

@@ -5,18 +5,19 @@
 //!
 //! `q' = q_s (q̄_s⁻¹ q̄_r)`, `q_t = Slerp(σ_r / σ_s, q̄_r, q')` (section 5.4, eq. 7)
 //!
-//! The root's height and ground velocity are scaled number by number (eq. 4). Velocities are used instead of positions, so the
-//! place of the body does not matter. Turning and timing of the input pass through.
+//! The root's height and ground velocity are scaled number by number (eq. 4). Velocities are used instead of positions,
+//! so the place of the body does not matter. Turning and timing of the input pass through.
 //!
 //! `q̄_r`, `σ_r` are a table in the blob; blends of styles blend tables. The input's `q̄_s`, `σ_s` are those of the labelled
-//! input style, or of the style that the blob names. With a half-life, they are an estimate that starts there and follows the
-//! stream: `q̄ ← Slerp(α, q̄, q)`, `σ² ← σ² + α (d(q̄, q)² - σ²)`, with
-//! `α = 1 - 2^(-dt / half-life)`.
+//! input style, or of the style that the blob names. With a half-life, they are an estimate that starts there and
+//! follows the stream: `q̄ ← Slerp(α, q̄, q)`, `σ² ← σ² + α (d(q̄, q)² - σ²)`, with `α = 1 - 2^(-dt / half-life)`.
 //!
-//! The rotations of both quaternions from their means are the same, `q' q̄_r⁻¹ = q_s q̄_s⁻¹`. Eq. 7 therefore needs one logarithm
-//! and one exponential a joint: `v = log(q_s q̄_s⁻¹)`, `q_t = exp(σ_r / σ_s v) q̄_r`. The distance `d(q̄, q)` is the length of `v`.
+//! The rotations of both quaternions from their means are the same, `q' q̄_r⁻¹ = q_s q̄_s⁻¹`. Eq. 7 therefore needs one
+//! logarithm and one exponential a joint: `v = log(q_s q̄_s⁻¹)`, `q_t = exp(σ_r / σ_s v) q̄_r`. The distance `d(q̄, q)`
+//! is the length of `v`.
 //!
-//! Feet stand where a projection of the input's dofs lies beyond a boundary: the output's feet stand where the input's do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
+//! Feet stand where a projection of the input's dofs lies beyond a boundary: the output's feet stand where the input's
+//! do. Cost: two logarithms and an exponential a joint, whatever the number of frames behind the tables.
 
 use crate::{
     Config, Observer, Report,
@@ -39,7 +40,8 @@ use crate::{
 
 /// Greatest ratio of two spreads. A joint that hardly moved in the data does not show how to move.
 const MAX_SPREAD_RATIO: f32 = 4.0;
-/// Mean squared distance of the furthest joint, in variances, below which input is of the database's kind, whatever its style.
+/// Mean squared distance of the furthest joint, in variances, below which input is of the database's kind, whatever its
+/// style.
 const FAMILIAR_DISTANCE2: f32 = 20.0;
 /// Dofs of the root that are scaled number by number.
 const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];

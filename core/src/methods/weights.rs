@@ -2,8 +2,8 @@
 //!
 //! `λ_j ∝ exp(-D_j / (δ min D))`, where `D_j` is the mean **squared** distance of the class's nearest neighbors (Xia 2015,
 //! section 5.2, eq. 4). Most classes have almost no weight, and each class that is kept costs the unpacking of its neighbors
-//! and a regression. The smallest are therefore dropped as long as their sum stays below a bound. A cap on their number bounds
-//! the work where all classes are equally far (input far from the data).
+//! and a regression. The smallest are therefore dropped as long as their sum stays below a bound. A cap on their number
+//! bounds the work where all classes are equally far (input far from the data).
 
 use heapless::Vec;
 

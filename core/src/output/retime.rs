@@ -1,9 +1,9 @@
 //! From poses in the output style's own time to exactly one pose a tick.
 //!
 //! A step reports how long its pose takes in the output style ([`crate::methods::mixture::step_time`]). A servo bus or a
-//! display needs one pose a tick at its own rate for as long as there is input. A [`Retimer`] converts the one into the other.
-//! It keeps the last few poses and a playhead among them. The playhead moves at the predicted speed while its lag behind the
-//! input (negative: a lead) stays within bounds, and the lag decays to 0:
+//! display needs one pose a tick at its own rate for as long as there is input. A [`Retimer`] converts the one into the
+//! other. It keeps the last few poses and a playhead among them. The playhead moves at the predicted speed while its
+//! lag behind the input (negative: a lead) stays within bounds, and the lag decays to 0:
 //!
 //! ```text
 //! r = Δ / w                                input frames that pass in the style, for one of the input's
@@ -11,20 +11,20 @@
 //! ```
 //!
 //! s is a smoothstep from half of the bound to the bound. The playhead never moves back. A tick between two poses is
-//! interpolated: positions linearly, rotations spherically. Without bounds ([`Bounds::SYNC`]) a retimer resamples one rate to
-//! another at any ratio from 1/4 to 4, before or after a stylizer.
+//! interpolated: positions linearly, rotations spherically. Without bounds ([`Bounds::SYNC`]) a retimer resamples one
+//! rate to another at any ratio from 1/4 to 4, before or after a stylizer.
 //!
 //! **Latency.** No pose can be shown before it has arrived. The allowed lead therefore delays the whole stream
 //! ([`Retimer::latency_s`]), as does the part of an input frame by which ticks lie between inputs.
 //!
-//! **Clocks.** Rates are counted in integers, so nothing drifts over a long stream. A sensor, however, has a clock of its own
-//! and loses frames, so the count and the arriving input diverge. Where the input was late in two watched stretches in a row
-//! (half a second each), the missing time counts as lost: the count is corrected by the smaller lateness, and the playhead
-//! stays at its pose. Where more input arrives than ticks consume, the count is corrected by the smaller surplus, and the
-//! playhead catches up.
+//! **Clocks.** Rates are counted in integers, so nothing drifts over a long stream. A sensor, however, has a clock of
+//! its own and loses frames, so the count and the arriving input diverge. Where the input was late in two watched
+//! stretches in a row (half a second each), the missing time counts as lost: the count is corrected by the smaller
+//! lateness, and the playhead stays at its pose. Where more input arrives than ticks consume, the count is corrected by
+//! the smaller surplus, and the playhead catches up.
 //!
-//! Nothing is allocated, and there is no clock: the caller pushes poses and takes ticks. Cost: about 300 instructions a joint
-//! and tick; ticks that fall on poses need no interpolation.
+//! Nothing is allocated, and there is no clock: the caller pushes poses and takes ticks. Cost: about 300 instructions a
+//! joint and tick; ticks that fall on poses need no interpolation.
 //!
 //! This part is ours: the output of the papers keeps its own timeline.
 

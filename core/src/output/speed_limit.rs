@@ -17,11 +17,11 @@
 //!   have reached it. One wrong pose is two jumps, so it never enters.
 //!
 //! **Starts.** The first pose fills the whole search window. The first predictions therefore come from frames that have the
-//! body's posture but move differently. The same happens after a leap or a change of settings. For [`SOFT_START_S`] the limit
-//! is therefore also the speed of the fastest joint in the output's classes
-//! ([`TrustLimits::turning`](crate::blob::TrustLimits)), scaled by `limit` over its default. After a leap the window holds
-//! both places and resembles other actions. For half a second the action from before the leap therefore counts as one of the
-//! candidates whose speeds set the limit.
+//! body's posture but move differently. The same happens after a leap or a change of settings. For [`SOFT_START_S`] the
+//! limit is therefore also the speed of the fastest joint in the output's classes
+//! ([`TrustLimits::turning`](crate::blob::TrustLimits)), scaled by `limit` over its default. After a leap the window
+//! holds both places and resembles other actions. For half a second the action from before the leap therefore counts as
+//! one of the candidates whose speeds set the limit.
 //!
 //! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, and two exponential maps more where the input is faster
 //! than anything in its window; none where there is no limit.
@@ -61,8 +61,8 @@ pub(crate) struct Fastest {
 }
 
 impl Fastest {
-    /// Compares the dofs of a frame with those of the frame before. The root's tilt counts as joint 0. `each` gets every joint
-    /// with the change of its map, and the square of that.
+    /// Compares the dofs of a frame with those of the frame before. The root's tilt counts as joint 0. `each` gets
+    /// every joint with the change of its map, and the square of that.
     #[inline]
     pub fn of(x: &[f32], x_prev: &[f32], mut each: impl FnMut(usize, &Vector, f32)) -> Self {
         let mut fastest = Self { change2: 0.0, now: [0.0; 3], before: [0.0; 3] };
@@ -166,8 +166,8 @@ impl SpeedLimit {
     }
 }
 
-/// Limits how far each joint of `pose` has turned since `last`. `speeds` has the limit of each joint in rad/s; `seconds` have
-/// passed between the two poses.
+/// Limits how far each joint of `pose` has turned since `last`. `speeds` has the limit of each joint in rad/s;
+/// `seconds` have passed between the two poses.
 pub fn limit_rotations<const J: usize>(
     speeds: impl Iterator<Item = f32>,
     seconds: f32,

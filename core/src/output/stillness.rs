@@ -11,9 +11,9 @@
 //! ```
 //!
 //! y and v are the output after strength. s approaches s* within [`SPEED_S`] for the root and [`POSTURE_S`] for the joints,
-//! and returns to 0 within [`RELEASE_S`]. A constant input gives a constant output, and a motion as small as breathing passes
-//! unchanged. After a change of style, strength, labels or mask the joints follow the prediction for another [`CHANGE_S`].
-//! The prediction that is fed back to the method does not change.
+//! and returns to 0 within [`RELEASE_S`]. A constant input gives a constant output, and a motion as small as breathing
+//! passes unchanged. After a change of style, strength, labels or mask the joints follow the prediction for another
+//! [`CHANGE_S`]. The prediction that is fed back to the method does not change.
 //!
 //! Cost: a comparison a frame; while the body stands, some operations a dof.
 
@@ -57,8 +57,8 @@ impl Stillness {
         self.posture = -CHANGE_S / POSTURE_S;
     }
 
-    /// Measures an input frame with dofs `x`. `height_prev` is the root's height `seconds` before, and `fastest` the joint that
-    /// turned most since then. `speed` is ω₀ in rad/s; 0 turns the function off.
+    /// Measures an input frame with dofs `x`. `height_prev` is the root's height `seconds` before, and `fastest` the
+    /// joint that turned most since then. `speed` is ω₀ in rad/s; 0 turns the function off.
     pub fn observe(&mut self, x: &[f32], height_prev: f32, fastest: &Fastest, seconds: f32, speed: f32) {
         let at = |d: usize| x.get(d).copied().unwrap_or(0.0);
         let turning = abs(at(dof::YAW)) * seconds;

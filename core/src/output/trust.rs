@@ -11,9 +11,9 @@
 //! p* = clamp(max(2 (r / R - 1), (e - 1.6) / 0.25), 0, 1)         R: Config::trust
 //! ```
 //!
-//! p is the part of the input that is passed through. It approaches p* within [`CHANGE_S`]; the strength of every joint group
-//! is multiplied by 1 - p. The first [`LEAD_S`] of a stream, and of what follows a leap, are not measured, because the search
-//! window is not full yet.
+//! p is the part of the input that is passed through. It approaches p* within [`CHANGE_S`]; the strength of every joint
+//! group is multiplied by 1 - p. The first [`LEAD_S`] of a stream, and of what follows a leap, are not measured,
+//! because the search window is not full yet.
 
 use crate::{
     blob::Database,

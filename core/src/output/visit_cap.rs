@@ -1,8 +1,8 @@
 //! Keeps a deadline: adapts the cap on search visits to how long the last steps took.
 //!
-//! The visits of a search ([`Config::visits`](crate::Config::visits)) bound the cost of a step. The search is also what takes
-//! longest when a stream jumps or is far from the data. A step that comes near its deadline halves the cap of the next steps;
-//! steps with time to spare raise it again, slowly. A missed deadline thus costs some recall
+//! The visits of a search ([`Config::visits`](crate::Config::visits)) bound the cost of a step. The search is also what
+//! takes longest when a stream jumps or is far from the data. A step that comes near its deadline halves the cap of the
+//! next steps; steps with time to spare raise it again, slowly. A missed deadline thus costs some recall
 //! ([`Degraded::VISITS`](crate::Degraded::VISITS)) instead of more late frames.
 //!
 //! The core has no clock. The caller measures, in ticks of any timer. `docs/PORTING.md` has the loop.

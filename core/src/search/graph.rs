@@ -6,8 +6,8 @@
 //!
 //! Motion is continuous: most of a frame's neighbors are successors of the last frame's neighbors (82% on real clips). The
 //! pool therefore starts with these successors and a few fixed entry points. The search restarts from frames spread evenly
-//! over the class where the successors are far away (the input has jumped), or where few of them stay in the pool (the stream
-//! has come from elsewhere).
+//! over the class where the successors are far away (the input has jumped), or where few of them stay in the pool (the
+//! stream has come from elsewhere).
 //!
 //! Cost: at most `visits` distances a class. A restart takes up to as many again, if the frame has them to spare
 //! ([`Limits::spare`]). A distance reads one byte a component.
@@ -78,9 +78,9 @@ impl Searcher {
 
     /// Finds the nearest frames of a class, nearest first.
     ///
-    /// `last` has the rows that were found when the class was searched last (empty at the start), `last_mean` their mean squared
-    /// distance in weighted square metres, and `frames` the number of frames since then. Classes of at most `limits.visits` rows
-    /// are scanned.
+    /// `last` has the rows that were found when the class was searched last (empty at the start), `last_mean` their
+    /// mean squared distance in weighted square metres, and `frames` the number of frames since then. Classes of at
+    /// most `limits.visits` rows are scanned.
     pub fn search(
         &mut self,
         database: &Database<'_>,
@@ -132,8 +132,8 @@ impl Searcher {
                 walk.restart();
                 walk.seed_all(database.entries(class));
                 walk.seed_spread();
-                // Enough to measure the distance of the class; later frames find the neighbors missed here. The graph was made
-                // for whole features, and leads to the neighbors less directly under a mask.
+                // Enough to measure the distance of the class; later frames find the neighbors missed here. The graph
+                // was made for whole features, and leads to the neighbors less directly under a mask.
                 walk.run(if metric.is_whole() { k.max(RESTART_EXPANSIONS) } else { POOL });
             }
         }
@@ -185,8 +185,8 @@ impl Walk<'_, '_> {
         self.visits_left = self.limits.visits.min(MAX_VISITS);
     }
 
-    /// Allows as many visits again, or as many as are left to spare. Keeps the pool as long as the visited set has capacity, and
-    /// where too few visits are left to refill it.
+    /// Allows as many visits again, or as many as are left to spare. Keeps the pool as long as the visited set has
+    /// capacity, and where too few visits are left to refill it.
     fn restart(&mut self) {
         let seen = u16::try_from(self.stats.visits).unwrap_or(u16::MAX);
         let capacity = MAX_VISITS.saturating_sub(seen);

@@ -7,10 +7,10 @@
 //! d = Σ a (p - c)² = Σ a p² - Σ 2 a p c + Σ a c²
 //! ```
 //!
-//! The first sum depends on the query alone. The last depends on the frame alone and is stored in the blob. A distance is thus
-//! one dot product. A query within twice the range of the codes has distances below 2^32: 29,096 · (256 + 128)² < 4.2904e9.
-//! `2 a p` is then below 2^24, and the sum of its products with codes below 2^31. A query that is further away uses units of
-//! 2^n U, with the same bounds, and is clamped to 128 times the range.
+//! The first sum depends on the query alone. The last depends on the frame alone and is stored in the blob. A distance
+//! is thus one dot product. A query within twice the range of the codes has distances below 2^32: 29,096 · (256 + 128)²
+//! < 4.2904e9. `2 a p` is then below 2^24, and the sum of its products with codes below 2^31. A query that is further
+//! away uses units of 2^n U, with the same bounds, and is clamped to 128 times the range.
 //!
 //! Cost: one byte read and one product a component; under a mask two more products for the last sum.
 
@@ -84,8 +84,9 @@ pub struct Metric {
 }
 
 impl Metric {
-    /// The metric of a query, metres. `mask` has one bit a joint group: whether the search compares it. `feature` is replaced by
-    /// the query that distances are measured from: rounded, and clamped to 128 times the range of stored features.
+    /// The metric of a query, metres. `mask` has one bit a joint group: whether the search compares it. `feature` is
+    /// replaced by the query that distances are measured from: rounded, and clamped to 128 times the range of stored
+    /// features.
     #[inline(never)]
     pub fn new(database: &Database<'_>, feature: &mut Feature, mask: u8) -> Self {
         let scales = (0..database.counts().features).map(|f| database.feature_scale(f));

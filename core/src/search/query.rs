@@ -2,8 +2,8 @@
 //!
 //! Two moments are alike if the clouds of their joints over the last few frames lie close together after one of them was
 //! turned about the vertical axis and moved over the floor (Xia 2015, eq. 1; Kovar, Gleicher, Pighin 2002). That needs a fit
-//! for every pair. Here every window is aligned once to a **mean cloud**, by the same closed form. Aligned windows are compared
-//! directly, in a few principal components.
+//! for every pair. Here every window is aligned once to a **mean cloud**, by the same closed form. Aligned windows are
+//! compared directly, in a few principal components.
 //!
 //! With weights w, mean cloud m and window p, both about their weighted centroids on the ground, the rotation is
 //! `(cos, sin) ∝ (Σ w (m_x p_x + m_z p_z), Σ w (m_x p_z - m_z p_x))`.
@@ -41,8 +41,8 @@ const MAX_COORDINATE: i32 = u16::MAX as i32;
 const TURN_BITS: u32 = 24;
 /// Right shift of a product with a component, so that the sum of 3 · 8 · 64 products fits 32 bits.
 pub const PRODUCT_BITS: u32 = 10;
-/// Left shift of an aligned coordinate. Cortex-M processors with an FPU can multiply 32 by 16 bits and add the product without
-/// its lowest 16 bits in one instruction. On the others a product has to fit 32 bits.
+/// Left shift of an aligned coordinate. Cortex-M processors with an FPU can multiply 32 by 16 bits and add the product
+/// without its lowest 16 bits in one instruction. On the others a product has to fit 32 bits.
 const PRE_SHIFT: u32 =
     if cfg!(all(target_arch = "arm", target_abi = "eabihf")) { 16 - PRODUCT_BITS } else { 0 };
 
@@ -87,8 +87,8 @@ impl<const J: usize> Window<J> {
         self.newest = place as u8;
     }
 
-    /// Computes the feature of the window. `aligned` is scratch memory of [`ALIGNED`] numbers a joint. Cost: `window · joints · 3`
-    /// multiplications a component.
+    /// Computes the feature of the window. `aligned` is scratch memory of [`ALIGNED`] numbers a joint. Cost: `window ·
+    /// joints · 3` multiplications a component.
     pub fn feature(&self, database: &Database<'_>, aligned: &mut [i32], feature: &mut Feature) {
         let clouds =
             Clouds { points: self.clouds.as_flattened(), capacity: J, newest: usize::from(self.newest) };
@@ -240,8 +240,8 @@ impl<'a> Joints<'a> {
         Self { members, ends }
     }
 
-    /// Calls `visitor` for each joint group and each frame of the window, the oldest first, with the number of the frame, the
-    /// group's joints, and their slots in `aligned`. Returns where the numbers of each joint group end.
+    /// Calls `visitor` for each joint group and each frame of the window, the oldest first, with the number of the
+    /// frame, the group's joints, and their slots in `aligned`. Returns where the numbers of each joint group end.
     #[inline(always)]
     fn visit(
         &self,

@@ -6,8 +6,8 @@ use heapless::Vec;
 ///
 /// If the list already has `most` items (1 to its capacity), the last one is dropped; or, if that would be the new item, the
 /// list does not change and the index is `most`.
-// Searches from the end, since items often arrive nearly in order. `Vec::insert` is not used, because its `memmove` takes 1.6
-// KB on a microcontroller.
+// Searches from the end, since items often arrive nearly in order. `Vec::insert` is not used, because its `memmove`
+// takes 1.6 KB on a microcontroller.
 #[inline]
 pub(crate) fn insert<T: Copy, const N: usize>(
     list: &mut Vec<T, N>,

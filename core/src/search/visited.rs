@@ -7,8 +7,8 @@ pub const SLOTS: usize = 512;
 /// others probes some 6,000. Rows chosen to collide would take hundreds each.
 pub const PATIENCE: u16 = 16_384;
 
-/// A set of fewer than [`SLOTS`] rows in 1 KB. A slot holds the row plus 1, or 0 if it is free. The empty set is all zeros, so
-/// that a static stylizer takes no flash.
+/// A set of fewer than [`SLOTS`] rows in 1 KB. A slot holds the row plus 1, or 0 if it is free. The empty set is all
+/// zeros, so that a static stylizer takes no flash.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Visited([u16; SLOTS]);
@@ -26,8 +26,8 @@ impl Visited {
         self.0 = [0; SLOTS];
     }
 
-    /// Adds a row other than [`NONE`](crate::blob::layout::NONE). Returns false if it is in the set already, or if `patience` is
-    /// used up before a free slot is found.
+    /// Adds a row other than [`NONE`](crate::blob::layout::NONE). Returns false if it is in the set already, or if
+    /// `patience` is used up before a free slot is found.
     #[inline]
     pub fn insert(&mut self, row: u16, patience: &mut u16) -> bool {
         // Fibonacci hashing with double hashing: nine bits select the slot, the other seven an odd step, which reaches every

@@ -18,11 +18,12 @@
 //! reached(e) = Σ over styles  of weights(e) · effort of the style    estimated Effort of the mix
 //! ```
 //!
-//! The Effort of a mix is not the mean of its styles' Efforts. Where two styles move a joint in different ways, their mean is
-//! smoother and lighter than either. The builder therefore streams clips through this core at many mixes and measures the
-//! output. Along each axis of the grid, where one factor changes alone, the measured factor rises from end to end for any
-//! input; between the axes the mixes add up. Not every Effort is a mix of the available styles: the axes end where the styles
-//! do ([`Dial::range`]), and [`Reached`] says which Effort a target became, and whether that is far from it.
+//! The Effort of a mix is not the mean of its styles' Efforts. Where two styles move a joint in different ways, their
+//! mean is smoother and lighter than either. The builder therefore streams clips through this core at many mixes and
+//! measures the output. Along each axis of the grid, where one factor changes alone, the measured factor rises from end
+//! to end for any input; between the axes the mixes add up. Not every Effort is a mix of the available styles: the axes
+//! end where the styles do ([`Dial::range`]), and [`Reached`] says which Effort a target became, and whether that is
+//! far from it.
 //!
 //! Cost: 8 S reads and multiplications for S styles whenever the target changes; no RAM.
 
@@ -118,8 +119,8 @@ impl<'db> Dial<'db> {
         }
     }
 
-    /// Least and greatest flow, weight and time that the dial reaches, each with the other two at rest: the ends of the grid.
-    /// Targets beyond an end are moved to it.
+    /// Least and greatest flow, weight and time that the dial reaches, each with the other two at rest: the ends of the
+    /// grid. Targets beyond an end are moved to it.
     pub fn range(&self) -> [(f32, f32); 3] {
         core::array::from_fn(|k| {
             let at = effort::AXES.start + 8 * k;

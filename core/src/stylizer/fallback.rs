@@ -14,8 +14,8 @@
 //! Poses that are out of order, but in order among themselves, come from a counter that has restarted, or whose last number
 //! was wrong. After eight of them the stream continues with their numbers.
 //!
-//! Under [`Safety::Follow`] the output follows a leap at once, except for its speed over the ground. The search window begins
-//! anew.
+//! Under [`Safety::Follow`] the output follows a leap at once, except for its speed over the ground. The search window
+//! begins anew.
 //!
 //! A leap that lasts longer than [`MAX_GLITCH_FRAMES`] frames is not a glitch: the body is in another place. The stream then
 //! continues there, without the speed that the leap would imply.
@@ -55,7 +55,8 @@ const MAX_ROOT_CHANGE: f32 = 3.0;
 /// Part of the last velocity that is assumed in a frame that leaps.
 const LEAP_SPEED_KEPT: f32 = 0.9;
 
-/// Angle by which the joint of dof `d` has turned, radians. Compares rotations, because exponential maps flip at half a turn.
+/// Angle by which the joint of dof `d` has turned, radians. Compares rotations, because exponential maps flip at half a
+/// turn.
 #[cold]
 #[inline(never)]
 fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
@@ -69,9 +70,9 @@ fn joint_turned(x: &[f32], x_prev: &[f32], d: usize) -> f32 {
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`step`](Self::step) for a control loop: one tick, with or without an input.
     ///
-    /// `input` is the pose that has arrived since the last tick, with its number: any count that grows by one a frame and may
-    /// wrap. A tick always writes a pose, by the policy [`Safety`], and the report names the fault. Before the first valid
-    /// input `output` is not changed, and [`last_output`](Self::last_output) is `None`.
+    /// `input` is the pose that has arrived since the last tick, with its number: any count that grows by one a frame
+    /// and may wrap. A tick always writes a pose, by the policy [`Safety`], and the report names the fault. Before the
+    /// first valid input `output` is not changed, and [`last_output`](Self::last_output) is `None`.
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
         let Some((pose, number)) = input else { return self.fallback_output(Degraded::STALE, output) };
         let Some(gap) = self.faults.gap(number) else { return self.fallback_output(Degraded::ORDER, output) };
@@ -132,9 +133,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         true
     }
 
-    /// Accepts the input. Its velocities are divided by the number of frames since the last accepted input. In a leap they are
-    /// replaced by slightly less than those of the frame before, under every policy: no body moved that fast, and the effect
-    /// on the predictions would last for seconds.
+    /// Accepts the input. Its velocities are divided by the number of frames since the last accepted input. In a leap
+    /// they are replaced by slightly less than those of the frame before, under every policy: no body moved that fast,
+    /// and the effect on the predictions would last for seconds.
     pub(super) fn accept(&mut self, leapt: bool) {
         let frames = self.faults.frames();
         let speed = |d: usize| self.signals.x.as_flattened().get(d).copied().unwrap_or(0.0) / frames;

@@ -44,8 +44,8 @@ const MAX_GAP_FRAMES: f32 = 3.0;
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: the part of [`Stylizer::new`] that can fail.
 ///
-/// A board with a small stack makes its static stylizer from this. A `Result` around 24 KB would be on the stack first, which
-/// has 4 KB.
+/// A board with a small stack makes its static stylizer from this. A `Result` around 24 KB would be on the stack first,
+/// which has 4 KB.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
@@ -357,8 +357,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
     }
 }
 
-/// Blends input `x` and prediction by the strength of each joint group. Replaces implausible dofs of `predicted` by the input,
-/// and returns true if there were any. All slices are `[dofs]`.
+/// Blends input `x` and prediction by the strength of each joint group. Replaces implausible dofs of `predicted` by the
+/// input, and returns true if there were any. All slices are `[dofs]`.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn apply_strength(

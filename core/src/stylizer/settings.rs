@@ -131,8 +131,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         group < MAX_GROUPS && self.settings.mask >> group & 1 == 1
     }
 
-    /// Sets the strength of the style in a joint group: 0 is the input, 1 the style, and up to 2 exaggerates it. In a running
-    /// stream the strength changes within [`STRENGTH_S`](crate::STRENGTH_S), without a jump.
+    /// Sets the strength of the style in a joint group: 0 is the input, 1 the style, and up to 2 exaggerates it. In a
+    /// running stream the strength changes within [`STRENGTH_S`](crate::STRENGTH_S), without a jump.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group or a strength outside 0 to 2.

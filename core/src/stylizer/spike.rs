@@ -13,7 +13,8 @@ const MAX_TURN: f32 = 6.0;
 /// Speed out and back of the root's height that no body has, m/s.
 const MAX_RISE: f32 = 3.0;
 
-/// The numbers that changed fast in the last frame. Bits 0 to 2 are set for those that rose, bits 4 to 6 for those that fell.
+/// The numbers that changed fast in the last frame. Bits 0 to 2 are set for those that rose, bits 4 to 6 for those that
+/// fell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Spike<const J: usize> {

@@ -8,11 +8,12 @@
 //! d = s - s*;  c = (v + ω d) Δt;  s' = s* + (d + c) e^(-ω Δt);  v' = (v - ω c) e^(-ω Δt)      ω = 8 / s
 //! ```
 //!
-//! s* is the strength that was set. Half of a change is done after 0.21 s, 95% after [`STRENGTH_S`]. A stream begins with the
-//! strengths that were set. Cost: one exponential and a dozen operations a group and frame while a strength changes.
+//! s* is the strength that was set. Half of a change is done after 0.21 s, 95% after [`STRENGTH_S`]. A stream begins
+//! with the strengths that were set. Cost: one exponential and a dozen operations a group and frame while a strength
+//! changes.
 //!
-//! **Styles of joint groups.** A group has the body's mix of styles or its own (`Mix`). The regression treats each dof alone,
-//! and is done once for each different mix. Time step, root and contacts follow the root's group.
+//! **Styles of joint groups.** A group has the body's mix of styles or its own (`Mix`). The regression treats each dof
+//! alone, and is done once for each different mix. Time step, root and contacts follow the root's group.
 
 use crate::{
     blob::{
@@ -161,8 +162,8 @@ impl Settings {
         (0..database.counts().groups).any(|group| self.mix_of(group) == mix)
     }
 
-    /// Speed of the fastest joint of an action in a mix of styles, rad/s. Of any action if `action` is `None`; infinite if the
-    /// blob has no speeds.
+    /// Speed of the fastest joint of an action in a mix of styles, rad/s. Of any action if `action` is `None`; infinite
+    /// if the blob has no speeds.
     #[inline(never)]
     pub fn max_turning(&self, database: &Database<'_>, mix: usize, action: Option<u16>) -> f32 {
         let mix = self.mix(mix);

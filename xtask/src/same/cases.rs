@@ -48,8 +48,8 @@ const REAL: &str = "--data DATA -o report CLASSES";
 const QUICK: bool = true;
 const FULL: bool = false;
 
-/// Name, `QUICK` or `FULL`, program, arguments, arguments that several cases share. All get `--json`. Databases come first, since
-/// later cases read them.
+/// Name, `QUICK` or `FULL`, program, arguments, arguments that several cases share. All get `--json`. Databases come
+/// first, since later cases read them.
 const CASES: &[(&str, bool, &str, &str, &str)] = &[
     (
         "synth",

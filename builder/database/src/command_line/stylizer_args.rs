@@ -46,8 +46,9 @@ pub struct MethodArgs {
     #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
     pub effort: Option<String>,
     /// Method: mar (mixture of autoregressive models; the default if the database has frames), phase (tables by phase), lti
-    /// (linear models) or statistic (means and standard deviations), pose by pose; or effort, with --effort: `gestus translate`
-    /// rebuilds the whole clip from blended fragments, other commands use the effort dial's mix of styles with mar
+    /// (linear models) or statistic (means and standard deviations), pose by pose; or effort, with --effort: `gestus
+    /// translate` rebuilds the whole clip from blended fragments, other commands use the effort dial's mix of styles
+    /// with mar
     #[arg(long = "method", id = "method")]
     name: Option<String>,
 }

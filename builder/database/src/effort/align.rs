@@ -2,7 +2,8 @@
 //!
 //! `SSD(i, j) = min over paths w of Σ_n |X_i(p(n)) - X_j(q(n))|²`, from the first frames to the last, by steps of
 //! (1, 0), (1, 1) and (0, 1) (Torresani 2006, eqs. 3 to 5). Unlike in
-//! [`warp::dtw`](crate::registration::warp::dtw), a diagonal step counts once, as in the paper. Cost: O(m n D) time, O(m n) memory.
+//! [`warp::dtw`](crate::registration::warp::dtw), a diagonal step counts once, as in the paper. Cost: O(m n D) time,
+//! O(m n) memory.
 
 /// The best path of two fragments.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 //!
 //! There are two ways to fill the table. [`response::solve`](super::response::solve) measures: on the axes through the
 //! node at rest, where a single factor changes, a node has the mix at which the core's output showed the target change
-//! ([`Dial::of_ways`]). Elsewhere the changes along the axes are added and projected onto valid mixes (no weight below 0,
+//! ([`Dial::measured`]). Elsewhere the changes along the axes are added and projected onto valid mixes (no weight below 0,
 //! sum 1). [`Dial::new`] only uses the styles' Efforts `G`:
 //!
 //! ```text
@@ -77,7 +77,7 @@ impl Reach {
 const ALONE: f64 = 1e-3;
 
 /// Efforts of styles from those of mixes, by least squares, drawn a little to what each style was seen as `alone`. Styles
-/// that are no end of a way have equal shares of every sample, and the samples cannot tell them apart.
+/// that are no end of a sweep have equal shares of every sample, and the samples cannot tell them apart.
 fn fit(samples: &[(Vec<f64>, Factors)], alone: &[Factors]) -> Vec<Factors> {
     let styles = alone.len();
     let mut normal = DMatrix::<f64>::identity(styles, styles) * ALONE;
@@ -146,7 +146,7 @@ impl Dial {
         let table = (0..NODES.pow(3))
             .into_par_iter()
             .map(|node| {
-                let target = place(&axes, node);
+                let target = effort_at(&axes, node);
                 let mix = nearest(&efforts, &scales, &alike, &target);
                 let mut weights = vec![0.0; styles.len()];
                 used.iter().zip(mix).for_each(|(&s, w)| weights[s] = w);
@@ -156,12 +156,12 @@ impl Dial {
         Self { source, styles, rest, axes, table }
     }
 
-    /// The dial of measured ways: how far each factor reaches down and up from the mix at rest, whose Effort is
+    /// The dial of measured sweeps: how far each factor reaches down and up from the mix at rest, whose Effort is
     /// `rest`. `alone` is what each style was seen as, `None` for those that are not used.
     ///
     /// The rest is a node of each axis, as many nodes below it as make the grid finest. The last nodes are the ends of
-    /// the ways, so that no part of an axis does nothing; those between have their share of the measured change.
-    pub fn of_ways(
+    /// the sweeps, so that no part of an axis does nothing; those between have their share of the measured change.
+    pub fn measured(
         source: Source,
         alone: &[Option<Factors>],
         rest: Factors,
@@ -244,12 +244,13 @@ impl Dial {
 }
 
 /// The Effort of a node.
-fn place(axes: &[(f64, f64); 3], node: usize) -> Factors {
+fn effort_at(axes: &[(f64, f64); 3], node: usize) -> Factors {
     let at = [node / NODES.pow(2), node / NODES % NODES, node % NODES];
     std::array::from_fn(|k| axes[k].0 + (axes[k].1 - axes[k].0) * at[k] as f64 / (NODES - 1) as f64)
 }
 
-/// The mix nearest to a target, with a penalty on `wᵀ spread w`, by accelerated projected gradient (Nesterov's steps, Duchi's projection).
+/// The mix nearest to a target, with a penalty on `wᵀ spread w`, by accelerated projected gradient (Nesterov's steps,
+/// Duchi's projection).
 pub(super) fn nearest(
     efforts: &[Factors],
     scales: &Factors,

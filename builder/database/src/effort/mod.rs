@@ -1,5 +1,5 @@
-//! Laban effort: style as a point in a space of three factors that people can perceive (Torresani, Hackney and Bregler, "Learning
-//! Motion Style Synthesis from Perceptual Observations", NIPS 2006: "Torresani 2006" in the comments).
+//! Laban effort: style as a point in a space of three factors that people can perceive (Torresani, Hackney and Bregler,
+//! "Learning Motion Style Synthesis from Perceptual Observations", NIPS 2006: "Torresani 2006" in the comments).
 //!
 //! Three factors, each from -3 to 3: **flow** from free to bound, **weight** from light to strong, **time** from
 //! sustained to sudden (the signs are Laban's: the indulging poles are negative, the fighting ones positive).

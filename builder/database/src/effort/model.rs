@@ -43,8 +43,8 @@ pub struct Model {
     pub learner: Learner,
 }
 
-/// Draws blends of fragments of one action and content: two clips or styles, α uniform over its range. Fewer come out where few
-/// fragments match.
+/// Draws blends of fragments of one action and content: two clips or styles, α uniform over its range. Fewer come out
+/// where few fragments match.
 pub fn draw(library: &Library, count: usize, seed: u64) -> Vec<Draw> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let fragments = &library.fragments;

@@ -45,7 +45,7 @@ use gestus_motion::{
 const INPUTS: usize = 8;
 /// Frames of an input, at most, in seconds.
 const LONGEST_S: f64 = 5.0;
-/// Places on the way from the middle to an end.
+/// Places on the line from the middle to an end.
 const PLACES: usize = 6;
 /// Weight of a factor that should not change, against 1 of the factor that should.
 const SOFT: f64 = 0.3;
@@ -176,7 +176,7 @@ fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
 }
 
 /// Outputs on the line from the middle to an end point, the middle first: mixes, and the Effort of each input.
-struct Way {
+struct Sweep {
     mixes: Vec<Vec<f64>>,
     seen: Vec<Vec<Factors>>,
 }
@@ -220,28 +220,28 @@ pub fn solve(
         bar.finish_and_clear();
         return Ok(Err(NoDial::Short));
     }
-    let ways: Vec<Way> = ends(&vertices, &middle)
+    let sweeps: Vec<Sweep> = ends(&vertices, &middle)
         .par_iter()
         .map(|end| {
             let end = spread_over(end);
-            let mut way = Way { mixes: vec![even.clone()], seen: vec![middle.clone()] };
+            let mut sweep = Sweep { mixes: vec![even.clone()], seen: vec![middle.clone()] };
             for place in 1..=PLACES {
                 let t = place as f64 / PLACES as f64;
                 let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
                 // Where an output is too short to rate, the line ends.
                 let Some(seen) = probe.look(&mix) else { break };
                 bar.inc(1);
-                way.seen.push(seen);
-                way.mixes.push(mix);
+                sweep.seen.push(seen);
+                sweep.mixes.push(mix);
             }
-            way
+            sweep
         })
         .collect();
     bar.finish_and_clear();
     // For each factor and direction: of the lines that were tried, the one that reaches furthest.
-    let mut reaches = ways.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
+    let mut reaches = sweeps.chunks(UNEVEN.len()).enumerate().map(|(n, tried)| {
         let (factor, sign) = (n / 2, if n % 2 == 0 { -1.0 } else { 1.0 });
-        let all = tried.iter().map(|way| reach(way, factor, sign));
+        let all = tried.iter().map(|sweep| reach(sweep, factor, sign));
         all.reduce(|a, b| if b.gain() > a.gain() { b } else { a }).unwrap_or_default()
     });
     let reaches: [[Reach; 2]; 3] =
@@ -249,7 +249,7 @@ pub fn solve(
     let source = if probe.learned.is_some() { Source::Given } else { Source::Estimated };
     let mut alone = vec![None; styles];
     used.iter().zip(&vertices).for_each(|(&s, seen)| alone[s] = Some(mean(seen)));
-    Ok(Ok(Dial::of_ways(source, &alone, mean(&middle), &reaches)))
+    Ok(Ok(Dial::measured(source, &alone, mean(&middle), &reaches)))
 }
 
 fn mean(seen: &[Factors]) -> Factors {
@@ -288,11 +288,11 @@ fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
 }
 
 /// How far along a line every input follows, and the mean change up to there.
-fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
-    let inputs = way.seen[0].len();
-    let change = |place: usize, i: usize| sign * (way.seen[place][i][factor] - way.seen[0][i][factor]);
+fn reach(sweep: &Sweep, factor: usize, sign: f64) -> Reach {
+    let inputs = sweep.seen[0].len();
+    let change = |place: usize, i: usize| sign * (sweep.seen[place][i][factor] - sweep.seen[0][i][factor]);
     let (mut sum, mut best, mut last) = (0.0, 0.0, 0);
-    for place in 1..way.seen.len() {
+    for place in 1..sweep.seen.len() {
         let steps = || (0..inputs).map(|i| change(place, i) - change(place - 1, i));
         let mean = mean_or_zero(steps());
         sum += steps().fold(f64::INFINITY, f64::min) - LAG * mean;
@@ -302,8 +302,8 @@ fn reach(way: &Way, factor: usize, sign: f64) -> Reach {
     }
     let course: Vec<f64> =
         (0..=last).map(|place| mean_or_zero((0..inputs).map(|i| change(place, i)))).collect();
-    let seen = way.seen[..=last].iter().map(|s| mean(s)).collect();
-    Reach { course: isotonic(&course), mixes: way.mixes[..=last].to_vec(), seen }
+    let seen = sweep.seen[..=last].iter().map(|s| mean(s)).collect();
+    Reach { course: isotonic(&course), mixes: sweep.mixes[..=last].to_vec(), seen }
 }
 
 /// The nearest ascending values in the squared sense: neighbors that descend are pooled until none does.

@@ -5,8 +5,9 @@
 //! choose from the cycles of both.
 //!
 //! Two gaits are **similar** if the nearest cycle of the other action is less than [`SIMILAR`] times as far as the
-//! nearest of the same action in another clip, in the geometric mean over both directions and all styles. Distances are root mean square differences of the pose's dofs at equal canonical time.
-//! Whole-clip actions are similar to none, since their canonical times are not comparable.
+//! nearest of the same action in another clip, in the geometric mean over both directions and all styles. Distances are
+//! root mean square differences of the pose's dofs at equal canonical time. Whole-clip actions are similar to none,
+//! since their canonical times are not comparable.
 //!
 //! On captured walks, runs and turns the ratio is 1.4 between walk and turns, and at least 4.4 between these and a run.
 

@@ -3,14 +3,14 @@
 //! A file's origin is not always on its floor: some tools put it at the hips. The floor is found in two steps:
 //!
 //! 1. The height of the lower sole is computed in each frame, from ankles and toes minus their heights in a standing foot.
-//!    Frames count in which it is nearly constant. Speed on the ground does not matter, so feet that slide backwards in a walk
-//!    in place count too.
+//!    Frames count in which it is nearly constant. Speed on the ground does not matter, so feet that slide backwards in
+//!    a walk in place count too.
 //! 2. The floor is the median of those heights near their low quantile: the lowest step of a flight of stairs, and not the
 //!    swing of a foot or the height of a jump.
 //!
-//! A body that lies may have its feet in the air, so hips and knees are also required to be above the floor. Feet that hardly
-//! ever stay at one height do not stand; the floor is then zero. A height near zero also counts as zero, because the height
-//! of a foreign foot's ankle is known only roughly, and most files have their origin on the floor.
+//! A body that lies may have its feet in the air, so hips and knees are also required to be above the floor. Feet that
+//! hardly ever stay at one height do not stand; the floor is then zero. A height near zero also counts as zero, because
+//! the height of a foreign foot's ankle is known only roughly, and most files have their origin on the floor.
 //!
 //! Cost: forward kinematics of each frame.
 

@@ -1,7 +1,8 @@
 //! Retargeting an incoming skeleton to the database's: identification of body parts, their anatomical frames, and the map
 //! for the core.
 //!
-//! 1. [`identify`]: body parts by a map file ([`file`](mod@file)), names ([`parts`]) or [`shape`], and which side is left by its motion (`facing`);
+//! 1. [`identify`]: body parts by a map file ([`file`](mod@file)), names ([`parts`]) or [`shape`], and which side is
+//!    left by its motion (`facing`);
 //! 2. [`anatomy`]: a frame for each part, in its joint's axes;
 //! 3. [`body`]: a skeleton with its parts; [`map`]: the map between two bodies, encoded for `gestus_core::retarget`;
 //! 4. [`check`]: a report as text and JSON.

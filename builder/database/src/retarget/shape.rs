@@ -1,9 +1,9 @@
 //! Body parts by shape, where names say nothing: which joints are legs, arms and head, by how they branch, how long their
 //! bones are, and where they are in the clip's own poses.
 //!
-//! 1. A limb is two bones that follow each other, neither more than `UNEVEN` times as long as the other. A body has its limbs
-//!    in pairs: they hang on one joint, equally many joints below it, and are alike in both bones. A thing in one hand, or
-//!    things of unlike length in both, are no limbs.
+//! 1. A limb is two bones that follow each other, neither more than `UNEVEN` times as long as the other. A body has its
+//!    limbs in pairs: they hang on one joint, equally many joints below it, and are alike in both bones. A thing in one
+//!    hand, or things of unlike length in both, are no limbs.
 //! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
 //! 3. Head: of what is left, the end that is highest.
 //! 4. Forward is where feet and knees point, left follows from it. Where they tell nothing, names do, and else the way that

@@ -83,7 +83,7 @@ mod tests {
         assert!(fastest(&output) <= FASTER * fastest(&input) + 1e-9, "{}", fastest(&output));
         assert!(output[0].rotations[1].angle() > 0.2);
         assert!(output[16..] == streamed[16..]);
-        // The way is the input's.
+        // The path is the input's.
         assert!((output[0].root - input[0].root).norm() < 1e-9);
     }
 

@@ -31,11 +31,11 @@ const SOFT_M: f64 = 0.01;
 /// The conversion between the clip's joints and the database's.
 #[derive(Debug)]
 pub enum BodyMapping {
-    /// The same body. For each joint of the database: the clip's joint of the same name and position; and the place about which
-    /// its poses are streamed ([`origin_of`]).
+    /// The same body. For each joint of the database: the clip's joint of the same name and position; and the place
+    /// about which its poses are streamed ([`origin_of`]).
     Same(Vec<usize>, Vector3<f64>),
-    /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor, with the
-    /// joints that carry them.
+    /// Another body: a retargeting map, and the legs of the file's body, if found, to keep its feet above the floor,
+    /// with the joints that carry them.
     Map(Box<Retarget>, Option<Box<(Limbs, Kept)>>),
 }
 

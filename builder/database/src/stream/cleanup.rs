@@ -1,6 +1,7 @@
 //! Removes foot skate from a whole clip, using later frames.
 //!
-//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as the statistical-transfer paper uses it (section 6):
+//! Kovar, Schreiner and Gleicher 2002, "Footskate cleanup for motion capture editing", as the statistical-transfer
+//! paper uses it (section 6):
 //!
 //! 1. **Positions.** Each footplant, a run of frames in contact, gets one position on the floor for the joint that carries
 //!    the foot, the lower of ankle and toes: the one nearest to its positions in these frames. The offset of a foot is the
@@ -140,7 +141,7 @@ fn plus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
-/// Cleans a stream's output, whose feet were not held on the way; contacts are its likelihoods, smoothed by the paper's
+/// Cleans a stream's output, whose feet were not held while streaming; contacts are its likelihoods, smoothed by the paper's
 /// Gaussian. `window` is how many frames a change is spread over.
 /// Without legs in the database everything stays as it is.
 pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize) {
@@ -163,8 +164,8 @@ fn end_in_time(limbs: &Limbs, frames: &[Frame], rate_hz: f64, stands: &mut [[boo
     for (side, leg) in limbs.legs.iter().enumerate() {
         let chains: Vec<Chain> = poses.iter().map(|pose| limbs.chain(side, pose)).collect();
         let leaves = |t: usize| {
-            let way = slid(&chains[t], leg, &chains[t - 1]);
-            let speed = way.x.hypot(way.z) * rate_hz;
+            let moved = slid(&chains[t], leg, &chains[t - 1]);
+            let speed = moved.x.hypot(moved.z) * rate_hz;
             held_fraction(speed as f32, over(&chains[t], leg).map(|over| over as f32)) < 1.0
         };
         let mut start = 0;
@@ -244,13 +245,13 @@ fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
 /// of ankle and toes, less what the foot's roll moves it by.
 fn slid(at: &Chain, leg: &Leg, before: &Chain) -> Vector3<f64> {
     let [ankle, toe] = over(at, leg);
-    let (way, roll) = if toe <= ankle {
+    let (moved, roll) = if toe <= ankle {
         (vector(at.toe) - vector(before.toe), leg.rolls[1])
     } else {
         (vector(at.ankle) - vector(before.ankle), leg.rolls[0])
     };
     let (up, now) = (before.up_in_foot(), at.up_in_foot());
-    way - vector(at.rolled([up[0] - now[0], up[1] - now[1], up[2] - now[2]], roll))
+    moved - vector(at.rolled([up[0] - now[0], up[1] - now[1], up[2] - now[2]], roll))
 }
 
 /// Offsets that take each standing foot to its plant's place: what carries it does not move on the ground, the offset
@@ -320,10 +321,10 @@ fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Ve
         for (shift, (chains, plants)) in shifts.iter_mut().zip(chains.iter().zip(plants)) {
             for (chain, plant) in chains.iter().zip(plants) {
                 let Some(plant) = plant else { continue };
-                let way = vector(chain.ankle) + plant - vector(chain.hip) - *shift;
-                let (length, most) = (way.norm(), STRETCH * f64::from(chain.length()));
+                let leg = vector(chain.ankle) + plant - vector(chain.hip) - *shift;
+                let (length, most) = (leg.norm(), STRETCH * f64::from(chain.length()));
                 if length > most {
-                    *shift += way * (1.0 - most / length);
+                    *shift += leg * (1.0 - most / length);
                 }
             }
         }

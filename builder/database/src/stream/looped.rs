@@ -4,11 +4,11 @@
 //!    close together, the longer the better ([`Round::find`]).
 //! 2. The difference of the ends is spread over the loop. Each round begins where the last one ended, and the stream repeats
 //!    the loop until it has settled ([`repeated`]).
-//! 3. The last round of the output is kept, and the remaining difference of its ends is spread over it ([`last`]). Its length
-//!    is rounded to whole frames by scaling the time step.
+//! 3. The last round of the output is kept, and the remaining difference of its ends is spread over it ([`last`]). Its
+//!    length is rounded to whole frames by scaling the time step.
 //!
-//! Place and heading of the ends may differ: a loop with root motion moves on. A turn of less than 15 degrees is removed, as is
-//! that of a part of a clip.
+//! Place and heading of the ends may differ: a loop with root motion moves on. A turn of less than 15 degrees is
+//! removed, as is that of a part of a clip.
 
 use gestus_motion::{
     body::{Body, about_y, wrap},

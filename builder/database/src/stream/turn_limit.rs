@@ -4,8 +4,8 @@
 //! faster: near the stretched leg a millimetre of the hips turns it by degrees, and where the database's knee is bent the
 //! file's may be straight. Such a turn moves the foot hardly at all, so it can take its time.
 //!
-//! Each joint that exceeds the limit follows its way at that speed, once from the front and once from the end. Each is late
-//! at its own end; their mean is not.
+//! Each joint that exceeds the limit follows its curve at that speed, once from the front and once from the end. Each
+//! is late at its own end; their mean is not.
 
 use gestus_motion::clip::{Clip, Frame, slerp};
 use nalgebra::UnitQuaternion;
@@ -23,40 +23,44 @@ pub fn limited(mut output: Clip, input: &Clip, looped: bool) -> Clip {
     }
     // A loop goes on turning, so its root is no loop.
     for joint in usize::from(looped)..output.skeleton.joints() {
-        let way: Vec<_> = output.frames.iter().map(|frame| frame.rotations[joint]).collect();
-        if way.windows(2).any(|pair| pair[0].angle_to(&pair[1]) > limit) {
-            let eased = if looped { eased_loop(&way, limit) } else { eased(&way, limit) };
+        let curve: Vec<_> = output.frames.iter().map(|frame| frame.rotations[joint]).collect();
+        if curve.windows(2).any(|pair| pair[0].angle_to(&pair[1]) > limit) {
+            let eased = if looped { eased_loop(&curve, limit) } else { eased(&curve, limit) };
             output.frames.iter_mut().zip(eased).for_each(|(frame, turn)| frame.rotations[joint] = turn);
         }
     }
     output
 }
 
-/// A joint's way at a limited speed.
-fn eased(way: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
-    let ahead = followed(way.iter(), limit);
-    let back = followed(way.iter().rev(), limit);
+/// A joint's curve at a limited speed.
+fn eased(curve: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
+    let ahead = followed(curve.iter(), limit);
+    let back = followed(curve.iter().rev(), limit);
     ahead.iter().zip(back.iter().rev()).map(|(a, b)| slerp(a, b, 0.5)).collect()
 }
 
 /// The same of a loop: that of the middle of three rounds.
-fn eased_loop(way: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
-    let period = way.len() - 1;
-    let rounds: Vec<_> = way[..period].iter().cycle().take(3 * period + 1).copied().collect();
+fn eased_loop(curve: &[UnitQuaternion<f64>], limit: f64) -> Vec<UnitQuaternion<f64>> {
+    let period = curve.len() - 1;
+    let rounds: Vec<_> = curve[..period].iter().cycle().take(3 * period + 1).copied().collect();
     eased(&rounds, limit)[period..=2 * period].to_vec()
 }
 
-/// A way followed from its beginning.
-fn followed<'a>(way: impl Iterator<Item = &'a UnitQuaternion<f64>>, limit: f64) -> Vec<UnitQuaternion<f64>> {
+/// A curve followed from its beginning.
+fn followed<'a>(
+    curve: impl Iterator<Item = &'a UnitQuaternion<f64>>,
+    limit: f64,
+) -> Vec<UnitQuaternion<f64>> {
     let mut at = None;
-    way.map(|goal| {
-        let here = *at.get_or_insert(*goal);
-        let share = limit / here.angle_to(goal).max(1e-12);
-        let next = if share >= 1.0 { *goal } else { slerp(&here, goal, share) };
-        at = Some(next);
-        next
-    })
-    .collect()
+    curve
+        .map(|goal| {
+            let here = *at.get_or_insert(*goal);
+            let share = limit / here.angle_to(goal).max(1e-12);
+            let next = if share >= 1.0 { *goal } else { slerp(&here, goal, share) };
+            at = Some(next);
+            next
+        })
+        .collect()
 }
 
 /// Fastest turn of a joint from a frame to the next, radians.

@@ -1,5 +1,5 @@
-//! The verdict on a clip, in words: whether it is of the database's kind, what was recognised in it, what was passed through,
-//! and what to do about that.
+//! The verdict on a clip, in words: whether it is of the database's kind, what was recognised in it, what was passed
+//! through, and what to do about that.
 
 use gestus_core::{Database, Degraded};
 use gestus_motion::statistics::{mean_or_zero, quantile, sorted};

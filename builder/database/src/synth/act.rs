@@ -135,7 +135,7 @@ impl Act {
         0.24 * self.strength.powi(2)
     }
 
-    /// Way of a jump or a step, metres.
+    /// Length of a jump or a step, metres.
     fn way_m(&self) -> f64 {
         let reach = 1.0 + 0.2 * self.aim[0];
         match self.kind {

@@ -152,8 +152,9 @@ fn answer(input: &Example, body: &Body, map: &Map, options: &Options, shift: f64
         let step = slope((i.max(1) as f64) - 0.5);
         if i > 0 {
             position += step;
-            let way = about_y(heading) * nalgebra::Vector3::new(y[dof::LEFT], 0.0, y[dof::FORWARD]) / rate_hz;
-            ground = [ground[0] + way.x, ground[1] + way.z];
+            let moved =
+                about_y(heading) * nalgebra::Vector3::new(y[dof::LEFT], 0.0, y[dof::FORWARD]) / rate_hz;
+            ground = [ground[0] + moved.x, ground[1] + moved.z];
             heading += y[dof::YAW] / rate_hz;
         }
         // The map may turn the hips line a little: the pose is turned back, so that velocities stay exact.

@@ -2,7 +2,8 @@
 //!
 //! In stance a foot rolls over its heel until it is flat, rests, then rolls over its ball with flat toes. What touches the
 //! floor never moves. It counts as contact from the moment the ball is down until the foot leaves the floor. In swing the
-//! ankle follows a cubic Hermite curve between stances, with the velocities of both ends, raised by `vᵃ(1-v)ᵇ` and by as much as the sole needs to stay clear of the floor.
+//! ankle follows a cubic Hermite curve between stances, with the velocities of both ends, raised by `vᵃ(1-v)ᵇ` and by
+//! as much as the sole needs to stay clear of the floor.
 
 use nalgebra::Vector3;
 

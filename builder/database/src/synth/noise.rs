@@ -1,7 +1,8 @@
 //! Smooth noise over canonical time.
 //!
 //! Numbers drawn once at regular points, with cubic (Catmull-Rom) curves between them: the
-//! numbers belong to the content, their amplitude and speed to the style. Standard deviation about 1 at the points, limited to 2.
+//! numbers belong to the content, their amplitude and speed to the style. Standard deviation about 1 at the points,
+//! limited to 2.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -36,7 +36,8 @@ pub struct Figures {
     pub variability: Option<f64>,
     /// Mean speed on the ground relative to the truth's; of clips that move.
     pub speed: Option<f64>,
-    /// Mean speed on the ground of the feet that stand in the truth at the matched moments, cm/s; not a number where none does.
+    /// Mean speed on the ground of the feet that stand in the truth at the matched moments, cm/s; not a number where
+    /// none does.
     pub skate_counterpart_cm_s: f64,
     /// Mean speed on the ground of the stillest foot joint of each frame, cm/s.
     pub skate_stillest_cm_s: f64,

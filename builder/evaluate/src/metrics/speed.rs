@@ -1,4 +1,5 @@
-//! Speed on the ground; angular speeds of joints, and whether the style or the foot lock causes those that are faster than the input's.
+//! Speed on the ground; angular speeds of joints, and whether the style or the foot lock causes those that are faster
+//! than the input's.
 //!
 //! A joint is **over** in a frame where it turns faster than 1.2 times the fastest joint of the input clip. Where it is over
 //! without the lock too, the style is the cause; else the lock, counted by what it does with that leg in the frame.

@@ -168,8 +168,8 @@ impl<'db> Database<'db> {
         self.phase_tables_of(self.phase_record(class))
     }
 
-    /// The tables of any class, by its number: for many of them, since where the records begin takes longer to find than what
-    /// is in one.
+    /// The tables of any class, by its number: for many of them, since where the records begin takes longer to find
+    /// than what is in one.
     pub fn all_phase_tables(&self) -> impl Fn(usize) -> PhaseTables<'db> {
         let records = self.phase().0.get(self.phase_classes_at()..).unwrap_or(&[]);
         move |class| self.phase_tables_of(Record::of(records, class, tables::LENGTH))

@@ -46,9 +46,10 @@ impl Database<'_> {
         }
     }
 
-    /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps (-32,768 to 65,534), to `put`. Returns the
-    /// bytes read; `None`, and no call of `put`, if the rows are not in one block. With an odd number of dofs the slot behind
-    /// the last, which a [`crate::methods::mixture::variables::Example`] has, receives meaningless values.
+    /// Unpacks `N` rows from `row` on and gives each slot its dof's values, in quantisation steps (-32,768 to 65,534),
+    /// to `put`. Returns the bytes read; `None`, and no call of `put`, if the rows are not in one block. With an odd
+    /// number of dofs the slot behind the last, which a [`crate::methods::mixture::variables::Example`] has, receives
+    /// meaningless values.
     #[inline]
     pub(crate) fn unpack<const N: usize, T>(
         &self,

@@ -2,7 +2,8 @@
 //!
 //! Most classes are too far from the input to have weight, and stay so for a while. The builder measures how fast the
 //! distance of such a class falls at most ([`Database::fall`]): after n frames at least `fall(n)` of its mean squared
-//! distance is left, in all but 0.5% of frames. A class is searched if this bound allows it to have weight (Xia 2015, eq. 4):
+//! distance is left, in all but 0.5% of frames. A class is searched if this bound allows it to have weight (Xia 2015,
+//! eq. 4):
 //!
 //! ```text
 //! bound <= least · (1 + δ ln (C / prune))        least: least mean squared distance of the frame
@@ -42,8 +43,8 @@ pub(super) struct Candidates<const C: usize> {
     shrinkage: f32,
     /// Least mean squared distance found in this frame.
     least: f32,
-    /// Ratio to the least distance beyond which a class has no weight. Infinite under a mask: the graph was not made for it, so
-    /// every class needs a full search.
+    /// Ratio to the least distance beyond which a class has no weight. Infinite under a mask: the graph was not made
+    /// for it, so every class needs a full search.
     cutoff: f32,
     /// True if every class is searched.
     all: bool,

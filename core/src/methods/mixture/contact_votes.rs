@@ -1,18 +1,20 @@
 //! Which feet stand: the neighbors vote, for each foot by its own leg.
 //!
 //! Every captured frame has a label that says which feet stand ([`flag`]). The neighbors of a frame vote with the labels of
-//! their **outputs**, because the output's feet are to stand; between a style strength of 0 and 1, input and output labels are
-//! blended. The weight of a vote is the class's proportion over the square of a squared distance. Xia 2015 (section 6) uses the
-//! distance of eq. 1 with weights of 0 for the upper body, and weighs by its inverse. At foot-down and foot-up, however, half
-//! of the neighbors stand, and the nearest are more reliable (64 held-out clips: F1 0.986, with the inverse of the squared
-//! distance 0.984). Here each foot compares its own leg alone, from the hip to the ankle:
+//! their **outputs**, because the output's feet are to stand; between a style strength of 0 and 1, input and output
+//! labels are blended. The weight of a vote is the class's proportion over the square of a squared distance. Xia 2015
+//! (section 6) uses the distance of eq. 1 with weights of 0 for the upper body, and weighs by its inverse. At foot-down
+//! and foot-up, however, half of the neighbors stand, and the nearest are more reliable (64 held-out clips: F1 0.986,
+//! with the inverse of the squared distance 0.984). Here each foot compares its own leg alone, from the hip to the
+//! ankle:
 //!
 //! ```text
 //! d² = Σ (x - x')² + τ² Σ (ẋ - ẋ')²      over the leg's nine dofs, rad and rad/s; τ = 0.2 s
 //! ```
 //!
-//! A foot stands where its likelihood is above one half. Xia 2015 smooths the likelihood by a Gaussian, which needs later frames
-//! (the builder can use it for files). A causal filter is no help, and delays the feet (`docs/experiments/feet.md`).
+//! A foot stands where its likelihood is above one half. Xia 2015 smooths the likelihood by a Gaussian, which needs
+//! later frames (the builder can use it for files). A causal filter is no help, and delays the feet
+//! (`docs/experiments/feet.md`).
 //!
 //! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
 //! instructions of the stage.
@@ -30,7 +32,8 @@ use crate::{
 const RATE_WEIGHT_S: f32 = 0.2;
 /// Added to squared distances, rad², so that very near neighbors count alike: a hundredth of a degree in one dof.
 const MIN_DISTANCE2: f32 = 3e-8;
-/// Greatest number of neighbors that vote in a frame, over all classes. Each class gets an equal part, its nearest neighbors.
+/// Greatest number of neighbors that vote in a frame, over all classes. Each class gets an equal part, its nearest
+/// neighbors.
 pub const MOST_VOTERS: usize = 160;
 /// Fixed-point scale of the comparison: units in a radian.
 const UNITS: f32 = 131_072.0;

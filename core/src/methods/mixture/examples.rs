@@ -1,8 +1,8 @@
 //! Unpacks the variables of a neighbor: `x[t-1]`, `x[t]`, and the outputs `y[t-1]`, `y[t]` in a mix of styles.
 //!
-//! Outputs are not stored. They are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each interpolated
-//! between two rows. If the blob names two counterparts for a style, their mean is used. Outputs are blended by the style
-//! weights before the fit, so that any number of styles costs one regression.
+//! Outputs are not stored. They are the frame's counterparts in other clips ([`crate::blob::Counterpart`]), each
+//! interpolated between two rows. If the blob names two counterparts for a style, their mean is used. Outputs are
+//! blended by the style weights before the fit, so that any number of styles costs one regression.
 //!
 //! Cost: a run of two rows for the input, and one of two to four rows for each output with weight. The rows of a run are
 //! unpacked together, or one by one where a block ends between them.

@@ -11,7 +11,8 @@
 //! y = k + β·(input - m) - g (k - β·m)       g = λ / (n + λ)
 //! ```
 //!
-//! All of this is computed in integers ([`super::ridge`]), which take a tenth of the time of floats on processors without an FPU.
+//! All of this is computed in integers ([`super::ridge`]), which take a tenth of the time of floats on processors
+//! without an FPU.
 //!
 //! **Units.** All four variables of a dof have the same unit `h`: the sums are taken in units, where radians need `λ / h²`
 //! for `a, b, c` and `λ` for the constant. Dividing each dof by its scale `s` instead, **normalised**, needs `λ s² / h²`;
@@ -29,13 +30,13 @@
 //!
 //! *Far predictions.* After a change of class, or in motion unlike the data, the last prediction may lie far from all
 //! neighbors, where the model has learnt nothing. The output, less `ρ Δx`, is therefore clamped to `μ ± κy s` about the
-//! neighbors' mean `y[t]`, where `s` is the dof's standard deviation over the database. Neighbors differ by a tenth of `s`, so
-//! the interval only affects predictions that are far off.
+//! neighbors' mean `y[t]`, where `s` is the dof's standard deviation over the database. Neighbors differ by a tenth of
+//! `s`, so the interval only affects predictions that are far off.
 //!
 //! *Standing still.* Walking neighbors would move a standing body, since only ρ of its stillness is kept. Where the root's
-//! ground velocity `x[t]` lies outside the interval and nearer to 0 than the interval's end `e = x - Δx`, the output moves from
-//! the neighbors' mean towards the input's velocity, by `(1 - p) (x - mean y[t] - ρ Δx)` with `p = |x / e|`, at most 1. A body
-//! that stops thus comes to rest.
+//! ground velocity `x[t]` lies outside the interval and nearer to 0 than the interval's end `e = x - Δx`, the output
+//! moves from the neighbors' mean towards the input's velocity, by `(1 - p) (x - mean y[t] - ρ Δx)` with `p = |x / e|`,
+//! at most 1. A body that stops thus comes to rest.
 
 use crate::{
     blob::layout::dof,
@@ -133,8 +134,8 @@ impl Regression {
     /// Predicts `y[t]` of one dof: fits the model to the examples and evaluates it once, with the bias of section 5.3.
     ///
     /// `input` is `[x[t-1], y[t-1], x[t]]`. Input and result have the dof's unit (m, rad, m/s or rad/s), as do `step`, its
-    /// quantisation step, and `scale`, its standard deviation. Inputs are clamped to 131,072 steps, results to 2,048 standard
-    /// deviations from the neighbors' mean.
+    /// quantisation step, and `scale`, its standard deviation. Inputs are clamped to 131,072 steps, results to 2,048
+    /// standard deviations from the neighbors' mean.
     // Not inlined, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
     pub fn predict<const J: usize>(
@@ -201,8 +202,8 @@ impl Regression {
         Prediction { y: first + (whole as f32 + finely) * unit, correction, change }
     }
 
-    /// Whether an output is certainly within κy standard deviations of its neighbors' mean, by powers of two alone. Most are;
-    /// the others are compared exactly. `deviation` is in parts times 2 to the power of `bits`.
+    /// Whether an output is certainly within κy standard deviations of its neighbors' mean, by powers of two alone.
+    /// Most are; the others are compared exactly. `deviation` is in parts times 2 to the power of `bits`.
     fn is_near(&self, deviation: i32, bits: i32, [step, scale]: [f32; 2]) -> bool {
         // The logarithm of the ratio, rounded down: at most one too large.
         let scale_bits = ((scale.to_bits() as i32 - step.to_bits() as i32) >> 23) - 1;

@@ -2,9 +2,9 @@
 //!
 //! Both parts are corrections, which are not fed back: the predictions follow the equations of Xia 2015 alone.
 //!
-//! **Liveliness.** The part `Δx` of the input that lies outside the neighbors' interval is most of what makes one cycle differ
-//! from the next. The prediction keeps ρ of it (Xia 2015, eq. 7), whether the style is livelier or calmer than the input. The
-//! output keeps a part that follows the style:
+//! **Liveliness.** The part `Δx` of the input that lies outside the neighbors' interval is most of what makes one cycle
+//! differ from the next. The prediction keeps ρ of it (Xia 2015, eq. 7), whether the style is livelier or calmer than
+//! the input. The output keeps a part that follows the style:
 //!
 //! ```text
 //! ρ_out = min(1, ρ l √(far(style) / far(input)))       l: Config::liveliness; the root is held within 1/2 to 2
@@ -13,9 +13,9 @@
 //! `far` is the squared distance between a class's own clips, as the builder has measured it
 //! ([`TrustLimits`](crate::blob::TrustLimits)), averaged in a mix of styles.
 //!
-//! **Settling.** Neighbors change from frame to frame. Each has the posture of its own output clip, so the prediction jumps by
-//! the difference. The output follows the mean *change* of the neighbors' outputs, in which the postures cancel out, and
-//! settles on the prediction over time:
+//! **Settling.** Neighbors change from frame to frame. Each has the posture of its own output clip, so the prediction
+//! jumps by the difference. The output follows the mean *change* of the neighbors' outputs, in which the postures
+//! cancel out, and settles on the prediction over time:
 //!
 //! ```text
 //! v  = mean (y[t] - y[t-1]) + ρ_out (x[t] - x[t-1] - mean (x[t] - x[t-1]))       means over the neighbors

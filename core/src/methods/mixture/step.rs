@@ -165,8 +165,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         self.weigh_classes(*frame, is_fresh, &restarted, report);
     }
 
-    /// Computes the proportions of the classes from their distances, and reports them. `is_fresh` is true in a frame in which
-    /// most classes were searched afresh; `restarted` says it of each class.
+    /// Computes the proportions of the classes from their distances, and reports them. `is_fresh` is true in a frame in
+    /// which most classes were searched afresh; `restarted` says it of each class.
     #[inline]
     fn weigh_classes(
         &self,
@@ -269,8 +269,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         self.examples.finish(dofs, &self.scratch);
     }
 
-    /// Predicts every dof by one class in one mix of styles, into `signals.scratch`. Adds those dofs whose joint groups have that
-    /// mix to the mixture's prediction.
+    /// Predicts every dof by one class in one mix of styles, into `signals.scratch`. Adds those dofs whose joint groups
+    /// have that mix to the mixture's prediction.
     fn predict_class(
         &mut self,
         context: &mut Context<'_, '_, J, impl Observer<J>>,

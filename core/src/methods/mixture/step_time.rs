@@ -1,8 +1,8 @@
 //! Predicts how long the output's step takes: the time between two poses in the output style.
 //!
 //! The steps of the neighbors are interpolated with Gaussian weights on a distance of its own: pose and change of the input,
-//! and pose and change of the output just synthesized (Xia 2015, section 5.1, "Timing prediction"). It compares only the dofs
-//! that the database names. The width of the kernel is a multiple of the neighbors' mean squared distance.
+//! and pose and change of the output just synthesized (Xia 2015, section 5.1, "Timing prediction"). It compares only
+//! the dofs that the database names. The width of the kernel is a multiple of the neighbors' mean squared distance.
 //!
 //! Whether the output uses the step is the caller's choice: [`crate::config::Timing`].
 
@@ -94,8 +94,8 @@ impl<const K: usize> Steps<K> {
         neighbor.set(self.metric.get(..self.entries).unwrap_or(&[]), variables, step_s);
     }
 
-    /// Predicts the class's step, seconds, from its synthesized output `y` and the output before it, `[dofs]`. `width` is the
-    /// kernel's, as a multiple of the mean squared distance. 0 without neighbors.
+    /// Predicts the class's step, seconds, from its synthesized output `y` and the output before it, `[dofs]`. `width`
+    /// is the kernel's, as a multiple of the mean squared distance. 0 without neighbors.
     pub fn predict(&mut self, y: &[f32], y_prev: &[f32], width: f32) -> f32 {
         let metric = self.metric.get(..self.entries).unwrap_or(&[]);
         let neighbors = self.neighbors.get(..self.count).unwrap_or(&[]);

@@ -1,9 +1,10 @@
 //! The examples of a class as sums of products: 13 sums a dof, to which neighbors are added one at a time.
 //!
 //! **Precision.** Sums are integers, taken about the first neighbor's values, which keeps them small. (About the query they
-//! could be large, since it may lie far away.) Each dof has a unit of its own. It begins at a small part of the dof's standard
-//! deviation, and grows by powers of two when a neighbor does not fit 12 bits; the sums so far are shifted with it. No sum
-//! overflows, no product is shifted, and the largest difference has at least 11 bits, finer than the steps of stored rows.
+//! could be large, since it may lie far away.) Each dof has a unit of its own. It begins at a small part of the dof's
+//! standard deviation, and grows by powers of two when a neighbor does not fit 12 bits; the sums so far are shifted
+//! with it. No sum overflows, no product is shifted, and the largest difference has at least 11 bits, finer than the
+//! steps of stored rows.
 
 use crate::{
     methods::mixture::variables::{Example, FRACTION, X, X_PREV, Y_PREV},
@@ -99,8 +100,8 @@ impl<const J: usize> Scratch<J> {
 /// Bits of a neighbor's difference from the first one, in units. A product is then at most 2^24, and the sum of 64 products
 /// 2^30, so that none overflows.
 const BITS: u32 = 12;
-/// Bits of a dof's standard deviation in the finest unit. Most neighbors lie within a quarter of it, and fit. Stored rows have
-/// some 2^10 steps a deviation.
+/// Bits of a dof's standard deviation in the finest unit. Most neighbors lie within a quarter of it, and fit. Stored
+/// rows have some 2^10 steps a deviation.
 const SCALE_BITS: i32 = 14;
 
 /// Number of an example's low bits that lie below the finest unit of a dof.
@@ -258,8 +259,8 @@ impl Scatter {
     }
 }
 
-/// Greatest rounding error of the sums of products of `count` examples, in square units: from coarsening the unit, and as much
-/// from the means.
+/// Greatest rounding error of the sums of products of `count` examples, in square units: from coarsening the unit, and
+/// as much from the means.
 pub(super) fn max_rounding_error(count: u16) -> f32 {
     f32::from(count) * 2.0
 }

@@ -39,8 +39,8 @@ const WEIGHT: f32 = 2048.0;
 /// Greatest factor of a slope: 2, in 1/256.
 const MAX_FACTOR: f32 = 512.0;
 
-/// The sum of the outputs of a frame. Not generic over capacities, so that it is compiled with the core, optimised for speed.
-/// All slices are `[dofs]`.
+/// The sum of the outputs of a frame. Not generic over capacities, so that it is compiled with the core, optimised for
+/// speed. All slices are `[dofs]`.
 pub(crate) struct Mix<'a, 'db> {
     database: &'a Database<'db>,
     /// X, in 1/4096 of a code.

@@ -15,11 +15,11 @@
 //! 3. **Root height.** The root follows the mean height of all standing feet, slowly (a critically damped spring). The hips
 //!    drop where a leg would be stretched beyond its length; the legs do the rest.
 //! 4. **Leaving feet.** Votes to stand end a few frames late. A foot whose heel is up and whose prediction moves faster than
-//!    any standing foot is leaving: it follows the prediction, its offset is eased out, and it is no contact. If it were held
-//!    on, it would be 10 cm behind when it swings.
-//! 5. **Foot-up.** The offset is eased out by a smoothstep. A foot that comes down meanwhile is held where it then is. A foot
-//!    that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted a little,
-//!    does not count as standing meanwhile, and is held again when it has come down.
+//!    any standing foot is leaving: it follows the prediction, its offset is eased out, and it is no contact. If it
+//!    were held on, it would be 10 cm behind when it swings.
+//! 5. **Foot-up.** The offset is eased out by a smoothstep. A foot that comes down meanwhile is held where it then is.
+//!    A foot that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted
+//!    a little, does not count as standing meanwhile, and is held again when it has come down.
 //! 6. **Floor.** A foot more than 1 cm below the floor is lifted, in the air or held. A body more than 40 cm below is
 //!    elsewhere, and is left there.
 //! 7. Each leg reaches its target by [`crate::body::two_bone_ik`].
@@ -97,8 +97,8 @@ impl Lock {
         self.feet.iter().any(moved) || self.root.is_engaged()
     }
 
-    /// Holds the standing feet of `pose`; `step_s` is the time since the last pose, seconds. Feet that are clearly in the air
-    /// or stepping are removed from `contacts`. Does nothing if the database names no legs.
+    /// Holds the standing feet of `pose`; `step_s` is the time since the last pose, seconds. Feet that are clearly in
+    /// the air or stepping are removed from `contacts`. Does nothing if the database names no legs.
     #[inline(never)]
     pub fn hold<const J: usize>(
         &mut self,

@@ -61,7 +61,7 @@ fn backsteps(dial: &Dial) -> f64 {
 /// The share of nodes that are reached within the core's tolerance: the part of the grid that the styles cover.
 fn filled(dial: &Dial) -> f64 {
     let near = |node: &usize| {
-        let (reached, wanted) = (reached(dial, *node), place(&dial.axes, *node));
+        let (reached, wanted) = (reached(dial, *node), effort_at(&dial.axes, *node));
         (0..3).all(|k| {
             (reached[k] - wanted[k]).abs() <= f64::from(gestus_core::stylizer::effort_dial::TOLERANCE)
         })
@@ -85,9 +85,9 @@ fn every_knob_moves_its_factor_and_never_back() {
 }
 
 /// Of three styles the first lowers flow and the second raises it; weight can only be raised; time not at all.
-fn ways() -> [[Reach; 2]; 3] {
+fn reaches() -> [[Reach; 2]; 3] {
     let even = [1.0 / 3.0; 3];
-    let way = |end: [f64; 3], course: &[f64], factor: usize, sign: f64| {
+    let sweep = |end: [f64; 3], course: &[f64], factor: usize, sign: f64| {
         let last = (course.len() - 1) as f64;
         let mixes: Vec<Vec<f64>> = (0..course.len())
             .map(|i| even.iter().zip(end).map(|(c, e)| c + i as f64 / last * (e - c)).collect())
@@ -97,15 +97,15 @@ fn ways() -> [[Reach; 2]; 3] {
     };
     let stay = || Reach { course: vec![0.0], mixes: vec![even.to_vec()], seen: vec![[0.5; 3]] };
     [
-        [way([1.0, 0.0, 0.0], &[0.0, 0.4, 0.9], 0, -1.0), way([0.0, 1.0, 0.0], &[0.0, 0.1, 0.3], 0, 1.0)],
-        [stay(), way([0.0, 0.0, 1.0], &[0.0, 0.0, 1.0, 2.0], 1, 1.0)],
+        [sweep([1.0, 0.0, 0.0], &[0.0, 0.4, 0.9], 0, -1.0), sweep([0.0, 1.0, 0.0], &[0.0, 0.1, 0.3], 0, 1.0)],
+        [stay(), sweep([0.0, 0.0, 1.0], &[0.0, 0.0, 1.0, 2.0], 1, 1.0)],
         [stay(), stay()],
     ]
 }
 
 #[test]
 fn measured_ways_are_the_lines_through_the_rest() {
-    let dial = Dial::of_ways(Source::Estimated, &[Some([0.5; 3]); 3], [0.5; 3], &ways());
+    let dial = Dial::measured(Source::Estimated, &[Some([0.5; 3]); 3], [0.5; 3], &reaches());
     // Six nodes below for 0.9, two above for 0.3: 0.15 each. Eight above for 2.
     assert!((dial.axes[0].0 + 0.4).abs() < 1e-9 && (dial.axes[0].1 - 0.8).abs() < 1e-9, "{:?}", dial.axes);
     assert_eq!(dial.axes[1], (0.5, 2.5));
@@ -150,7 +150,7 @@ fn efforts_of_styles_come_from_blends_too() {
     }
 }
 
-/// Two styles that are no end of a way had the same Efforts, whatever they were seen as.
+/// Two styles that are no end of a sweep had the same Efforts, whatever they were seen as.
 #[test]
 fn styles_that_no_sample_tells_apart_are_what_they_were_seen_as_alone() {
     let alone = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.5, 0.4]];

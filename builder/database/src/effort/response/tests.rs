@@ -110,17 +110,17 @@ fn pools_are_the_nearest_ascending_values() {
 }
 
 #[test]
-fn a_way_ends_where_an_input_turns_back() {
+fn a_sweep_ends_where_an_input_turns_back() {
     let seen = |a: [f64; 5], b: [f64; 5]| -> Vec<Vec<Factors>> {
         a.iter().zip(b).map(|(a, b)| vec![[0.0, *a, 0.0], [0.0, b, 0.0]]).collect()
     };
     let mixes: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 - f64::from(i)]).collect();
-    let way = Way { mixes, seen: seen([0.0, 0.2, 0.5, 0.7, 0.9], [1.0, 1.3, 1.5, 1.0, 0.4]) };
-    let found = reach(&way, 1, 1.0);
+    let sweep = Sweep { mixes, seen: seen([0.0, 0.2, 0.5, 0.7, 0.9], [1.0, 1.3, 1.5, 1.0, 0.4]) };
+    let found = reach(&sweep, 1, 1.0);
     assert_eq!(found.mixes.len(), 3, "{found:?}");
     assert!((found.gain() - 0.5).abs() < 1e-12, "{found:?}");
     // The other way round nothing is gained at the start, and nothing is reached.
-    assert_eq!(reach(&way, 1, -1.0).mixes.len(), 1);
+    assert_eq!(reach(&sweep, 1, -1.0).mixes.len(), 1);
 }
 
 #[test]

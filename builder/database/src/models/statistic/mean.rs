@@ -104,8 +104,9 @@ pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Ve
     means.into_iter().zip(squares).map(spread).collect()
 }
 
-/// Slerp without trigonometry for rotations within 52 degrees of each other and `t` up to 1.5; else the core's. `sin(tθ) / sin θ = t (1 + b₁ (1 + b₂ (...)))` with `b_i = (t² - i²) / (i (2i + 1)) (cos θ - 1)` (Eberly
-/// 2011, "A fast and accurate algorithm for computing slerp"); five terms are exact to 1e-6.
+/// Slerp without trigonometry for rotations within 52 degrees of each other and `t` up to 1.5; else the core's.
+/// `sin(tθ) / sin θ = t (1 + b₁ (1 + b₂ (...)))` with `b_i = (t² - i²) / (i (2i + 1)) (cos θ - 1)` (Eberly 2011, "A
+/// fast and accurate algorithm for computing slerp"); five terms are exact to 1e-6.
 pub fn near_slerp(t: f32, a: Quaternion, b: Quaternion) -> Quaternion {
     let d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
     let (d, sign) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };

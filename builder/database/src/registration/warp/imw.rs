@@ -2,8 +2,9 @@
 //!
 //! Minimises `|W(Ua + b) - y|^2 + |Fa|^2 + |Gb|^2` (eq. 1) alternately over the time warp `W` over all dofs at once
 //! ([`repeat`]), and over scale `a` and offset `b` of each dof ([`space`]). Each stage
-//! finds its global optimum, so the objective never increases; iteration stops when it no longer decreases. The differential time
-//! warp is the repetition vector divided by the slope limit (section 3.4); its integral is the [`Warp`].
+//! finds its global optimum, so the objective never increases; iteration stops when it no longer decreases. The
+//! differential time warp is the repetition vector divided by the slope limit (section 3.4); its integral is the
+//! [`Warp`].
 //!
 //! Cost of an iteration: O(m n (dofs + s^3)) for m frames onto n; about ten iterations.
 

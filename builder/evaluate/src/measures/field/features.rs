@@ -12,8 +12,8 @@ use crate::metrics::centred;
 
 /// Length of a window, seconds; windows begin every half of it.
 const WINDOW_S: f64 = 1.0;
-/// Part of the diagonal in the covariance of the classifier and of the Fréchet distance: there are fewer windows than numbers
-/// would need.
+/// Part of the diagonal in the covariance of the classifier and of the Fréchet distance: there are fewer windows than
+/// numbers would need.
 const SHRINKAGE: f64 = 0.1;
 
 /// The features of each window of a clip; one window where the clip is shorter. Of each joint: the mean of its hips-centred,

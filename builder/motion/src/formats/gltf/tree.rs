@@ -137,8 +137,8 @@ impl Tree {
         order
     }
 
-    /// The topmost node of another body that an animation of those nodes moves besides `body`, if there is one: of a skin that
-    /// shares no joint with it and has at least half as many.
+    /// The topmost node of another body that an animation of those nodes moves besides `body`, if there is one: of a
+    /// skin that shares no joint with it and has at least half as many.
     pub fn other_body(&self, moved: &[usize], body: &[usize]) -> Option<usize> {
         let (moving, taken): (HashSet<usize>, HashSet<usize>) =
             (moved.iter().copied().collect(), body.iter().copied().collect());
