@@ -9,7 +9,7 @@ use gestus_database::{
     list::{self, ListError},
     stream::Streamed,
 };
-use gestus_motion::clip::{Clip, Frame, Skeleton};
+use gestus_motion::clip::{Clip, Frame, Skeleton, joint_distance};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -195,7 +195,7 @@ impl Disturbance {
         let error_m: Vec<f64> = pairs()
             .map(|(a, b)| {
                 let (a, b) = (centred(a, skeleton), centred(b, skeleton));
-                a.iter().zip(&b).map(|(a, b)| (a - b).norm()).sum::<f64>() / a.len().max(1) as f64
+                joint_distance(&a, &b)
             })
             .collect();
         let drift_m =

@@ -10,12 +10,13 @@ use gestus_database::{
     models::lti::{Model, clip},
     stream::{Request, Streamed, from_pose, stream, stream_with_labels, to_pose},
 };
+use gestus_motion::clip::rotation;
 use gestus_tests::{
     motion,
     patch::{self, patched, with_section},
     trace::Trace,
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 // The foot lock and the speed limit are off, so that the predictions are compared.
 const LTI: Config = Config::new().method(Method::Lti).contacts(false).speed_limit(0.0);
@@ -69,8 +70,7 @@ fn a_linear_model_learns_the_style() {
     let raised = motion::example(0, 2, 9, 150).clip;
     let body = |rows: &dyn Fn(usize) -> f64| (60..150).map(rows).sum::<f64>() / 90.0;
     let arm = 6;
-    let mean = database.joint(arm).mean.map(f64::from);
-    let mean = UnitQuaternion::new_normalize(Quaternion::new(mean[3], mean[0], mean[1], mean[2]));
+    let mean = rotation(database.joint(arm).mean);
     for axis in 0..3 {
         let d = layout::ROOT_DOFS + 3 * arm + axis;
         let found = body(&|t| f64::from(trace.frames[t].predicted[d]));
@@ -88,18 +88,14 @@ fn statistics_are_transferred_as_in_the_paper() {
     let clip = motion::unseen(0, 0, 80);
     let (trace, streamed) = run(blob, STATISTIC, &[(1, 1.0)], 80);
     let (source, target) = (database.table_of(0, None).unwrap(), database.table_of(1, None).unwrap());
-    let q = |v: [f32; 4]| {
-        let [x, y, z, w] = v.map(f64::from);
-        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-    };
     for (t, step) in streamed.steps.iter().enumerate() {
         for j in 1..database.counts().joints {
             let ((from, from_sd), (to, to_sd)) = (source.joint(j), target.joint(j));
-            let aligned = clip.frames[t].rotations[j] * (q(from).inverse() * q(to));
+            let aligned = clip.frames[t].rotations[j] * (rotation(from).inverse() * rotation(to));
             let scale = (f64::from(to_sd) / f64::from(from_sd)).min(4.0);
             // Slerp from the mean is the mean times the scaled rotation.
-            let way: Vector3<f64> = (q(to).inverse() * aligned).scaled_axis() * scale;
-            let truth = q(to) * UnitQuaternion::from_scaled_axis(way);
+            let way: Vector3<f64> = (rotation(to).inverse() * aligned).scaled_axis() * scale;
+            let truth = rotation(to) * UnitQuaternion::from_scaled_axis(way);
             let off = step.frame.rotations[j].angle_to(&truth);
             assert!(off < 2e-3, "frame {t}, joint {j}: {off}");
         }

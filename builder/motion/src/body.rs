@@ -8,7 +8,7 @@ use gestus_core::Database;
 use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 
 use crate::{
-    clip::{Clip, Frame, Skeleton},
+    clip::{Clip, Frame, Skeleton, rotation},
     corpus::Corpus,
     landmarks::{LandmarkError, Landmarks, rest_positions},
 };
@@ -110,10 +110,7 @@ impl Body {
 
     /// The same body with a database's means: its dofs are the database's.
     pub fn with_means_of(&self, database: &Database<'_>) -> Self {
-        let mean = |j: usize| {
-            let [x, y, z, w] = database.joint(j).mean.map(f64::from);
-            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-        };
+        let mean = |j: usize| rotation(database.joint(j).mean);
         Self { means: (0..database.counts().joints).map(mean).collect(), ..self.clone() }
     }
 }

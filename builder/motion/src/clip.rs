@@ -6,8 +6,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use thiserror::Error;
+
+use crate::statistics::mean_or_zero;
 
 /// A tree of joints. Parents come before their children.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,6 +176,17 @@ impl Clip {
         }
         interpolate(&self.frames[i], &self.frames[i + 1], t)
     }
+}
+
+/// A rotation of the core, `[x, y, z, w]`.
+pub fn rotation(of_core: [f32; 4]) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = of_core.map(f64::from);
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+}
+
+/// Mean distance of corresponding joints, metres.
+pub fn joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    mean_or_zero(a.iter().zip(b).map(|(p, q)| (p - q).norm()))
 }
 
 /// A pose between two: positions linearly, rotations by [`slerp`]. `t` from 0 to 1.

@@ -2,9 +2,8 @@
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, Result, anyhow, bail};
-use gestus_core::Database;
-pub use gestus_database::command_line::blob::read as read_blob;
+use anyhow::{Context, Result, bail};
+pub use gestus_database::command_line::blob::{open, read as read_blob};
 use gestus_motion::files;
 
 /// Writes a file.
@@ -18,9 +17,4 @@ pub fn make_folder(path: &Path) -> Result<()> {
         bail!("{}: this is a file: give a folder", path.display());
     }
     fs::create_dir_all(path).with_context(|| format!("{} can't be made", path.display()))
-}
-
-/// Opens a database, naming its file where that fails.
-pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Database<'a>> {
-    Database::open(bytes).map_err(|e| anyhow!("{}: {e}", path.display()))
 }

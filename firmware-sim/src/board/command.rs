@@ -227,7 +227,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
         _ => {
             let path = profile.database()?;
             let bytes = blob::read(&path)?;
-            let database = open(&path, &bytes)?;
+            let database = blob::open(&path, &bytes)?;
             let clip = if args.leaps { profile.leaping(SECONDS)? } else { profile.clip(SECONDS)? };
             // With --all the settings are those of the --db database, so here they count with --generated only.
             let request = if args.generated { generated(args, board, &database)? } else { Request::style(1) };
@@ -282,7 +282,7 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
 /// that only the core is emulated and no link. Runs as many boards at once as there are processors.
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
     let path = image::target_folder().join("long-stream.gestus");
-    let database = open(&path, LONG_BLOB)?;
+    let database = blob::open(&path, LONG_BLOB)?;
     let (frames, change) = LONG;
     let recording = Recording::long(&database, args.frames.map_or(frames, NonZero::get), change);
     let host_digest = recording.digest(&database)?;
@@ -322,10 +322,6 @@ fn pair<'a>(
     // The last board of the list is the slowest, so it starts first.
     let at = boards.len().checked_sub(at + 1)?;
     Some((boards.get(at)?, images.get(at)?))
-}
-
-fn open<'b>(path: &Path, bytes: &'b [u8]) -> Result<Database<'b>> {
-    Database::open(bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
 }
 
 /// The table, one line a board.

@@ -9,9 +9,10 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_core::{Database, blob::layout::section};
+use gestus_core::blob::layout::section;
 use gestus_database::{
     blob::assemble::with_section,
+    command_line::blob,
     effort::{Source, dial::Dial},
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap},
@@ -47,8 +48,8 @@ pub fn around(board: &Board) -> Result<Value> {
         bail!("--around works on m4f only, not on {}", board.name);
     }
     let path = REFERENCE.database()?;
-    let bytes = fs::read(&path).with_context(|| format!("{} can't be read", path.display()))?;
-    let database = Database::open(&bytes).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+    let bytes = blob::read(&path)?;
+    let database = blob::open(&path, &bytes)?;
     let map = Retarget::new(&database, &foreign(&REFERENCE.clip(4.0)?), &MapFile::default())?;
     let robot = Machine::new(&database, Robot::parse(TOY, "toy.urdf")?, &RobotMap::default())?;
     let [map, robot] = [("around.map", map.bytes()), ("around.robot", robot.bytes())].map(|(name, bytes)| {

@@ -117,8 +117,7 @@ pub fn stream<L: Line>(
             differing += 1;
             first_difference.get_or_insert(t);
             let frames = [&stepped.pose, &stepped.host_pose].map(|pose| from_pose(pose, joints));
-            let pairs = frames[0].rotations.iter().zip(&frames[1].rotations);
-            difference_rad = pairs.map(|(a, b)| a.angle_to(b)).fold(difference_rad, f64::max);
+            difference_rad = frames[0].angle_to(&frames[1]).max(difference_rad);
         }
         digest.add(&stepped.pose, joints, stepped.report.step_s);
         host_digest.add(&stepped.host_pose, joints, stepped.host_report.step_s);

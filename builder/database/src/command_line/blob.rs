@@ -1,8 +1,9 @@
-//! Reads the file of a database or of tables made for it.
+//! Reads and opens the file of a database or of tables made for it.
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
+use gestus_core::Database;
 use gestus_motion::files;
 
 /// Largest file that is read, bytes: offsets in it have 32 bits.
@@ -14,4 +15,12 @@ const MOST: u64 = 1 << 32;
 /// A file that can't be read, is no regular one, or is larger than any database.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     files::read(path, MOST).with_context(|| format!("{} can't be read", path.display()))
+}
+
+/// Opens a database.
+///
+/// # Errors
+/// What is wrong with it, after the name of its file.
+pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Database<'a>> {
+    Database::open(bytes).map_err(|error| anyhow!("{}: {error}", path.display()))
 }

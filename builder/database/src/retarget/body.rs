@@ -9,7 +9,7 @@ use gestus_core::{
 };
 use gestus_motion::{
     body::database_skeleton,
-    clip::{Clip, Frame, Skeleton},
+    clip::{Clip, Frame, Skeleton, rotation},
     landmarks::Landmarks,
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -30,6 +30,11 @@ use crate::{
 
 /// Height of an ankle above its sole, in lengths of the leg.
 pub(crate) const ANKLE: f64 = 0.1;
+
+/// Whether an ankle or the toes of a standing foot can be that high over the floor, metres, on a leg of that length.
+pub(crate) fn is_over_sole(height_m: f64, leg_m: f64) -> bool {
+    (-0.06 * leg_m..=0.25 * leg_m).contains(&height_m)
+}
 
 /// Farthest that a body can be from a stated floor, metres: within what a map holds.
 const FAR_FROM_FLOOR_M: f64 = 50.0;
@@ -81,7 +86,7 @@ impl Body {
         let frames = sample_of(database);
         let parts = Parts::find(&skeleton, &frames, &MapFile::default()).map_err(MapError::Target)?;
         let anatomy = Anatomy::of(&skeleton, &parts, &frames, None);
-        let rest = (0..skeleton.joints()).map(|j| quaternion(database.joint(j).mean)).collect();
+        let rest = (0..skeleton.joints()).map(|j| rotation(database.joint(j).mean)).collect();
         Self { skeleton, parts, anatomy, floor: Floor::ZERO, rest }.checked("database")
     }
 
@@ -106,7 +111,7 @@ impl Body {
         let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::stated);
         // Feet that do not stand do not tell how high an ankle is above its sole.
         let sole_m = anatomy.ankle_m - floor.height_m;
-        if !(-0.06 * anatomy.leg_m..=0.25 * anatomy.leg_m).contains(&sole_m) {
+        if !is_over_sole(sole_m, anatomy.leg_m) {
             anatomy.ankle_m = floor.height_m + ANKLE * anatomy.leg_m;
         }
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
@@ -188,11 +193,6 @@ fn sample_of(database: &Database<'_>) -> Vec<Frame> {
             stream::from_pose(&pose, counts.joints)
         })
         .collect()
-}
-
-fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
-    let [x, y, z, w] = [x, y, z, w].map(f64::from);
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
 /// Refuses a stated floor that is not the body's: metres up, of a wrong sign or in another unit.

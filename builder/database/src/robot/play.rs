@@ -4,13 +4,13 @@ use gestus_core::{
     blob::layout::MAX_JOINTS,
     robot::{Drive, Driven, layout::MAX_HINGES, limits::Motion},
 };
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
+use nalgebra::Isometry3;
 use serde_json::{Value, json};
 
 use crate::robot::machine::Machine;
 use crate::stream;
 use gestus_motion::{
-    clip::{Clip, Frame},
+    clip::{Clip, Frame, rotation},
     statistics::mean_or_zero,
 };
 
@@ -87,7 +87,7 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
 /// after the first half second, at the angles that the hinges reached and at their targets.
 pub fn end_effectors(machine: &Machine, played: &Played, clip: &Clip) -> (f64, f64) {
     let tables = machine.tables();
-    let base = quaternion(tables.base());
+    let base = rotation(tables.base());
     let clip = clip.resampled(machine.tick_hz);
     let limbs: Vec<_> = (0..).map_while(|l| tables.limb(l)).collect();
     let first = (0.5 * machine.tick_hz) as usize;
@@ -111,11 +111,6 @@ pub fn end_effectors(machine: &Machine, played: &Played, clip: &Clip) -> (f64, f
     }
     let n = count.max(1) as f64;
     (sums[0] / n, sums[1] / n)
-}
-
-fn quaternion([x, y, z, w]: [f32; 4]) -> UnitQuaternion<f64> {
-    let [x, y, z, w] = [x, y, z, w].map(f64::from);
-    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
 impl Played {

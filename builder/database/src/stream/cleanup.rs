@@ -25,7 +25,7 @@ use nalgebra::Vector3;
 
 use crate::{
     registration::contact::{GAUSSIAN_S, contacts, legs, smoothed},
-    retarget::body::ANKLE,
+    retarget::body::{ANKLE, is_over_sole},
     stream::{Streamed, from_pose, to_pose},
 };
 use gestus_motion::{
@@ -101,7 +101,7 @@ impl Limbs {
         for leg in &mut self.legs {
             for (height, sole) in leg.heights.iter_mut().zip([ANKLE, TOE]) {
                 let over = f64::from(*height) - floor_m;
-                if !(-0.06 * leg_m..=0.25 * leg_m).contains(&over) {
+                if !is_over_sole(over, leg_m) {
                     *height = (floor_m + sole * leg_m) as f32;
                 }
             }

@@ -12,7 +12,7 @@
 
 use gestus_motion::{
     body::{Body, about_y, wrap},
-    clip::{Clip, Frame, slerp},
+    clip::{Clip, Frame, joint_distance, slerp},
     statistics::{quantile, sorted},
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -115,7 +115,7 @@ impl Round {
         let positions: Vec<Vec<Vector3<f64>>> =
             clip.frames.iter().map(|f| local_positions(body, f)).collect();
         let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
-        let gap = |a: usize, b: usize| mean_joint_distance(&positions[a], &positions[b]);
+        let gap = |a: usize, b: usize| joint_distance(&positions[a], &positions[b]);
         let turn = |a: usize, b: usize| wrap(headings[b] - headings[a]).abs();
         let last = count - 1;
         let steps = sorted((0..last).map(|t| gap(t, t + 1)));
@@ -314,9 +314,4 @@ fn local_positions(body: &Body, frame: &Frame) -> Vec<Vector3<f64>> {
     let turn = about_y(-body.heading(frame));
     let ground = Vector3::new(frame.root.x, 0.0, frame.root.z);
     frame.positions(&body.skeleton).into_iter().map(|p| turn * (p - ground)).collect()
-}
-
-/// Mean distance of corresponding joints, metres.
-fn mean_joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    a.iter().zip(b).map(|(p, q)| (p - q).norm()).sum::<f64>() / a.len().max(1) as f64
 }

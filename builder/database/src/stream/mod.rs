@@ -22,9 +22,9 @@ use gestus_core::{
     output::retime::{Bounds, Retimer, Tick},
     search::{found::Found, query::Feature},
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use gestus_motion::clip::{Clip, Frame};
+use gestus_motion::clip::{Clip, Frame, rotation};
 
 /// Most classes of a database for streaming on the host.
 pub const MOST_CLASSES: usize = 256;
@@ -381,12 +381,8 @@ pub fn to_pose<const J: usize>(frame: &Frame) -> Pose<J> {
 /// A pose of the core as a frame.
 pub fn from_pose<const J: usize>(pose: &Pose<J>, joints: usize) -> Frame {
     let [x, y, z] = pose.position.map(f64::from);
-    let rotation = |q: &[f32; 4]| {
-        let [x, y, z, w] = q.map(f64::from);
-        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-    };
     Frame {
         root: Vector3::new(x, y, z),
-        rotations: pose.rotations.iter().take(joints).map(rotation).collect(),
+        rotations: pose.rotations.iter().take(joints).copied().map(rotation).collect(),
     }
 }

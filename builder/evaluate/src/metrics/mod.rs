@@ -15,16 +15,13 @@ use gestus_motion::{
     statistics::mean,
 };
 
+pub use gestus_motion::clip::joint_distance;
+
 /// Joint positions of a pose, hips-centred and facing +Z, metres. Shape `[joints]`.
 pub fn centred(body: &Body, dofs: &[f64]) -> Vec<Vector3<f64>> {
     let frame = body.pose(dofs, [0.0; 2], 0.0);
     let root = frame.root;
     frame.positions(&body.skeleton).into_iter().map(|p| p - root).collect()
-}
-
-/// Mean distance of the joints of two poses, metres.
-pub fn joint_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    mean(a.iter().zip(b).map(|(a, b)| (a - b).norm()))
 }
 
 /// Where the frames of one clip are in another: at equal canonical time. Gaits repeat, so canonical time is known
