@@ -67,7 +67,7 @@ pub struct Args {
     #[arg(long, value_name = "SIZE", value_parser = size, conflicts_with_all = ["row_error", "features"])]
     bytes: Option<usize>,
     /// Leave out the tables by phase, the linear models and the statistics
-    #[arg(long)]
+    #[arg(long, conflicts_with = "from")]
     no_models: bool,
     /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long, conflicts_with = "no_effort")]

@@ -11,13 +11,14 @@
 //! 3. **Legs.** Each ankle reaches its target by the core's analytic inverse kinematics
 //!    ([`gestus_core::body::two_bone_ik`]); the foot keeps its orientation.
 //! 4. **Smoothing.** Offsets fade in and out over the window before and after a plant.
+//! 5. **Floor.** A foot in the air that is more than 1 cm below the floor is lifted by its leg. The papers do not say.
 //!
 //! A stream has [`gestus_core::output::foot_lock`] instead, which uses no later frames.
 
 use gestus_core::{
     Database, Pose,
     blob::{Leg, layout::MAX_JOINTS},
-    body::two_bone_ik::Chain,
+    body::two_bone_ik::{Chain, distance},
     math::quaternion,
     output::foot_lock::held_fraction,
 };
@@ -40,6 +41,11 @@ const STRETCH: f64 = 0.995;
 
 /// Iterations of moving the root within reach of every leg.
 const REACH_ROUNDS: usize = 8;
+
+/// Depth below the floor from which a foot is lifted, metres: that of [`gestus_core::output::foot_lock`].
+const DEEP_M: f64 = 0.01;
+/// Depth from which a foot is not lifted, metres: the body is elsewhere, as for the foot lock.
+const ELSEWHERE_M: f64 = 0.4;
 
 /// Height of the toes above their sole, in lengths of the leg.
 const TOE: f64 = 0.025;
@@ -213,6 +219,7 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             }
         }
     }
+    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose, DEEP_M));
     poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }
 
@@ -286,22 +293,23 @@ fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offse
 /// The poses with no foot further than `deep_m` below where it stands in them, metres: those that are, are lifted by
 /// their legs.
 pub fn above_floor(limbs: &Limbs, frames: &[Frame], deep_m: f64) -> Vec<Frame> {
-    let lift = |frame: &Frame| {
-        let mut pose = to_pose::<MAX_JOINTS>(frame);
-        for (side, leg) in limbs.legs.iter().enumerate() {
-            let chain = limbs.chain(side, &pose);
-            let [ankle, toe] = over(&chain, leg);
-            let up = -deep_m - ankle.min(toe);
-            if up > 0.0 {
-                let [x, y, z] = chain.ankle;
-                let reach =
-                    gestus_core::body::two_bone_ik::distance(chain.ankle, chain.hip).max(chain.length());
-                chain.place(leg, [x, y + up as f32, z], reach, &mut pose);
-            }
+    let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
+    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose, deep_m));
+    poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
+}
+
+/// Lifts the feet of a pose that are further than `deep_m` below where they stand, metres, by their legs.
+fn lift_feet(limbs: &Limbs, pose: &mut Pose<MAX_JOINTS>, deep_m: f64) {
+    for (side, leg) in limbs.legs.iter().enumerate() {
+        let chain = limbs.chain(side, pose);
+        let [ankle, toe] = over(&chain, leg);
+        let over = ankle.min(toe);
+        if (-ELSEWHERE_M..-deep_m).contains(&over) {
+            let [x, y, z] = chain.ankle;
+            let reach = distance(chain.ankle, chain.hip).max(chain.length());
+            chain.place(leg, [x, y - (deep_m + over) as f32, z], reach, pose);
         }
-        from_pose(&pose, limbs.parents.len())
-    };
-    frames.iter().map(lift).collect()
+    }
 }
 
 /// What the root takes: the mean of the standing feet's offsets, in between what lies between, smoothed, and so that
@@ -434,6 +442,36 @@ mod tests {
         }
         clean_up(&database, &mut streamed, 15);
         assert!(streamed.steps.iter().all(|step| step.report.contacts == [true, false]));
+    }
+
+    /// Feet that do not stand were left in the floor, by up to 10 cm.
+    #[test]
+    fn feet_in_the_air_are_lifted_out_of_the_floor() {
+        let clip = synth::performance(3, "walk", "neutral", 30.0, 4.0).unwrap().clip;
+        let body = Body::of(&Corpus::of_clip(&clip)).unwrap();
+        let (limbs, mut stands) = Limbs::of_clip(&body, &clip).unwrap();
+        let mut frames = clip.frames.clone();
+        for (t, frame) in frames.iter_mut().enumerate().skip(40).take(20) {
+            stands[t] = [false; 2];
+            frame.root.y -= 0.08 * (f64::from(t as u32 - 40) / 19.0 * std::f64::consts::PI).sin();
+        }
+        let lowest = |frames: &[Frame]| {
+            let of = |frame: &Frame, side| {
+                let [ankle, toe] = over(&limbs.chain(side, &to_pose(frame)), &limbs.legs[side]);
+                ankle.min(toe)
+            };
+            frames.iter().flat_map(|frame| [of(frame, 0), of(frame, 1)]).fold(f64::INFINITY, f64::min)
+        };
+        assert!(lowest(&frames) < -0.05, "{}", lowest(&frames));
+        let cleaned = clean(&limbs, &frames, &stands, 7);
+        assert!(lowest(&cleaned) > -DEEP_M - 1e-3, "{}", lowest(&cleaned));
+        // A body that is elsewhere stays as it is there.
+        let far: Vec<Frame> =
+            frames.iter().map(|f| Frame { root: f.root - Vector3::y() * 2.0, ..f.clone() }).collect();
+        let none = vec![[false; 2]; far.len()];
+        for (cleaned, far) in clean(&limbs, &far, &none, 7).iter().zip(&far) {
+            assert!(cleaned.angle_to(far) < 1e-3);
+        }
     }
 
     #[test]
