@@ -32,6 +32,12 @@ const LEAVE_SPEED: [f32; 2] = [0.4, 1.0];
 const HEEL_UP_M: [f32; 2] = [0.02, 0.05];
 /// Speed with which the offset of a leaving foot is eased out, m/s. The foot moves anyway.
 const LEAVE_RETURN_SPEED: f32 = 0.5;
+/// A held foot whose prediction stands too, but further away than this, steps there, metres.
+const ELSEWHERE_M: f32 = 0.05;
+/// Speed below which a foot of the prediction stands, m/s. Feet of predicted walks slide faster, and are not stepped.
+const ELSEWHERE_SPEED: f32 = 0.1;
+/// Seconds for which the prediction has to stand there: a style or an action that changes settles first.
+const ELSEWHERE_S: f32 = 0.3;
 /// Greatest speed of a step, m/s.
 const STEP_SPEED: f32 = 1.0;
 /// Height of a step as a part of its length.
@@ -83,7 +89,7 @@ pub(super) struct Foot {
     other: [f32; 2],
     /// Whether the foot is leaving the floor, though it is still held in part.
     pub is_leaving: bool,
-    /// Seconds since the release.
+    /// Seconds since the release; while held, for which the prediction has stood elsewhere.
     age_s: f32,
     /// The upward direction in the foot's own frame, in the last frame, in fixed point with scale [`UP`].
     up: [i16; 3],
@@ -146,7 +152,7 @@ impl Foot {
                 self.phase = if over[1] <= over[0] { Phase::Toe } else { Phase::Heel };
                 // From now on the foot does not drop with the hips.
                 self.offset[1] += hip_drop;
-                self.held = add(self.carrier(chain), self.offset);
+                (self.held, self.age_s) = (add(self.carrier(chain), self.offset), 0.0);
             }
         } else if stands {
             let carrier = match self.phase {
@@ -177,6 +183,12 @@ impl Foot {
                 *self = Self::FREE;
             } else if off2 > tuning.release_m * tuning.release_m {
                 self.release(Phase::Step, hip_drop);
+            } else {
+                let (dx, dz) = (self.offset[0] - x, self.offset[2] - z);
+                let slowest = ELSEWHERE_SPEED * step_s;
+                let stands = dx * dx + dz * dz < slowest * slowest;
+                let elsewhere = stands && off2 > ELSEWHERE_M * ELSEWHERE_M;
+                self.age_s = if elsewhere { self.age_s + step_s } else { 0.0 };
             }
         }
         let other = if self.phase == Phase::Toe { chain.ankle } else { chain.toe };
@@ -206,6 +218,15 @@ impl Foot {
         self.offset[0] = x * left + held * slide_x;
         self.offset[2] = z * left + held * slide_z;
         self.held = add(carrier, self.offset);
+    }
+
+    /// Lets a held foot step to where its prediction has stood for a while. Returns whether it steps.
+    pub fn follow(&mut self, hip_drop: f32) -> bool {
+        let steps = self.is_held() && self.age_s > ELSEWHERE_S;
+        if steps {
+            self.release(Phase::Step, hip_drop);
+        }
+        steps
     }
 
     /// Predicted position of the joint that carries the foot.
