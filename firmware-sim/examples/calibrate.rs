@@ -1,4 +1,4 @@
-//! Fits the unit costs of `gestus_firmware_sim::parts::cost` to the counts of emulated boards, and prints their errors.
+//! Fits the unit costs of `gestus_database::parts::cost` to the counts of emulated boards, and prints their errors.
 //!
 //! `cargo run --release -p gestus-firmware-sim --example calibrate -- DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE
 //! [BOARD...]`
@@ -17,16 +17,16 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Method, Stage};
-use gestus_database::stream::{Request, input::Input};
-use gestus_firmware_sim::{
-    board::{
-        boards, generated, image,
-        measure::{Job, measure},
-    },
+use gestus_database::{
     parts::{
         calibration::Isa,
         cost::{STAGE_OF, TERMS, UnitCosts, Units, units},
     },
+    stream::{Request, input::Input},
+};
+use gestus_firmware_sim::board::{
+    boards, generated, image,
+    measure::{Job, measure},
 };
 use gestus_motion::clip::Clip;
 use nalgebra::{DMatrix, DVector};

@@ -5,6 +5,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::outputs::say,
+    parts::{Estimate, PARTS, Part, Stream, table},
     stream::{
         Request, Streamed,
         input::Input,
@@ -17,7 +18,6 @@ use serde_json::{Value, json};
 use crate::{
     clip_args::ClipArgs,
     faults::{self, Disturbance, Faults},
-    parts::{Estimate, PARTS, Part, Stream, table},
 };
 
 /// Stream a clip through the core on this machine.

@@ -1,11 +1,11 @@
 //! The model of `gestus-sim run --board` against the instructions that `cargo xtask budget` has recorded.
 
 use gestus_core::{Config, Database, Method};
-use gestus_database::stream::{Request, stream};
-use gestus_firmware_sim::{
-    board::generated::REFERENCE,
+use gestus_database::{
     parts::{calibration::Isa, cost::units},
+    stream::{Request, stream},
 };
+use gestus_firmware_sim::board::generated::REFERENCE;
 
 /// Largest relative error of a median frame.
 const TOLERANCE: f64 = 0.15;

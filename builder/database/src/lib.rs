@@ -9,8 +9,8 @@
 //! 5. [`blob`] encodes the sections. [`build`](mod@build) runs these steps.
 //!
 //! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write sections for other bodies.
-//! [`stream`] runs the core over a clip, [`motion_graph`] makes long streams from clips. [`command_line`] and [`list`] are
-//! shared by the commands `gestus` and `gestus-sim`.
+//! [`stream`] runs the core over a clip, [`motion_graph`] makes long streams from clips. [`parts`] estimates what a stream
+//! costs on microcontrollers. [`command_line`] and [`list`] are shared by the commands `gestus` and `gestus-sim`.
 
 pub mod blob;
 pub mod build;
@@ -21,6 +21,7 @@ pub mod list;
 pub mod models;
 pub mod motion_graph;
 pub mod pairing;
+pub mod parts;
 pub mod registration;
 pub mod retarget;
 pub mod robot;

@@ -4,21 +4,21 @@ use std::{fs::File, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
 use gestus_core::{Config, Database, Method, Stage, link::counter, robot::Robot};
-use gestus_database::stream::Request;
+use gestus_database::{
+    parts::{calibration::Isa, worst},
+    stream::Request,
+};
 use gestus_motion::clip::Clip;
 use serde_json::{Value, json};
 
 use super::{boards::Board, emulator::Emulator, image};
-use crate::{
-    link::{
-        Line,
-        client::{Client, RetryPolicy},
-        command::RobotArgs,
-        serve::with_robot,
-        session::Session,
-        stream::{Linked, stream},
-    },
-    parts::{calibration::Isa, worst},
+use crate::link::{
+    Line,
+    client::{Client, RetryPolicy},
+    command::RobotArgs,
+    serve::with_robot,
+    session::Session,
+    stream::{Linked, stream},
 };
 
 /// Long timeouts: an emulated board is slow, and its line has no faults.

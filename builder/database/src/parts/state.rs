@@ -29,7 +29,7 @@ mod tests {
 
     use super::*;
 
-    const PORTING: &str = include_str!("../../../docs/PORTING.md");
+    const PORTING: &str = include_str!("../../../../docs/PORTING.md");
 
     /// Bytes that pointers and lengths take more on this machine if they are twice as wide: those of the database's
     /// slices, and of a list in each class.

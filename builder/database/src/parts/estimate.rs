@@ -9,8 +9,8 @@
 //! all other work of the board. The range follows from the range of cycles an instruction, and from half and twice the
 //! bytes read: a cache may save reads, and cache lines may fetch more than is needed.
 
+use crate::stream::Request;
 use gestus_core::{Database, Method, Report};
-use gestus_database::stream::Request;
 use serde_json::{Value, json};
 
 use super::{

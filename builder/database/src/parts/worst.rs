@@ -6,8 +6,8 @@
 //! `cargo xtask budget` checks the bound on emulated boards in several configurations. It leaves out collisions in the
 //! visited sets beyond those of blobs that the builder makes.
 
+use crate::stream::Request;
 use gestus_core::{Database, methods::work::Work};
-use gestus_database::stream::Request;
 
 use super::{
     calibration::Isa,
@@ -57,7 +57,7 @@ mod tests {
             ),
             format!("lock {l}"),
         ];
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PORTING.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/PORTING.md");
         let document = std::fs::read_to_string(path).expect("the document is there");
         let document: Vec<String> =
             document.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! Examples are unpacked and fitted once for each mix of output styles: that of the body, and those that joint groups
-//! have of their own ([`Request::mixes`](gestus_database::stream::Request::mixes)). An example unpacks two rows of the
+//! have of their own ([`Request::mixes`](crate::stream::Request::mixes)). An example unpacks two rows of the
 //! input and three, sometimes four, of each output.
 //!
 //! These are the terms of the mixture. The other methods share the query (tables by phase alone) and the lock with it;
@@ -33,6 +33,7 @@
 //!
 //! [`super::worst`] bounds the cost of any frame of the mixture by its sum with the most work that a step can have.
 
+use crate::stream::Request;
 use gestus_core::{
     Database, Method, Report, Stage,
     methods::{
@@ -40,7 +41,6 @@ use gestus_core::{
         work::{Load, Work},
     },
 };
-use gestus_database::stream::Request;
 
 /// Terms of the sums above.
 pub const TERMS: usize = 22;
