@@ -25,7 +25,8 @@ use gestus_database::{
     },
     stream::{
         Request,
-        input::{Input, InputOptions, read_clip},
+        input::{Input, InputOptions},
+        reading::read_clip,
         translate::translate,
         verdict::Verdict,
     },

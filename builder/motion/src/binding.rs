@@ -271,10 +271,11 @@ fn find_hips(all: &[Joint]) -> usize {
         let child = match below[..] {
             [] => return joint,
             [only] => only,
-            // Beside the body there may be weapons, or the controls of inverse kinematics that Unreal and Blender export.
-            [..] => match below.into_iter().find(|&child| has_both_legs(all, child)) {
-                Some(body) => body,
-                None => return joint,
+            // Beside the body there may be weapons, or the controls of inverse kinematics that Unreal and Blender export. A
+            // pelvis beside the arms is not the whole body.
+            [..] => match below.iter().find(|&&child| has_both_legs(all, child)) {
+                Some(&body) if !below.iter().any(|&child| child != body && has_both_arms(all, child)) => body,
+                _ => return joint,
             },
         };
         let name = all[joint].name.to_ascii_lowercase();
@@ -293,17 +294,26 @@ fn find_hips(all: &[Joint]) -> usize {
 
 /// Whether thigh, shin and foot of either side hang on a joint, as the names say.
 fn has_both_legs(all: &[Joint], joint: usize) -> bool {
-    /// Joints of a leg, one on the other.
-    const LEG: usize = 3;
-    let words = names::names();
+    has_both(all, joint, |name| names::names().is_leg(name))
+}
+
+/// Whether upper arm, lower arm and hand of either side do, which are no controls of inverse kinematics.
+fn has_both_arms(all: &[Joint], joint: usize) -> bool {
+    has_both(all, joint, |name| names::names().is_arm(name) && !names::words(name).iter().any(|w| w == "ik"))
+}
+
+/// Whether three joints of such a name hang one on the other below a joint, on either side.
+fn has_both(all: &[Joint], joint: usize, is: impl Fn(&str) -> bool) -> bool {
+    /// Joints of a limb, one on the other.
+    const LIMB: usize = 3;
     let mut depth = vec![None; all.len()];
     depth[joint] = Some(0);
     let mut found = [false; 2];
     for j in joint + 1..all.len() {
         let Some(above) = all[j].parent.and_then(|p| depth[p]) else { continue };
-        let here = above + usize::from(words.is_leg(&all[j].name));
+        let here = above + usize::from(is(&all[j].name));
         depth[j] = Some(here);
-        if let Some(side) = names::side(&all[j].name).filter(|_| here >= LEG) {
+        if let Some(side) = names::side(&all[j].name).filter(|_| here >= LIMB) {
             found[side.index()] = true;
         }
     }

@@ -157,7 +157,7 @@ pub fn wrap(angle: f64) -> f64 {
 }
 
 /// The hips line at rest: from the right to the left hip joint, as the root sees them.
-fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
+pub fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
     // Bones between the root and the hip joints count as stiff.
     let positions = rest_positions(skeleton);
     let [left, right] = landmarks.hip_joints;

@@ -275,8 +275,24 @@ pub fn documents(file: &Path, bytes: &Arc<[u8]>) -> Result<Vec<(String, Document
     Ok(animations.into_iter().map(|one| (one.name().to_owned(), Document::Gltf(Box::new(one)))).collect())
 }
 
+/// The poses of rest of a character's file, the best first, each a document of one frame; of a BVH file, which has none,
+/// the file itself.
+///
+/// # Errors
+/// [`CaptureError`] if it can't be read.
+pub fn read_rest(path: &Path) -> Result<Vec<Document>, CaptureError> {
+    match format_of(path)? {
+        Format::Gltf => Ok(gltf::rest(path)?.into_iter().map(Document::Animation).collect()),
+        Format::Bvh => Ok(vec![Document::Bvh(read_bvh(path)?)]),
+        Format::Fbx => Err(CaptureError::Fbx { file: path.to_string_lossy().into_owned() }),
+    }
+}
+
 /// The documents of a file, with their paths in [`Folder::documents`].
-fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
+///
+/// # Errors
+/// [`CaptureError`] if it can't be read.
+pub fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
     let animations = match format_of(path)? {
         Format::Gltf => gltf::read(path)?,
         Format::Bvh => return Ok(vec![(path.to_path_buf(), Document::Bvh(read_bvh(path)?))]),

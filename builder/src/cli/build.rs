@@ -15,6 +15,7 @@ use gestus_database::{
         balance::balanced,
         config::FILE_NAME,
         left_out::{Group, Refused},
+        rig::Rig,
     },
     effort::{
         Source,
@@ -31,6 +32,7 @@ use serde_json::json;
 
 use super::{
     open,
+    rig::RigArgs,
     selection::{Selection, load_with_notes},
 };
 
@@ -48,6 +50,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     selection: Selection,
+    #[command(flatten)]
+    rig: RigArgs,
     /// How output cycles are chosen: both (the default), spread, viterbi, nearest, kernel, mean or take
     #[arg(long)]
     pairing: Option<String>,
@@ -87,8 +91,15 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
     let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
+    args.rig.apply(&mut config)?;
     super::check_outputs(
-        [config.data.as_ref(), args.config.as_ref(), args.labels.as_ref()],
+        [
+            config.data.as_ref(),
+            args.config.as_ref(),
+            args.labels.as_ref(),
+            config.rig.as_ref(),
+            config.rig_map.as_ref(),
+        ],
         [("-o", Some(&args.output))],
     )?;
     if let Some(name) = &args.pairing {
@@ -129,6 +140,7 @@ pub fn run(args: &Args) -> Result<()> {
         figures["left_out"] = left_out.iter().map(Group::json).collect();
         let floors = loaded.floors.iter().map(|(clip, height)| (clip.clone(), json!(height)));
         figures["floors"] = floors.collect::<serde_json::Map<_, _>>().into();
+        figures["rig"] = loaded.rig.as_ref().map(Rig::json).into();
         if let Some(choice) = &built.choice {
             figures["row_error_cm"] = json!(choice.row_error_cm);
             figures["features"] = json!(choice.features);

@@ -14,6 +14,7 @@ mod inspect;
 mod open;
 mod page;
 mod retarget;
+mod rig;
 mod robot;
 mod selection;
 mod transfer;

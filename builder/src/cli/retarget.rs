@@ -7,10 +7,7 @@ use gestus_core::retarget::layout::MAX_SOURCES;
 use gestus_database::{
     command_line::options::{ClipArgs, ReportArgs},
     retarget::{Retarget, check},
-    stream::{
-        input::{Input, read_clip},
-        verdict,
-    },
+    stream::{input::Input, reading::read_clip, verdict},
 };
 use gestus_motion::{formats::bvh::Bvh, unit::Unit};
 use serde_json::json;
@@ -76,6 +73,7 @@ pub fn run(args: &Args) -> Result<()> {
         object["frames"] = json!(clip.frames.len());
         if args.check {
             let input = Input::read_with(&args.clip.input, &database, &reading)?;
+            object["same_body"] = json!(input.retarget().is_none());
             object["verdict"] = verdict::before(&database, &input).with_context(place)?.json();
             object["root"] = input.json()["root"].clone();
             object["speed_m_s"] = input.json()["speed_m_s"].clone();
@@ -84,6 +82,11 @@ pub fn run(args: &Args) -> Result<()> {
     } else if args.check {
         super::say(check::text(&retarget).trim_end())?;
         let input = Input::read_with(&args.clip.input, &database, &reading)?;
+        if input.retarget().is_none() {
+            super::say(
+                "this is the database's own body: `translate` takes it joint by joint, without this map",
+            )?;
+        }
         if let Some(course) = input.course() {
             super::say(format_args!("walks in place, at {:.2} m/s by its feet", course.speed_m_s))?;
         }

@@ -30,6 +30,9 @@ pub fn encode(
     if options.cycles > 0 {
         parameters.push(format!("cycles = {}", options.cycles));
     }
+    if !options.rig.is_empty() {
+        parameters.push(format!("rig = {}", options.rig.replace(char::is_control, "_")));
+    }
     let strings = [
         lines(&corpus.skeleton.names),
         lines(&corpus.actions),

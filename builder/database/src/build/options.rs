@@ -43,6 +43,9 @@ pub struct BuildOptions {
     pub mean_rounds: usize,
     /// Joint groups by name, each with its joints ([`crate::search::groups`]); the two arms if empty.
     pub groups: Chosen,
+    /// Name of the file of the character that the clips were retargeted to, for the manifest; empty if there is none.
+    #[serde(skip)]
+    pub rig: String,
 }
 
 impl BuildOptions {
@@ -68,6 +71,7 @@ impl Default for BuildOptions {
             warp_gaits: false,
             mean_rounds: 0,
             groups: Chosen::new(),
+            rig: String::new(),
         }
     }
 }

@@ -94,6 +94,10 @@ pub struct Config {
     pub floor: Option<f64>,
     /// Heights of the floors of single files, by name or path below the folder, metres.
     pub floors: BTreeMap<String, f64>,
+    /// The character whose skeleton the database gets, relative to the configuration file.
+    pub rig: Option<PathBuf>,
+    /// The map of its skeleton, relative to the configuration file.
+    pub rig_map: Option<PathBuf>,
     /// Actions to use; all if empty.
     pub actions: Vec<String>,
     /// Styles to use; all if empty.
@@ -122,6 +126,8 @@ impl Default for Config {
             unit: None,
             floor: None,
             floors: BTreeMap::new(),
+            rig: None,
+            rig_map: None,
             actions: Vec::new(),
             styles: Vec::new(),
             joints: Vec::new(),
@@ -219,13 +225,17 @@ impl Config {
         Ok(config)
     }
 
-    /// Reads a configuration file. A relative `data` is relative to the file's folder, which is also the default.
+    /// Reads a configuration file. Relative paths are relative to the file's folder, which is also the
+    /// default of `data`.
     pub fn read(path: &Path) -> Result<Config, AnnotateError> {
         let file = path.display().to_string();
         let text = files::read_text(path, MOST_SETTINGS)
             .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         let mut config = Config::parse(&text, &file)?;
         let folder = path.parent().unwrap_or(Path::new(""));
+        for other in [&mut config.rig, &mut config.rig_map].into_iter().flatten() {
+            *other = folder.join(&other);
+        }
         config.data = Some(match config.data.take() {
             Some(data) => folder.join(data),
             None if folder.as_os_str().is_empty() => PathBuf::from("."),

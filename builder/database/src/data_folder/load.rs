@@ -14,7 +14,9 @@ use crate::{
         config::{AnnotateError, Annotation, Config, FILE_NAME},
         floors,
         left_out::{Group, LeftOut, Reason, Refused},
-        skeletons::{difference, most_common, unify},
+        licence::licence_beside,
+        rig::{Rig, RigError},
+        skeletons::{difference, kinds, most_common, unify},
         worlds::{self, Up},
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
@@ -40,6 +42,8 @@ pub struct Loaded {
     pub floors: Vec<(String, f64)>,
     /// Clips that could not be used.
     pub left_out: Vec<LeftOut>,
+    /// The character whose skeleton they are on.
+    pub rig: Option<Rig>,
 }
 
 /// A folder that can't be used.
@@ -51,6 +55,9 @@ pub enum LoadError {
     /// `gestus.toml`.
     #[error(transparent)]
     Annotate(#[from] AnnotateError),
+    /// The character.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// A file in place of a folder.
     #[error("{0}: this is a file: give the folder that it is in, whose clips make a database together")]
     File(String),
@@ -86,16 +93,40 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     if folder.is_file() {
         return Err(LoadError::File(place));
     }
-    let files = read_folder(&folder)?;
+    let rig = Rig::of_config(config)?;
+    let mut files = read_folder(&folder)?;
+    // A character in the folder need not be a clip.
+    let is_rig = |path: &Path| rig.as_ref().is_some_and(|rig| rig.holds(path));
+    files.skipped.retain(|error| !is_rig(Path::new(error.file())));
+    files.documents.retain(|(path, _)| !is_rig(path) || config.annotate(below(&folder, path)).is_ok());
     let mut left_out: Vec<LeftOut> = Vec::new();
     let mut clips = bind_all(config, &folder, &files, &mut left_out)?;
     disambiguate_names(&mut clips);
     let mut notes = vec![files.summary()];
-    let mut clips = on_common_skeleton(clips, &mut left_out);
+    let mut clips = match &rig {
+        Some(rig) => {
+            notes.extend(rig.notes.iter().map(|note| format!("{}: {note}", rig.file)));
+            clips
+        }
+        None => on_common_skeleton(clips, &mut left_out),
+    };
     notes.extend(turn_upright(&mut clips));
     notes.extend(treat_as_whole_without_cycles(config, &mut clips));
-    let mut clips = limit_clips(registrable(clips, &mut left_out), config.limit);
-    let floors = move_to_zero_floor(&mut clips);
+    let clips = registrable(clips, &mut left_out);
+    let (clips, floors) = match &rig {
+        Some(rig) => {
+            let (clips, mut floors) = onto_rig(clips, rig, &mut left_out, &mut notes);
+            let clips = limit_clips(clips, config.limit);
+            floors.retain(|(name, _)| clips.iter().any(|clip| clip.clip.name == *name));
+            (clips, floors)
+        }
+        None => {
+            let mut clips = limit_clips(clips, config.limit);
+            let floors = move_to_zero_floor(&mut clips);
+            unify(&mut clips.iter_mut().map(|clip| &mut clip.clip).collect::<Vec<_>>());
+            (clips, floors)
+        }
+    };
     let mut units: Vec<String> = Vec::new();
     let mut doubt = None;
     let mut performances: Vec<Performance> = Vec::new();
@@ -112,7 +143,6 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     if performances.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
-    unify(&mut performances);
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
     left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind)));
     refuse_if_strict(config, &place, &left_out)?;
@@ -133,7 +163,12 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     }
     notes.extend(left_out.iter().map(ToString::to_string));
     notes.extend(licence_beside(&folder, config));
-    Ok(Loaded { corpus, notes, floors, left_out })
+    Ok(Loaded { corpus, notes, floors, left_out, rig })
+}
+
+/// A path below a folder.
+fn below<'p>(folder: &Path, path: &'p Path) -> &'p Path {
+    path.strip_prefix(folder).unwrap_or(path)
 }
 
 /// Converts all readable files that are selected. Adds the others that should have been usable to `left_out`.
@@ -143,7 +178,7 @@ fn bind_all(
     files: &Folder,
     left_out: &mut Vec<LeftOut>,
 ) -> Result<Vec<Bound>, LoadError> {
-    let below = |path: &Path| path.strip_prefix(folder).unwrap_or(path).to_path_buf();
+    let below = |path: &Path| below(folder, path).to_path_buf();
     left_out.extend(files.skipped.iter().map(|error| {
         LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
     }));
@@ -223,6 +258,37 @@ fn on_common_skeleton(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bou
     clips.into_iter().filter(fits).collect()
 }
 
+/// Puts clips of any skeletons on that of a character, each kind on a floor at zero and with one map. Returns those that
+/// could be, in their order, and the floors that clips were on.
+fn onto_rig(
+    clips: Vec<Bound>,
+    rig: &Rig,
+    left_out: &mut Vec<LeftOut>,
+    notes: &mut Vec<String>,
+) -> (Vec<Bound>, Vec<(String, f64)>) {
+    let kinds = kinds(&clips.iter().map(|clip| &*clip.clip.skeleton).collect::<Vec<_>>());
+    let mut clips: Vec<Option<Bound>> = clips.into_iter().map(Some).collect();
+    let mut floors = Vec::new();
+    for places in kinds {
+        let mut kind: Vec<Bound> = places.iter().filter_map(|&place| clips[place].take()).collect();
+        floors.extend(move_to_zero_floor(&mut kind));
+        let mut motions: Vec<&mut Clip> = kind.iter_mut().map(|clip| &mut clip.clip).collect();
+        unify(&mut motions);
+        match rig.take(&mut motions) {
+            Ok(doubts) => {
+                let name = &kind[0].name;
+                notes.extend(doubts.iter().map(|doubt| format!("{name}: retargeted; doubt: {doubt}")));
+                places.iter().zip(kind).for_each(|(&place, clip)| clips[place] = Some(clip));
+            }
+            Err(error) => left_out.extend(kind.iter().map(|clip| {
+                let said = format!("{}: it can't be retargeted to {}: {error}", clip.name, rig.file);
+                LeftOut::new(Reason::Skeleton, &clip.below, said)
+            })),
+        }
+    }
+    (clips.into_iter().flatten().collect(), floors)
+}
+
 /// Treats an action as whole clips if only its name says that it is a gait, and no clip of it has a gait cycle. Returns a
 /// message for each.
 fn treat_as_whole_without_cycles(config: &Config, clips: &mut [Bound]) -> Vec<String> {
@@ -244,24 +310,6 @@ fn treat_as_whole_without_cycles(config: &Config, clips: &mut [Bound]) -> Vec<St
         )
     };
     walks.keys().map(said).collect()
-}
-
-/// A note about a licence file in the folder, if the manifest will have no licence.
-fn licence_beside(folder: &Path, config: &Config) -> Option<String> {
-    if !config.licence.is_empty() {
-        return None;
-    }
-    let is_licence = |name: &str| {
-        let name = name.to_ascii_lowercase();
-        ["license", "licence", "copying", "eula", "terms"].iter().any(|word| name.starts_with(word))
-    };
-    let files =
-        std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let file = files.filter(|name| is_licence(name)).min()?;
-    Some(format!(
-        "{}: the database's manifest does not have these terms: say them by `licence = \"...\"` in {FILE_NAME}",
-        folder.join(file).display()
-    ))
 }
 
 /// The clips that registration can use. Others do not count for limits and mean bone lengths.

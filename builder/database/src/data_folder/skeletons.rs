@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::registration::Performance;
-use gestus_motion::clip::Skeleton;
+use gestus_motion::clip::{Clip, Skeleton};
 
 /// Greatest ratio of sizes of bodies that share a skeleton: an adult and a child.
 const LARGER: f64 = 2.0;
@@ -16,17 +15,23 @@ const TURNED_DEG: f64 = 30.0;
 /// Length below which the direction of a bone is ignored, metres.
 const SHORT_M: f64 = 0.03;
 
-/// The skeleton with which most others can be merged, of equally common ones the first: its place, and how many have it.
-pub(super) fn most_common(skeletons: &[&Skeleton]) -> Option<(usize, usize)> {
-    let mut kinds: Vec<(usize, usize)> = Vec::new();
+/// The skeletons by kinds, each with those that can be merged with its first: their places.
+pub(super) fn kinds(skeletons: &[&Skeleton]) -> Vec<Vec<usize>> {
+    let mut kinds: Vec<Vec<usize>> = Vec::new();
     for (i, skeleton) in skeletons.iter().enumerate() {
-        match kinds.iter_mut().find(|(first, _)| difference(skeletons[*first], skeleton).is_none()) {
-            Some((_, count)) => *count += 1,
-            None => kinds.push((i, 1)),
+        match kinds.iter_mut().find(|kind| difference(skeletons[kind[0]], skeleton).is_none()) {
+            Some(kind) => kind.push(i),
+            None => kinds.push(vec![i]),
         }
     }
-    let most = kinds.iter().map(|k| k.1).max();
-    kinds.into_iter().find(|k| Some(k.1) == most)
+    kinds
+}
+
+/// The skeleton with which most others can be merged, of equally common ones the first: its place, and how many have it.
+pub(super) fn most_common(skeletons: &[&Skeleton]) -> Option<(usize, usize)> {
+    let kinds = kinds(skeletons);
+    let most = kinds.iter().map(Vec::len).max();
+    kinds.into_iter().find(|kind| Some(kind.len()) == most).map(|kind| (kind[0], kind.len()))
 }
 
 /// How `b` differs from `a` where that prevents the two from being merged.
@@ -54,15 +59,15 @@ pub(super) fn size(skeleton: &Skeleton) -> f64 {
 }
 
 /// Gives all clips the mean skeleton and scales their translation to its size.
-pub(super) fn unify(performances: &mut [Performance]) {
-    let Some(first) = performances.first() else { return };
-    let mut skeleton = (*first.clip.skeleton).clone();
-    let count = performances.len() as f64;
+pub(super) fn unify(clips: &mut [&mut Clip]) {
+    let Some(first) = clips.first() else { return };
+    let mut skeleton = (*first.skeleton).clone();
+    let count = clips.len() as f64;
     for (j, offset) in skeleton.offsets.iter_mut().enumerate() {
-        *offset = performances.iter().map(|p| p.clip.skeleton.offsets[j]).sum::<Vector3<f64>>() / count;
+        *offset = clips.iter().map(|clip| clip.skeleton.offsets[j]).sum::<Vector3<f64>>() / count;
     }
     let skeleton = Arc::new(skeleton);
-    for Performance { clip, .. } in performances {
+    for clip in clips {
         let scale = size(&skeleton) / size(&clip.skeleton);
         // Smaller differences are noise in one body's markers.
         if (scale - 1.0).abs() > SAME_SIZE {

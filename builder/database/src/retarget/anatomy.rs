@@ -172,7 +172,9 @@ impl Measure<'_> {
             None => Vector3::zeros(),
         };
         let hinges = [upper, lower].map(|j| self.seen(j, bend));
-        let weak = hinges[0].norm() < LEAST_BEND || hinges[1].norm() < LEAST_BEND;
+        // One pose bends its limbs sideways as well, and a known rest pose tells more.
+        let alone = self.worlds.len() == 1 && self.zero.is_some();
+        let weak = alone || hinges.iter().any(|hinge| hinge.norm() < LEAST_BEND);
         for (joint, bone, hinge) in [(upper, upper_bone, hinges[0]), (lower, lower_bone, hinges[1])] {
             let hinge = if weak { self.rest_hinge(joint, bone, arm) } else { Some(hinge) };
             let across = hinge.unwrap_or_else(|| any_across(&bone));

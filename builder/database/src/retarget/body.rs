@@ -73,7 +73,17 @@ pub struct Body {
     /// The floor that it stands on.
     pub floor: Floor,
     /// Local rotations of joints without a counterpart: their means.
-    pub(super) rest: Vec<UnitQuaternion<f64>>,
+    pub(crate) rest: Vec<UnitQuaternion<f64>>,
+}
+
+impl Anatomy {
+    /// Feet that do not stand do not tell how high an ankle is above its sole: over a floor at that height it is then an
+    /// adult's.
+    pub(super) fn stand_on(&mut self, floor_m: f64) {
+        if !is_over_sole(self.ankle_m - floor_m, self.leg_m) {
+            self.ankle_m = floor_m + ANKLE * self.leg_m;
+        }
+    }
 }
 
 impl Body {
@@ -105,20 +115,13 @@ impl Body {
         let mut parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         parts.doubts.extend(up::doubt(clip, file));
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
-        if let Some(floor_m) = file.floor_m {
-            check_floor(floor_m, frames[frames.len() / 2].root.y)?;
-        }
-        let floor = file.floor_m.map_or_else(|| floor_of(clip, &world, &parts, anatomy.leg_m), Floor::stated);
-        // Feet that do not stand do not tell how high an ankle is above its sole.
-        let sole_m = anatomy.ankle_m - floor.height_m;
-        if !is_over_sole(sole_m, anatomy.leg_m) {
-            anatomy.ankle_m = floor.height_m + ANKLE * anatomy.leg_m;
-        }
+        let floor = floor_of(clip, &world, &parts, anatomy.leg_m, file)?;
+        anatomy.stand_on(floor.height_m);
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
         Ok((Self { skeleton, parts, anatomy, floor, rest }.checked("clip")?, world))
     }
 
-    fn checked(self, which: &'static str) -> Result<Self, MapError> {
+    pub(super) fn checked(self, which: &'static str) -> Result<Self, MapError> {
         let length_m = self.anatomy.leg_m;
         if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
     }
@@ -203,12 +206,23 @@ pub(crate) fn check_floor(floor_m: f64, body_m: f64) -> Result<(), MapError> {
     Ok(())
 }
 
-/// The floor of a clip whose world is turned to Y up by `world`.
-fn floor_of(clip: &Clip, world: &UnitQuaternion<f64>, parts: &Parts, leg_m: f64) -> Floor {
+/// The floor of a clip whose world is turned to Y up by `world`: the one that is told, or else found.
+pub(super) fn floor_of(
+    clip: &Clip,
+    world: &UnitQuaternion<f64>,
+    parts: &Parts,
+    leg_m: f64,
+    file: &MapFile,
+) -> Result<Floor, MapError> {
+    if let Some(floor_m) = file.floor_m {
+        let body_m = clip.frames.get(clip.frames.len() / 2).map_or(0.0, |frame| (world * frame.root).y);
+        check_floor(floor_m, body_m)?;
+        return Ok(Floor::stated(floor_m));
+    }
     let both = |of: fn(Side) -> Part| Side::BOTH.map(|side| parts.get(of(side)));
-    let [Some(left), Some(right)] = both(Part::Foot) else { return Floor::ZERO };
+    let [Some(left), Some(right)] = both(Part::Foot) else { return Ok(Floor::ZERO) };
     let others = both(Part::LowerLeg).into_iter().flatten().chain([0]).collect();
     let supports = Supports::unknown([left, right], both(Part::Toes), others, leg_m);
     let upright = Clip { frames: clip.frames.iter().map(|f| lifted(f, world)).collect(), ..clip.clone() };
-    floor::find(&upright, &supports)
+    Ok(floor::find(&upright, &supports))
 }

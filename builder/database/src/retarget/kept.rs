@@ -16,11 +16,14 @@ impl Kept {
     /// All joints of a body that has at most so many, or else those that are needed.
     pub fn of(body: &Body, most: usize) -> Self {
         let skeleton = &body.skeleton;
-        if skeleton.joints() <= most {
-            return Self(None);
-        }
-        let needed = body.parts.joints.values().chain(&body.parts.spine).chain(&body.parts.neck);
-        let carried: BTreeSet<usize> = needed.flat_map(|&joint| skeleton.path(joint)).collect();
+        if skeleton.joints() <= most { Self(None) } else { Self::needed(body, &[]) }
+    }
+
+    /// The joints of body parts and those that are named, and what carries them.
+    pub fn needed(body: &Body, named: &[usize]) -> Self {
+        let parts = body.parts.joints.values().chain(&body.parts.spine).chain(&body.parts.neck);
+        let needed = parts.chain(named);
+        let carried: BTreeSet<usize> = needed.flat_map(|&joint| body.skeleton.path(joint)).collect();
         Self(Some(carried.into_iter().collect()))
     }
 

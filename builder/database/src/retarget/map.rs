@@ -84,6 +84,14 @@ impl Retarget {
         Ok(Self { source, target, world, scale, origin, kept, bytes })
     }
 
+    /// The map between two bodies with Y up, of poses about `origin`, for use without a database.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_bodies(source: Body, target: Body, origin: Vector3<f64>) -> Result<Self, MapError> {
+        Self::of(0, source, target, UnitQuaternion::identity(), origin)
+    }
+
     /// A clip on the skeleton and in the world of another one, without a database; and the doubts about the map.
     ///
     /// # Errors

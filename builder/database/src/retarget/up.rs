@@ -11,7 +11,7 @@ use crate::retarget::{
 };
 
 /// Most poses that a body is measured by.
-pub(super) const SAMPLE: usize = 600;
+pub(crate) const SAMPLE: usize = 600;
 /// Least length of the mean way from the feet to the hips, in their mean distance, of a body that shows where up is.
 const UPRIGHT: f64 = 0.7;
 /// Height of a body whose limbs are not found, in its depth, from which it stands along Z.

@@ -15,19 +15,20 @@ use crate::{
     },
     stream::{
         Streamed, beginning,
-        body_mapping::{BodyMapping, same_body},
+        body_mapping::BodyMapping,
         course::{self, Course, Root},
         far,
         left_alone::leave_moments_alone,
         looped::Round,
+        reading::bind,
         turn_limit,
     },
 };
 use gestus_motion::{
-    binding::{Binding, Options},
+    binding::Binding,
     body::{Body, database_skeleton},
     capture::{self, Document},
-    clip::{Clip, Frame, Skeleton},
+    clip::{Clip, Frame},
     corpus::Corpus,
     unit::Unit,
 };
@@ -79,53 +80,6 @@ pub struct Input {
     place: Vector3<f64>,
     /// A warning about a clip whose file is too coarse.
     coarse: Option<String>,
-}
-
-/// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
-///
-/// Without a unit, the one is used in which the body has the size of the database's, or else a guess by an adult's height.
-///
-/// # Errors
-/// Where it can't be read.
-pub fn read_clip(
-    path: &Path,
-    database: &Database<'_>,
-    unit: Option<Unit>,
-) -> Result<(Document, Binding, Clip)> {
-    bind(capture::read(path)?, path, database, unit)
-}
-
-/// [`read_clip`] for a document that was read before.
-fn bind(
-    document: Document,
-    path: &Path,
-    database: &Database<'_>,
-    unit: Option<Unit>,
-) -> Result<(Document, Binding, Clip)> {
-    let name = path.display();
-    let bound = |unit| {
-        let options = Options { unit, ..Options::default() };
-        Binding::new(&document, &options).with_context(|| name.to_string())
-    };
-    let mut binding = bound(unit)?;
-    if unit.is_none()
-        && let Some(unit) = unit_of_database_body(&binding, &database_skeleton(database))
-    {
-        binding = bound(Some(unit))?;
-    }
-    let mut clip = binding.to_clip(&document).with_context(|| name.to_string())?;
-    clip.name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    Ok((document, binding, clip))
-}
-
-/// The unit in which a body has the size of the database's, if it is not the guessed one.
-fn unit_of_database_body(guessed: &Binding, database: &Skeleton) -> Option<Unit> {
-    let fits_database = |unit: &Unit| {
-        let scale = unit.metres() / guessed.unit().metres();
-        let offsets = guessed.skeleton().offsets.iter().map(|offset| offset * scale).collect();
-        same_body(&Skeleton { offsets, ..(**guessed.skeleton()).clone() }, database).is_some()
-    };
-    if fits_database(&guessed.unit()) { None } else { Unit::KNOWN.into_iter().find(fits_database) }
 }
 
 impl Input {

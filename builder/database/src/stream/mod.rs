@@ -1,7 +1,7 @@
 //! Streams a clip through the core on the host, frame by frame, for `translate`, `evaluate` and `gestus-sim run`.
 
 pub mod beginning;
-mod body_mapping;
+pub(crate) mod body_mapping;
 pub mod cleanup;
 pub mod course;
 pub mod crowd;
@@ -9,6 +9,7 @@ pub mod far;
 pub mod input;
 mod left_alone;
 pub mod looped;
+pub mod reading;
 mod standing;
 pub mod trace;
 pub mod translate;

@@ -173,6 +173,7 @@ impl<'a> Buffers<'a> {
             Dimensions::Scalar => 1,
             Dimensions::Vec3 => 3,
             Dimensions::Vec4 => 4,
+            Dimensions::Mat4 => 16,
             _ => 0,
         };
         if dimensions != N {

@@ -126,10 +126,12 @@ fn nodes<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<NodeJson>, D::Error> {
 }
 
 #[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
 struct SkinJson {
     name: Option<String>,
     #[serde(default)]
     joints: Vec<json::Index<json::Node>>,
+    inverse_bind_matrices: Option<json::Index<json::Accessor>>,
 }
 
 #[derive(Deserialize)]
@@ -192,10 +194,11 @@ impl Motion<'_> {
             return Err(format!("skins[{s}].joints"));
         }
         let animations = self.animations.into_iter().enumerate();
+        let accessors = self.accessors.len();
         Ok(Root {
             asset: self.asset,
             nodes: self.nodes.into_iter().map(NodeJson::whole).collect(),
-            skins: self.skins.into_iter().map(SkinJson::whole).collect(),
+            skins: self.skins.into_iter().map(|skin| skin.whole(accessors)).collect(),
             animations: animations
                 .map(|(a, animation)| animation.whole(a, count))
                 .collect::<Result<_, _>>()?,
@@ -215,13 +218,14 @@ impl NodeJson {
 }
 
 impl SkinJson {
-    fn whole(self) -> json::Skin {
+    fn whole(self, accessors: usize) -> json::Skin {
         json::Skin {
             name: self.name,
             joints: self.joints,
             extensions: None,
             extras: json::Extras::default(),
-            inverse_bind_matrices: None,
+            // A clip does without them, so that an index that points nowhere is no error.
+            inverse_bind_matrices: self.inverse_bind_matrices.filter(|index| index.value() < accessors),
             skeleton: None,
         }
     }

@@ -51,6 +51,8 @@ pub enum GltfErrorKind {
     TooManyJoints { limit: usize },
     #[error("no animation turns a joint, so nothing moves; export it again with animation")]
     NoMotion,
+    #[error("it has no nodes, so that there is no skeleton; export the character with its bones")]
+    NoNodes,
     #[error("{place}: {what}; export the animation again")]
     Curve { place: String, what: &'static str },
     #[error(

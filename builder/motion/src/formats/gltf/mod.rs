@@ -10,6 +10,7 @@
 //! 3. `curve`: steps, lines and cubic splines, evaluated at any time (glTF 2.0, section 3.11 and appendix C).
 //! 4. `motion`: poses at a fixed rate. Transforms of nodes above the body are applied to its first joint; scales are applied
 //!    to the lengths of the bones.
+//! 5. `rest`: the body at rest, of a file with or without an animation.
 //!
 //! The result is an [`Animation`](crate::animation::Animation). `write` puts a clip back into the file: its animation is
 //! replaced, all else stays. It can also be written as BVH on the same joints.
@@ -24,6 +25,7 @@ mod document;
 mod error;
 mod file;
 mod motion;
+mod rest;
 mod toy;
 mod tree;
 mod write;
@@ -31,4 +33,5 @@ mod write;
 pub use error::{GltfError, GltfErrorKind};
 pub use file::{Gltf, read, read_one};
 pub use motion::parse;
+pub use rest::rest;
 pub use toy::toy;

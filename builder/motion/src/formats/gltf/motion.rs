@@ -290,7 +290,7 @@ fn still(poses: &[Isometry3<f64>], joint: usize, joints: usize) -> bool {
 }
 
 /// Refuses numbers that are not finite or too large.
-fn check(clip: &str, joints: &[Joint], poses: &[Isometry3<f64>]) -> Result<(), ConvertError> {
+pub fn check(clip: &str, joints: &[Joint], poses: &[Isometry3<f64>]) -> Result<(), ConvertError> {
     let fine = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= MOST_LENGTH);
     let bad = poses.iter().enumerate().find(|(i, pose)| {
         let joint = &joints[i % joints.len()];

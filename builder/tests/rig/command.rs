@@ -1,0 +1,153 @@
+//! The command: what it writes and says, what it then takes as it is, and what it refuses.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use gestus_motion::{
+    clip::Clip,
+    formats::gltf::{parse, toy},
+};
+use serde_json::{Value, json};
+
+use crate::{
+    character::{Character, container},
+    common,
+    foreign::Foreign,
+    walks, with_rest, write,
+};
+
+/// Runs the command: did it succeed, and what did it say on standard output and standard error.
+fn gestus(arguments: &[&str]) -> (bool, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.success(), text(output.stdout), text(output.stderr))
+}
+
+fn json_of(arguments: &[&str]) -> Value {
+    let (ok, stdout, stderr) = gestus(&[arguments, &["--json"]].concat());
+    assert!(ok, "{stderr}");
+    serde_json::from_str(&stdout).unwrap()
+}
+
+fn shown(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A generated walk on a character's skeleton, as an animation of its own file.
+fn on_character(folder: &Path, change: impl Fn(Foreign) -> Foreign) -> (PathBuf, Clip) {
+    let mut clip = change(with_rest(common::walk())).0;
+    clip.frames.pop();
+    let path = folder.join("walk_on_hero.glb");
+    fs::write(&path, toy(&[("walk", &clip)])).unwrap();
+    (path, clip)
+}
+
+/// The point of it all: a clip of the character needs no retargeting, and others do as ever.
+#[test]
+fn clips_of_the_character_are_taken_joint_by_joint() {
+    let [folder, data] = walks("rig-command");
+    let change = |f: Foreign| f.mixamo().turned();
+    let [rig, db, plain] = ["hero.glb", "hero.gestus", "walk.bvh"].map(|name| folder.join(name));
+    fs::write(&rig, Character::of(&change(with_rest(common::walk()))).glb()).unwrap();
+    fs::write(data.join("gestus.toml"), "licence = \"CC0 of nobody\"\n").unwrap();
+    let build = ["build", "--data", shown(&data), "--rig", shown(&rig), "-o", shown(&db), "--no-models"];
+    let built = json_of(&build);
+    assert_eq!((&built["rig"]["file"], &built["rig"]["notes"]), (&json!("hero.glb"), &json!([])));
+    assert_eq!(built["rig"]["joints"].as_array().unwrap().len(), 21);
+    assert_eq!((&built["joints"], &built["skipped"]), (&json!(21), &json!(0)));
+    let shown_by_inspect = json_of(&["inspect", shown(&db)]);
+    assert_eq!(shown_by_inspect["licences"], json!(["CC0 of nobody"]));
+    assert!(shown_by_inspect["parameters"].as_array().unwrap().contains(&json!("rig = hero.glb")));
+
+    let (own, clip) = on_character(&folder, change);
+    write(&plain, common::walk());
+    for (input, is_same) in [(&own, true), (&plain, false)] {
+        let check = json_of(&["retarget", "--check", "--db", shown(&db), "--input", shown(input)]);
+        assert_eq!(check["same_body"], json!(is_same), "{input:?}");
+        assert_eq!(check["verdict"]["like"], "like", "{}", check["verdict"]);
+        let output = folder.join("out").with_extension(input.extension().unwrap());
+        let translate = ["translate", "--db", shown(&db), "--style", "proud", "--input", shown(input)];
+        let said = json_of(&[&translate[..], &["--timing", "sync", "-o", shown(&output)]].concat());
+        assert_eq!(said["verdict"]["like"], "like", "{}", said["verdict"]);
+        assert!(output.exists());
+    }
+    let (ok, stdout, _) = gestus(&["retarget", "--check", "--db", shown(&db), "--input", shown(&own)]);
+    assert!(ok && stdout.contains("the database's own body"), "{stdout}");
+    // The output has the style of the database: as a plain one would give it, on the character.
+    let bytes = fs::read(folder.join("out.glb")).unwrap();
+    let (_, out) = parse(&bytes, "out.glb", &|_| unreachable!()).unwrap().remove(0);
+    assert_eq!(out.joints.len(), clip.skeleton.joints());
+}
+
+/// `gestus.toml` names a character that lies among the clips.
+#[test]
+fn a_configuration_names_the_character() {
+    let [folder, data] = walks("rig-config");
+    let character = Character::of(&with_rest(common::walk()).mixamo());
+    fs::write(data.join("hero.glb"), character.glb()).unwrap();
+    fs::write(data.join("gestus.toml"), "rig = \"hero.glb\"\nstrict = true\n").unwrap();
+    let db = folder.join("k.gestus");
+    let built = json_of(&["build", "--data", shown(&data), "-o", shown(&db), "--no-models"]);
+    assert_eq!((&built["rig"]["file"], &built["skipped"]), (&json!("hero.glb"), &json!(0)));
+    // Fewer joints, and more: those that are named.
+    let narrow = "mixamorig:Hips,mixamorig:LeftUpLeg,mixamorig:LeftLeg,mixamorig:LeftFoot,mixamorig:RightUpLeg,\
+                  mixamorig:RightLeg,mixamorig:RightFoot";
+    let build = ["build", "--data", shown(&data), "-o", shown(&db), "--no-models", "--joints"];
+    assert_eq!(json_of(&[&build[..], &[narrow]].concat())["joints"], 7);
+    let (ok, _, stderr) = gestus(&[&build[..], &["mixamorig:Hips,Tail"]].concat());
+    assert!(!ok && stderr.contains("hero.glb: the skeleton has no joint `Tail`"), "{stderr}");
+    // Not the character itself is overwritten.
+    let rig = data.join("hero.glb");
+    let (ok, _, stderr) = gestus(&["build", "--data", shown(&data), "-o", shown(&rig)]);
+    assert!(!ok && stderr.contains("hero.glb"), "{stderr}");
+}
+
+#[test]
+fn what_is_no_character_is_refused_with_what_to_do() {
+    let [folder, data] = walks("rig-refused");
+    let db = folder.join("k.gestus");
+    let build = |rig: &Path, more: &[&str]| {
+        let build = ["build", "--data", shown(&data), "--rig", shown(rig), "-o", shown(&db), "--no-models"];
+        let (ok, _, stderr) = gestus(&[&build[..], more].concat());
+        assert!(ok == db.exists(), "{stderr}");
+        (ok, stderr)
+    };
+    let crate_of = |nodes: Value| container(&json!({"asset": {"version": "2.0"}, "nodes": nodes}), &[]);
+    let mut legless = Character::of(&with_rest(common::walk()).mixamo());
+    for name in &mut legless.skeleton.names {
+        *name = name.replace("Left", "Fin").replace("Right", "Tail");
+    }
+    legless.skeleton.offsets[13..].iter_mut().for_each(|offset| *offset *= 0.0);
+    for (name, bytes, said) in [
+        ("none.glb", None, "none.glb: cannot be read"),
+        ("empty.glb", Some(Vec::new()), "empty.glb: "),
+        ("text.glb", Some(b"glTF, they said".to_vec()), "export it again"),
+        ("nothing.glb", Some(crate_of(json!([]))), "it has no nodes"),
+        ("crate.glb", Some(crate_of(json!([{"name": "Crate"}]))), "no left-upper-arm"),
+        ("fish.glb", Some(legless.glb()), "name them in a map file (--rig-map): [joints] "),
+        ("hero.fbx", Some(b"Kaydara FBX Binary  ".to_vec()), "convert it to glTF"),
+    ] {
+        let path = folder.join(name);
+        if let Some(bytes) = bytes {
+            fs::write(&path, bytes).unwrap();
+        }
+        let (ok, stderr) = build(&path, &[]);
+        assert!(!ok && stderr.contains(said) && stderr.contains(name), "{name}: {stderr}");
+    }
+    // Names that say nothing, and a map that does.
+    let mut numbered = Character::of(&with_rest(common::walk()).mixamo());
+    let arm = numbered.skeleton.names.iter().position(|n| n.ends_with("LeftArm")).unwrap();
+    numbered.skeleton.names[arm] = "Thing".to_owned();
+    let (path, map) = (folder.join("odd.glb"), folder.join("map.toml"));
+    fs::write(&path, numbered.glb()).unwrap();
+    fs::write(&map, "[joints]\nleft-upper-arm = \"Thing\"\n").unwrap();
+    let (ok, stderr) = build(&path, &["--rig-map", shown(&map)]);
+    assert!(ok, "{stderr}");
+    fs::remove_file(&db).unwrap();
+    let (ok, _, stderr) =
+        gestus(&["build", "--data", shown(&data), "--rig-map", shown(&map), "-o", shown(&db)]);
+    assert!(!ok && stderr.contains("--rig-map without --rig"), "{stderr}");
+}

@@ -1,0 +1,181 @@
+//! What clips look like on characters of other names, axes, units and poses of rest.
+
+use std::fs;
+
+use gestus_database::data_folder::{
+    config::Config,
+    load::{Loaded, load},
+};
+use gestus_motion::{clip::Clip, corpus::Corpus};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::{
+    character::Character,
+    common,
+    foreign::{Foreign, apart},
+    walks, with_rest,
+};
+
+/// Loads the walks on a character.
+fn loaded(name: &str, file: &str, bytes: &[u8]) -> Loaded {
+    let [folder, data] = walks(name);
+    let path = folder.join(file);
+    fs::write(&path, bytes).unwrap();
+    load(&Config { data: Some(data), rig: Some(path), ..Config::default() }).unwrap()
+}
+
+/// The clips of a corpus on the joints of another, by name, with its poses of rest cut off.
+fn truth(of: impl Fn(Foreign) -> Foreign, skeleton: &gestus_motion::clip::Skeleton) -> Vec<Clip> {
+    let clip = |example: &gestus_motion::corpus::Example| {
+        let foreign = of(with_rest(&example.clip));
+        let joints: Vec<usize> =
+            skeleton.names.iter().map(|name| foreign.0.skeleton.find(name).unwrap()).collect();
+        let mut clip = foreign.0;
+        clip.frames.pop();
+        clip.frames.iter_mut().for_each(|frame| *frame = frame.on_joints(&joints));
+        clip.skeleton = gestus_motion::joints::skeleton_of(&clip.skeleton, &joints);
+        clip
+    };
+    common::corpus().examples.iter().map(clip).collect()
+}
+
+/// Share of the frames and feet whose contacts are those of another corpus.
+fn same_contacts(a: &Corpus, b: &Corpus) -> f64 {
+    let pairs = a.examples.iter().zip(&b.examples).flat_map(|(a, b)| a.contacts.iter().zip(&b.contacts));
+    let same: Vec<bool> = pairs.flat_map(|(a, b)| [a[0] == b[0], a[1] == b[1]]).collect();
+    same.iter().filter(|same| **same).count() as f64 / same.len() as f64
+}
+
+fn a_pose(character: &mut Character) {
+    for (name, angle) in [("LeftArm", -0.8), ("RightArm", 0.8)] {
+        let joint = character.skeleton.names.iter().position(|n| n.ends_with(name)).unwrap();
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        character.nodes.rotations[joint] = turn;
+    }
+    character.bound = Some(character.nodes.clone());
+}
+
+/// A character is measured on its rest pose alone, and its clips are as the same body would do them.
+#[test]
+fn clips_on_a_character_are_those_of_its_body() {
+    let mixamo = |f: Foreign| f.mixamo();
+    let turned = |f: Foreign| f.mixamo().turned();
+    let larger = |f: Foreign| f.mixamo().turned().scaled(1.25);
+    let more = |f: Foreign| f.mixamo().with_more_joints();
+    type Change = fn(Foreign) -> Foreign;
+    type Pose = fn(&mut Character);
+    let cases: [(&str, Change, Pose); 9] = [
+        ("T-pose", mixamo, |_| ()),
+        ("A-pose", mixamo, a_pose),
+        ("no skin", mixamo, |c| c.bound = None),
+        ("own axes", turned, |_| ()),
+        ("own axes, no skin", turned, |c| c.bound = None),
+        ("centimetres under a scaled armature", turned, |c| c.unit_m = 0.01),
+        ("a mesh that lies", turned, |c| {
+            c.unit_m = 0.01;
+            c.mesh = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        }),
+        ("larger", larger, |_| ()),
+        ("helpers and fingers", more, |_| ()),
+    ];
+    let plain = {
+        let [_, data] = walks("rig-plain");
+        load(&Config { data: Some(data), ..Config::default() }).unwrap().corpus
+    };
+    for (i, (name, change, pose)) in cases.into_iter().enumerate() {
+        let mut character = Character::of(&change(with_rest(common::walk())));
+        pose(&mut character);
+        let loaded = loaded(&format!("rig-{i}"), "hero.glb", &character.glb());
+        let rig = loaded.rig.as_ref().unwrap();
+        assert_eq!((rig.file.as_str(), &rig.notes), ("hero.glb", &Vec::new()), "{name}");
+        let corpus = &loaded.corpus;
+        let fingers = corpus.skeleton.names.iter().any(|n| n.contains("Finger"));
+        assert!(!fingers && corpus.skeleton.joints() >= 21, "{name}: {:?}", corpus.skeleton.names);
+        for (clip, truth) in corpus.examples.iter().map(|e| &e.clip).zip(truth(change, &corpus.skeleton)) {
+            let scale = truth.skeleton.offsets[1].norm() / 0.1;
+            let (mean, most) = apart(&clip.frames, &truth.frames, &truth.skeleton);
+            assert!(mean < 1.0 * scale && most < 5.0 * scale, "{name}: {mean} cm, at most {most}");
+            let drop = clip.frames.iter().zip(&truth.frames).map(|(a, b)| (a.root.y - b.root.y).abs());
+            let drop = drop.fold(0.0, f64::max);
+            assert!(drop < 0.015 * scale, "{name}: the hips are {drop} m off");
+        }
+        let same = same_contacts(corpus, &plain);
+        assert!(same > 0.97, "{name}: {same} of the contacts are the same");
+    }
+}
+
+/// Exporters write a frame of some animation as the pose of the nodes; the mesh's is the T-pose.
+#[test]
+fn the_pose_of_the_mesh_is_taken_where_the_nodes_are_in_another() {
+    let change = |f: Foreign| f.mixamo().turned();
+    let foreign = change(with_rest(common::walk()));
+    let mut character = Character::of(&foreign);
+    // In mid-stride, with its hips lower.
+    character.nodes = foreign.0.frames[20].clone();
+    let loaded = loaded("rig-stride", "hero.glb", &character.glb());
+    assert_eq!(loaded.rig.unwrap().notes, Vec::<String>::new());
+    let corpus = loaded.corpus;
+    let truth = truth(change, &corpus.skeleton);
+    let (mean, most) = apart(&corpus.examples[0].clip.frames, &truth[0].frames, &truth[0].skeleton);
+    assert!(mean < 1.5 && most < 6.0, "{mean} cm, at most {most}");
+}
+
+/// Left is where the feet say that it is, and a body without toes is one.
+#[test]
+fn a_character_without_toes_stands_on_the_floor_on_its_left_and_right() {
+    let mut foreign = with_rest(common::walk()).mixamo();
+    let toes = |name: &String| name.ends_with("ToeBase");
+    let kept: Vec<usize> =
+        (0..foreign.0.skeleton.joints()).filter(|&j| !toes(&foreign.0.skeleton.names[j])).collect();
+    foreign.0.frames.iter_mut().for_each(|frame| *frame = frame.on_joints(&kept));
+    foreign.0.skeleton = gestus_motion::joints::skeleton_of(&foreign.0.skeleton, &kept);
+    let loaded = loaded("rig-toeless", "hero.glb", &Character::of(&foreign).glb());
+    let corpus = &loaded.corpus;
+    let [left, right] =
+        ["LeftFoot", "RightFoot"].map(|n| corpus.skeleton.find(&format!("mixamorig:{n}")).unwrap());
+    for (example, plain) in corpus.examples.iter().zip(&common::corpus().examples) {
+        let names = &plain.clip.skeleton;
+        let [l, r] = ["Foot_L", "Foot_R"].map(|n| names.find(n).unwrap());
+        for ((frame, truth), stands) in
+            example.clip.frames.iter().zip(&plain.clip.frames).zip(&example.contacts)
+        {
+            let (p, q) = (frame.positions(&corpus.skeleton), truth.positions(names));
+            assert!((p[left] - p[right] - (q[l] - q[r])).norm() < 0.02, "the feet are elsewhere");
+            for (foot, stands) in [left, right].into_iter().zip(stands) {
+                assert!(p[foot].y > 0.065 && (!stands || p[foot].y < 0.25), "a foot at {}", p[foot].y);
+            }
+        }
+    }
+}
+
+/// Whatever a file holds, it is read or refused.
+#[test]
+fn damaged_characters_are_refused_or_harmless() {
+    let whole = Character::of(&with_rest(common::walk()).mixamo().turned()).glb();
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("rig-damaged");
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("hero.glb");
+    let mut state = 11u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize
+    };
+    let mut read = 0;
+    for _ in 0..400 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + next() % 4 {
+            let at = 20 + next() % (bytes.len() - 20);
+            bytes[at] = next() as u8;
+        }
+        fs::write(&path, &bytes).unwrap();
+        let rig = gestus_database::data_folder::rig::Rig::read(&path, &Default::default(), &[]);
+        match rig {
+            Ok(rig) => {
+                read += 1;
+                assert!(rig.body.skeleton.offsets.iter().all(|o| o.norm() < 100.0));
+            }
+            Err(error) => assert!(error.to_string().contains("hero.glb"), "{error}"),
+        }
+    }
+    assert!((20..400).contains(&read), "{read} of 400 could be read");
+}
