@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::outputs::say,
-    parts::{Estimate, PARTS, Part, Stream, table},
+    parts::{Estimate, PARTS, Part, Stream, names, table},
     stream::{
         Request, Streamed,
         input::Input,
@@ -25,7 +25,8 @@ use crate::{
 pub struct RunArgs {
     #[command(flatten)]
     clip: ClipArgs,
-    /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, or `all`.
+    /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, an emulated
+    /// board's, which stands for one, or `all`.
     /// `list` prints the table of parts, and needs no other option
     #[arg(long)]
     board: Option<String>,
@@ -45,7 +46,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<()> {
     let parts: Vec<&'static Part> = match args.board.as_deref() {
         Some("all") => PARTS.iter().collect(),
-        Some(name) => vec![table::find(name)?],
+        Some(name) => vec![names::find(name).context("--board")?],
         None => Vec::new(),
     };
     args.clip.check(None, None)?;

@@ -31,6 +31,7 @@ use gestus_motion::corpus::Corpus;
 use serde_json::json;
 
 use super::{
+    fit::{self, FitArgs},
     open,
     rig::RigArgs,
     selection::{Selection, load_with_notes},
@@ -70,6 +71,8 @@ pub struct Args {
     /// Greatest size of the database, as 512K, 1M or 65536: chooses row error, features and cycles for it
     #[arg(long, value_name = "SIZE", value_parser = size, conflicts_with_all = ["row_error", "features"])]
     bytes: Option<usize>,
+    #[command(flatten)]
+    fit: FitArgs,
     /// Leave out the tables by phase, the linear models and the statistics
     #[arg(long, conflicts_with = "from")]
     no_models: bool,
@@ -110,6 +113,7 @@ pub fn run(args: &Args) -> Result<()> {
     config.build.models &= !args.no_models;
     config.build.from = args.from.clone().or(config.build.from);
     args.choose_size(&mut config.build)?;
+    let wanted = args.fit.wanted(&mut config, args.selection.frames.rate)?;
     let loaded = load_with_notes(&config)?;
     let (corpus, incomplete) = balanced(&loaded.corpus, !config.styles.is_empty());
     if config.strict {
@@ -128,7 +132,8 @@ pub fn run(args: &Args) -> Result<()> {
              clips have it"
         ));
     }
-    let built = build_with_dial(&corpus, &config.build, args)?;
+    let build = |options: &BuildOptions| build_with_dial(&corpus, options, args);
+    let (built, chosen) = fit::build_for(wanted.as_ref(), &corpus, &config.build, build)?;
     built.notes.iter().for_each(super::note);
     open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
@@ -147,6 +152,9 @@ pub fn run(args: &Args) -> Result<()> {
             figures["cycles_per_class"] = json!(choice.cycles);
             figures["error_cost_percent"] = json!(choice.error_cost_percent);
         }
+        if let Some(chosen) = &chosen {
+            figures["fit"] = chosen.json();
+        }
         figures["seconds"] = json!(start.elapsed().as_secs_f64());
         super::say(&figures)?;
     } else {
@@ -161,6 +169,9 @@ pub fn run(args: &Args) -> Result<()> {
         ))?;
         if let Some(choice) = &built.choice {
             super::say(described(choice, built.bytes.len()))?;
+        }
+        for line in fit::lines(chosen.as_ref(), &args.output) {
+            super::say(line)?;
         }
         if count > 0 {
             super::say(format_args!("{count} files or clips were left out (--strict makes that an error):"))?;

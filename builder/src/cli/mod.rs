@@ -9,6 +9,7 @@ mod demo;
 mod effort;
 mod evaluate;
 mod figures;
+mod fit;
 mod graph;
 mod inspect;
 mod open;

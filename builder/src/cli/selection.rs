@@ -44,7 +44,7 @@ pub struct FrameArgs {
     pub groups: Vec<String>,
     /// Frames a second of the database, from 1 to 1000
     #[arg(long)]
-    rate: Option<f64>,
+    pub rate: Option<f64>,
     /// Greatest number of clips of each action and style; clips that can't be used do not count; 0: no limit
     #[arg(long)]
     limit: Option<usize>,

@@ -45,6 +45,24 @@ impl Place {
             Self::None => "nowhere",
         }
     }
+
+    /// Bytes that a blob can have there. Without internal flash the program is stored in external memory too, even if it
+    /// runs from RAM.
+    pub fn room(self, part: &Part) -> u64 {
+        let flash = u64::from(part.flash_kib) * 1024;
+        let stored_code = if flash == 0 { CODE_BYTES } else { 0 };
+        match self {
+            Self::Internal => flash.saturating_sub(CODE_BYTES),
+            Self::External => part.external.map_or(0, |e| e.bytes.saturating_sub(stored_code)),
+            Self::None => 0,
+        }
+    }
+
+    /// Whether every board with the part has the place: it is in the chip, the program is stored there too, or it is RAM
+    /// that the table lists with a whole device.
+    pub fn is_always_there(self, part: &Part) -> bool {
+        self == Self::Internal || part.flash_kib == 0 || part.external.is_some_and(|external| external.ram)
+    }
 }
 
 /// What a database needs of a part, and what the part has.
@@ -66,25 +84,20 @@ impl Fit {
     /// Compares the needs of a database of that size, with `k` neighbors a class, with what the part has.
     pub fn new(part: &Part, database: &Database<'_>, blob_bytes: u64, k: u16) -> Self {
         let counts = database.counts();
-        let state_bytes = state_bytes(counts.joints, usize::from(k), counts.classes) as u64;
-        let flash = u64::from(part.flash_kib) * 1024;
-        let code_in_ram = if flash == 0 { CODE_BYTES } else { 0 };
-        let external = part.external.map_or(0, |e| e.bytes);
-        // Without internal flash the program is stored in external memory too, even if it runs from RAM.
-        let stored_code = if flash == 0 { CODE_BYTES } else { 0 };
-        let place = if CODE_BYTES + blob_bytes <= flash {
-            Place::Internal
-        } else if stored_code + blob_bytes <= external {
-            Place::External
-        } else {
-            Place::None
-        };
+        Self::of(part, [counts.joints, usize::from(k), counts.classes], blob_bytes)
+    }
+
+    /// The same for capacities J, K and C.
+    pub fn of(part: &Part, [j, k, c]: [usize; 3], blob_bytes: u64) -> Self {
+        let state_bytes = state_bytes(j, k, c) as u64;
+        let code_in_ram = if part.flash_kib == 0 { CODE_BYTES } else { 0 };
+        let places = [Place::Internal, Place::External];
         Self {
             state_bytes,
-            ram_needed: state_bytes + link_bytes(counts.joints) as u64 + STACK_BYTES + code_in_ram,
+            ram_needed: state_bytes + link_bytes(j) as u64 + STACK_BYTES + code_in_ram,
             ram_bytes: u64::from(part.ram_kib) * 1024,
             blob_bytes,
-            place,
+            place: places.into_iter().find(|p| blob_bytes <= p.room(part)).unwrap_or(Place::None),
         }
     }
 
@@ -104,7 +117,7 @@ impl Fit {
         }
         if self.place == Place::None {
             reasons.push(format!(
-                "the blob's {} bytes fit neither the internal flash nor the external memory: build with fewer actions, styles or frames (--limit)",
+                "the blob's {} bytes fit neither the internal flash nor the external memory: build for the part (`gestus build --fit`), or with fewer actions, styles or frames (--limit)",
                 self.blob_bytes
             ));
         }

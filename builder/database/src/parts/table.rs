@@ -1,6 +1,5 @@
 //! The parts, with figures from their datasheets.
 
-use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use super::calibration::Isa;
@@ -295,21 +294,6 @@ pub const PARTS: [Part; 15] = [
     },
 ];
 
-/// Finds a part by name, ignoring case and separators: `STM32F405` or `stm32-f405`.
-///
-/// # Errors
-/// An unknown name; the message lists the parts.
-pub fn find(name: &str) -> Result<&'static Part> {
-    let plain = |text: &str| text.to_ascii_lowercase().replace(['-', '_', ' '], "");
-    match PARTS.iter().find(|p| plain(p.name) == plain(name)) {
-        Some(part) => Ok(part),
-        None => bail!(
-            "--board {name}: unknown part; there are {} (`--board list` prints the table; `gestus-sim board` has the emulated boards)",
-            PARTS.map(|p| p.name).join(", ")
-        ),
-    }
-}
-
 /// A part's row as JSON.
 pub fn json(part: &Part) -> Value {
     json!({
@@ -360,16 +344,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_found_and_unknown_ones_are_answered_with_the_list() {
-        for part in &PARTS {
-            assert_eq!(find(&part.name.to_uppercase()).expect("it is in the table"), part);
-        }
-        assert_eq!(find("ESP32C3").expect("it is in the table").name, "esp32-c3");
-        let error = find("z80").expect_err("it is not").to_string();
-        assert!(error.contains("rp2040") && error.contains("playdate"), "{error}");
-    }
-
-    #[test]
     fn figures_are_possible() {
         for (i, part) in PARTS.iter().enumerate() {
             assert!(PARTS[..i].iter().all(|p| p.name != part.name), "{}", part.name);
@@ -386,7 +360,7 @@ mod tests {
             assert!(low < middle && middle < high);
         }
         // 8 bytes of an RP2040: 12 clocks of latency and 16 of data at 66.5 MHz.
-        let external = find("rp2040").expect("it is in the table").external.expect("it has external flash");
+        let external = PARTS[0].external.expect("an RP2040 has external flash");
         assert!((external.bandwidth_mb_s() - 19.0).abs() < 0.01);
     }
 }
