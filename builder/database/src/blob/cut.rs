@@ -5,7 +5,7 @@
 
 use anyhow::{Result, bail};
 use gestus_core::{
-    Database,
+    Database, Method,
     blob::{
         Class, Counts, Manifest, Names,
         layout::{class, section},
@@ -17,12 +17,21 @@ use crate::blob::assemble::{Section, assemble};
 /// A blob with the models of a database alone. Licences are kept, since models derive from the clips.
 ///
 /// # Errors
-/// A database with neither linear models nor statistics.
+/// A database without a model that translates by itself.
 pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
-    let by_phase = database.has_phase();
-    if database.linear_from().is_none() && database.statistic_from().is_none() && !by_phase {
+    models_of(database, &Method::ALL)
+}
+
+/// The same with the models of some methods.
+///
+/// # Errors
+/// A database with none of them.
+pub fn models_of(database: &Database<'_>, methods: &[Method]) -> Result<Vec<u8>> {
+    if !methods.iter().any(|method| method.section().is_some() && method.is_available_in(database)) {
         bail!("it holds no model that translates by itself: build it without --no-models");
     }
+    let by_phase = database.has_phase() && methods.contains(&Method::Phase);
+    let is_left_out = |id: u16| Method::ALL.iter().any(|m| m.section() == Some(id) && !methods.contains(m));
     let manifest = Manifest { clips: Names(""), ..database.manifest()? };
     let required = database.sections().into_iter().map(|(id, bytes)| -> Result<Section> {
         Ok(match id {
@@ -36,7 +45,8 @@ pub fn models_only(database: &Database<'_>) -> Result<Vec<u8>> {
     });
     let mut sections = required.collect::<Result<Vec<Section>>>()?;
     // What is said of classes goes with them.
-    let is_kept = |id: u16| section::is_kept_by_cut(id) && (by_phase || id != section::TRUST);
+    let is_kept =
+        |id: u16| section::is_kept_by_cut(id) && !is_left_out(id) && (by_phase || id != section::TRUST);
     let optional = database.optional_sections().filter(|(id, _)| is_kept(*id));
     sections.extend(optional.map(|(id, bytes)| (id, bytes.to_vec())));
     let have = *database.counts();

@@ -6,7 +6,7 @@
 //! 2. **RAM**, by the formula of [`state`](super::state).
 //! 3. **Time.** Clips of the corpus are streamed on this machine, and each method's slowest frame is [estimated](Estimate).
 //!    The first of [`CANDIDATES`] that keeps the time is chosen. If it needs no frames, the database is [cut] to its
-//!    models.
+//!    models, or to those of one method if all do not fit.
 //!
 //! The estimates are those of `gestus-sim run --board`, on the same clips.
 
@@ -96,7 +96,7 @@ pub fn choose(
     let capacities = [counts.joints, usize::from(Config::new().k), counts.classes];
     check_ram(wanted, capacities)?;
     let whole_bytes = whole.bytes.len() as u64;
-    let models = models_of(&whole)?;
+    let models = without_frames(&whole)?;
     let chosen = |timed: Vec<Timed>, index: usize, models_only: bool| Chosen {
         board: board.to_owned(),
         fps,
@@ -106,7 +106,7 @@ pub fn choose(
         whole_bytes,
         models_only,
     };
-    let mut least = models.as_ref().map_or(u64::MAX, |built| built.bytes.len() as u64);
+    let mut least = models.iter().map(|built| built.bytes.len() as u64).min().unwrap_or(u64::MAX);
     let mut timed = Vec::new();
     match in_memory(part, whole, &mut build)? {
         InMemory::Fits(framed) => {
@@ -118,13 +118,17 @@ pub fn choose(
         }
         InMemory::TooLarge(bytes) => least = least.min(bytes),
     }
-    let has_models = models.is_some();
-    if let Some(models) = models.filter(|m| place_of(part, m.bytes.len() as u64) != Place::None) {
-        // Without the frames, the others may be in faster memory.
-        timed.retain(|t| t.method == Method::Mar);
+    let has_models = !models.is_empty();
+    // Without the frames, the others may be in faster memory.
+    timed.retain(|t| t.method == Method::Mar);
+    let fits = |models: &Built| place_of(part, models.bytes.len() as u64) != Place::None;
+    // Those of one method are for parts that do not hold all.
+    let tried = if models.first().is_some_and(fits) { 1 } else { models.len() };
+    for models in models.into_iter().take(tried).filter(fits) {
         timed.iter_mut().for_each(|t| t.is_held = false);
+        let first = timed.len();
         timed.extend(time(wanted, &models, samples)?);
-        if let Some(index) = timed.iter().position(|t| t.keeps(fps)) {
+        if let Some(index) = (first..timed.len()).find(|&t| timed[t].keeps(fps)) {
             return Ok((models, chosen(timed, index, true)));
         }
     }
@@ -159,12 +163,21 @@ fn check_ram(wanted: &Wanted, [j, k, c]: [usize; 3]) -> Result<(), FitError> {
     })
 }
 
-/// The database without its frames; `None` if it has no models that translate by themselves.
-fn models_of(whole: &Built) -> Result<Option<Built>, FitError> {
+/// The database without its frames: with all models, and with those of each method alone, in the order of [`CANDIDATES`].
+/// None if it has no models that translate by themselves.
+fn without_frames(whole: &Built) -> Result<Vec<Built>, FitError> {
     let database = Database::open(&whole.bytes)?;
-    let has_models = Method::ALL.iter().any(|m| m.section().is_some() && m.is_available_in(&database));
-    let cut = has_models.then(|| cut::models_only(&database)).transpose()?;
-    Ok(cut.map(|bytes| Built { bytes, notes: whole.notes.clone(), choice: None }))
+    let held = |method: &Method| method.section().is_some() && method.is_available_in(&database);
+    let alone = [Method::Phase, Method::Lti, Method::Statistic].into_iter().filter(held);
+    let mut sets: Vec<Vec<Method>> = alone.map(|method| vec![method]).collect();
+    if sets.len() > 1 {
+        sets.insert(0, sets.concat());
+    }
+    let cut = |methods: Vec<Method>| {
+        let bytes = cut::models_of(&database, &methods)?;
+        Ok(Built { bytes, notes: whole.notes.clone(), choice: None })
+    };
+    sets.into_iter().map(cut).collect()
 }
 
 /// A database with frames in a part's memory.

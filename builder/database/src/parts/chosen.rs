@@ -130,7 +130,11 @@ impl Chosen {
                 part.clock_mhz,
                 self.fps,
                 timed.method.name(),
-                if timed.labelled { " if the input's action and style are given" } else { "" },
+                match timed.method {
+                    _ if timed.labelled => " if the input's action and style are given".to_owned(),
+                    Method::Lti => format!(" for input in the style {}", timed.input[2]),
+                    _ => String::new(),
+                },
             ),
             self.memory_line(),
             format!(
@@ -156,7 +160,7 @@ impl Chosen {
     fn memory_line(&self) -> String {
         let (fit, part) = (self.fit(), self.part());
         let kept = if self.models_only {
-            format!("its models alone, of {} bytes with the frames", self.whole_bytes)
+            format!("without frames, with which it has {} bytes", self.whole_bytes)
         } else if fit.blob_bytes == self.whole_bytes {
             "whole".to_owned()
         } else {
@@ -192,10 +196,11 @@ impl Chosen {
     fn use_lines(&self, db: &str) -> Vec<String> {
         let timed = self.timed();
         let [clip, action, style, to] = &timed.input;
+        let mut lines =
+            vec![format!("  of the clips that were tried, {clip} ({action}, {style}) took longest")];
         let labels =
             if timed.labelled { format!(" --action {action} --input-style {style}") } else { String::new() };
         let method = timed.method.name();
-        let mut lines = Vec::new();
         if timed.labelled {
             let other = self.timed.iter().find(|t| t.is_held && !t.labelled && t.keeps(self.fps));
             lines.extend(other.map(|t| {
@@ -203,10 +208,10 @@ impl Chosen {
             }));
         }
         lines.push(format!(
-            "  try it: gestus translate --db {db} --input {clip}.bvh --style {to} --method {method}{labels} -o out.bvh"
+            "  try it: gestus translate --db {db} --input CLIP --style {to} --method {method}{labels} -o OUT"
         ));
         lines.push(format!(
-            "  check it: gestus-sim run --db {db} --input {clip}.bvh --style {to} --method {method}{labels} --board {}",
+            "  check it: gestus-sim run --db {db} --input CLIP --style {to} --method {method}{labels} --board {}",
             self.part().name
         ));
         let set = match timed.method {

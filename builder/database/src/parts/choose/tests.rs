@@ -76,7 +76,10 @@ fn memory_decides_what_is_kept_and_where() {
     let memory =
         External { bytes: 1 << 24, bus_mhz: 80.0, lanes: 4, line_bytes: 32, latency_clocks: 10, ram: false };
     let ram = External { ram: true, ..memory };
-    let models = models_of(&built(0).unwrap()).unwrap().unwrap().bytes.len();
+    let cuts: Vec<usize> =
+        without_frames(&built(0).unwrap()).unwrap().iter().map(|b| b.bytes.len()).collect();
+    let [models, by_phase, linear, statistic] = cuts[..] else { panic!("{cuts:?}") };
+    assert!(models > by_phase && models > linear && linear > statistic, "{cuts:?}");
     // Flash, external memory; the place, whether the database is whole, whether it has frames.
     for (flash_kib, external, place, is_whole, has_frames) in [
         (flash_for(whole().len()), None, Place::Internal, true, true),
@@ -87,6 +90,7 @@ fn memory_decides_what_is_kept_and_where() {
         (0, Some(memory), Place::External, true, true),
         (flash_for(1), Some(memory), Place::External, true, true),
         (flash_for(models), None, Place::Internal, false, false),
+        (flash_for(models) - 1, None, Place::Internal, false, false),
     ] {
         let part = part_like("stm32f405", |part| {
             (part.flash_kib, part.external) = (flash_kib, external);
@@ -104,6 +108,20 @@ fn memory_decides_what_is_kept_and_where() {
         assert_eq!(database.counts().frames > 0, has_frames, "{case}");
         let first = if has_frames { Method::Mar } else { Method::Phase };
         assert_eq!((chosen.timed().method, chosen.timed().labelled), (first, false), "{case}");
+        let held = chosen.timed.iter().filter(|t| t.is_held).count();
+        let bytes = built.bytes.len();
+        assert_eq!(
+            held,
+            if has_frames {
+                6
+            } else if bytes == models {
+                4
+            } else {
+                2
+            },
+            "{case}"
+        );
+        assert!(has_frames || [models, by_phase].contains(&bytes), "{case}");
         assert_eq!(chosen.whole_bytes, whole().len() as u64);
         // It is what the estimate of any database says.
         assert_eq!(fit, Fit::new(part, &database, built.bytes.len() as u64, Config::new().k), "{case}");
