@@ -97,14 +97,15 @@ pub fn choose(
     check_ram(wanted, capacities)?;
     let whole_bytes = whole.bytes.len() as u64;
     let models = without_frames(&whole)?;
-    let chosen = |timed: Vec<Timed>, index: usize, models_only: bool| Chosen {
+    let chosen = |timed: Vec<Timed>, index: usize, error_cost_percent: Option<f64>| Chosen {
         board: board.to_owned(),
         fps,
+        models_only: timed[index].method != Method::Mar,
         timed,
         index,
         capacities,
         whole_bytes,
-        models_only,
+        error_cost_percent,
     };
     let mut least = models.iter().map(|built| built.bytes.len() as u64).min().unwrap_or(u64::MAX);
     let mut timed = Vec::new();
@@ -113,7 +114,8 @@ pub fn choose(
             timed = time(wanted, &framed, samples)?;
             let is_first = |t: &Timed| t.method == Method::Mar && t.keeps(fps);
             if let Some(index) = timed.iter().position(is_first) {
-                return Ok((framed, chosen(timed, index, false)));
+                let cost = framed.choice.map_or(Some(0.0), |choice| choice.error_cost_percent);
+                return Ok((framed, chosen(timed, index, cost)));
             }
         }
         InMemory::TooLarge(bytes) => least = least.min(bytes),
@@ -129,7 +131,7 @@ pub fn choose(
         let first = timed.len();
         timed.extend(time(wanted, &models, samples)?);
         if let Some(index) = (first..timed.len()).find(|&t| timed[t].keeps(fps)) {
-            return Ok((models, chosen(timed, index, true)));
+            return Ok((models, chosen(timed, index, None)));
         }
     }
     let board = board.to_owned();

@@ -8,6 +8,10 @@ use super::{
     table::Part,
 };
 
+/// A cost of condensing beyond which tables by phase are near enough to be tried: they lose 2% on walks and runs of
+/// `bandai-namco-2`, and more on other motion.
+const HIGH_COST_PERCENT: f64 = 5.0;
+
 /// The time of a method on the part.
 #[derive(Debug, Clone)]
 pub struct Timed {
@@ -52,6 +56,9 @@ pub struct Chosen {
     pub whole_bytes: u64,
     /// Whether the frames were left out.
     pub models_only: bool,
+    /// How much larger the error of `mar` is than with the whole database, percent; `None` without frames, and where it is
+    /// unknown.
+    pub error_cost_percent: Option<f64>,
 }
 
 impl Chosen {
@@ -86,6 +93,7 @@ impl Chosen {
             "bytes": fit.blob_bytes,
             "whole_bytes": self.whole_bytes,
             "models_only": self.models_only,
+            "error_cost_percent": self.error_cost_percent,
             "ram_bytes": fit.ram_needed,
             "ram_limit": fit.ram_bytes,
             "state_bytes": fit.state_bytes,
@@ -206,6 +214,14 @@ impl Chosen {
             lines.extend(other.map(|t| {
                 format!("  where they are unknown, `--method {}` keeps the time too", t.method.name())
             }));
+        }
+        if self.error_cost_percent > Some(HIGH_COST_PERCENT)
+            && self.timed.iter().any(|t| t.method == Method::Phase)
+        {
+            lines.push(
+                "  at this size `--method phase`, whose tables are made of all cycles, may be nearer than `mar`: compare both"
+                    .to_owned(),
+            );
         }
         lines.push(format!(
             "  try it: gestus translate --db {db} --input CLIP --style {to} --method {method}{labels} -o OUT"

@@ -104,6 +104,17 @@ fn memory_decides_what_is_kept_and_where() {
         assert_eq!(built.bytes == whole(), is_whole, "{case}");
         assert_eq!(built.choice.is_some(), !is_whole && has_frames, "{case}");
         assert_eq!(chosen.models_only, !has_frames, "{case}");
+        let cost =
+            if is_whole { Some(0.0) } else { built.choice.and_then(|choice| choice.error_cost_percent) };
+        assert_eq!(chosen.error_cost_percent, cost, "{case}");
+        let dear = Chosen { error_cost_percent: Some(12.0), ..chosen };
+        assert!(dear.lines("k").concat().contains("compare both"), "{case}");
+        let chosen = Chosen { error_cost_percent: cost, ..dear };
+        assert_eq!(
+            chosen.lines("k").concat().contains("compare both"),
+            cost.is_some_and(|percent| percent > 5.0),
+            "{case}"
+        );
         let database = Database::open(&built.bytes).unwrap();
         assert_eq!(database.counts().frames > 0, has_frames, "{case}");
         let first = if has_frames { Method::Mar } else { Method::Phase };
