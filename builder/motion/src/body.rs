@@ -39,7 +39,7 @@ impl Body {
     pub fn of(corpus: &Corpus) -> Result<Self, LandmarkError> {
         let skeleton = corpus.skeleton.clone();
         let landmarks = Landmarks::find(&skeleton)?;
-        let hips_line = hips_line(&skeleton, &landmarks);
+        let hips_line = hips_line(corpus, &landmarks);
         let joints = skeleton.joints();
         let mut body =
             Self { skeleton, landmarks, means: vec![UnitQuaternion::identity(); joints], hips_line };
@@ -156,12 +156,28 @@ pub fn wrap(angle: f64) -> f64 {
     (angle + PI).rem_euclid(2.0 * PI) - PI
 }
 
-/// The hips line at rest: from the right to the left hip joint, as the root sees them.
-pub fn hips_line(skeleton: &Skeleton, landmarks: &Landmarks) -> Vector3<f64> {
-    // Bones between the root and the hip joints count as stiff.
-    let positions = rest_positions(skeleton);
+/// The hips line: from the right to the left hip joint, as the root sees them. Bones between the root and the hip joints count
+/// as stiff, with zero rotations unless those are turned otherwise throughout.
+fn hips_line(corpus: &Corpus, landmarks: &Landmarks) -> Vector3<f64> {
+    /// Angle between the line of zero rotations and the mean one from which the mean is taken, radians.
+    const TURNED: f64 = 0.35;
+    let skeleton = &corpus.skeleton;
     let [left, right] = landmarks.hip_joints;
-    (positions[left] - positions[right]).try_normalize(1e-9).unwrap_or_else(Vector3::x)
+    let unit = |line: Vector3<f64>| line.try_normalize(1e-9);
+    let positions = rest_positions(skeleton);
+    let zero = unit(positions[left] - positions[right]);
+    if [left, right].iter().all(|&hip| skeleton.parents[hip] == Some(0)) {
+        return zero.unwrap_or_else(Vector3::x);
+    }
+    let line = |frame: &Frame| {
+        let p = frame.positions(skeleton);
+        frame.rotations[0].inverse() * (p[left] - p[right])
+    };
+    let frames = corpus.examples.iter().flat_map(|e| &e.clip.frames);
+    match (zero, unit(frames.map(line).sum())) {
+        (Some(zero), Some(mean)) if zero.angle(&mean) > TURNED => mean,
+        (zero, mean) => zero.or(mean).unwrap_or_else(Vector3::x),
+    }
 }
 
 /// The rotation nearest to all: first eigenvector of the sum of `q qᵀ` (Markley et al. 2007), whatever the

@@ -7,9 +7,16 @@ use std::{
 };
 
 use gestus_motion::{
+    binding::{Options, to_clip},
+    capture,
     clip::Clip,
-    formats::gltf::{parse, toy},
+    formats::{
+        bvh::Bvh,
+        gltf::{parse, toy},
+    },
+    unit::Unit,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 use crate::{
@@ -56,6 +63,7 @@ fn clips_of_the_character_are_taken_joint_by_joint() {
     let build = ["build", "--data", shown(&data), "--rig", shown(&rig), "-o", shown(&db), "--no-models"];
     let built = json_of(&build);
     assert_eq!((&built["rig"]["file"], &built["rig"]["notes"]), (&json!("hero.glb"), &json!([])));
+    assert_eq!(built["rig"]["parts"]["left-upper-arm"], "mixamorig:LeftArm");
     assert_eq!(built["rig"]["joints"].as_array().unwrap().len(), 21);
     assert_eq!((&built["joints"], &built["skipped"]), (&json!(21), &json!(0)));
     let shown_by_inspect = json_of(&["inspect", shown(&db)]);
@@ -80,6 +88,59 @@ fn clips_of_the_character_are_taken_joint_by_joint() {
     let bytes = fs::read(folder.join("out.glb")).unwrap();
     let (_, out) = parse(&bytes, "out.glb", &|_| unreachable!()).unwrap().remove(0);
     assert_eq!(out.joints.len(), clip.skeleton.joints());
+}
+
+/// Biped's clips move a joint above the hips as well.
+#[test]
+fn clips_that_move_a_joint_above_the_hips_are_the_characters() {
+    let [folder, data] = walks("rig-carried");
+    let carried = |mut f: Foreign| {
+        f = f.mixamo();
+        f.skeleton(|s| {
+            s.parents =
+                std::iter::once(None).chain(s.parents.iter().map(|p| Some(p.map_or(0, |p| p + 1)))).collect();
+            s.names.insert(0, "Bip01".to_owned());
+            s.offsets.insert(0, Vector3::zeros());
+            s.offsets[1] = Vector3::new(0.0, 0.95, 0.0);
+        });
+        for frame in &mut f.0.frames {
+            frame.root.y -= 0.95;
+            frame.rotations.insert(0, UnitQuaternion::identity());
+        }
+        f
+    };
+    let (rig, db, input) = (folder.join("hero.glb"), folder.join("k.gestus"), folder.join("walk.bvh"));
+    fs::write(&rig, Character::of(&carried(with_rest(common::walk()))).glb()).unwrap();
+    let built =
+        json_of(&["build", "--data", shown(&data), "--rig", shown(&rig), "-o", shown(&db), "--no-models"]);
+    assert_eq!(built["rig"]["joints"][0], "mixamorig:Hips");
+    // A clip whose hips have six channels too, on a root that moves.
+    let clip = carried(Foreign(common::walk().clone())).0;
+    let text = Bvh::from_clip(&clip, Unit::Metres).unwrap().to_text();
+    let (head, motion) = text.split_once("MOTION").unwrap();
+    let (top, hips) = head.split_once("JOINT").unwrap();
+    let hips = hips.replacen("CHANNELS 3", "CHANNELS 6 Xposition Yposition Zposition", 1);
+    let rows = motion.lines().map(|line| {
+        let numbers: Vec<&str> = line.split_whitespace().collect();
+        let is_row = numbers.len() > 6 && numbers[0].parse::<f64>().is_ok();
+        if is_row {
+            [&numbers[..6], &["0", "0.95", "0"], &numbers[6..]].concat().join(" ")
+        } else {
+            line.to_owned()
+        }
+    });
+    let rows: Vec<String> = rows.collect();
+    fs::write(&input, format!("{top}JOINT{hips}MOTION{}", rows.join("\n"))).unwrap();
+    let check = json_of(&["retarget", "--check", "--db", shown(&db), "--input", shown(&input)]);
+    assert_eq!(check["same_body"], true, "{check}");
+    let out = folder.join("out.bvh");
+    let translate = ["translate", "--db", shown(&db), "--style", "proud", "--timing", "sync"];
+    json_of(&[&translate[..], &["--input", shown(&input), "-o", shown(&out)]].concat());
+    let read = |path: &Path| to_clip(&capture::read(path).unwrap(), &Options::default()).unwrap().0;
+    let (before, after) = (read(&input), read(&out));
+    let last = |clip: &Clip| clip.frames[clip.frames.len() - 1].positions(&clip.skeleton)[1];
+    assert!((last(&before) - last(&after)).norm() < 1.0, "{} and {}", last(&before), last(&after));
+    assert!((last(&before) - before.frames[0].root).norm() > 3.0);
 }
 
 /// `gestus.toml` names a character that lies among the clips.

@@ -148,6 +148,57 @@ fn a_character_without_toes_stands_on_the_floor_on_its_left_and_right() {
     }
 }
 
+/// Joints of a skeleton put before its legs, each with no length and its rotation in all poses; the legs hang on the last.
+fn with_hip_joints(mut foreign: Foreign, names: [&str; 2], turns: [UnitQuaternion<f64>; 2]) -> Foreign {
+    // The thighs, left and right, are joints 13 and 17.
+    for (at, (name, turn)) in [13, 18].into_iter().zip(names.into_iter().zip(turns)) {
+        foreign.skeleton(|s| {
+            s.parents.iter_mut().flatten().filter(|p| **p >= at).for_each(|p| *p += 1);
+            s.names.insert(at, name.to_owned());
+            s.offsets.insert(at, Vector3::zeros());
+            s.parents.insert(at, Some(0));
+            s.parents[at + 1] = Some(at);
+            s.offsets[at + 1] = turn.inverse() * s.offsets[at + 1];
+        });
+        for frame in &mut foreign.0.frames {
+            frame.rotations[at] = turn.inverse() * frame.rotations[at];
+            frame.rotations.insert(at, turn);
+        }
+    }
+    foreign
+}
+
+/// Thighs on joints of their own, whose axes turn the hips' line away with zero rotations.
+#[test]
+fn joints_between_hips_and_thighs_may_be_turned() {
+    let about = |v: Vector3<f64>| UnitQuaternion::from_scaled_axis(v);
+    let turns = [about(Vector3::new(0.3, 1.4, 0.0)), about(Vector3::new(0.2, -1.5, 0.4))];
+    let change = |f: Foreign| with_hip_joints(f.mixamo(), ["Hip.L", "Hip.R"], turns);
+    let character = Character::of(&change(with_rest(common::walk())));
+    let corpus = loaded("rig-askew", "hero.glb", &character.glb()).corpus;
+    let truth = truth(change, &corpus.skeleton);
+    let (mean, most) = apart(&corpus.examples[0].clip.frames, &truth[0].frames, &truth[0].skeleton);
+    assert!(mean < 1.0 && most < 5.0, "{mean} cm, at most {most}");
+    let body = gestus_motion::body::Body::of(&corpus).unwrap();
+    assert!(body.hips_line.angle(&Vector3::x()) < 0.1, "{}", body.hips_line);
+}
+
+/// The mesh's rig may have its pelvis beside the joint that carries the arms.
+#[test]
+fn a_pelvis_beside_the_arms_is_not_the_whole_body() {
+    let mut foreign = with_rest(common::walk());
+    let same = [UnitQuaternion::identity(); 2];
+    foreign = with_hip_joints(foreign.mixamo(), ["pelvis", "spare"], same);
+    foreign.skeleton(|s| {
+        s.names[0] = "body_ctrl".to_owned();
+        let right = s.names.iter().position(|n| n.ends_with("RightUpLeg")).unwrap();
+        s.parents[right] = Some(13);
+    });
+    let corpus = loaded("rig-pelvis", "hero.glb", &Character::of(&foreign).glb()).corpus;
+    assert_eq!(corpus.skeleton.names[0], "body_ctrl");
+    assert!(corpus.skeleton.find("mixamorig:LeftHand").is_some() && corpus.skeleton.find("spare").is_none());
+}
+
 /// Whatever a file holds, it is read or refused.
 #[test]
 fn damaged_characters_are_refused_or_harmless() {

@@ -18,7 +18,7 @@ use gestus_motion::{
     joints::{JointsError, clip_on},
     landmarks::{LandmarkError, Landmarks},
 };
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use thiserror::Error;
@@ -31,13 +31,10 @@ use crate::{
         body::Body,
         kept::Kept,
         parts::{Part, Side},
-        up::{SAMPLE, lifted},
+        up::SAMPLE,
     },
     stream::{body_mapping::same_body, far::origin_of},
 };
-
-/// Greatest angle between the line of the hip joints at rest and with zero rotations, as the hips see them, radians.
-const ASKEW_RAD: f64 = 0.35;
 
 /// A character, ready to take clips.
 #[derive(Debug)]
@@ -85,17 +82,6 @@ pub enum RigError {
         /// Its joint.
         joint: String,
     },
-    /// The hips' own axes do not tell where left is.
-    #[error(
-        "{file}: the joints between hips and thighs (`{joint}`) are turned at rest: hang the thighs on the hips' own joint, or \
-         set the rotations between them to zero"
-    )]
-    Askew {
-        /// The file.
-        file: String,
-        /// A joint above a thigh.
-        joint: String,
-    },
 }
 
 /// Messages name the options of clips; a rig has others.
@@ -137,8 +123,10 @@ impl Rig {
             return Err(RigError::Body(name(), Box::new(error)));
         }
         check_landmarks(&body, &name())?;
-        // A database stands on a floor at zero.
+        // A database stands on a floor at zero, and no toes are in it.
         body.anatomy.ankle_m -= body.floor.height_m;
+        body.anatomy.ankle_m -=
+            toes_over_ankles_m(&body).map_or(0.0, |m| (body.anatomy.ankle_m + m).min(0.0));
         body.floor = Floor::ZERO;
         let doubts = body.parts.doubts.iter().chain(&body.anatomy.doubts);
         notes.extend(doubts.map(|doubt| format!("doubt: {}", doubt.replace("--map", "--rig-map"))));
@@ -180,7 +168,11 @@ impl Rig {
 
     /// For a program.
     pub fn json(&self) -> Value {
-        json!({ "file": self.file, "joints": self.body.skeleton.names, "notes": self.notes })
+        let names = &self.body.skeleton.names;
+        let parts =
+            self.body.parts.joints.iter().map(|(part, &joint)| (part.to_string(), json!(names[joint])));
+        let parts: serde_json::Map<_, _> = parts.collect();
+        json!({ "file": self.file, "joints": names, "parts": parts, "notes": self.notes })
     }
 }
 
@@ -239,6 +231,17 @@ fn pooled(clips: &[&mut Clip]) -> Clip {
     Clip { frames, ..Clip::clone(clips[0]) }
 }
 
+/// Height of the toes over the ankles of feet that stand, metres; the lower of the two.
+fn toes_over_ankles_m(body: &Body) -> Option<f64> {
+    let toes = Side::BOTH.into_iter().filter_map(|side| {
+        let [foot, toes] = [Part::Foot(side), Part::Toes(side)].map(|part| body.parts.get(part));
+        let (foot, toes) = (foot?, toes?);
+        let offset = body.anatomy.frame(foot)?.inverse() * body.skeleton.offsets[toes];
+        (body.skeleton.parents[toes] == Some(foot)).then_some(offset.y)
+    });
+    toes.reduce(f64::min)
+}
+
 /// Refuses a skeleton in which the database's legs would be found elsewhere than the body's: they are looked for by names
 /// and with zero rotations.
 fn check_landmarks(body: &Body, file: &str) -> Result<(), RigError> {
@@ -252,14 +255,6 @@ fn check_landmarks(body: &Body, file: &str) -> Result<(), RigError> {
                 return Err(RigError::Names { file, part, joint });
             }
         }
-    }
-    let zero = gestus_motion::body::hips_line(skeleton, &marks);
-    let rest = gestus_motion::clip::Frame { root: Vector3::zeros(), rotations: body.rest.clone() };
-    let true_line = body.hips_line(&[lifted(&rest, &UnitQuaternion::identity())]);
-    if zero.angle(&true_line) > ASKEW_RAD {
-        let joint =
-            skeleton.parents[marks.hip_joints[0]].map_or("", |p| skeleton.names[p].as_str()).to_owned();
-        return Err(RigError::Askew { file: file.to_owned(), joint });
     }
     Ok(())
 }

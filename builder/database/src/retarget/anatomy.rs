@@ -300,7 +300,11 @@ fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lowe
 fn zero_axes(skeleton: &Skeleton, parts: &Parts) -> Option<UnitQuaternion<f64>> {
     let rest = rest_positions(skeleton);
     let place = |p: Part| parts.get(p).map(|j| rest[j]);
-    let top = place(Part::Head).or(place(Part::Chest))?;
+    let shoulders = || {
+        let [left, right] = Side::BOTH.map(|side| place(Part::UpperArm(side)));
+        Some((left? + right?) / 2.0)
+    };
+    let top = place(Part::Head).or(place(Part::Chest)).or_else(shoulders)?;
     let legs = Side::BOTH
         .map(|s| Some((place(Part::UpperLeg(s))?, place(Part::LowerLeg(s))?, place(Part::Foot(s))?)));
     let [Some(left), Some(right)] = legs else { return None };

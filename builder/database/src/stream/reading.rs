@@ -39,9 +39,10 @@ pub(super) fn bind(
     let name = path.display();
     let target = database_skeleton(database);
     let mut binding = binding_of(&document, unit, None, &target).with_context(|| name.to_string())?;
-    // A joint that carries the hips may be animated, as Biped's is.
+    // A joint that carries the hips may be animated, as Biped's is; they carry its motion if they move themselves.
     let root = target.names.first().filter(|root| binding.skeleton().names.first() != Some(root));
-    if let Some(root) = root.filter(|root| document.joints().iter().any(|joint| joint.name == **root)) {
+    let carries = |root: &String| document.joints().iter().any(|j| j.name == *root && j.moves == [true; 3]);
+    if let Some(root) = root.filter(|root| carries(root)) {
         let other = binding_of(&document, unit, Some(root), &target).with_context(|| name.to_string())?;
         if same_body(other.skeleton(), &target).is_some() {
             binding = other;
