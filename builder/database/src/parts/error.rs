@@ -1,6 +1,6 @@
 //! Why no database suits a part.
 
-use gestus_core::BlobError;
+use gestus_core::{BlobError, Method};
 use thiserror::Error;
 
 use super::chosen::Timed;
@@ -54,9 +54,10 @@ pub enum FitError {
     /// No method is fast enough.
     #[error(
         "{board}: nothing keeps {fps} frames a second on this part: by the estimate the fastest reaches {:.1} in its slowest \
-         frame ({}): use fewer --actions, --styles or --joints, or a lower --fps",
+         frame ({}): use fewer --actions, --styles or --joints, or a lower --fps{}",
         timed.iter().map(|t| t.estimate.worst.frames_per_second()[1]).fold(0.0, f64::max),
-        listed(timed)
+        listed(timed),
+        if timed.iter().all(|t| t.method == Method::Mar) { ", or build the models too: they are faster" } else { "" }
     )]
     Time {
         /// The part.
