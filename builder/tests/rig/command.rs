@@ -153,6 +153,13 @@ fn a_configuration_names_the_character() {
     let db = folder.join("k.gestus");
     let built = json_of(&["build", "--data", shown(&data), "-o", shown(&db), "--no-models"]);
     assert_eq!((&built["rig"]["file"], &built["skipped"]), (&json!("hero.glb"), &json!(0)));
+    // Nor are its animations clips, whose names are no labels.
+    let walk = with_rest(common::walk()).mixamo().0;
+    fs::write(data.join("hero.glb"), toy(&[("idle", &walk), ("nod", &walk)])).unwrap();
+    let again = ["--rig", shown(&data.join("../data/hero.glb"))].map(str::to_owned);
+    let build = ["build", "--data", shown(&data), "-o", shown(&db), "--no-models", &again[0], &again[1]];
+    assert_eq!(json_of(&build)["skipped"], 0);
+    fs::write(data.join("hero.glb"), character.glb()).unwrap();
     // Fewer joints, and more: those that are named.
     let narrow = "mixamorig:Hips,mixamorig:LeftUpLeg,mixamorig:LeftLeg,mixamorig:LeftFoot,mixamorig:RightUpLeg,\
                   mixamorig:RightLeg,mixamorig:RightFoot";

@@ -148,6 +148,21 @@ fn a_character_without_toes_stands_on_the_floor_on_its_left_and_right() {
     }
 }
 
+/// Exporters forget to scale: a character 170 m tall is one in centimetres, and its clips are found to be so as well.
+#[test]
+fn a_character_in_centimetres_that_says_metres_is_found_to_be_one() {
+    let change = |f: Foreign| f.mixamo();
+    let mut character = Character::of(&change(with_rest(common::walk())).scaled(100.0));
+    character.bound = None;
+    let loaded = loaded("rig-large", "hero.glb", &character.glb());
+    let rig = loaded.rig.as_ref().unwrap();
+    assert!((rig.body.anatomy.leg_m - 0.81).abs() < 0.01, "{}", rig.body.anatomy.leg_m);
+    assert!(rig.notes[0].contains("0.01 m; export the character in its true size"), "{:?}", rig.notes);
+    let truth = truth(change, &loaded.corpus.skeleton);
+    let (mean, most) = apart(&loaded.corpus.examples[0].clip.frames, &truth[0].frames, &truth[0].skeleton);
+    assert!(mean < 1.0 && most < 5.0, "{mean} cm, at most {most}");
+}
+
 /// Joints of a skeleton put before its legs, each with no length and its rotation in all poses; the legs hang on the last.
 fn with_hip_joints(mut foreign: Foreign, names: [&str; 2], turns: [UnitQuaternion<f64>; 2]) -> Foreign {
     // The thighs, left and right, are joints 13 and 17.

@@ -6,6 +6,7 @@
 //! motion, as an input clip is.
 
 use std::{
+    fmt::Display,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -85,9 +86,10 @@ pub enum RigError {
 }
 
 /// Messages name the options of clips; a rig has others.
-fn in_words_of_a_rig(error: &MapError) -> String {
-    let said = error.to_string().replace("--map", "--rig-map");
-    said.replace("check the unit (--unit)", "export the character in its true size, in metres")
+fn in_words_of_a_rig(said: impl Display) -> String {
+    let size = "export the character in its true size, in metres";
+    let said = said.to_string().replace("--map", "--rig-map").replace("check the unit (--unit)", size);
+    said.replace("state the unit if that is wrong (--unit)", &format!("{size}, if that is wrong"))
 }
 
 impl Rig {
@@ -129,10 +131,11 @@ impl Rig {
             toes_over_ankles_m(&body).map_or(0.0, |m| (body.anatomy.ankle_m + m).min(0.0));
         body.floor = Floor::ZERO;
         let doubts = body.parts.doubts.iter().chain(&body.anatomy.doubts);
-        notes.extend(doubts.map(|doubt| format!("doubt: {}", doubt.replace("--map", "--rig-map"))));
+        notes.extend(doubts.map(|doubt| format!("doubt: {doubt}")));
         if world.angle() > 1e-6 {
             notes.push("its world is turned to Y up: the database's poses have Y up".to_owned());
         }
+        let notes = notes.iter().map(in_words_of_a_rig).collect();
         let file = path.file_name().map_or_else(name, |file| file.to_string_lossy().into_owned());
         Ok(Self { file, path: path.to_owned(), body, notes })
     }
@@ -162,8 +165,15 @@ impl Rig {
     /// Whether a clip's path ([`capture::Folder::documents`]) is that of the character's own file, or of an animation in it.
     pub(super) fn holds(&self, clip: &Path) -> bool {
         let real = |path: &Path| path.canonicalize().ok();
-        let own = real(&self.path);
-        own.is_some() && real(clip) == own || clip.parent() == Some(&self.path.with_extension(""))
+        let inside = |path: &Path| real(path.parent().filter(|folder| !folder.as_os_str().is_empty())?);
+        let animation_of = |folder: &Path| {
+            folder.file_name() == self.path.file_stem() && inside(folder) == inside(&self.path)
+        };
+        match real(clip) {
+            Some(file) => real(&self.path) == Some(file),
+            // Several animations of a file are clips in a folder of its name, which is not there.
+            None => clip.parent().is_some_and(animation_of),
+        }
     }
 
     /// For a program.
