@@ -151,6 +151,28 @@ fn no_foot_goes_through_the_floor() {
 }
 
 #[test]
+fn a_body_that_the_speed_limit_holds_back_stays_above_the_floor() {
+    let (blob, clip) = walker();
+    let database = Database::open(blob).unwrap();
+    let legs = database.legs().unwrap();
+    let styles = database.manifest().unwrap().styles;
+    // At a quarter of its speed every style is faster than the input.
+    let quarters = 0..4 * (clip.frames.len() - 1);
+    let slow = Clip { frames: quarters.map(|t| clip.at(0.25 * t as f64)).collect(), ..clip.clone() };
+    for style in ["neutral", "old", "childlike"] {
+        let streamed =
+            stream(&database, &slow, &Request::style(styles.find(style).unwrap()), &mut ()).unwrap();
+        let deepest = deepest_cm(&clip.skeleton, &legs, &Performance::of_stream(&streamed));
+        println!("{style}: lowest foot {deepest:.2} cm");
+        assert!(deepest > -1.1, "{style}: {deepest}");
+        let heights: Vec<f64> = streamed.steps.iter().map(|step| step.frame.root.y).collect();
+        let jolt = heights.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
+        println!("{style}: the root's height bends by {:.2} cm a frame at most", 100.0 * jolt);
+        assert!(jolt < 0.02, "{style}: {jolt}");
+    }
+}
+
+#[test]
 fn joints_turn_no_faster_than_the_input_has_shown() {
     let database = Database::open(motion::small()).unwrap();
     // From the slowest style to the fastest.

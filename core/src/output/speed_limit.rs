@@ -167,40 +167,43 @@ impl SpeedLimit {
 }
 
 /// Limits how far each joint of `pose` has turned since `last`. `speeds` has the limit of each joint in rad/s;
-/// `seconds` have passed between the two poses.
+/// `seconds` have passed between the two poses. Returns whether a joint was held back.
 pub fn limit_rotations<const J: usize>(
     speeds: impl Iterator<Item = f32>,
     seconds: f32,
     last: &Pose<J>,
     pose: &mut Pose<J>,
-) {
+) -> bool {
     // Joints of a group lie side by side and share a limit, so they are handled as one slice.
-    let (mut speeds, mut start) = (speeds.peekable(), 0);
+    let (mut speeds, mut start, mut limited) = (speeds.peekable(), 0, false);
     while let Some(speed) = speeds.next() {
         let mut end = start + 1;
         while speeds.next_if(|next| *next == speed).is_some() {
             end += 1;
         }
         if let Some((last, now)) = last.rotations.get(start..end).zip(pose.rotations.get_mut(start..end)) {
-            limit_angles(speed * seconds, last, now);
+            limited |= limit_angles(speed * seconds, last, now);
         }
         start = end;
     }
+    limited
 }
 
-/// Limits the angle between each rotation and the last one to `max_angle`, radians.
+/// Limits the angle between each rotation and the last one to `max_angle`, radians. Returns whether one was larger.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
-fn limit_angles(max_angle: f32, last: &[Quaternion], rotations: &mut [Quaternion]) {
+fn limit_angles(max_angle: f32, last: &[Quaternion], rotations: &mut [Quaternion]) -> bool {
     // Quaternions have half angles, which are at most a quarter turn.
     let max_half_angle = clamp(0.5 * max_angle, 0.0, core::f32::consts::FRAC_PI_2);
-    let cosine = sin_cos(max_half_angle).1;
+    let (cosine, mut limited) = (sin_cos(max_half_angle).1, false);
     for (q, &last) in rotations.iter_mut().zip(last) {
         let along = abs(q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3]);
         if along < cosine {
             *q = slerp(max_half_angle / acos(along), last, *q);
+            limited = true;
         }
     }
+    limited
 }
 
 /// Index at which the root's rates stand among the maps.
@@ -237,7 +240,7 @@ mod tests {
     const FRAME: f32 = 1.0 / 30.0;
 
     fn limit_rotations(limit: &SpeedLimit, last: &Pose<2>, pose: &mut Pose<2>) {
-        super::limit_rotations([limit.max_speed(1.2); 2].into_iter(), FRAME, last, pose);
+        let _ = super::limit_rotations([limit.max_speed(1.2); 2].into_iter(), FRAME, last, pose);
     }
 
     /// Shows three frames, each of which turns the joint by as much.
@@ -343,7 +346,7 @@ mod tests {
         let mut limit = SpeedLimit::new();
         for t in 0..100 {
             let mut next = Pose::<3> { rotations: [exp([0.0, 3.0, 0.0]); 3], ..Pose::IDENTITY };
-            super::limit_rotations([4.0, 4.0, 9.0].into_iter(), FRAME, &Pose::IDENTITY, &mut next);
+            assert!(super::limit_rotations([4.0, 4.0, 9.0].into_iter(), FRAME, &Pose::IDENTITY, &mut next));
             for (q, max_speed) in next.rotations.into_iter().zip([4.0, 4.0, 9.0]) {
                 assert!((angle(IDENTITY, q) / FRAME - max_speed).abs() < 1e-3);
             }

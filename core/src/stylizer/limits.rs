@@ -40,7 +40,11 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         }
         let groups = database.groups().take(database.counts().joints);
         let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
-        speed_limit::limit_rotations(speeds, frames * report.step_s, last, output);
+        let limited = speed_limit::limit_rotations(speeds, frames * report.step_s, last, output);
+        let has_style = settings.strength_of(database.joint_group(0)) > 0.0;
+        if limited && self.config.contacts && has_style {
+            self.lock.raise(&self.database, output);
+        }
         self.limit.advance(frames / database.rate_hz());
     }
 

@@ -294,7 +294,7 @@ impl Input {
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
-        turn_limit::limited(output, &self.clip, self.round.is_some())
+        turn_limit::limited(output, &self.clip, &self.up(), self.round.is_some())
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they

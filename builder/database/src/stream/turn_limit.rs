@@ -5,22 +5,27 @@
 //! file's may be straight. Such a turn moves the foot hardly at all, so it can take its time.
 //!
 //! Each joint that exceeds the limit follows its curve at that speed, once from the front and once from the end. Each
-//! is late at its own end; their mean is not.
+//! is late at its own end; their mean is not. A leg that is late may reach into the floor, so the root is raised where a joint
+//! that comes near the floor would be lower than it ever was.
 
-use gestus_motion::clip::{Clip, Frame, slerp};
-use nalgebra::UnitQuaternion;
+use gestus_motion::clip::{Clip, Frame, Skeleton, slerp};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much faster than the input's fastest joint a joint may turn.
 const FASTER: f64 = 1.6;
 /// A body whose joints turn by less from frame to frame is a pose, radians.
 const STILL: f64 = 1e-4;
+/// How far over the lowest joint of a clip joints still come near the floor, metres.
+const NEAR_FLOOR_M: f64 = 0.2;
 
-/// An output whose joints turn no faster than that, at the rate of its input. A loop's last pose is its first.
-pub fn limited(mut output: Clip, input: &Clip, looped: bool) -> Clip {
+/// An output whose joints turn no faster than that, at the rate of its input. A loop's last pose is its first. `up` is a unit
+/// vector in the clip's world.
+pub fn limited(mut output: Clip, input: &Clip, up: &Vector3<f64>, looped: bool) -> Clip {
     let limit = FASTER * fastest(&input.frames);
     if limit < FASTER * STILL || fastest(&output.frames) <= limit {
         return output;
     }
+    let lowest = lowest(&output, up);
     // A loop goes on turning, so its root is no loop.
     for joint in usize::from(looped)..output.skeleton.joints() {
         let curve: Vec<_> = output.frames.iter().map(|frame| frame.rotations[joint]).collect();
@@ -29,7 +34,28 @@ pub fn limited(mut output: Clip, input: &Clip, looped: bool) -> Clip {
             output.frames.iter_mut().zip(eased).for_each(|(frame, turn)| frame.rotations[joint] = turn);
         }
     }
+    for frame in &mut output.frames {
+        let heights = heights(frame, &output.skeleton, up);
+        let rise = lowest.iter().zip(heights).map(|(lowest, height)| lowest - height).fold(0.0, f64::max);
+        frame.root += rise * up;
+    }
     output
+}
+
+/// Height of each joint, metres.
+fn heights(frame: &Frame, skeleton: &Skeleton, up: &Vector3<f64>) -> Vec<f64> {
+    frame.positions(skeleton).iter().map(|position| position.dot(up)).collect()
+}
+
+/// The lowest height of each joint in a clip, metres; minus infinity for joints that do not come near the floor.
+fn lowest(clip: &Clip, up: &Vector3<f64>) -> Vec<f64> {
+    let mut lowest = vec![f64::INFINITY; clip.skeleton.joints()];
+    for frame in &clip.frames {
+        lowest.iter_mut().zip(heights(frame, &clip.skeleton, up)).for_each(|(l, height)| *l = l.min(height));
+    }
+    let near = NEAR_FLOOR_M + lowest.iter().copied().fold(f64::INFINITY, f64::min);
+    lowest.iter_mut().filter(|height| **height > near).for_each(|height| *height = f64::NEG_INFINITY);
+    lowest
 }
 
 /// A joint's curve at a limited speed.
@@ -72,9 +98,6 @@ fn fastest(frames: &[Frame]) -> f64 {
 mod tests {
     use std::sync::Arc;
 
-    use gestus_motion::clip::Skeleton;
-    use nalgebra::Vector3;
-
     use super::*;
 
     /// A clip of one joint below a root, turned about X.
@@ -107,7 +130,7 @@ mod tests {
     fn a_leap_is_spread_about_its_middle_and_the_rest_stays() {
         let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
         let output = clip((0..60).map(|t| if t < 30 { 0.2 } else { 0.8 }));
-        let limited = limited(output.clone(), &input, false);
+        let limited = limited(output.clone(), &input, &Vector3::y(), false);
         let limit = FASTER * fastest(&input.frames);
         assert!(fastest(&output.frames) > 7.0 * limit);
         assert!(fastest(&limited.frames) <= limit + 1e-9, "{}", fastest(&limited.frames));
@@ -121,9 +144,9 @@ mod tests {
     fn what_is_slow_enough_and_what_has_no_speed_stays() {
         let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
         let output = clip((0..60).map(|t| 0.5 * (0.15 * f64::from(t)).sin()));
-        assert!(limited(output.clone(), &input, false).frames == output.frames);
+        assert!(limited(output.clone(), &input, &Vector3::y(), false).frames == output.frames);
         let pose = clip((0..60).map(|_| 0.3));
-        assert!(limited(output.clone(), &pose, false).frames == output.frames);
+        assert!(limited(output.clone(), &pose, &Vector3::y(), false).frames == output.frames);
     }
 
     #[test]
@@ -131,9 +154,39 @@ mod tests {
         let input = clip((0..=60).map(|t| 0.5 * (std::f64::consts::TAU * f64::from(t) / 60.0).sin()));
         // It leaps at its seam.
         let output = clip((0..=60).map(|t| if t % 60 < 30 { 0.8 } else { 0.2 }));
-        let limited = limited(output, &input, true);
+        let limited = limited(output, &input, &Vector3::y(), true);
         let [first, last] = [0, 60].map(|t| angle(&limited.frames[t]));
         assert!((first - last).abs() < 1e-9, "{first} {last}");
         assert!(fastest(&limited.frames) <= FASTER * fastest(&input.frames) + 1e-9);
+    }
+
+    #[test]
+    fn a_late_leg_does_not_reach_into_the_floor() {
+        let skeleton = Skeleton {
+            names: ["root", "knee", "foot"].map(String::from).into(),
+            parents: vec![None, Some(0), Some(1)],
+            offsets: vec![Vector3::zeros(), -0.5 * Vector3::y(), -0.5 * Vector3::y()],
+        };
+        let skeleton = Arc::new(skeleton);
+        let on_floor = |angles: &mut dyn Iterator<Item = f64>| {
+            let mut clip =
+                Clip { skeleton: skeleton.clone(), ..clip(angles.collect::<Vec<_>>().into_iter()) };
+            for frame in &mut clip.frames {
+                frame.rotations.push(UnitQuaternion::identity());
+                // The foot stays on the floor while the knee bends.
+                frame.root.y = 0.5 + 0.5 * frame.rotations[1].angle().cos();
+            }
+            clip
+        };
+        let input = on_floor(&mut (0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
+        let output = on_floor(&mut (0..60).map(|t| if t < 30 { 1.2 } else { 0.2 }));
+        let foot = |clip: &Clip| {
+            clip.frames.iter().map(|f| f.positions(&skeleton)[2].y).fold(f64::INFINITY, f64::min)
+        };
+        let mut sunk = limited(output.clone(), &input, &Vector3::y(), false);
+        assert!(foot(&sunk) > -1e-9, "{}", foot(&sunk));
+        // Where the root is not raised, it does reach into the floor.
+        sunk.frames.iter_mut().zip(&output.frames).for_each(|(frame, before)| frame.root = before.root);
+        assert!(foot(&sunk) < -0.05, "{}", foot(&sunk));
     }
 }

@@ -22,7 +22,8 @@
 //!    a little, does not count as standing meanwhile, and is held again when it has come down. So does a foot that
 //!    stands in the prediction too, but elsewhere, as after a change of style: one foot at a time.
 //! 6. **Floor.** A foot more than 1 cm below the floor is lifted, in the air or held. A body more than 40 cm below is
-//!    elsewhere, and is left there.
+//!    elsewhere, and is left there. Where the speed limit then holds joints back, the root is raised instead: legs already
+//!    turn as fast as they may.
 //! 7. Each leg reaches its target by [`crate::body::two_bone_ik`].
 //!
 //! The lock changes the output alone; the prediction that is fed back does not change.
@@ -167,6 +168,20 @@ impl Lock {
             }
         }
         pose.position[1] += self.root.lift + self.root.hip_drop;
+    }
+
+    /// Raises the root where a foot of the finished `pose` is further below the floor than a foot may sink: joints that the
+    /// speed limit holds back do not reach the pose that the lock has made.
+    #[inline(never)]
+    pub fn raise<const J: usize>(&self, database: &Database<'_>, pose: &mut Pose<J>) {
+        let Some(legs) = database.legs() else { return };
+        let mut rise = 0.0;
+        for (leg, &floor) in legs.iter().zip(&self.floor) {
+            let over = heights_over_floor(leg, &Chain::of(database, leg, pose), floor);
+            let need = depth_correction(over, 0.0);
+            rise = if need > rise { need } else { rise };
+        }
+        pose.position[1] += rise;
     }
 }
 
