@@ -11,7 +11,7 @@
 
 use super::{
     mix::{CyclePoint, Mix},
-    track::{Track, WhitenedQuery},
+    track::{MAX_EXPECTED_KNOTS, Track, WhitenedQuery},
 };
 use crate::{
     Config, Observer, Report,
@@ -96,7 +96,8 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             let tables = database.phase_tables(class);
             let parts = tables.parts();
             work.searched += 1;
-            work.distances += as_u32(tables.feature_knots);
+            let expected = if tables.is_cyclic { 0 } else { MAX_EXPECTED_KNOTS.min(tables.feature_knots) };
+            work.distances += as_u32(tables.feature_knots + expected);
             work.bytes_read += as_u32(parts.input);
             largest = as_u32(parts.contacts - parts.input).max(largest);
         }
@@ -196,10 +197,14 @@ fn track(
             continue;
         }
         let tables = tables_of(class);
-        let found = query.project(&tables);
+        let is_new = first || *distance < 0.0 || schedule.gain >= 1.0;
+        let expected = if is_new || is_far { None } else { track.expected_knots(&tables, rate_hz) };
+        report.visits +=
+            tables.feature_knots as u32 + expected.as_ref().map_or(0, |knots| knots.len() as u32);
+        let found = query.project(&tables, expected);
         let most = MAX_RISE_RATIO * (*distance + KERNEL_WIDTH);
         let rise = if found.distance2 < most { found.distance2 } else { most } - *distance;
-        if first || *distance < 0.0 || schedule.gain >= 1.0 {
+        if is_new {
             *track = Track::begin(&tables, found.phase, rate_hz);
             *distance = found.distance2;
         } else if is_far {
@@ -209,7 +214,6 @@ fn track(
             track.follow(&tables, found.phase, rate_hz);
             *distance += schedule.gain * rise;
         }
-        report.visits += tables.feature_knots as u32;
         report.bytes_read += tables.parts().input as u32;
     }
     let distances = distances.get(..classes).unwrap_or(&[]);

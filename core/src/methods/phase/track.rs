@@ -7,9 +7,14 @@
 //! else:       φ = p + e / 2,  ω = ω + e / 20, clamped to 0 to 2.4 cycles a second
 //! ```
 //!
+//! A whole clip, as a wave, may repeat a motion, and each repetition looks like the others. The phase of a whole clip is
+//! therefore the nearest point within a few frames of `p`, unless the nearest of all is much nearer.
+//!
 //! Features are whitened by their covariance within classes, joint group by joint group, so that a mask can leave out
 //! whole groups. Cost: P · F integer products a class to find the nearest knot, then 4 F for the two segments that meet
-//! there.
+//! there; for a whole clip 17 more at most.
+
+use core::ops::Range;
 
 use crate::{
     blob::{Database, PhaseTables, layout::MAX_FEATURES},
@@ -26,6 +31,15 @@ const FINE: i32 = 8;
 const MOST_STEPS: f32 = 255.0;
 /// Error of the tracked phase beyond which the projected phase replaces it.
 const MAX_PHASE_ERROR: f32 = 0.15;
+/// Frames, at the mean pace of a whole clip, by which its phase may be off from what is expected before the body counts as
+/// elsewhere in the clip.
+const NEAR_FRAMES: f32 = 3.0;
+/// Bounds of the same in knots.
+const NEAR_KNOTS: [f32; 2] = [2.0, 8.0];
+/// Greatest number of knots at which the body may be expected.
+pub(super) const MAX_EXPECTED_KNOTS: usize = 2 * NEAR_KNOTS[1] as usize + 1;
+/// How much nearer another part of a whole clip has to be to replace the one that is expected, whitened square units.
+const MIN_JUMP: f32 = 48.0;
 /// Greatest rate of a cycle, 1/s.
 const MOST_RATE_HZ: f32 = 2.4;
 /// Frame rate at which the gains of the filter were chosen.
@@ -114,15 +128,29 @@ impl WhitenedQuery {
         self.norm2 + FINE * FINE * norm2 - 2 * FINE * dot(&self.codes, codes)
     }
 
-    /// The nearest point of the two segments at the nearest knot of a class.
-    // Not generic over capacities, so that it is compiled with the core, optimised for speed.
-    #[inline(never)]
-    pub fn project(&self, tables: &PhaseTables<'_>) -> Projection {
-        let (mut nearest, mut least) = (0, i32::MAX);
-        for (k, (codes, norm2)) in tables.knots().enumerate() {
+    /// The knot that is nearest to the query among those from `first` on, and its squared distance in fine steps.
+    #[inline]
+    fn nearest<'k>(&self, first: usize, knots: impl Iterator<Item = (&'k [u8], i32)>) -> (usize, i32) {
+        let (mut nearest, mut least) = (first, i32::MAX);
+        for (k, (codes, norm2)) in knots.enumerate() {
             let distance2 = self.distance2(codes, self.knot_norm2(codes, norm2));
             if distance2 < least {
-                (nearest, least) = (k, distance2);
+                (nearest, least) = (first + k, distance2);
+            }
+        }
+        (nearest, least)
+    }
+
+    /// The nearest point of the two segments at the nearest knot of a class. An `expected` knot counts as the nearest unless
+    /// another is much nearer.
+    // Not generic over capacities, so that it is compiled with the core, optimised for speed.
+    #[inline(never)]
+    pub fn project(&self, tables: &PhaseTables<'_>, expected: Option<Range<usize>>) -> Projection {
+        let (mut nearest, mut least) = self.nearest(0, tables.knots());
+        if let Some(range) = expected {
+            let near = self.nearest(range.start, tables.knots().skip(range.start).take(range.len()));
+            if (near.1 - least) as f32 * self.unit2 < MIN_JUMP {
+                (nearest, least) = near;
             }
         }
         let last = tables.feature_knots.saturating_sub(1);
@@ -173,6 +201,19 @@ impl Track {
     pub fn begin(tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) -> Self {
         let seconds = tables.seconds[0] + tables.seconds[1];
         Self { phase, rate: clamp(1.0 / (seconds * rate_hz), 0.0, MOST_RATE_HZ / rate_hz) }
+    }
+
+    /// The knots of a whole clip at which the body is expected in the next frame; `None` for a cycle, which has no repetitions.
+    pub fn expected_knots(self, tables: &PhaseTables<'_>, rate_hz: f32) -> Option<Range<usize>> {
+        if tables.is_cyclic {
+            return None;
+        }
+        let last = tables.feature_knots.saturating_sub(1);
+        let [least, most] = NEAR_KNOTS;
+        let frames = (tables.seconds[0] + tables.seconds[1]) * rate_hz;
+        let near = clamp(NEAR_FRAMES * last as f32 / frames, least, most) as usize;
+        let middle = (clamp(self.phase + self.rate, 0.0, 1.0) * last as f32 + 0.5) as usize;
+        Some(middle.saturating_sub(near)..(middle + near).min(last) + 1)
     }
 
     /// Updates the track with the phase projected in a frame.
