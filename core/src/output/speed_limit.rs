@@ -27,7 +27,7 @@
 //! than anything in its window; none where there is no limit.
 
 use crate::{
-    blob::layout::dof,
+    blob::layout::{MAX_JOINTS, dof},
     body::pose::Pose,
     math::{
         abs, acos, clamp,
@@ -166,41 +166,44 @@ impl SpeedLimit {
     }
 }
 
+// A joint has a bit of what is returned.
+const _: () = assert!(MAX_JOINTS <= 64);
+
 /// Limits how far each joint of `pose` has turned since `last`. `speeds` has the limit of each joint in rad/s;
-/// `seconds` have passed between the two poses. Returns whether a joint was held back.
+/// `seconds` have passed between the two poses. Returns the joints that were held back, a bit each.
 pub fn limit_rotations<const J: usize>(
     speeds: impl Iterator<Item = f32>,
     seconds: f32,
     last: &Pose<J>,
     pose: &mut Pose<J>,
-) -> bool {
+) -> u64 {
     // Joints of a group lie side by side and share a limit, so they are handled as one slice.
-    let (mut speeds, mut start, mut limited) = (speeds.peekable(), 0, false);
+    let (mut speeds, mut start, mut limited) = (speeds.peekable(), 0, 0);
     while let Some(speed) = speeds.next() {
         let mut end = start + 1;
         while speeds.next_if(|next| *next == speed).is_some() {
             end += 1;
         }
         if let Some((last, now)) = last.rotations.get(start..end).zip(pose.rotations.get_mut(start..end)) {
-            limited |= limit_angles(speed * seconds, last, now);
+            limited |= limit_angles(speed * seconds, last, now) << (start % MAX_JOINTS);
         }
         start = end;
     }
     limited
 }
 
-/// Limits the angle between each rotation and the last one to `max_angle`, radians. Returns whether one was larger.
+/// Limits the angle between each rotation and the last one to `max_angle`, radians. Returns those that were larger, a bit each.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
-fn limit_angles(max_angle: f32, last: &[Quaternion], rotations: &mut [Quaternion]) -> bool {
+fn limit_angles(max_angle: f32, last: &[Quaternion], rotations: &mut [Quaternion]) -> u64 {
     // Quaternions have half angles, which are at most a quarter turn.
     let max_half_angle = clamp(0.5 * max_angle, 0.0, core::f32::consts::FRAC_PI_2);
-    let (cosine, mut limited) = (sin_cos(max_half_angle).1, false);
-    for (q, &last) in rotations.iter_mut().zip(last) {
+    let (cosine, mut limited) = (sin_cos(max_half_angle).1, 0);
+    for (j, (q, &last)) in rotations.iter_mut().zip(last).enumerate().take(MAX_JOINTS) {
         let along = abs(q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3]);
         if along < cosine {
             *q = slerp(max_half_angle / acos(along), last, *q);
-            limited = true;
+            limited |= 1 << j;
         }
     }
     limited
@@ -346,7 +349,9 @@ mod tests {
         let mut limit = SpeedLimit::new();
         for t in 0..100 {
             let mut next = Pose::<3> { rotations: [exp([0.0, 3.0, 0.0]); 3], ..Pose::IDENTITY };
-            assert!(super::limit_rotations([4.0, 4.0, 9.0].into_iter(), FRAME, &Pose::IDENTITY, &mut next));
+            let limited =
+                super::limit_rotations([4.0, 4.0, 9.0].into_iter(), FRAME, &Pose::IDENTITY, &mut next);
+            assert_eq!(limited, 0b111);
             for (q, max_speed) in next.rotations.into_iter().zip([4.0, 4.0, 9.0]) {
                 assert!((angle(IDENTITY, q) / FRAME - max_speed).abs() < 1e-3);
             }

@@ -42,8 +42,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
         let limited = speed_limit::limit_rotations(speeds, frames * report.step_s, last, output);
         let has_style = settings.strength_of(database.joint_group(0)) > 0.0;
-        if limited && self.config.contacts && has_style {
-            self.lock.raise(&self.database, output);
+        if limited != 0 && self.config.contacts && has_style {
+            self.lock.raise(&self.database, limited, output);
         }
         self.limit.advance(frames / database.rate_hz());
     }

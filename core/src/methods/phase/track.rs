@@ -128,14 +128,14 @@ impl WhitenedQuery {
         self.norm2 + FINE * FINE * norm2 - 2 * FINE * dot(&self.codes, codes)
     }
 
-    /// The knot that is nearest to the query among those from `first` on, and its squared distance in fine steps.
-    #[inline]
-    fn nearest<'k>(&self, first: usize, knots: impl Iterator<Item = (&'k [u8], i32)>) -> (usize, i32) {
-        let (mut nearest, mut least) = (first, i32::MAX);
-        for (k, (codes, norm2)) in knots.enumerate() {
+    /// The knot of a range that is nearest to the query, and its squared distance in fine steps.
+    #[inline(never)]
+    fn nearest(&self, tables: &PhaseTables<'_>, range: Range<usize>) -> (usize, i32) {
+        let (mut nearest, mut least) = (range.start, i32::MAX);
+        for (k, (codes, norm2)) in range.clone().zip(tables.knots().skip(range.start)) {
             let distance2 = self.distance2(codes, self.knot_norm2(codes, norm2));
             if distance2 < least {
-                (nearest, least) = (first + k, distance2);
+                (nearest, least) = (k, distance2);
             }
         }
         (nearest, least)
@@ -146,9 +146,9 @@ impl WhitenedQuery {
     // Not generic over capacities, so that it is compiled with the core, optimised for speed.
     #[inline(never)]
     pub fn project(&self, tables: &PhaseTables<'_>, expected: Option<Range<usize>>) -> Projection {
-        let (mut nearest, mut least) = self.nearest(0, tables.knots());
+        let (mut nearest, mut least) = self.nearest(tables, 0..tables.feature_knots);
         if let Some(range) = expected {
-            let near = self.nearest(range.start, tables.knots().skip(range.start).take(range.len()));
+            let near = self.nearest(tables, range);
             if (near.1 - least) as f32 * self.unit2 < MIN_JUMP {
                 (nearest, least) = near;
             }

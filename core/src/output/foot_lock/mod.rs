@@ -41,7 +41,7 @@ use self::{
     root::RootShift,
 };
 use crate::{
-    blob::Database,
+    blob::{Database, layout::MAX_JOINTS},
     body::{pose::Pose, two_bone_ik::Chain},
     math::{
         clamp,
@@ -171,18 +171,36 @@ impl Lock {
     }
 
     /// Raises the root where a foot of the finished `pose` is further below the floor than a foot may sink: joints that the
-    /// speed limit holds back do not reach the pose that the lock has made.
+    /// speed limit holds back do not reach the pose that the lock has made. `limited` are these joints, a bit each.
     #[inline(never)]
-    pub fn raise<const J: usize>(&self, database: &Database<'_>, pose: &mut Pose<J>) {
+    pub fn raise<const J: usize>(&self, database: &Database<'_>, limited: u64, pose: &mut Pose<J>) {
         let Some(legs) = database.legs() else { return };
         let mut rise = 0.0;
         for (leg, &floor) in legs.iter().zip(&self.floor) {
+            // How the toes bend does not move the foot.
+            if !is_moved(database, leg.ankle, limited) {
+                continue;
+            }
             let over = heights_over_floor(leg, &Chain::of(database, leg, pose), floor);
             let need = depth_correction(over, 0.0);
             rise = if need > rise { need } else { rise };
         }
         pose.position[1] += rise;
     }
+}
+
+/// Whether a joint, or one that carries it, is among `limited`, a bit each.
+fn is_moved(database: &Database<'_>, joint: usize, limited: u64) -> bool {
+    let mut at = Some(joint);
+    // Parents come before their children, so that this ends.
+    for _ in 0..MAX_JOINTS {
+        let Some(joint) = at else { break };
+        if limited >> (joint % MAX_JOINTS) & 1 != 0 {
+            return true;
+        }
+        at = database.joint(joint).parent;
+    }
+    false
 }
 
 impl Default for Lock {
