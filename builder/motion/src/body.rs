@@ -156,6 +156,20 @@ pub fn wrap(angle: f64) -> f64 {
     (angle + PI).rem_euclid(2.0 * PI) - PI
 }
 
+/// The line from the right to the left hip joint, as the root sees them in the mean of some poses; unit length. `None` where
+/// they are in one place.
+pub fn mean_hips_line<'f>(
+    skeleton: &Skeleton,
+    [left, right]: [usize; 2],
+    frames: impl Iterator<Item = &'f Frame>,
+) -> Option<Vector3<f64>> {
+    let line = |frame: &Frame| {
+        let p = frame.positions(skeleton);
+        frame.rotations[0].inverse() * (p[left] - p[right])
+    };
+    frames.map(line).sum::<Vector3<f64>>().try_normalize(1e-9)
+}
+
 /// The hips line: from the right to the left hip joint, as the root sees them. Bones between the root and the hip joints count
 /// as stiff, with zero rotations unless those are turned otherwise throughout.
 fn hips_line(corpus: &Corpus, landmarks: &Landmarks) -> Vector3<f64> {
@@ -163,18 +177,13 @@ fn hips_line(corpus: &Corpus, landmarks: &Landmarks) -> Vector3<f64> {
     const TURNED: f64 = 0.35;
     let skeleton = &corpus.skeleton;
     let [left, right] = landmarks.hip_joints;
-    let unit = |line: Vector3<f64>| line.try_normalize(1e-9);
     let positions = rest_positions(skeleton);
-    let zero = unit(positions[left] - positions[right]);
+    let zero = (positions[left] - positions[right]).try_normalize(1e-9);
     if [left, right].iter().all(|&hip| skeleton.parents[hip] == Some(0)) {
         return zero.unwrap_or_else(Vector3::x);
     }
-    let line = |frame: &Frame| {
-        let p = frame.positions(skeleton);
-        frame.rotations[0].inverse() * (p[left] - p[right])
-    };
     let frames = corpus.examples.iter().flat_map(|e| &e.clip.frames);
-    match (zero, unit(frames.map(line).sum())) {
+    match (zero, mean_hips_line(skeleton, [left, right], frames)) {
         (Some(zero), Some(mean)) if zero.angle(&mean) > TURNED => mean,
         (zero, mean) => zero.or(mean).unwrap_or_else(Vector3::x),
     }

@@ -123,7 +123,7 @@ pub fn choose(
     let has_models = !models.is_empty();
     // Without the frames, the others may be in faster memory.
     timed.retain(|t| t.method == Method::Mar);
-    let fits = |models: &Built| place_of(part, models.bytes.len() as u64) != Place::None;
+    let fits = |models: &Built| Place::of(part, models.bytes.len() as u64) != Place::None;
     // Those of one method are for parts that do not hold all.
     let tried = if models.first().is_some_and(fits) { 1 } else { models.len() };
     for models in models.into_iter().take(tried).filter(fits) {
@@ -145,14 +145,11 @@ pub fn choose(
 /// Refuses capacities that the part's RAM does not hold.
 fn check_ram(wanted: &Wanted, [j, k, c]: [usize; 3]) -> Result<(), FitError> {
     let part = wanted.part;
-    let fits = |j: usize, c: usize| {
-        let fit = Fit::of(part, [j, k, c], 0);
-        fit.ram_needed <= fit.ram_bytes
-    };
-    if fits(j, c) {
+    let fits = |j: usize, c: usize| Fit::of(part, [j, k, c], 0).fits_ram();
+    let fit = Fit::of(part, [j, k, c], 0);
+    if fit.fits_ram() {
         return Ok(());
     }
-    let fit = Fit::of(part, [j, k, c], 0);
     Err(FitError::Ram {
         board: wanted.board.to_owned(),
         joints: j,
@@ -196,9 +193,6 @@ fn in_memory(
     build: &mut impl FnMut(usize) -> anyhow::Result<Built>,
 ) -> Result<InMemory, FitError> {
     let bytes = whole.bytes.len() as u64;
-    if places(part).any(|p| p.is_always_there(part) && bytes <= p.room(part)) {
-        return Ok(InMemory::Fits(whole));
-    }
     let mut smallest = bytes;
     for room in places(part).map(|p| p.room(part)) {
         if bytes <= room {
@@ -222,11 +216,6 @@ fn places(part: &Part) -> impl Iterator<Item = Place> {
     places.retain(|place| place.room(part) > 0);
     places.sort_by_key(|&place| (!place.is_always_there(part), std::cmp::Reverse(place.room(part))));
     places.into_iter()
-}
-
-/// Where a database of that size would be stored.
-fn place_of(part: &Part, bytes: u64) -> Place {
-    Fit::of(part, [0; 3], bytes).place
 }
 
 /// The time of each method that a database holds.

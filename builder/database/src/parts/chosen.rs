@@ -76,9 +76,7 @@ impl Chosen {
     pub fn part(&self) -> &'static Part {
         self.timed().estimate.part
     }
-}
 
-impl Chosen {
     /// The figures as JSON.
     pub fn json(&self) -> Value {
         let (fit, timed, part) = (self.fit(), self.timed(), self.part());
@@ -100,7 +98,7 @@ impl Chosen {
             "joints": j,
             "k": k,
             "classes": c,
-            "stylizer": format!("Stylizer<{j}, {k}, {c}>"),
+            "stylizer": self.stylizer(),
             "method": timed.method.name(),
             "labelled": timed.labelled,
             "methods": self.timed.iter().map(|t| self.json_of(t)).collect::<Vec<_>>(),
@@ -230,15 +228,10 @@ impl Chosen {
             "  check it: gestus-sim run --db {db} --input CLIP --style {to} --method {method}{labels} --board {}",
             self.part().name
         ));
-        let set = match timed.method {
-            Method::Mar => "Mar",
-            Method::Phase => "Phase",
-            Method::Lti => "Lti",
-            Method::Statistic => "Statistic",
-        };
         lines.push(format!(
-            "  in firmware: {}::new(database, Config::new().method(Method::{set})){}",
+            "  in firmware: {}::new(database, Config::new().method(Method::{:?})){}",
             self.stylizer().replacen('<', "::<", 1),
+            timed.method,
             if timed.labelled { ", set_action, set_input_style" } else { "" }
         ));
         lines

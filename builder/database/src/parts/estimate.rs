@@ -37,6 +37,12 @@ pub enum Place {
 }
 
 impl Place {
+    /// Where a blob of that size would be stored.
+    pub fn of(part: &Part, blob_bytes: u64) -> Self {
+        let places = [Self::Internal, Self::External];
+        places.into_iter().find(|place| blob_bytes <= place.room(part)).unwrap_or(Self::None)
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -91,25 +97,29 @@ impl Fit {
     pub fn of(part: &Part, [j, k, c]: [usize; 3], blob_bytes: u64) -> Self {
         let state_bytes = state_bytes(j, k, c) as u64;
         let code_in_ram = if part.flash_kib == 0 { CODE_BYTES } else { 0 };
-        let places = [Place::Internal, Place::External];
         Self {
             state_bytes,
             ram_needed: state_bytes + link_bytes(j) as u64 + STACK_BYTES + code_in_ram,
             ram_bytes: u64::from(part.ram_kib) * 1024,
             blob_bytes,
-            place: places.into_iter().find(|p| blob_bytes <= p.room(part)).unwrap_or(Place::None),
+            place: Place::of(part, blob_bytes),
         }
+    }
+
+    /// True if the RAM suffices.
+    pub fn fits_ram(&self) -> bool {
+        self.ram_needed <= self.ram_bytes
     }
 
     /// True if both RAM and blob fit.
     pub fn fits(&self) -> bool {
-        self.ram_needed <= self.ram_bytes && self.place != Place::None
+        self.fits_ram() && self.place != Place::None
     }
 
     /// Why it does not fit; empty if it does.
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = Vec::new();
-        if self.ram_needed > self.ram_bytes {
+        if !self.fits_ram() {
             reasons.push(format!(
                 "it needs {} bytes of RAM and the part has {}: use fewer joints, a smaller K or fewer classes",
                 self.ram_needed, self.ram_bytes

@@ -8,7 +8,7 @@ use gestus_core::{
     body::pose::{Anchor, to_pose},
 };
 use gestus_motion::{
-    body::database_skeleton,
+    body::{database_skeleton, mean_hips_line},
     clip::{Clip, Frame, Skeleton, rotation},
     landmarks::Landmarks,
 };
@@ -153,12 +153,8 @@ impl Body {
 
     /// From the right to the left hip joint, as the root sees them in the mean of some poses; unit length.
     pub fn hips_line(&self, frames: &[Frame]) -> Vector3<f64> {
-        let [left, right] = Side::BOTH.map(|side| self.parts.get(Part::UpperLeg(side)).unwrap_or(0));
-        let line = |frame: &Frame| {
-            let p = frame.positions(&self.skeleton);
-            frame.rotations[0].inverse() * (p[left] - p[right])
-        };
-        frames.iter().map(line).sum::<Vector3<f64>>().try_normalize(1e-9).unwrap_or_else(Vector3::x)
+        let hip_joints = Side::BOTH.map(|side| self.parts.get(Part::UpperLeg(side)).unwrap_or(0));
+        mean_hips_line(&self.skeleton, hip_joints, frames.iter()).unwrap_or_else(Vector3::x)
     }
 
     /// Joints of a chain with their positions along it, 0 to 1: the ends at 0 and 1, others at the middle of the segment
