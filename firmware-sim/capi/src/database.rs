@@ -11,7 +11,7 @@ use gestus_core::{
 };
 
 use crate::{
-    handle::{Cell, DATABASE},
+    handle::{Cell, DATABASE, close},
     memory::{self, Region, disjoint},
     status::{GestusBlobDetail, GestusStatus, StatusResult, of_blob, status},
 };
@@ -166,7 +166,9 @@ unsafe fn open(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_database_close(database: *mut GestusDatabase) -> GestusStatus {
     // SAFETY: by the caller's contract.
-    status(unsafe { Opened::of_mut(database.cast(), DATABASE) }.map(Cell::close))
+    let found = unsafe { opened(database) }.map(|_| ());
+    // SAFETY: as above; the handle is that of an intact object.
+    status(found.map(|()| unsafe { close(database.cast()) }))
 }
 
 /// A database, and the regions of the database and of its blob.

@@ -103,12 +103,6 @@ impl<T> Cell<T> {
         if tail == !seal(kind, handle.addr()) { Ok(()) } else { Err(GestusStatus::Handle) }
     }
 
-    /// Makes the handle invalid.
-    pub fn close(&mut self) {
-        self.head.seal = 0;
-        self.tail = 0;
-    }
-
     /// The memory of the object.
     pub fn region(&self) -> StatusResult<Region> {
         Region::of(ptr::from_ref(self), 1)
@@ -125,4 +119,14 @@ pub(crate) unsafe fn kind_of(handle: *const u64) -> StatusResult<u32> {
     // invalid bit patterns.
     let head = unsafe { handle.cast::<Head>().read() };
     if head.seal == seal(head.kind, handle.addr()) { Ok(head.kind) } else { Err(GestusStatus::Handle) }
+}
+
+/// Makes the handle of an intact object invalid.
+///
+/// # Safety
+/// The handle is that of an intact object, which can be written, and no reference to the object is used any more.
+pub(crate) unsafe fn close(handle: *mut u64) {
+    let seal = handle.cast::<u32>();
+    // SAFETY: by the caller's contract; the seal is the first field of every `Cell`.
+    unsafe { seal.write(!seal.read()) };
 }

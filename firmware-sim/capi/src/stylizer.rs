@@ -7,7 +7,7 @@ use gestus_core::{Config, Database, Fit, methods::weights::MAX_KEPT};
 use crate::{
     config::GestusConfig,
     database::{GestusDatabase, opened},
-    handle::{Cell, kind_of},
+    handle::{Cell, close, kind_of},
     memory::{self, Region, disjoint},
     pose,
     profile::{AnyStylizer, GestusProfile, Large, Small, Standard},
@@ -120,26 +120,19 @@ pub(crate) unsafe fn stylizer_of<'a>(
 ) -> StatusResult<(&'a mut dyn AnyStylizer, [Region; 2])> {
     // SAFETY: by the caller's contract.
     let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
-    match GestusProfile::of_kind(kind)? {
-        GestusProfile::Standard => {
-            // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
-            let cell = unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?;
-            let regions = [cell.region()?, cell.blob];
-            Ok((&mut cell.object, regions))
-        }
-        GestusProfile::Small => {
-            // SAFETY: as above.
-            let cell = unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?;
-            let regions = [cell.region()?, cell.blob];
-            Ok((&mut cell.object, regions))
-        }
-        GestusProfile::Large => {
-            // SAFETY: as above.
-            let cell = unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?;
-            let regions = [cell.region()?, cell.blob];
-            Ok((&mut cell.object, regions))
+    // SAFETY: only `init` makes objects with a profile's seal, and they have the profile's type.
+    unsafe {
+        match GestusProfile::of_kind(kind)? {
+            GestusProfile::Standard => parts(Cell::<Standard>::of_mut(stylizer.cast(), kind)?),
+            GestusProfile::Small => parts(Cell::<Small>::of_mut(stylizer.cast(), kind)?),
+            GestusProfile::Large => parts(Cell::<Large>::of_mut(stylizer.cast(), kind)?),
         }
     }
+}
+
+fn parts<T: AnyStylizer>(cell: &mut Cell<T>) -> StatusResult<(&mut dyn AnyStylizer, [Region; 2])> {
+    let regions = [cell.region()?, cell.blob];
+    Ok((&mut cell.object, regions))
 }
 
 /// Makes a stylizer's handle invalid, so that later use of it is detected. Calling this is optional: the memory may be
@@ -151,26 +144,10 @@ pub(crate) unsafe fn stylizer_of<'a>(
 /// `stylizer` came from `gestus_stylizer_init`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gestus_stylizer_close(stylizer: *mut GestusStylizer) -> GestusStatus {
-    let close = || {
-        // SAFETY: by the caller's contract.
-        let kind = unsafe { kind_of(stylizer.cast_const().cast()) }?;
-        match GestusProfile::of_kind(kind)? {
-            GestusProfile::Standard => {
-                // SAFETY: only `init` makes objects with this kind's seal, and they have this type.
-                unsafe { Cell::<Standard>::of_mut(stylizer.cast(), kind) }?.close();
-            }
-            GestusProfile::Small => {
-                // SAFETY: as above.
-                unsafe { Cell::<Small>::of_mut(stylizer.cast(), kind) }?.close();
-            }
-            GestusProfile::Large => {
-                // SAFETY: as above.
-                unsafe { Cell::<Large>::of_mut(stylizer.cast(), kind) }?.close();
-            }
-        }
-        Ok(())
-    };
-    status(close())
+    // SAFETY: by the caller's contract.
+    let found = unsafe { stylizer_of(stylizer) }.map(|_| ());
+    // SAFETY: as above; the handle is that of an intact object.
+    status(found.map(|()| unsafe { close(stylizer.cast()) }))
 }
 
 /// Most classes in a report.
