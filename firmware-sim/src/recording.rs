@@ -21,12 +21,12 @@ use gestus_core::{
     Config, Database, Digest, Method, Pose, Stylizer,
     blob::{
         Manifest,
-        layout::{MAX_JOINTS, MAX_STYLES, ROOT_DOFS, dof},
+        layout::{MAX_JOINTS, ROOT_DOFS, dof},
     },
     body::pose::{self, Anchor},
     math::wrap_angle,
 };
-use gestus_database::{stream::to_pose, synth};
+use gestus_database::{stream::to_pose, synth, with_capacities};
 use gestus_motion::clip::{Clip, Skeleton};
 
 /// First bytes of a recording.
@@ -137,16 +137,16 @@ impl Recording {
         if counts.joints != self.joints {
             bail!("the recording has {} joints, the database {}", self.joints, counts.joints);
         }
-        if counts.joints <= 22 && counts.classes <= 28 {
-            self.replay::<22, 40, 28>(database)
-        } else {
-            self.replay::<MAX_JOINTS, 64, { 8 * MAX_STYLES }>(database)
-        }
+        let config = Config::new().method(Method::of(database));
+        with_capacities!(counts, config.k, J, K, C => self.replay::<J, K, C>(database, config))
     }
 
-    fn replay<const J: usize, const K: usize, const C: usize>(&self, database: &Database<'_>) -> Result<u32> {
+    fn replay<const J: usize, const K: usize, const C: usize>(
+        &self,
+        database: &Database<'_>,
+        config: Config,
+    ) -> Result<u32> {
         let refused = |e: gestus_core::ConfigError| anyhow::anyhow!("{e}");
-        let config = Config::new().method(Method::of(database));
         let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, config).map_err(refused)?);
         let (mut digest, mut output, mut before) = (Digest::new(), Pose::<J>::IDENTITY, None);
         for (settings, recorded) in &self.frames {

@@ -2,10 +2,10 @@
 
 use gestus_core::{
     Config, ConfigError, Database, Stylizer,
-    blob::layout::MAX_JOINTS,
     link::{Driver, Server, buffer_length},
     robot::Robot,
 };
+use gestus_database::with_capacities;
 
 /// Capacity of a board for a robot's hinges, the same as in the images.
 pub const HINGES: usize = 32;
@@ -36,12 +36,8 @@ pub fn with_robot<R>(
     robot: Option<Robot<'_>>,
     run: impl FnOnce(&mut BoardFn<'_>) -> R,
 ) -> Result<R, ConfigError> {
-    let counts = database.counts();
-    if counts.joints <= 22 && counts.classes <= 28 && config.k <= 40 {
-        board::<22, 40, 28, { buffer_length(22) }, R>(database, config, robot, run)
-    } else {
-        board::<MAX_JOINTS, 64, 256, { buffer_length(MAX_JOINTS) }, R>(database, config, robot, run)
-    }
+    with_capacities!(database.counts(), config.k, J, K, C =>
+        board::<J, K, C, { buffer_length(J) }, R>(database, config, robot, run))
 }
 
 fn board<const J: usize, const K: usize, const C: usize, const N: usize, R>(

@@ -2,6 +2,7 @@
 
 pub mod beginning;
 pub(crate) mod body_mapping;
+mod capacities;
 pub mod cleanup;
 pub mod course;
 pub mod crowd;
@@ -18,13 +19,13 @@ pub mod verdict;
 
 use gestus_core::{
     Config, ConfigError, Database, Digest, Observer, Pose, Report, Stage, Stylizer,
-    blob::layout,
     body::pose::Dofs,
     output::retime::{Bounds, Retimer, Tick},
     search::{found::Found, query::Feature},
 };
 use nalgebra::Vector3;
 
+use crate::with_capacities;
 use gestus_motion::clip::{Clip, Frame, rotation};
 
 /// Most classes of a database for streaming on the host.
@@ -262,12 +263,8 @@ pub fn stream_with_labels(
     actions: &[(usize, u16)],
     watcher: &mut impl Watcher,
 ) -> Result<Streamed, ConfigError> {
-    let counts = database.counts();
-    if counts.joints <= 22 && counts.classes <= 28 && request.config.k <= 40 {
-        run::<22, 40, 28>(database, clip, request, actions, watcher)
-    } else {
-        run::<{ layout::MAX_JOINTS }, 64, MOST_CLASSES>(database, clip, request, actions, watcher)
-    }
+    with_capacities!(database.counts(), request.config.k, J, K, C =>
+        run::<J, K, C>(database, clip, request, actions, watcher))
 }
 
 fn run<const J: usize, const K: usize, const C: usize>(
