@@ -24,7 +24,8 @@ use super::{
     serve::BoardFn,
 };
 
-/// How a board identifies itself.
+/// How a board identifies itself: an [`Identity`] that owns its names. Those of an `Identity` lie in the client's buffer,
+/// which the next reply overwrites, and a session outlives many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardIdentity {
     /// Name of the board.
