@@ -111,7 +111,7 @@ fn the_table_needs_no_database() {
 fn what_is_wrong_is_explained() {
     for (more, expected) in [
         (&["--board", "z80"][..], "rp2040"),
-        (&["--faults", "drop=2"], "`drop=2`: `2` is not a probability"),
+        (&["--faults", "drop=2"], "drop is `2`, not a probability"),
         (&["--faults", "dorp=0.1"], "the names are drop, repeat, delay, corrupt and seed"),
         (&["--faults", "drop=1"], "no frame arrives"),
     ] {

@@ -10,10 +10,10 @@ use thiserror::Error;
 pub enum ListError {
     #[error("`{item}`: write NAME=VALUE; the value is {expected}")]
     Missing { item: String, expected: String },
-    #[error("`{item}`: `{value}` is not {expected}")]
-    Value { item: String, value: String, expected: String },
-    #[error("`{item}`: there is no `{name}`; the names are {expected}")]
-    Name { item: String, name: String, expected: String },
+    #[error("{name} is `{value}`, not {expected}")]
+    Value { name: String, value: String, expected: String },
+    #[error("there is no `{name}`; the names are {expected}")]
+    Name { name: String, expected: String },
 }
 
 /// One item of a list.
@@ -92,12 +92,12 @@ impl<'a> Item<'a> {
 
     /// The error of a name that is not among `names`.
     pub fn unknown(&self, names: &str) -> ListError {
-        ListError::Name { item: self.text.to_owned(), name: self.name.to_owned(), expected: names.to_owned() }
+        ListError::Name { name: self.name.to_owned(), expected: names.to_owned() }
     }
 
     fn bad(&self, value: &str, expected: &str) -> ListError {
-        let (item, value, expected) = (self.text.to_owned(), value.to_owned(), expected.to_owned());
-        ListError::Value { item, value, expected }
+        let (name, value, expected) = (self.name.to_owned(), value.to_owned(), expected.to_owned());
+        ListError::Value { name, value, expected }
     }
 
     fn missing(&self, expected: &str) -> ListError {
@@ -122,18 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_the_item_and_what_is_expected() {
+    fn errors_say_what_is_expected() {
         let unit = |text: &str| Item::new(text).number(0.0..=1.0, "from 0 to 1").unwrap_err();
         assert!(matches!(unit("a"), ListError::Missing { .. }));
         for text in ["a=x", "a=", "a=2", "a=nan"] {
             assert!(matches!(unit(text), ListError::Value { .. }), "{text}");
         }
-        assert_eq!(unit(" a=x ").to_string(), "`a=x`: `x` is not from 0 to 1");
         assert!(matches!(Item::new("a=1").pair("two"), Err(ListError::Missing { .. })));
         assert!(matches!(Item::new("a=x").weight::<f32>(), Err(ListError::Value { .. })));
-        assert_eq!(
-            Item::new("c=1").unknown("a, b").to_string(),
-            "`c=1`: there is no `c`; the names are a, b"
-        );
+        assert!(matches!(Item::new("c=1").unknown("a, b"), ListError::Name { name, .. } if name == "c"));
     }
 }

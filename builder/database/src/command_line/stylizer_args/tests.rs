@@ -100,7 +100,7 @@ fn what_is_refused_is_named_with_its_value_and_its_range() {
     let all = format!("--mask {}", groups.iter().collect::<Vec<_>>().join(","));
     for (words, said) in [
         ("--strength leg=1", "--strength leg=1: the database has no"),
-        ("--strength left-arm=x", "--strength left-arm=x: `left-arm=x`: `x` is not"),
+        ("--strength left-arm=x", "--strength left-arm=x: left-arm is `x`, not"),
         ("--mask leg", "--mask leg: the database has no"),
         ("--group-style leg=proud", "--group-style leg=proud: the database has no"),
         ("--group-style left-arm=loud", "--group-style left-arm=loud: the database has no"),
