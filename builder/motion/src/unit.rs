@@ -99,8 +99,8 @@ impl UnitGuess {
         let known = Unit::KNOWN.into_iter().find(|known| (known.metres() / metres - 1.0).abs() < 1e-9);
         let taken = known.unwrap_or(Unit::Other(metres));
         let said = format!(
-            "the body is about {height_m:.2e} m tall in the format's unit, {}: lengths are taken in another, of {} m; state \
-             the unit if that is wrong (--unit)",
+            "the body is about {height_m:.2e} m tall in the format's unit, {}: lengths are taken in another, of {} m; if \
+             that is wrong, give the unit, or export the file in metres",
             unit.name(),
             taken.metres()
         );

@@ -57,7 +57,7 @@ fn what_is_no_body_is_refused_in_words() {
     });
     foreign.0.frames.iter_mut().for_each(|f| f.rotations.truncate(13));
     let message = Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string();
-    assert!(message.contains("left-upper-leg") && message.contains("--map"), "{message}");
+    assert!(message.contains("left-upper-leg") && message.contains("map file"), "{message}");
 }
 
 #[test]
@@ -78,5 +78,5 @@ fn feet_that_hang_on_controls_are_refused_with_the_controls_names() {
     }
     // A tree that is odd in another way names none.
     let message = rig(&[]);
-    assert!(!message.contains("control") && message.contains("--map"), "{message}");
+    assert!(!message.contains("control") && message.contains("map file"), "{message}");
 }

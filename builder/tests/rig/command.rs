@@ -195,7 +195,7 @@ fn what_is_no_character_is_refused_with_what_to_do() {
         ("text.glb", Some(b"glTF, they said".to_vec()), "export it again"),
         ("nothing.glb", Some(crate_of(json!([]))), "it has no nodes"),
         ("crate.glb", Some(crate_of(json!([{"name": "Crate"}]))), "no left-upper-arm"),
-        ("fish.glb", Some(legless.glb()), "name them in a map file (--rig-map): [joints] "),
+        ("fish.glb", Some(legless.glb()), "name them in a map file: [joints] "),
         ("hero.fbx", Some(b"Kaydara FBX Binary  ".to_vec()), "convert it to glTF"),
     ] {
         let path = folder.join(name);

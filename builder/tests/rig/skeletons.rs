@@ -157,7 +157,7 @@ fn a_character_in_centimetres_that_says_metres_is_found_to_be_one() {
     let loaded = loaded("rig-large", "hero.glb", &character.glb());
     let rig = loaded.rig.as_ref().unwrap();
     assert!((rig.body.anatomy.leg_m - 0.81).abs() < 0.01, "{}", rig.body.anatomy.leg_m);
-    assert!(rig.notes[0].contains("0.01 m; export the character in its true size"), "{:?}", rig.notes);
+    assert!(rig.notes[0].contains("0.01 m; if that is wrong, give the unit"), "{:?}", rig.notes);
     let truth = truth(change, &loaded.corpus.skeleton);
     let (mean, most) = apart(&loaded.corpus.examples[0].clip.frames, &truth[0].frames, &truth[0].skeleton);
     assert!(mean < 1.0 && most < 5.0, "{mean} cm, at most {most}");

@@ -6,7 +6,6 @@
 //! motion, as an input clip is.
 
 use std::{
-    fmt::Display,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -62,7 +61,7 @@ pub enum RigError {
     #[error("{0}: {1}")]
     Convert(String, ConvertError),
     /// Its body can't be identified, or is no humanoid.
-    #[error("{0}: {why}", why = in_words_of_a_rig(.1))]
+    #[error("{0}: {1}")]
     Body(String, Box<MapError>),
     /// A joint that is named and not there.
     #[error("{0}: {1}")]
@@ -83,13 +82,6 @@ pub enum RigError {
         /// Its joint.
         joint: String,
     },
-}
-
-/// Messages name the options of clips; a rig has others.
-fn in_words_of_a_rig(said: impl Display) -> String {
-    let size = "export the character in its true size, in metres";
-    let said = said.to_string().replace("--map", "--rig-map").replace("check the unit (--unit)", size);
-    said.replace("state the unit if that is wrong (--unit)", &format!("{size}, if that is wrong"))
 }
 
 impl Rig {
@@ -135,7 +127,6 @@ impl Rig {
         if world.angle() > 1e-6 {
             notes.push("its world is turned to Y up: the database's poses have Y up".to_owned());
         }
-        let notes = notes.iter().map(in_words_of_a_rig).collect();
         let file = path.file_name().map_or_else(name, |file| file.to_string_lossy().into_owned());
         Ok(Self { file, path: path.to_owned(), body, notes })
     }

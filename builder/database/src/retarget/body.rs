@@ -49,7 +49,7 @@ pub enum MapError {
     Target(IdentifyError),
     #[error("the body has {have} joints, and 2 to {most} can be mapped")]
     Joints { have: usize, most: usize },
-    #[error("the legs of the {which} are {length_m:.2} m long: check the unit (--unit)")]
+    #[error("the legs of the {which} are {length_m:.2} m long: give the unit, or export the file in metres")]
     Legs { which: &'static str, length_m: f64 },
     #[error("the encoded map is invalid: {0}")]
     Blob(#[from] BlobError),

@@ -63,7 +63,7 @@ pub struct Parts {
 pub enum IdentifyError {
     #[error(
         "no {missing} found among the joints {joints}: their names do not say it, and by shape {shape}; name them in a map \
-         file (--map): [joints] {example} = \"...\""
+         file: [joints] {example} = \"...\""
     )]
     Missing { missing: String, joints: String, shape: String, example: String },
     #[error("the map file says that {part} is `{name}`, which is not a joint; the joints are {joints}")]
@@ -79,7 +79,7 @@ pub enum IdentifyError {
         hangs_on: String,
         advice: String,
     },
-    #[error("{a} and {b} are both `{joint}`: say in a map file (--map) which is which")]
+    #[error("{a} and {b} are both `{joint}`: say in a map file which is which")]
     Twice { a: Part, b: Part, joint: String },
 }
 
@@ -200,7 +200,7 @@ impl Parts {
         } else if complete {
             self.doubts.push(
                 "parts were found by shape, since the names say too little: check left and right (`gestus retarget \
-                 --check` lists them, a map file corrects them: --map)"
+                 --check` lists them, a map file corrects them)"
                     .into(),
             );
         }
@@ -231,7 +231,7 @@ impl Parts {
         }
         self.doubts.push(format!(
             "`{by_name}` and what is named like it are on the right, as feet and knees point: left and right are \
-             exchanged; name the joints in a map file (--map) if that is wrong"
+             exchanged; name the joints in a map file if that is wrong"
         ));
         self.joints = self.joints.iter().map(|(part, &j)| (part.mirrored(), j)).collect();
         self.how = self.how.iter().map(|(part, &how)| (part.mirrored(), how)).collect();
@@ -366,11 +366,11 @@ fn advice(skeleton: &Skeleton) -> String {
     let controls: Vec<String> =
         skeleton.names.iter().filter(|name| is_control(name)).map(|name| format!("`{name}`")).collect();
     if controls.is_empty() {
-        return "say in a map file (--map) which joint is which".into();
+        return "say in a map file which joint is which".into();
     }
     format!(
         "{} {} of inverse kinematics, by which another program bends the limbs: export the motion baked onto the bones that \
-         carry the mesh, or say in a map file (--map) which joint is which",
+         carry the mesh, or say in a map file which joint is which",
         controls.join(", "),
         if controls.len() == 1 { "is a control" } else { "are controls" }
     )

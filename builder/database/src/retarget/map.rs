@@ -169,10 +169,7 @@ impl Retarget {
             );
         }
         if !(0.7..=1.4).contains(&self.scale) {
-            doubts.push(format!(
-                "the database's legs are {:.2} times as long: check the unit (--unit)",
-                self.scale
-            ));
+            doubts.push(format!("the database's legs are {:.2} times as long: check the unit", self.scale));
         }
         doubts
     }

@@ -35,7 +35,7 @@ pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
     let (shown, stated) = (name(shown), name(stated));
     Some(format!(
         "its feet are off the hips along {shown} throughout, and up is {stated}: if it does not lie, say in a map file \
-         (--map) that up = \"{shown}\""
+         that up = \"{shown}\""
     ))
 }
 
