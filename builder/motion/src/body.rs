@@ -66,6 +66,13 @@ impl Body {
         (-line.z).atan2(line.x)
     }
 
+    /// Positions of the joints relative to the ground below the root and to the heading, metres.
+    pub fn local_positions(&self, frame: &Frame) -> Vec<Vector3<f64>> {
+        let turn = about_y(-self.heading(frame));
+        let ground = Vector3::new(frame.root.x, 0.0, frame.root.z);
+        frame.positions(&self.skeleton).into_iter().map(|p| turn * (p - ground)).collect()
+    }
+
     /// Dofs of every frame of a clip, shape `[frames][D]`. The velocities of the first frame are those of the second.
     pub fn clip_dofs(&self, clip: &Clip) -> Vec<Vec<f64>> {
         let headings: Vec<f64> = clip.frames.iter().map(|f| self.heading(f)).collect();

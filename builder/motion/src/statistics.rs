@@ -1,5 +1,10 @@
 //! Statistics of numbers in `f64`. Sums run in the order of the values, so that the same values give the same bits.
 
+use std::{
+    iter::Sum,
+    ops::{Div, Mul},
+};
+
 /// Mean; not a number where there are no values.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = sum(values);
@@ -70,9 +75,34 @@ fn ranks(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Weights of a Gaussian of standard deviation `sigma` at the whole numbers from `-reach` to `reach`.
+pub fn gaussian(reach: isize, sigma: f64) -> Vec<f64> {
+    (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp()).collect()
+}
+
+/// Values under a Gaussian of standard deviation `sigma`, in values; the first and the last go on beyond the ends.
+pub fn smooth<T: Copy + Mul<f64, Output = T> + Div<f64, Output = T> + Sum>(
+    values: &[T],
+    sigma: f64,
+) -> Vec<T> {
+    let reach = (3.0 * sigma).ceil() as isize;
+    let weights = gaussian(reach, sigma);
+    let (total, last) = (weights.iter().sum::<f64>(), values.len() as isize - 1);
+    let at = |t: isize| values[t.clamp(0, last) as usize];
+    (0..=last).map(|t| weights.iter().zip(-reach..).map(|(w, i)| at(t + i) * *w).sum::<T>() / total).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_constant_stays_under_the_gaussian_and_a_peak_spreads() {
+        assert!(smooth(&[-2.0; 9], 1.5).iter().all(|v: &f64| (v + 2.0).abs() < 1e-12));
+        let peak = smooth(&[0.0, 0.0, 1.0, 0.0, 0.0], 1.0);
+        assert!(peak[2] < 1.0 && peak[2] > peak[1] && peak[1] > peak[0] && peak[1] == peak[3], "{peak:?}");
+        assert_eq!(smooth(&[1.0, 2.0], 0.0), [1.0, 2.0]);
+    }
 
     #[test]
     fn means_of_nothing_are_no_number_or_zero() {

@@ -29,11 +29,10 @@ use crate::effort::{
     Factors, POLE,
     fragment::{Library, walk},
 };
-use crate::registration::gait_cycles::smooth;
 use gestus_motion::{
     body::Body,
     clip::Frame,
-    statistics::{mean, moments},
+    statistics::{mean, moments, smooth},
 };
 
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.

@@ -14,16 +14,13 @@ use gestus_core::{
 };
 use nalgebra::Vector3;
 
-use crate::{
-    blob::export,
-    registration::{gait_cycles::smooth, timeline::GAIT_KNOTS},
-};
+use crate::{blob::export, registration::timeline::GAIT_KNOTS};
 use gestus_motion::{
     body::{Body, database_skeleton},
     clip::{Clip, Frame, Skeleton},
     corpus::Corpus,
     landmarks::{LandmarkError, Landmarks},
-    statistics::{quantile, sorted},
+    statistics::{quantile, smooth, sorted},
 };
 
 /// Greatest speed of a rest, relative to the clip's 95th percentile of speed.

@@ -9,7 +9,6 @@
 use crate::{
     pairing::{CycleData, Pairing},
     registration::{
-        gait_cycles::smooth,
         timeline::GAIT_KNOTS,
         warp::{
             self,
@@ -17,7 +16,7 @@ use crate::{
         },
     },
 };
-use gestus_motion::{body::row_at, corpus::Cycle};
+use gestus_motion::{body::row_at, corpus::Cycle, statistics::smooth};
 
 /// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
 const SMOOTH_S: f64 = 0.06;

@@ -11,7 +11,7 @@ use gestus_motion::{
     clip::{Clip, Frame, Skeleton},
     corpus::{Cycle, Example},
     landmarks::Landmarks,
-    statistics::sorted,
+    statistics::{gaussian, sorted},
 };
 
 /// Contacts of the left and right foot in every frame. Shape `[frames]`.
@@ -165,8 +165,7 @@ pub const GAUSSIAN_S: f64 = 0.02;
 /// `gestus_core::methods::mixture::contact_votes`.
 pub fn smoothed(likelihoods: &[[f64; 2]], sigma: f64) -> Vec<[bool; 2]> {
     let reach = (3.0 * sigma).ceil() as isize;
-    let kernel: Vec<f64> =
-        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
+    let kernel = gaussian(reach, sigma);
     let total: f64 = kernel.iter().sum();
     let last = likelihoods.len() as isize - 1;
     let at = |t: isize, side: usize| likelihoods[t.clamp(0, last) as usize][side];

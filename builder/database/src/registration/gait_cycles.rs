@@ -9,7 +9,7 @@ use gestus_motion::{
     clip::Clip,
     corpus::Cycle,
     landmarks::Landmarks,
-    statistics::{quantile, sorted},
+    statistics::{quantile, smooth, sorted},
 };
 
 /// Shortest half cycle, seconds: a sprint has about 0.25.
@@ -51,23 +51,6 @@ pub fn separation(clip: &Clip, landmarks: &Landmarks) -> Vec<f64> {
         })
         .collect();
     smooth(&raw, 0.045 * clip.rate_hz)
-}
-
-/// Gaussian smoothing; `sigma` in frames.
-pub fn smooth(values: &[f64], sigma: f64) -> Vec<f64> {
-    let reach = (3.0 * sigma).ceil() as isize;
-    let last = values.len() as isize - 1;
-    (0..=last)
-        .map(|t| {
-            let (mut sum, mut total) = (0.0, 0.0);
-            for i in -reach..=reach {
-                let weight = (-0.5 * (i as f64 / sigma).powi(2)).exp();
-                sum += weight * values[(t + i).clamp(0, last) as usize];
-                total += weight;
-            }
-            sum / total
-        })
-        .collect()
 }
 
 /// Alternating extremes of a signal whose difference is a sufficient part of its range.

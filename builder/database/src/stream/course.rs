@@ -19,7 +19,7 @@ use gestus_core::blob::Leg;
 use gestus_motion::{
     body::{Body, about_y},
     clip::Clip,
-    statistics::{mean_or_zero, quantile, sorted},
+    statistics::{gaussian, mean_or_zero, quantile, sorted},
 };
 use nalgebra::Vector3;
 
@@ -253,8 +253,7 @@ fn smoothed(path: &[Vector3<f64>], sigma: f64) -> Vec<Vector3<f64>> {
         }
     };
     let reach = ((3.0 * sigma).ceil() as isize).min(last);
-    let kernel: Vec<f64> =
-        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp()).collect();
+    let kernel = gaussian(reach, sigma);
     let total: f64 = kernel.iter().sum();
     (0..=last)
         .map(|t| kernel.iter().zip(-reach..).map(|(k, i)| at(t + i) * (k / total)).sum::<Vector3<f64>>())

@@ -112,8 +112,7 @@ impl Round {
         if count <= least {
             return Err(LoopError::Short { seconds: clip.duration_s() });
         }
-        let positions: Vec<Vec<Vector3<f64>>> =
-            clip.frames.iter().map(|f| local_positions(body, f)).collect();
+        let positions: Vec<Vec<Vector3<f64>>> = clip.frames.iter().map(|f| body.local_positions(f)).collect();
         let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
         let gap = |a: usize, b: usize| joint_distance(&positions[a], &positions[b]);
         let turn = |a: usize, b: usize| wrap(headings[b] - headings[a]).abs();
@@ -307,11 +306,4 @@ fn add_turn_share(
     for (rotation, (end, goal)) in rotations.iter_mut().zip(end.iter().zip(goal)) {
         *rotation *= slerp(&UnitQuaternion::identity(), &(end.inverse() * goal), share);
     }
-}
-
-/// Positions of the joints relative to the ground below the root and to the heading, metres.
-fn local_positions(body: &Body, frame: &Frame) -> Vec<Vector3<f64>> {
-    let turn = about_y(-body.heading(frame));
-    let ground = Vector3::new(frame.root.x, 0.0, frame.root.z);
-    frame.positions(&body.skeleton).into_iter().map(|p| turn * (p - ground)).collect()
 }

@@ -4,16 +4,13 @@ use gestus_core::blob::layout::dof;
 use gestus_motion::{
     body::{Body, row_at},
     corpus::{Corpus, Cycle},
-    statistics::mean,
+    statistics::{mean, smooth},
 };
 
 use super::error::BilinearError;
-use crate::registration::{
-    gait_cycles::smooth,
-    warp::{
-        self, WarpError,
-        imw::{Config, imw},
-    },
+use crate::registration::warp::{
+    self, WarpError,
+    imw::{Config, imw},
 };
 
 /// Speeds of a style: its slow, medium and fast cycles, by the quantile of their mean speeds.

@@ -192,14 +192,8 @@ impl Run<'_> {
         })))
     }
 
-    /// Joint positions with the root over the origin, facing ahead.
     fn poses(&self, frames: &[Frame]) -> Vec<Positions> {
-        let place = |frame: &Frame| {
-            let turn = gestus_motion::body::about_y(-self.body.heading(frame));
-            let ground = Vector3::new(frame.root.x, 0.0, frame.root.z);
-            frame.positions(&self.body.skeleton).into_iter().map(|p| turn * (p - ground)).collect()
-        };
-        frames.iter().map(place).collect()
+        frames.iter().map(|frame| self.body.local_positions(frame)).collect()
     }
 }
 
