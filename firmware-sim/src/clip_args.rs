@@ -40,11 +40,10 @@ impl StreamArgs {
         bytes: &'db [u8],
         clip: &Path,
     ) -> Result<(Database<'db>, Input, Request)> {
-        let named = || db.display().to_string();
-        let database = Database::open(bytes).with_context(named)?;
+        let database = blob::open(db, bytes)?;
         let input = Input::read_with(clip, &database, &self.ground.reading(None, self.unit.unit)?)?;
         tell(clip, input.notes());
-        let request = self.stylizer_args.request(&database).with_context(named)?;
+        let request = self.stylizer_args.request(&database).with_context(|| db.display().to_string())?;
         Ok((database, input, request))
     }
 }

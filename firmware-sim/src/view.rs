@@ -10,18 +10,15 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 // With padding, as JavaScript's `atob` reads it (RFC 4648).
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
-use gestus_core::{
-    Database,
-    blob::{Manifest, Names},
-};
+use gestus_core::blob::Manifest;
 use gestus_database::{
     command_line::{
         blob,
         options::{GroundArgs, UnitArgs},
         outputs::{check_outputs, say, tell},
+        resolve::{find, named},
         wasm::WasmCrate,
     },
-    list,
     stream::input::Input,
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
@@ -81,10 +78,7 @@ pub struct ViewArgs {
 pub fn run(args: &ViewArgs) -> Result<()> {
     check_outputs([Some(&args.db), args.input.as_ref(), args.wasm.as_ref()], [("-o", Some(&args.output))])?;
     let blob = blob::read(&args.db)?;
-    let database = match Database::open(&blob) {
-        Ok(database) => database,
-        Err(error) => bail!("{}: {error}", args.db.display()),
-    };
+    let database = blob::open(&args.db, &blob)?;
     let settings = settings(args, &database.manifest()?).with_context(|| args.db.display().to_string())?;
     let (recording, what) = match &args.input {
         Some(path) => {
@@ -118,22 +112,15 @@ pub fn run(args: &ViewArgs) -> Result<()> {
 
 /// The initial settings of the stream.
 fn settings(args: &ViewArgs, manifest: &Manifest<'_>) -> Result<Settings> {
-    let find = |name: &str, names: Names<'_>, what: &str| {
-        let known = || names.iter().collect::<Vec<_>>().join(", ");
-        names.find(name).with_context(|| format!("there is no {what} `{name}`: the database has {}", known()))
-    };
     let label = |name: &Option<String>, names, what| name.as_ref().map(|n| find(n, names, what)).transpose();
-    let mut styles = Vec::new();
-    for item in args.style.iter().flat_map(|s| list::items(s)) {
-        let weight = item.weight().context("--style")?;
-        styles.push((find(item.name, manifest.styles, "style")?, weight));
-    }
-    let styles = match styles.as_slice() {
+    let styles = match &args.style {
         // The first style is most often that of the input.
-        [] if args.style.is_none() => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
-        [one] => [*one, (one.0, 0.0)],
-        [one, two] => [*one, *two],
-        _ => bail!("--style: give one style or two; the page lets you choose any later"),
+        None => Settings::style(u16::from(manifest.styles.count() > 1)).styles,
+        Some(words) => match named(words, manifest.styles)?[..] {
+            [one] => [one, (one.0, 0.0)],
+            [one, two] => [one, two],
+            _ => bail!("--style: give one style or two; the page lets you choose any later"),
+        },
     };
     Ok(Settings {
         action: label(&args.action, manifest.actions, "action")?,

@@ -14,7 +14,7 @@ pub mod parameters;
 mod plain;
 pub mod progress;
 #[cfg(feature = "command-line")]
-mod resolve;
+pub mod resolve;
 #[cfg(feature = "command-line")]
 pub mod stylizer_args;
 #[cfg(feature = "command-line")]

@@ -16,14 +16,20 @@ pub(super) fn listed(names: Names<'_>) -> String {
 }
 
 /// The number of a name among the database's. `what` says what it names.
-pub(super) fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
+///
+/// # Errors
+/// A name that is not there, with those that are.
+pub fn find(name: &str, names: Names<'_>, what: &str) -> Result<u16> {
     names
         .find(name.trim())
         .with_context(|| format!("the database has no {what} `{}`: it has {}", name.trim(), listed(names)))
 }
 
 /// Resolves `proud=1,old=0.5`. The whole text is tried as a name first: older databases may have styles with a comma.
-pub(super) fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
+///
+/// # Errors
+/// A name that is not there, with those that are, and a weight that is no number.
+pub fn named(words: &str, styles: Names<'_>) -> Result<Vec<(u16, f32)>> {
     if let Some(style) = styles.find(words.trim()) {
         return Ok(vec![(style, 1.0)]);
     }
