@@ -63,7 +63,7 @@ fn listening() -> String {
     let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
     std::thread::spawn(move || {
         let database = Database::open(motion::small()).expect("the generated blob opens");
-        with_board(database, Config::new(), |board| {
+        with_board(database, Config::new(), None, |board| {
             for stream in listener.incoming() {
                 let mut stream = stream.expect("somebody connects");
                 let mut buffer = [0; 700];
@@ -90,7 +90,7 @@ fn plugged_in() -> String {
     board_end.set_timeout(std::time::Duration::from_millis(20)).expect("any time will do");
     std::thread::spawn(move || {
         let database = Database::open(motion::small()).expect("the generated blob opens");
-        with_board(database, Config::new(), |board| {
+        with_board(database, Config::new(), None, |board| {
             let mut buffer = [0; 700];
             loop {
                 // Nothing has come, or the port is not open.
@@ -155,7 +155,7 @@ fn what_is_wrong_is_said_with_the_name_of_the_line_or_file() {
         (vec!["link", "tcp:127.0.0.1:1", "--probe", "--noise", "lose=0.1"], "--noise"),
         (with(db, &["x"]), "no style `x`"),
         (with(clip, &["heavy"]), "walk.bvh"),
-        (with(db, &["heavy", "--noise", "drop=2"]), "`drop=2`: `2` is not a probability"),
+        (with(db, &["heavy", "--noise", "drop=2"]), "drop is `2`, not a probability"),
         (with(db, &["heavy", "--noise", "drop=1", "--repeats", "2"]), "after 2 retries"),
     ] {
         let (ok, stdout, stderr) = sim(&arguments);

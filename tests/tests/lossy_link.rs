@@ -45,8 +45,8 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
     use gestus_firmware_sim::link::Line;
     let noise: Noise = noise.parse()?;
     let database = Database::open(motion::small())?;
-    with_board(database, Config::new(), |twin| {
-        with_board(database, Config::new(), |board| {
+    with_board(database, Config::new(), None, |twin| {
+        with_board(database, Config::new(), None, |board| {
             let mut line = Loopback::new(board, noise);
             let retry = RetryPolicy { retries: 60, ..RetryPolicy::default() };
             let client = Client::new(&mut line, 77, retry);
@@ -144,7 +144,7 @@ fn a_dead_line_is_given_up_with_advice() {
         max_timeout: Duration::from_millis(400),
         retries: 4,
     };
-    let error = with_board(database, Config::new(), |board| {
+    let error = with_board(database, Config::new(), None, |board| {
         let mut client = Client::new(Loopback::new(board, "drop=1".parse().expect("it is right")), 1, retry);
         client.hello().map(|_| ()).expect_err("nobody hears")
     })
@@ -160,8 +160,8 @@ fn another_database_is_refused() {
     let (database, other) = (motion::small(), motion::tiny());
     let [database, other] = [database, other].map(|b| Database::open(b).expect("the generated blob opens"));
     assert_ne!(database.identity(), other.identity());
-    let error = with_board(database, Config::new(), |twin| {
-        with_board(other, Config::new(), |board| {
+    let error = with_board(database, Config::new(), None, |twin| {
+        with_board(other, Config::new(), None, |board| {
             let client = Client::new(Loopback::new(board, Noise::default()), 1, RetryPolicy::default());
             Session::begin(client, twin, &database).map(|_| ()).expect_err("it is another one")
         })
@@ -201,7 +201,7 @@ fn of_other_make(database: &Database<'_>, buffer_bytes: usize) -> impl FnMut(u8)
 fn a_board_with_short_buffers_is_refused_before_the_stream() {
     let database = Database::open(motion::small()).expect("the generated blob opens");
     let begun = |bytes| {
-        with_board(database, Config::new(), |twin| {
+        with_board(database, Config::new(), None, |twin| {
             let board = Loopback::new(of_other_make(&database, bytes), Noise::default());
             let client = Client::new(board, 1, RetryPolicy::default());
             Session::begin(client, twin, &database).map(|_| ())
@@ -223,8 +223,8 @@ fn a_restarted_board_is_detected() {
     let pose = gestus_database::stream::to_pose::<22>(&motion::unseen(0, 0, 1).frames[0]);
     let mut buffer = PoseBuffer::new();
     // Two boards; the second one does not know the session of the first.
-    let error = with_board(database, Config::new(), |first| {
-        with_board(database, Config::new(), |second| {
+    let error = with_board(database, Config::new(), None, |first| {
+        with_board(database, Config::new(), None, |second| {
             let mut bytes = 0;
             let line = Loopback::new(
                 |byte| {

@@ -16,7 +16,7 @@ use crate::link::{
     Line,
     client::{Client, RetryPolicy},
     command::RobotArgs,
-    serve::with_robot,
+    serve::with_board,
     session::Session,
     stream::{Linked, stream},
 };
@@ -151,7 +151,7 @@ pub fn with_session<R>(
     let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
     let line: Box<dyn Line> = Box::new(line);
-    let outcome = with_robot(database, Config::new(), robot, |twin| {
+    let outcome = with_board(database, Config::new(), robot, |twin| {
         let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), RETRY);
         let mut session = Session::begin(client, twin, &database)?;
         run(&mut session)

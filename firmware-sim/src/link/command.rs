@@ -17,7 +17,7 @@ use super::{
     line::{self, Line},
     loopback::Loopback,
     noise::Noise,
-    serve::{HINGES, with_robot},
+    serve::{HINGES, with_board},
     session::{BoardIdentity, Session, named},
     stream::{Linked, stream},
 };
@@ -170,10 +170,10 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let (database, input, request) = args.clip.open(&bytes)?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
-    let outcome = with_robot(database, request.config, robot, |twin| {
+    let outcome = with_board(database, request.config, robot, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
-            with_robot(database, request.config, robot, |board| {
+            with_board(database, request.config, robot, |board| {
                 let mut line = Loopback::new(board, noise);
                 let outcome = stream_clip(args, &mut line, twin, (&database, robot), &input, &request);
                 let [there, back] = line.fault_counts();

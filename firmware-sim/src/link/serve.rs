@@ -13,24 +13,13 @@ pub const HINGES: usize = 32;
 /// Takes a byte from the line and returns the bytes to send back, if it completes a request.
 pub type BoardFn<'a> = dyn FnMut(u8) -> Option<Vec<u8>> + 'a;
 
-/// Calls `run` with a board that serves the database and starts with that configuration. Its capacities are those of
-/// the reference board, 22 joints, 40 neighbors and 28 classes, or the format's limits if those are too small.
+/// Calls `run` with a board that serves the database, starts with that configuration, and may drive a robot. Its capacities
+/// are those of the reference board or, if those are too small, the format's limits.
 ///
 /// # Errors
-/// [`ConfigError`] if the database exceeds every capacity, or lacks what the configuration's method needs.
+/// [`ConfigError`] if the database exceeds every capacity, or lacks what the configuration's method needs, or the robot
+/// was made for another database.
 pub fn with_board<R>(
-    database: Database<'_>,
-    config: Config,
-    run: impl FnOnce(&mut BoardFn<'_>) -> R,
-) -> Result<R, ConfigError> {
-    with_robot(database, config, None, run)
-}
-
-/// [`with_board`], with a robot on the board.
-///
-/// # Errors
-/// As [`with_board`], and a robot that was made for another database.
-pub fn with_robot<R>(
     database: Database<'_>,
     config: Config,
     robot: Option<Robot<'_>>,
