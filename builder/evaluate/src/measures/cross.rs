@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use gestus_core::{Config, Database, Method};
+use gestus_core::{Config, Database};
 use gestus_database::{
     build::build,
     command_line::progress,
@@ -24,7 +24,7 @@ use crate::{
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut, only},
     fold::{Fold, far, own_dofs},
-    measures::{OnClips, Uses},
+    measures::{METHODS, OnClips, Uses},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -37,14 +37,6 @@ pub struct Args {
     #[arg(long)]
     unseen: Option<PathBuf>,
 }
-
-/// The methods, unlabelled.
-const METHODS: [(&str, Method); 4] = [
-    ("mixture", Method::Mar),
-    ("phase", Method::Phase),
-    ("lti", Method::Lti),
-    ("statistic", Method::Statistic),
-];
 
 /// A test clip, and its counterpart in an output style if there is one.
 struct Test {

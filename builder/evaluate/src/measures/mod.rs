@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use gestus_core::Database;
+use gestus_core::{Database, Method};
 
 use crate::{evaluation::Evaluation, experiment::Experiment};
 
@@ -32,6 +32,14 @@ pub mod starts;
 pub mod timing;
 pub mod transfer;
 pub mod transitions;
+
+/// The streamed methods, unlabelled, by the names that rows have.
+pub(crate) const METHODS: [(&str, Method); 4] = [
+    ("mixture", Method::Mar),
+    ("phase", Method::Phase),
+    ("lti", Method::Lti),
+    ("statistic", Method::Statistic),
+];
 
 /// A measure that builds databases from the clips of a folder.
 pub trait OnClips: clap::Args {

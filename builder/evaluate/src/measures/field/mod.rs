@@ -24,7 +24,7 @@ use crate::{
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut},
     fold::each,
-    measures::{OnClips, Uses},
+    measures::{METHODS, OnClips, Uses},
     metrics::performance::Performance,
     plots::{self, Labels},
     report::{html::Figure, table},
@@ -34,14 +34,6 @@ use features::{Classifier, frechet, windows};
 /// Options of `gestus evaluate field`.
 #[derive(clap::Args, Debug)]
 pub struct Args;
-
-/// Streamed methods, unlabelled.
-const METHODS: [(&str, Method); 4] = [
-    ("mixture", Method::Mar),
-    ("phase", Method::Phase),
-    ("lti", Method::Lti),
-    ("statistic", Method::Statistic),
-];
 
 /// A motion to be judged: the method's output for a fold, or a real clip.
 struct Judged {

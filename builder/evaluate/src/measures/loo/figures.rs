@@ -15,6 +15,7 @@ use crate::{
     baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
     experiment::Experiment,
     fold::{Fold, Row, class_of, own_dofs},
+    measures::METHODS,
     metrics::matched,
     plots::{self, Labels},
     report::html::Figure,
@@ -121,13 +122,7 @@ pub(in crate::measures) fn curves(experiment: &Experiment) -> Result<Vec<Figure>
 fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
     let example = &fold.corpus.examples[fold.test];
     let mut courses = Vec::new();
-    let methods = [
-        ("mixture", Method::Mar),
-        ("phase", Method::Phase),
-        ("lti", Method::Lti),
-        ("statistic", Method::Statistic),
-    ];
-    for (method, kind) in methods {
+    for (method, kind) in METHODS {
         let request = Request { config: Config::new().method(kind), ..Request::style(fold.style as u16) };
         let mut record = Record::of(database);
         let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
