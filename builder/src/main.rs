@@ -5,11 +5,5 @@ mod cli;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match cli::run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            gestus_database::command_line::outputs::note(format_args!("error: {error:#}"));
-            ExitCode::FAILURE
-        }
-    }
+    gestus_database::command_line::outputs::exit_code(cli::run())
 }

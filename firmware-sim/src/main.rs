@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use gestus_database::command_line::stylizer_args::lenient;
+use gestus_database::command_line::{outputs::exit_code, stylizer_args::lenient};
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs, ProbeArgs},
@@ -13,7 +13,7 @@ use gestus_firmware_sim::{
 
 /// Run the firmware's core on this machine, on a board or in an emulator
 #[derive(Parser)]
-#[command(version, about)]
+#[command(version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -43,16 +43,6 @@ fn main() -> ExitCode {
         Some(args) => link::probe(&args),
         None => run_command(),
     })
-}
-
-fn exit_code(outcome: anyhow::Result<()>) -> ExitCode {
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            gestus_database::command_line::outputs::note(format_args!("error: {error:#}"));
-            ExitCode::FAILURE
-        }
-    }
 }
 
 fn command() -> clap::Command {

@@ -30,7 +30,7 @@ use gestus_database::command_line::{
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
 #[derive(Parser)]
-#[command(version, about, max_term_width = 110)]
+#[command(version, max_term_width = 110)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -64,7 +64,7 @@ enum Command {
     Graph(graph::Args),
     /// Map a clip's skeleton to a database's: show the mapping, write the clip, write the map
     Retarget(retarget::Args),
-    /// Laban effort: a table of fragments for people to label
+    /// Tables in which people label the Laban Effort of fragments, and rate outputs
     Effort(effort::Args),
     /// Measure accuracy, timing, contacts, search, size and more
     Evaluate(evaluate::Args),

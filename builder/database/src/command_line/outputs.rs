@@ -5,6 +5,7 @@ use std::{
     borrow::Cow,
     ffi::OsStr,
     path::{Path, PathBuf},
+    process::ExitCode,
 };
 
 use anyhow::{Result, bail};
@@ -164,6 +165,17 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 /// Prints a line for people to standard error.
 pub fn note(line: impl std::fmt::Display) {
     eprintln!("{}", escaped(&line.to_string()));
+}
+
+/// What a command returns to the system, after its error is printed.
+pub fn exit_code(outcome: Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            note(format_args!("error: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
 }
 
 /// Prints a line to standard output. A closed pipe (`| head`) is not an error.
