@@ -111,7 +111,7 @@ fn knees_of_lifted_feet_bend_ahead_whatever_the_names_and_axes() {
         let legs = source.legs().unwrap();
         let line = source.hips_line(&clip.frames);
         let limbs = Limbs::of_landmarks(&legs, line, clip).unwrap().0;
-        let lifted = above_floor(&limbs, &clip.frames[clip.frames.len() - 1..], 0.01);
+        let lifted = above_floor(&limbs, &clip.frames[clip.frames.len() - 1..]);
         let p = lifted[0].positions(&clip.skeleton);
         for side in 0..2 {
             let [hip, knee, foot] = [legs.hip_joints, legs.knees, legs.feet].map(|joints| p[joints[side]]);

@@ -184,9 +184,7 @@ fn measured(path: &Path, map: &MapFile) -> Result<(Body, UnitQuaternion<f64>, Ve
     let read = |document: &Document| {
         let (clip, binding) =
             to_clip(document, &Options::default()).map_err(|e| RigError::Convert(name(), e))?;
-        let stated = document.has_y_up().then_some((1, 1.0));
-        let map = MapFile { up: map.up.or(stated), ..map.clone() };
-        Ok::<_, RigError>((clip, map, binding.notes().to_vec()))
+        Ok::<_, RigError>((clip, map.of_document(document), binding.notes().to_vec()))
     };
     let documents = capture::read_rest(path)?;
     let poses = documents.iter().map(read).collect::<Result<Vec<_>, _>>()?;

@@ -15,7 +15,10 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::retarget::parts::Part;
-use gestus_motion::files::{self, FileError, MOST_SETTINGS};
+use gestus_motion::{
+    capture::Document,
+    files::{self, FileError, MOST_SETTINGS},
+};
 
 /// Heights of a floor that can be told, metres: as far as a clip can be from its origin.
 pub const FLOORS_M: RangeInclusive<f64> = -1e7..=1e7;
@@ -76,6 +79,12 @@ impl MapFile {
         let text = files::read_text(path, MOST_SETTINGS)
             .map_err(|error| MapFileError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
+    }
+
+    /// The same with the up that the document's format states, where the map file states none: glTF says Y, a BVH file leaves
+    /// it to its body.
+    pub fn of_document(&self, document: &Document) -> Self {
+        Self { up: self.up.or(document.has_y_up().then_some((1, 1.0))), ..self.clone() }
     }
 
     /// Reads a text; `file` is for messages.

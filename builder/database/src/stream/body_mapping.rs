@@ -25,9 +25,6 @@ use crate::{
     },
 };
 
-/// Depth below its standing height that a foot of another skeleton may reach, metres: as in the core's foot lock.
-const SOFT_M: f64 = 0.01;
-
 /// The conversion between the clip's joints and the database's.
 #[derive(Debug)]
 pub enum BodyMapping {
@@ -110,7 +107,7 @@ impl BodyMapping {
                     .iter()
                     .map(|f| lifted(&moved_frame(&kept.pick(f), &-map.origin), &map.world))
                     .collect();
-                let above = above_floor(limbs, &upright, SOFT_M);
+                let above = above_floor(limbs, &upright);
                 let down = map.world.inverse();
                 let put = |(frame, whole): (&Frame, &Frame)| {
                     kept.put(moved_frame(&lifted(frame, &down), &map.origin), whole)

@@ -221,7 +221,7 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             }
         }
     }
-    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose, DEEP_M));
+    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose));
     poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }
 
@@ -292,24 +292,23 @@ fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offse
     offsets
 }
 
-/// The poses with no foot further than `deep_m` below where it stands in them, metres: those that are, are lifted by
-/// their legs.
-pub fn above_floor(limbs: &Limbs, frames: &[Frame], deep_m: f64) -> Vec<Frame> {
+/// The poses with no foot further than `DEEP_M` below where it stands: those that are, are lifted by their legs.
+pub fn above_floor(limbs: &Limbs, frames: &[Frame]) -> Vec<Frame> {
     let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
-    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose, deep_m));
+    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose));
     poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }
 
-/// Lifts the feet of a pose that are further than `deep_m` below where they stand, metres, by their legs.
-fn lift_feet(limbs: &Limbs, pose: &mut Pose<MAX_JOINTS>, deep_m: f64) {
+/// Lifts the feet of a pose that are further than `DEEP_M` below where they stand, by their legs.
+fn lift_feet(limbs: &Limbs, pose: &mut Pose<MAX_JOINTS>) {
     for (side, leg) in limbs.legs.iter().enumerate() {
         let chain = limbs.chain(side, pose);
         let [ankle, toe] = over(&chain, leg);
         let over = ankle.min(toe);
-        if (-ELSEWHERE_M..-deep_m).contains(&over) {
+        if (-ELSEWHERE_M..-DEEP_M).contains(&over) {
             let [x, y, z] = chain.ankle;
             let reach = distance(chain.ankle, chain.hip).max(chain.length());
-            chain.place(leg, [x, y - (deep_m + over) as f32, z], reach, pose);
+            chain.place(leg, [x, y - (DEEP_M + over) as f32, z], reach, pose);
         }
     }
 }

@@ -40,10 +40,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// That of a clip of a document: glTF says that Y is up, a BVH file leaves it to its body.
+    /// That of a clip of a document.
     pub fn of(document: &Document, clip: &Clip) -> Self {
-        let stated = document.has_y_up().then_some((1, 1.0));
-        let world = up::upright(clip, &MapFile { up: stated, ..MapFile::default() });
+        let world = up::upright(clip, &MapFile::default().of_document(document));
         Self { origin: origin_of(clip), world }
     }
 

@@ -121,10 +121,8 @@ impl Input {
         options: &InputOptions,
     ) -> Result<Self> {
         let rate_hz = f64::from(database.rate_hz());
-        // The body is measured at the clip's own rate, which has more poses. The standard of glTF defines up; a body that
-        // rolls or lies does not show it.
-        let stated = document.has_y_up().then_some((1, 1.0));
-        let map = MapFile { up: options.map.up.or(stated), ..options.map.clone() };
+        // The body is measured at the clip's own rate, which has more poses.
+        let map = options.map.of_document(&document);
         let (mapping, floor) = BodyMapping::find(database, original, &map)?;
         let target = Arc::new(database_skeleton(database));
         let onto = |clip: &Clip| mapping.onto(&target, clip, floor.height_m);
