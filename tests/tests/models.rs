@@ -81,6 +81,23 @@ fn a_linear_model_learns_the_style() {
     }
 }
 
+/// Models are for one input style, and their feet are for input of any.
+#[test]
+fn feet_stand_with_those_of_input_in_any_style() {
+    let database = Database::open(motion::small()).unwrap();
+    for config in [LTI, STATISTIC] {
+        for style in 0..3 {
+            let example = motion::example(0, style, 9, 200);
+            let request = Request { config, style: vec![(1, 1.0)], ..Request::style(0) };
+            let streamed = stream(&database, &example.clip, &request, &mut ()).unwrap();
+            let settled = streamed.steps.iter().zip(&example.contacts).skip(30);
+            let right = settled.clone().filter(|(step, truth)| step.report.contacts == **truth).count();
+            let share = right as f64 / settled.count() as f64;
+            assert!(share > 0.85, "{:?}, style {style}: {share}", config.method);
+        }
+    }
+}
+
 #[test]
 fn statistics_are_transferred_as_in_the_paper() {
     let blob = motion::small();

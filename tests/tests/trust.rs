@@ -82,6 +82,22 @@ fn a_body_that_is_carried_is_far() {
     }
 }
 
+/// A walk backwards has the poses of a walk, and its speed. It is passed on, where a walk forwards is not.
+#[test]
+fn a_walk_backwards_is_far() {
+    for style in 0..3 {
+        let mut input: Vec<Pose<JOINTS>> = motion::unseen(0, style, 150).frames.iter().map(to_pose).collect();
+        input.reverse();
+        for method in Method::ALL {
+            let (output, reports) = streamed(Config::new().method(method), &input);
+            assert!(reports[30..].iter().all(is_far), "{method:?}, style {style}");
+            for (t, (output, input)) in output.iter().zip(&input).enumerate().skip(90) {
+                assert!(apart(output, input) < 1e-4, "{method:?}, style {style}, frame {t}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_style_comes_back_with_the_motion_that_it_knows() {
     let walk = walk(400);

@@ -8,8 +8,11 @@
 //! ```text
 //! r  = d² / far                                      smoothed over [`SMOOTHED_S`]; of the nearest class, or of a model
 //! e  = max(v / (v_max + 0.1 m/s), v_min / v)         smoothed over [`SMOOTHED_S`]; 0 in place, below 0.2 m/s
+//!                                                    backwards: v < 0, and -v is compared with max(-v_min, 0) and -v_max
 //! p* = clamp(max(2 (r / R - 1), (e - 1.6) / 0.25), 0, 1)         R: Config::trust
 //! ```
+//!
+//! A walk backwards has the poses of a walk, so the distance alone does not tell it from one.
 //!
 //! p is the part of the input that is passed through. It approaches p* within [`CHANGE_S`]; the strength of every joint
 //! group is multiplied by 1 - p. The first [`LEAD_S`] of a stream, and of what follows a leap, are not measured,
@@ -43,11 +46,11 @@ const SPEED_RATIO_WIDTH: f32 = 0.25;
 pub(crate) struct Trust {
     /// Smoothed squared distance over the class's limit.
     ratio: f32,
-    /// Smoothed speed of the root over the ground, m/s.
+    /// Smoothed speed of the root over the ground, m/s; negative backwards.
     speed: f32,
     /// Time that was measured, seconds, at most [`SMOOTHED_S`]; negative during [`LEAD_S`].
     age_s: f32,
-    /// Least and greatest speed of all classes, m/s. Read once a stream, for methods that report no class.
+    /// Least and greatest speed of all classes, m/s, negative backwards. Read once a stream, for methods that report no class.
     speeds: Option<[f32; 2]>,
 }
 
@@ -65,7 +68,7 @@ impl Trust {
     /// Measures a frame of length `seconds`, and updates `passed`, the part of the input that is passed through, 0 to 1.
     ///
     /// `class` is the nearest class, if the method reports one; `ratio` the frame's squared distance over the class's limit,
-    /// 0 if the method has none; `velocity` that of the root over the ground, m/s; and `max_ratio`
+    /// 0 if the method has none; `velocity` that of the root over the ground, forward and left, m/s; and `max_ratio`
     /// [`Config::trust`](crate::Config::trust).
     #[inline(never)]
     pub fn update(
@@ -83,10 +86,10 @@ impl Trust {
         // A plain mean at first. The ratio is bounded, since the mean would never recover from infinity.
         let gain = clamp(seconds / self.age_s, 0.0, 1.0);
         self.ratio += gain * (clamp(ratio, 0.0, 4.0 * max_ratio) - self.ratio);
-        let speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
+        let speed = clamp(sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]), 0.0, 20.0);
         // A body that stops counts as in place at once.
         let gain = if speed < IN_PLACE_SPEED { 1.0 } else { gain };
-        self.speed += gain * (clamp(speed, 0.0, 20.0) - self.speed);
+        self.speed += gain * (if velocity[0] < 0.0 { -speed } else { speed } - self.speed);
         let target = if self.age_s < MIN_OBSERVED_S || max_ratio <= 0.0 {
             0.0
         } else {
@@ -112,11 +115,14 @@ impl Trust {
 
     /// How many times faster or slower than a class the input is, 1 or more outside its range; 0 in place.
     fn speed_ratio(&self, [slowest, fastest]: [f32; 2]) -> f32 {
-        let fast = self.speed / (fastest + SPEED_MARGIN);
-        if self.speed < IN_PLACE_SPEED {
+        let (speed, slowest, fastest) =
+            if self.speed < 0.0 { (-self.speed, -fastest, -slowest) } else { (self.speed, slowest, fastest) };
+        // Below 0 the class never goes this way.
+        let fast = speed / (if fastest > 0.0 { fastest } else { 0.0 } + SPEED_MARGIN);
+        if speed < IN_PLACE_SPEED {
             0.0
         } else if fast < 1.0 {
-            slowest / self.speed
+            slowest / speed
         } else {
             fast
         }

@@ -16,6 +16,7 @@ pub mod statistic;
 use rayon::prelude::*;
 
 use correspond::{Aligned, Pairs};
+use footplant::Footplant;
 use gestus_motion::{body::Body, corpus::Example};
 use lti::{n4sid, section::Labelled};
 use statistic::table::Table;
@@ -67,17 +68,18 @@ pub fn sections(
         all.dedup();
         actions.extend(all.into_iter().map(Some));
     }
-    let labels: Vec<(usize, Option<usize>)> =
-        (0..wanted.styles).flat_map(|s| actions.iter().map(move |&a| (s, a))).collect();
+    let of = |style: Option<usize>, action: Option<usize>| -> Vec<(&Example, &[Vec<f64>])> {
+        let is_of = |e: &Example| style.is_none_or(|s| e.style == s) && action.is_none_or(|a| e.action == a);
+        examples.iter().filter(|(e, _)| is_of(e)).copied().collect()
+    };
+    let feet: Vec<[Footplant; 2]> =
+        actions.par_iter().map(|&action| statistic::table::feet(&of(None, action))).collect();
+    let labels: Vec<_> =
+        (0..wanted.styles).flat_map(|s| actions.iter().zip(&feet).map(move |a| (s, a))).collect();
     let tables: Vec<Table> = labels
         .into_par_iter()
-        .map(|(style, action)| {
-            let clips: Vec<(&Example, &[Vec<f64>])> = examples
-                .iter()
-                .filter(|(e, _)| e.style == style && action.is_none_or(|a| e.action == a))
-                .copied()
-                .collect();
-            Table::of(body, style, action, &clips, wanted.rounds)
+        .map(|(style, (&action, feet))| {
+            Table::of(body, (style, action), &of(Some(style), action), feet, wanted.rounds)
         })
         .collect();
     Sections { lti, statistic: Some(statistic::table::section(wanted.from, &tables)) }
@@ -89,17 +91,23 @@ fn linear(pairs: &Pairs<'_>, wanted: &Wanted) -> Result<Vec<Labelled>, usize> {
     let options = n4sid::Options::default();
     for style in (0..wanted.styles).filter(|&s| s != wanted.from) {
         let stretches = correspond::align(pairs, wanted.from, style);
-        let estimate = |stretches: &[Aligned]| {
-            lti::estimate(stretches, pairs.rate_hz, &options).filter(lti::Model::is_usable)
+        let from_others = (0..wanted.styles).filter(|&s| s != wanted.from);
+        let others: Vec<Aligned> =
+            from_others.flat_map(|other| correspond::align(pairs, other, style)).collect();
+        let estimate = |stretches: &[Aligned], others: &[Aligned]| {
+            lti::estimate(stretches, others, pairs.rate_hz, &options).filter(lti::Model::is_usable)
         };
-        models.push(Labelled { style, action: None, model: estimate(&stretches).ok_or(style)? });
+        models.push(Labelled { style, action: None, model: estimate(&stretches, &others).ok_or(style)? });
         let mut actions: Vec<usize> = stretches.iter().map(|s| s.action).collect();
         actions.sort_unstable();
         actions.dedup();
         for action in actions.into_iter().filter(|_| wanted.by_action) {
-            let own: Vec<Aligned> = stretches.iter().filter(|s| s.action == action).cloned().collect();
+            let of_action = |all: &[Aligned]| -> Vec<Aligned> {
+                all.iter().filter(|s| s.action == action).cloned().collect()
+            };
             // An action with too little to learn from is served by the model of all.
-            models.extend(estimate(&own).map(|model| Labelled { style, action: Some(action), model }));
+            let model = estimate(&of_action(&stretches), &of_action(&others));
+            models.extend(model.map(|model| Labelled { style, action: Some(action), model }));
         }
     }
     Ok(models)

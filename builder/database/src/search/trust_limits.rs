@@ -97,13 +97,13 @@ pub fn turning(rows: &[Vec<f64>], rate_hz: f64) -> Vec<f64> {
     std::iter::once(0.0).chain(rows.windows(2).map(fastest)).take(rows.len()).collect()
 }
 
-/// Speeds over the ground, as the core smooths them.
+/// Speeds over the ground, negative backwards, as the core smooths them.
 fn smoothed(velocities: &[[f64; 2]], rate_hz: f64) -> Vec<f64> {
     let (mut speed, mut age) = (0.0, 0.0f64);
     let smoothed = f64::from(SMOOTHED_S);
     let of_frame = |v: &[f64; 2]| {
         age = (age + 1.0 / rate_hz).min(smoothed);
-        speed += (v[0].hypot(v[1]) - speed) / (rate_hz * age);
+        speed += (v[0].hypot(v[1]).copysign(v[0]) - speed) / (rate_hz * age);
         speed
     };
     velocities.iter().map(of_frame).collect()
@@ -138,6 +138,13 @@ mod tests {
         assert_eq!(of(4, [0, 1])[1].speeds, [0.5; 2]);
         // Of its own class alone, whatever the action.
         assert_eq!(of(4, [0, 0]).map(|class| class.turning), [2.0, 3.0]);
+    }
+
+    #[test]
+    fn speeds_backwards_are_negative() {
+        let back = |t: usize| if t < 60 { [-3.0, 4.0] } else { [3.0, -4.0] };
+        let speeds = smoothed(&(0..240).map(back).collect::<Vec<_>>(), 30.0);
+        assert!((speeds[59] + 5.0).abs() < 1e-9 && (speeds[239] - 5.0).abs() < 1e-2);
     }
 
     #[test]

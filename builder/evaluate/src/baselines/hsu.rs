@@ -39,7 +39,7 @@ impl Models {
     pub(crate) fn of(corpus: &Corpus, options: &BuildOptions, styles: &[usize]) -> Result<Self, BuildError> {
         let estimate = |&style: &usize| {
             let found = stretches(corpus, options, style, Correspondence::Warped)?;
-            let model = lti::estimate(&found, corpus.rate_hz, &lti::n4sid::Options::paper());
+            let model = lti::estimate(&found, &[], corpus.rate_hz, &lti::n4sid::Options::paper());
             Ok(model.map(|model| (style, model)))
         };
         let models: Vec<_> = styles.par_iter().map(estimate).collect::<Result<_, BuildError>>()?;

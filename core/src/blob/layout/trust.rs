@@ -6,9 +6,9 @@ use core::ops::Range;
 /// Mean squared distance of the nearest frames of other clips, of which 90% of the class's frames have less, f32,
 /// weighted square metres; 0 where the builder could not tell.
 pub const FAR: Range<usize> = 0..4;
-/// Least smoothed speed of the root over the ground, f32, m/s.
+/// Least smoothed speed of the root over the ground, f32, m/s; negative backwards.
 pub const SLOWEST: Range<usize> = 4..8;
-/// Greatest smoothed speed of the root over the ground, f32, m/s.
+/// Greatest smoothed speed of the root over the ground, f32, m/s; negative backwards.
 pub const FASTEST: Range<usize> = 8..12;
 /// Speed of the fastest joint, of which 99% of the class's frames have less, f32, rad/s; 0 where the builder could not
 /// tell.

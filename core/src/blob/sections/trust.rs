@@ -9,7 +9,7 @@ pub struct TrustLimits {
     /// Mean squared distance of the nearest frames of other clips, weighted square metres: 90% of the class's frames have
     /// less. 0 where the builder could not tell.
     pub far: f32,
-    /// Least and greatest smoothed speed of the root over the ground, m/s.
+    /// Least and greatest smoothed speed of the root over the ground, m/s; negative backwards.
     pub speeds: [f32; 2],
     /// Speed of the fastest joint, rad/s: 99% of the class's frames have less. 0 where the builder could not tell.
     pub turning: f32,

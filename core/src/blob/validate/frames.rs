@@ -253,7 +253,7 @@ pub(super) fn trust(db: &Database<'_>, bytes: &[u8]) -> Checked {
             let [slowest, fastest] = trust_limits.speeds;
             let is_near =
                 (0.0..=1e6).contains(&trust_limits.far) && (0.0..=1e3).contains(&trust_limits.turning);
-            is_near && 0.0 <= slowest && slowest <= fastest && fastest <= 1e3
+            is_near && -1e3 <= slowest && slowest <= fastest && fastest <= 1e3
         });
         check(section::TRUST, class, fits)?;
     }

@@ -92,11 +92,17 @@ fn units(dofs: usize) -> Vec<[usize; 4]> {
     root.into_iter().chain(joints).collect()
 }
 
-/// Estimates a model from stretches of input and output.
+/// Estimates a model from stretches of input and output. What input of other styles does when the output's feet stand is
+/// learned from `others`, pairs of any input style.
 ///
 /// `None` if there are too few frames, or no stretch is long enough for the state to settle. Cost: for each unit, one
 /// product of a Hankel matrix with its transpose.
-pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -> Option<Model> {
+pub fn estimate(
+    stretches: &[Aligned],
+    others: &[Aligned],
+    rate_hz: f64,
+    options: &n4sid::Options,
+) -> Option<Model> {
     let dofs = stretches.first()?.inputs.first()?.len();
     let column = |d: usize| stretches.iter().flat_map(move |s| s.inputs.iter().map(move |r| r[d]));
     let output = |d: usize| stretches.iter().flat_map(move |s| s.outputs.iter().map(move |r| r[d]));
@@ -114,13 +120,15 @@ pub fn estimate(stretches: &[Aligned], rate_hz: f64, options: &n4sid::Options) -
                 })
                 .collect();
             let system = n4sid::estimate(&signals, settled, options)?;
-            let states = signals.iter().map(|s| system.states(&s.u)).collect();
+            let of_others = others.iter().map(|s| normalised(&s.inputs, first_input, m, &inputs));
+            let all = signals.into_iter().map(|signal| signal.u).chain(of_others);
+            let states = all.map(|u| system.states(&u)).collect();
             Some((Unit { first_input, first_output, system }, states))
         })
         .collect::<Option<_>>()?;
     let (units, states): (Vec<Unit>, Vec<_>) = found.into_iter().unzip();
     let (mut features, mut contacts) = (Vec::new(), Vec::new());
-    for (s, stretch) in stretches.iter().enumerate() {
+    for (s, stretch) in stretches.iter().chain(others).enumerate() {
         for t in settled.min(stretch.inputs.len())..stretch.inputs.len() {
             features.push(
                 states

@@ -1,7 +1,7 @@
 //! The section of statistics: `gestus_core::blob::layout::statistic`.
 //!
 //! One table per style over all its frames. Each table also has the projections of the dofs that detect foot contacts best
-//! in the style's frames ([`crate::models::footplant`]).
+//! in the frames of all styles ([`crate::models::footplant`]): input of any style may come.
 
 use gestus_core::{
     blob::layout::{NONE, dof, statistic},
@@ -35,12 +35,13 @@ pub struct Table {
 }
 
 impl Table {
-    /// The statistics of some clips, whose dofs are `dofs`; means by `rounds` towards the geodesic mean.
+    /// The statistics of clips of a style, over one action or all, whose dofs are `dofs`; means by `rounds` towards the
+    /// geodesic mean. `feet` come from [`feet`].
     pub fn of(
         body: &Body,
-        style: usize,
-        action: Option<usize>,
+        (style, action): (usize, Option<usize>),
         clips: &[(&Example, &[Vec<f64>])],
+        feet: &[Footplant; 2],
         rounds: usize,
     ) -> Self {
         let rows = || clips.iter().flat_map(|(_, dofs)| dofs.iter());
@@ -59,13 +60,12 @@ impl Table {
                 mean::spread(all.iter().copied(), rounds)
             })
             .collect();
-        let feet = feet(clips);
-        Self { style, action, root, feet, joints }
+        Self { style, action, root, feet: feet.clone(), joints }
     }
 }
 
-/// Footplants: fitted to standardised dofs, converted for dofs as they are.
-fn feet(clips: &[(&Example, &[Vec<f64>])]) -> [Footplant; 2] {
+/// Footplants of clips of every style: fitted to standardised dofs, converted for dofs as they are.
+pub fn feet(clips: &[(&Example, &[Vec<f64>])]) -> [Footplant; 2] {
     let rows = || clips.iter().flat_map(|(_, dofs)| dofs.iter());
     let dofs = rows().next().map_or(0, Vec::len);
     let spreads: Vec<(f64, f64)> = (0..dofs).map(|d| moments(rows().map(move |r| r[d]), 1e-3)).collect();
