@@ -122,8 +122,7 @@ impl Rig {
         body.anatomy.ankle_m -=
             toes_over_ankles_m(&body).map_or(0.0, |m| (body.anatomy.ankle_m + m).min(0.0));
         body.floor = Floor::ZERO;
-        let doubts = body.parts.doubts.iter().chain(&body.anatomy.doubts);
-        notes.extend(doubts.map(|doubt| format!("doubt: {doubt}")));
+        notes.extend(body.doubts().map(|doubt| format!("doubt: {doubt}")));
         if world.angle() > 1e-6 {
             notes.push("its world is turned to Y up: the database's poses have Y up".to_owned());
         }
@@ -144,7 +143,7 @@ impl Rig {
         }
         let file = MapFile { up: Some((1, 1.0)), floor_m: Some(0.0), ..MapFile::default() };
         let (source, _) = Body::of_clip(&pooled(clips), &file)?;
-        let doubts: Vec<String> = source.parts.doubts.iter().chain(&source.anatomy.doubts).cloned().collect();
+        let doubts = source.doubts().cloned().collect();
         clips.par_iter_mut().try_for_each(|clip| {
             let map = Retarget::of_bodies(source.clone(), self.body.clone(), origin_of(clip))?;
             **clip = map.to_target(clip);

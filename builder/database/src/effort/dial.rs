@@ -137,8 +137,8 @@ impl Dial {
             let (low, high) =
                 values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
             // An axis along which no style differs still needs a length.
-            let air = (0.5 * (SHORTEST - (high - low))).max(0.0);
-            (low - air, high + air)
+            let margin = (0.5 * (SHORTEST - (high - low))).max(0.0);
+            (low - margin, high + margin)
         });
         let rest = styles.get(rest).copied().flatten().unwrap_or(efforts[0]);
         let scales: Factors = axes.map(|(low, high): (f64, f64)| 1.0 / (high - low));

@@ -254,15 +254,20 @@ pub fn walk(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Vec<Frame> {
         .enumerate()
         .map(|(t, row)| {
             if t > 0 {
-                let (forward, left) = (row[dof::FORWARD] / rate_hz, row[dof::LEFT] / rate_hz);
-                let (sin, cos) = heading.sin_cos();
-                ground[0] += sin * forward + cos * left;
-                ground[1] += cos * forward - sin * left;
+                advance(&mut ground, heading, row, rate_hz);
                 heading += row[dof::YAW] / rate_hz;
             }
             body.pose(row, ground, heading)
         })
         .collect()
+}
+
+/// Moves a place on the ground by a frame's time at a row's speeds, facing `heading`.
+pub(super) fn advance(ground: &mut [f64; 2], heading: f64, row: &[f64], rate_hz: f64) {
+    let (forward, left) = (row[dof::FORWARD] / rate_hz, row[dof::LEFT] / rate_hz);
+    let (sin, cos) = heading.sin_cos();
+    ground[0] += sin * forward + cos * left;
+    ground[1] += cos * forward - sin * left;
 }
 
 /// Number of knots of a cycle of a database.

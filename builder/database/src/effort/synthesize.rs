@@ -18,7 +18,7 @@ use crate::effort::{
     ALPHA, Factors,
     align::distance,
     blend::Pair,
-    fragment::{Fragment, content},
+    fragment::{Fragment, advance, content},
     model::Model,
     stage::{Snippet, segment},
 };
@@ -239,10 +239,7 @@ fn place(output: &mut Output, clip: &Clip, model: &Model) {
         let heading =
             headings[i] + (source - i as f64) * gestus_motion::body::wrap(headings[next] - headings[i]);
         if t > 0 {
-            let (forward, left) = (row[dof::FORWARD] / clip.rate_hz, row[dof::LEFT] / clip.rate_hz);
-            let (sin, cos) = heading.sin_cos();
-            ground[0] += sin * forward + cos * left;
-            ground[1] += cos * forward - sin * left;
+            advance(&mut ground, heading, row, clip.rate_hz);
         }
         output.blended.push(body.pose(row, ground, heading));
     }

@@ -87,6 +87,11 @@ impl Anatomy {
 }
 
 impl Body {
+    /// What a person should check: doubts about its parts and about their frames.
+    pub fn doubts(&self) -> impl Iterator<Item = &String> {
+        self.parts.doubts.iter().chain(&self.anatomy.doubts)
+    }
+
     /// A database's body, measured on its own motion.
     ///
     /// # Errors

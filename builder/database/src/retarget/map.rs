@@ -160,8 +160,7 @@ impl Retarget {
 
     /// Doubts for the user to check.
     pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = self.source.parts.doubts.clone();
-        doubts.extend(self.source.anatomy.doubts.iter().cloned());
+        let mut doubts: Vec<String> = self.source.doubts().cloned().collect();
         if !self.source.anatomy.upright {
             doubts.push(
                 "zero rotations do not give an upright body: the trunk's axes are taken from its bones"

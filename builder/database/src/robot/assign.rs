@@ -66,13 +66,13 @@ const TRUNK: [(&str, Part); 8] = [
     ("abdomen", Part::Chest),
 ];
 
-/// Words of fingers, which belong to no part.
-const NOT: [&str; 7] = ["finger", "thumb", "gripper", "index", "pinky", "eye", "toe"];
+/// Words of fingers, eyes and toes, which belong to no part.
+const IGNORED: [&str; 7] = ["finger", "thumb", "gripper", "index", "pinky", "eye", "toe"];
 
 /// The side and part that a joint's name tells.
 fn named(name: &str) -> Option<Part> {
     let lower = name.to_ascii_lowercase();
-    if NOT.iter().any(|w| lower.contains(w)) {
+    if IGNORED.iter().any(|w| lower.contains(w)) {
         return None;
     }
     match side_of(name) {
@@ -189,7 +189,7 @@ fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) -> bool {
         .map(|h| {
             !h.mimics
                 && map.part(&h.name) != Some(None)
-                && !NOT.iter().any(|w| h.name.to_ascii_lowercase().contains(w))
+                && !IGNORED.iter().any(|w| h.name.to_ascii_lowercase().contains(w))
         })
         .collect();
     let children = |p: usize| {

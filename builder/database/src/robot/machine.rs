@@ -168,9 +168,9 @@ impl Machine {
             bytes[at + group::COUNT] = g.hinges.len() as u8;
             let part_joint = body.parts.get(g.part).unwrap_or(0);
             bytes[at + group::JOINT] = part_joint as u8;
-            let reaches = limbs.iter().position(|l| l.hinges.1 == g.hinges[g.hinges.len() - 1]);
-            bytes[at + group::LIMB] = reaches.map_or(0, |l| (l + 1) as u8);
             let last = g.hinges[g.hinges.len() - 1];
+            let reaches = limbs.iter().position(|l| l.hinges.1 == last);
+            bytes[at + group::LIMB] = reaches.map_or(0, |l| (l + 1) as u8);
             let link = links.frames[last].unwrap_or_else(UnitQuaternion::identity);
             let turn = anatomy(part_joint) * link.inverse();
             set(&mut bytes, at, group::TURN, turn.coords.as_slice());
@@ -289,12 +289,14 @@ fn pointed(part: Part, turning: &[Vector3<f64>], zero: &UnitQuaternion<f64>) -> 
     order.iter().find(across).copied().unwrap_or(y)
 }
 
+/// Appends a record of zeros; returns where it begins.
 fn grow(bytes: &mut Vec<u8>, length: usize) -> usize {
     let at = bytes.len();
     bytes.resize(at + length, 0);
     at
 }
 
+/// Writes numbers as `f32` to a byte range of the record at `at`.
 fn set(bytes: &mut [u8], at: usize, range: std::ops::Range<usize>, values: &[f64]) {
     bytes[at + range.start..at + range.end].copy_from_slice(&floats(values.iter().copied()));
 }
