@@ -14,7 +14,6 @@ use gestus_database::{
     },
     stream::{Request, Streamed, input::Input},
 };
-use gestus_motion::files;
 
 /// How a clip is read and streamed.
 #[derive(clap::Args, Debug)]
@@ -106,6 +105,6 @@ impl ClipArgs {
     pub fn write(&self, input: &Input, streamed: &Streamed) -> Result<()> {
         let Some(path) = &self.output else { return Ok(()) };
         let bytes = input.written(&input.output(streamed), path, None)?;
-        files::write(path, bytes).with_context(|| format!("{} can't be written", path.display()))
+        blob::write(path, bytes)
     }
 }

@@ -22,7 +22,6 @@ use gestus_database::{
     stream::input::Input,
 };
 use gestus_evaluate::pages::{DRAW, STYLE, document};
-use gestus_motion::files;
 
 use crate::recording::{Recording, Settings};
 
@@ -92,8 +91,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let module = MODULE.bytes(args.wasm.as_deref())?;
     let name = args.db.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let html = page(&format!("Gestus live: {name}"), &what, &module, &blob, &recording.to_bytes(digest));
-    files::write(&args.output, &html)
-        .with_context(|| format!("{} can't be written", args.output.display()))?;
+    blob::write(&args.output, &html)?;
     if args.json {
         let output = args.output.display().to_string();
         say(serde_json::json!({

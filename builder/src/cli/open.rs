@@ -3,13 +3,7 @@
 use std::{fs, path::Path};
 
 use anyhow::{Context, Result, bail};
-pub use gestus_database::command_line::blob::{open, read as read_blob};
-use gestus_motion::files;
-
-/// Writes a file.
-pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
-    files::write(path, content).with_context(|| format!("{} can't be written", path.display()))
-}
+pub use gestus_database::command_line::blob::{open, read as read_blob, write};
 
 /// Makes a folder, with those above it.
 pub fn make_folder(path: &Path) -> Result<()> {

@@ -3,14 +3,14 @@
 
 use std::{fs, path::PathBuf, time::SystemTime};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use gestus_database::{
     build::{BuildOptions, build},
+    command_line::blob,
     synth,
 };
 use gestus_motion::{
     clip::Clip,
-    files,
     joints::{clip_on, kept, skeleton_of},
 };
 
@@ -82,8 +82,7 @@ impl Profile {
         let program = std::env::current_exe().and_then(|p| written(&p)).unwrap_or(SystemTime::now());
         if !written(&path).is_ok_and(|file| file > program) {
             eprintln!("building the database `{}` from generated motion", self.name);
-            files::write(&path, self.blob()?)
-                .with_context(|| format!("{} can't be written", path.display()))?;
+            blob::write(&path, self.blob()?)?;
         }
         Ok(path)
     }

@@ -9,7 +9,6 @@ use gestus_database::{
     command_line::{blob, outputs::say, progress},
     stream::{Request, input::Input},
 };
-use gestus_motion::files;
 use serde_json::{Value, json};
 
 use super::{
@@ -116,7 +115,7 @@ impl RobotArgs {
     /// A file that can't be written.
     pub fn write(&self, linked: &Linked) -> Result<()> {
         let Some(path) = &self.robot_csv else { return Ok(()) };
-        files::write(path, linked.robot_csv()).with_context(|| format!("{} can't be written", path.display()))
+        blob::write(path, linked.robot_csv())
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reads and opens the file of a database or of tables made for it.
+//! Reads and opens the file of a database or of tables made for it, and writes files.
 
 use std::path::Path;
 
@@ -15,6 +15,14 @@ const MOST: u64 = 1 << 32;
 /// A file that can't be read, is no regular one, or is larger than any database.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     files::read(path, MOST).with_context(|| format!("{} can't be read", path.display()))
+}
+
+/// Writes a file, whole or not at all.
+///
+/// # Errors
+/// Errors of the file system, after the name of the file.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    files::write(path, content).with_context(|| format!("{} can't be written", path.display()))
 }
 
 /// Opens a database.
