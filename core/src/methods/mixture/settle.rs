@@ -22,9 +22,15 @@
 //! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                         τ: Config::settle_s, by class
 //! ```
 //!
-//! Gaits take a quarter of that time: their cycles are alike, and longer settling would smooth them. Repetitions of gestures
-//! differ, so a change of neighbors makes them jump. A plain low-pass filter would lag behind the motion; this one does not,
-//! because v leads it.
+//! A plain low-pass filter would lag behind the motion; this one does not, because v leads it.
+//!
+//! Repetitions of gestures differ, so a change of neighbors makes them jump. Cycles of a gait are alike, and longer
+//! settling would smooth them: they take a quarter of τ. Classes differ, though, and where several of them share the
+//! weight, as in input whose style is not in the database, the output jumps with their proportions p:
+//!
+//! ```text
+//! τ = settle_s min(1, Σ p r + 1 - max p)       r: 1/4 of a gait, otherwise 1
+//! ```
 //!
 //! Cost: some 40 operations a dof and frame, and a pass over the labels of all classes for each class kept.
 
@@ -69,13 +75,15 @@ pub(super) fn output_rho(database: &Database<'_>, config: &Config, class: usize,
     clamp(config.rho * config.liveliness * ratio, 0.0, 1.0)
 }
 
-/// Part of [`Config::settle_s`] that applies to gaits.
+/// Part of [`Config::settle_s`] that applies to a gait which has all the weight.
 const GAIT_RATIO: f32 = 0.25;
 
-/// Time constant with which the output of these classes settles, seconds.
-fn settling_s(database: &Database<'_>, config: &Config, classes: &[Share]) -> f32 {
-    let part = |share: &Share| if database.is_gait(usize::from(share.class)) { GAIT_RATIO } else { 1.0 };
-    config.settle_s * classes.iter().map(|share| share.proportion * part(share)).sum::<f32>()
+/// Part of [`Config::settle_s`] that applies to a mixture of these classes. `shares` begins with the largest.
+fn settling_ratio(shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
+    let part = |share: &Share| if is_gait(usize::from(share.class)) { GAIT_RATIO } else { 1.0 };
+    let others = 1.0 - shares.first().map_or(1.0, |share| share.proportion);
+    let ratio = others + shares.iter().map(|share| share.proportion * part(share)).sum::<f32>();
+    if ratio < 1.0 { ratio } else { 1.0 }
 }
 
 /// The output before strength, `[dofs]`.
@@ -102,7 +110,7 @@ impl<const J: usize> Settled<J> {
     pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
         let Context { frame: Frame { database, config, settings, .. }, signals, report, .. } = context;
         let seconds = 1.0 / database.rate_hz();
-        let time = settling_s(database, config, &report.classes);
+        let time = config.settle_s * settling_ratio(&report.classes, |class| database.is_gait(class));
         let left = if time > 0.0 { exp(-seconds / time) } else { 0.0 };
         let predicted = signals.predicted.as_flattened();
         let slots = signals.correction.as_flattened_mut().iter_mut().zip(self.0.as_flattened_mut());
@@ -120,5 +128,23 @@ impl<const J: usize> Settled<J> {
             };
         }
         signals.is_corrected = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaits_settle_fast_where_one_class_has_the_weight() {
+        let share = |class, proportion| Share { class, proportion };
+        // Classes 0 and 1 are gaits.
+        let ratio = |shares: &[Share]| settling_ratio(shares, |class| class < 2);
+        assert_eq!(ratio(&[share(0, 1.0)]), 0.25);
+        assert_eq!(ratio(&[share(2, 1.0)]), 1.0);
+        assert_eq!(ratio(&[share(0, 0.5), share(1, 0.5)]), 0.75);
+        assert_eq!(ratio(&[share(0, 0.75), share(2, 0.25)]), 0.6875);
+        assert_eq!(ratio(&[share(0, 0.5), share(2, 0.5)]), 1.0);
+        assert_eq!(ratio(&[]), 0.0);
     }
 }
