@@ -384,8 +384,10 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
         }
     }
     let part = |class: u16| if db.is_gait(usize::from(class)) { 0.25 } else { 1.0 };
-    let settle_s = p.settle_s
-        * frame.report.classes.iter().map(|s| f64::from(s.proportion) * part(s.class)).sum::<f64>();
+    let parts = frame.report.classes.iter().map(|s| (f64::from(s.proportion), part(s.class)));
+    let (sum, most) =
+        parts.fold((0.0, 0.0), |(sum, most), (share, part)| (sum + share * part, share.max(most)));
+    let settle_s = p.settle_s * (sum + 1.0 - most).min(1.0);
     let left = if settle_s > 0.0 { (-1.0 / (settle_s * f64::from(db.rate_hz()))).exp() } else { 0.0 };
     settled.iter_mut().zip(&held).for_each(|(settled, held)| *settled = held + left * (*settled - held));
     // The heading is the input's.
