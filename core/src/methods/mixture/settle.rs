@@ -19,17 +19,17 @@
 //!
 //! ```text
 //! v  = mean (y[t] - y[t-1]) + ρ_out (x[t] - x[t-1] - mean (x[t] - x[t-1]))       means over the neighbors
-//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                         τ: Config::settle_s, by class
+//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                         τ: below
 //! ```
 //!
 //! A plain low-pass filter would lag behind the motion; this one does not, because v leads it.
 //!
 //! Repetitions of gestures differ, so a change of neighbors makes them jump. Cycles of a gait are alike, and longer
-//! settling would smooth them: they take a quarter of τ. Classes differ, though, and where several of them share the
+//! settling would smooth them: they take a quarter of the time. Classes differ, though, and where several of them share the
 //! weight, as in input whose style is not in the database, the output jumps with their proportions p:
 //!
 //! ```text
-//! τ = settle_s min(1, Σ p r + 1 - max p)       r: 1/4 of a gait, otherwise 1
+//! τ = settle_s min(1, Σ p r + 1 - max p)       settle_s: Config::settle_s; r: 1/4 of a gait, otherwise 1
 //! ```
 //!
 //! Cost: some 40 operations a dof and frame, and a pass over the labels of all classes for each class kept.
@@ -82,8 +82,7 @@ const GAIT_RATIO: f32 = 0.25;
 fn settling_ratio(shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
     let part = |share: &Share| if is_gait(usize::from(share.class)) { GAIT_RATIO } else { 1.0 };
     let others = 1.0 - shares.first().map_or(1.0, |share| share.proportion);
-    let ratio = others + shares.iter().map(|share| share.proportion * part(share)).sum::<f32>();
-    if ratio < 1.0 { ratio } else { 1.0 }
+    clamp(others + shares.iter().map(|share| share.proportion * part(share)).sum::<f32>(), 0.0, 1.0)
 }
 
 /// The output before strength, `[dofs]`.
