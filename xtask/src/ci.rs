@@ -29,6 +29,10 @@ pub fn setup() -> Outcome {
     Outcome::passed_but_for(firmware::missing(true).into_iter().chain(wasm::missing(true)))
 }
 
+/// Cargo's arguments for the tests of the feature micromath.
+pub const MICROMATH: [&str; 6] =
+    ["test", "--workspace", "--features", "gestus-core/micromath", "--test", "micromath"];
+
 /// Runs every step. What fails is in the summary and the outcome.
 pub fn run(setup: bool) -> Outcome {
     if setup {
@@ -50,8 +54,7 @@ pub fn run(setup: bool) -> Outcome {
     step("structure", &structure::run);
     step("docs", &|| passed(cargo().args(docs).env("RUSTDOCFLAGS", "-D warnings")));
     step("core", &|| Ok(bare_metal::run(setup)));
-    let micromath = ["test", "--workspace", "--features", "gestus-core/micromath", "--test", "micromath"];
-    step("micromath", &|| passed(cargo().args(micromath)));
+    step("micromath", &|| passed(cargo().args(MICROMATH)));
     step("firmware", &|| firmware::run(setup));
     step("budget", &|| budget::run(setup, false));
     step("no panic", &|| no_panic::run(setup));

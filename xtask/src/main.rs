@@ -162,12 +162,10 @@ fn run(chore: Chore) -> Result<Outcome> {
 /// Runs the golden tests so that they write what they would compare.
 fn golden(blob: bool) -> Result<Outcome> {
     let record = if blob { "blob" } else { "1" };
-    let tests: [&[&str]; 2] = [
-        &["-p", "gestus-tests", "--test", "golden", "--test", "long_stream"],
-        &["--workspace", "--features", "gestus-core/micromath", "--test", "micromath"],
-    ];
+    let tests: [&[&str]; 2] =
+        [&["test", "-p", "gestus-tests", "--test", "golden", "--test", "long_stream"], &ci::MICROMATH];
     for test in tests {
-        shell::run(shell::cargo().arg("test").args(test).env("GESTUS_RECORD", record))?;
+        shell::run(shell::cargo().args(test).env("GESTUS_RECORD", record))?;
     }
     shell::run(shell::command("git").args(["status", "--short", "tests"]))?;
     Ok(Outcome::Passed)
