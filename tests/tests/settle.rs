@@ -9,20 +9,18 @@ const PLAIN: Config = Config::new().contacts(false).speed_limit(0.0).liveliness(
 /// Frame at which the style changes.
 const CHANGE: usize = 40;
 
-/// Streams a walk to the style 1; from [`CHANGE`] on to style 2, which holds its arms a radian higher.
-fn streamed(config: Config, changes: bool, labelled: bool) -> Vec<Frame> {
+/// Streams a walk to style 1, and to style `then` from [`CHANGE`] on; `label` is its action and input style, if told.
+fn streamed(config: Config, label: Option<u16>, then: u16) -> Vec<Frame> {
     let database = Database::open(motion::small()).unwrap();
     let mut stylizer = Stylizer::<22, 40, 28>::new(database, config).unwrap();
-    if labelled {
-        stylizer.set_action(Some(0)).unwrap();
-        stylizer.set_input_style(Some(0)).unwrap();
-    }
+    stylizer.set_action(label).unwrap();
+    stylizer.set_input_style(label).unwrap();
     stylizer.set_style(&[(1, 1.0)]).unwrap();
     let mut output = Pose::IDENTITY;
     let input = motion::unseen(0, 0, 90);
     let step = |(t, frame): (usize, &Frame)| {
-        if changes && t == CHANGE {
-            stylizer.set_style(&[(2, 1.0)]).unwrap();
+        if t == CHANGE {
+            stylizer.set_style(&[(then, 1.0)]).unwrap();
         }
         let _ = stylizer.step(&to_pose(frame), &mut output);
         from_pose(&output, 21)
@@ -44,13 +42,12 @@ fn difference(a: &[Frame], b: &[Frame], lag: isize) -> f64 {
 #[test]
 fn a_change_of_style_does_not_jump_and_is_complete_after_half_a_second() {
     // A gait settles in a quarter of the time, if it has all the weight; several classes settle in the whole time at most.
-    for (labelled, settle_s) in [(true, 0.4), (false, 0.1)] {
-        let [plain, settled] =
-            [PLAIN, PLAIN.settle_s(settle_s)].map(|config| streamed(config, true, labelled));
+    for (label, settle_s) in [(Some(0), 0.4), (None, 0.1)] {
+        let [plain, settled] = [PLAIN, PLAIN.settle_s(settle_s)].map(|config| streamed(config, label, 2));
         let jump = |frames: &[Frame]| apart(&frames[CHANGE], &frames[CHANGE - 1]);
         assert!(jump(&plain) > 0.5, "the styles hardly differ: {}", jump(&plain));
         // A tenth of a second holds back 72% in a frame of a thirtieth, a fortieth 26%.
-        let most = if labelled { 0.45 } else { 0.75 };
+        let most = if label.is_some() { 0.45 } else { 0.75 };
         assert!(jump(&settled) < most * jump(&plain), "{} of {}", jump(&settled), jump(&plain));
         for t in CHANGE + 15..plain.len() {
             assert!(apart(&settled[t], &plain[t]) < 0.05, "frame {t}: {}", apart(&settled[t], &plain[t]));
@@ -60,7 +57,7 @@ fn a_change_of_style_does_not_jump_and_is_complete_after_half_a_second() {
 
 #[test]
 fn what_settles_does_not_lag() {
-    let (plain, settled) = (streamed(PLAIN, false, false), streamed(PLAIN.settle_s(1.2), false, false));
+    let (plain, settled) = (streamed(PLAIN, None, 1), streamed(PLAIN.settle_s(1.2), None, 1));
     let at_once = difference(&settled, &plain, 0);
     for lag in [-2, -1, 1, 2] {
         let late = difference(&settled, &plain, lag);
@@ -72,8 +69,7 @@ fn what_settles_does_not_lag() {
 fn more_liveliness_keeps_more_of_the_input() {
     // So little is kept that twice the liveliness keeps twice as much.
     let plain = PLAIN.rho(0.5);
-    let calm = streamed(plain.liveliness(0.01), false, false);
-    let kept =
-        [0.25, 0.5, 1.0, 2.0].map(|l| difference(&streamed(plain.liveliness(l), false, false), &calm, 0));
+    let calm = streamed(plain.liveliness(0.01), None, 1);
+    let kept = [0.25, 0.5, 1.0, 2.0].map(|l| difference(&streamed(plain.liveliness(l), None, 1), &calm, 0));
     assert!(kept[0] > 1e-3 && kept.windows(2).all(|w| w[1] > 1.5 * w[0]), "{kept:?}");
 }

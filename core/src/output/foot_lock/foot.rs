@@ -170,8 +170,9 @@ impl Foot {
         }
         if self.is_held() {
             self.update_offset(chain, over, step_s);
+            let moved = [self.offset[0] - x, 1.0, self.offset[2] - z];
             if self.phase == phase {
-                slid = [self.offset[0] - x, 1.0, self.offset[2] - z];
+                slid = moved;
             }
             let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
             let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
@@ -184,9 +185,8 @@ impl Foot {
             } else if off2 > tuning.release_m * tuning.release_m {
                 self.release(Phase::Step, hip_drop);
             } else {
-                let (dx, dz) = (self.offset[0] - x, self.offset[2] - z);
                 let slowest = ELSEWHERE_SPEED * step_s;
-                let stands = dx * dx + dz * dz < slowest * slowest;
+                let stands = moved[0] * moved[0] + moved[2] * moved[2] < slowest * slowest;
                 let elsewhere = stands && off2 > ELSEWHERE_M * ELSEWHERE_M;
                 self.age_s = if elsewhere { self.age_s + step_s } else { 0.0 };
             }
