@@ -9,17 +9,15 @@
 use crate::{
     pairing::{CycleData, Pairing},
     registration::{
-        timeline::GAIT_KNOTS,
+        timeline::Kind,
         warp::{
             self,
             imw::{Config, imw},
         },
     },
 };
-use gestus_motion::{body::row_at, corpus::Cycle, statistics::smooth};
+use gestus_motion::{body::row_at, corpus::Cycle};
 
-/// Standard deviation of the smoothing of the refinement, seconds. Differential warps are multiples of one half.
-const SMOOTH_S: f64 = 0.06;
 /// Bounds of the differential time warp.
 const SLOPE: f64 = 4.0;
 
@@ -83,13 +81,7 @@ pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
             open = None;
             continue;
         }
-        let (cycle, rows, contacts) = match pairs.cycles.get(output) {
-            Some(real) => (real.cycle, real.dofs, pairs.contacts.get(real.clip)),
-            None => {
-                let prototype = &pairs.pairing.prototypes[output - pairs.cycles.len()];
-                (&prototype.cycle, prototype.rows.as_slice(), None)
-            }
-        };
+        let (cycle, rows, clip) = pairs.pairing.output(pairs.cycles, output);
         let positions = positions(input, &frames, cycle, rows, pairs);
         let follows = open.is_some_and(|(clip, at)| clip == input.clip && (at - start).abs() < 1e-6);
         if !follows {
@@ -107,9 +99,9 @@ pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
             stretch.outputs.push(row);
             // A prototype has no contacts of its own: content stands where content stands.
             let of = |c: &[[bool; 2]], at: usize| c.get(at.min(c.len().saturating_sub(1))).copied();
-            let stands = match contacts {
-                Some(contacts) => of(contacts, positions[k].round().max(0.0) as usize),
-                None => pairs.contacts.get(input.clip).and_then(|c| of(c, t)),
+            let stands = match clip {
+                Some(clip) => of(pairs.contacts[clip], positions[k].round().max(0.0) as usize),
+                None => of(pairs.contacts[input.clip], t),
             };
             stretch.contacts.push(stands.unwrap_or_default());
         }
@@ -125,12 +117,11 @@ fn positions(
     rows: &[Vec<f64>],
     pairs: &Pairs<'_>,
 ) -> Vec<f64> {
-    let rate_hz = pairs.rate_hz;
     let place = |t: f64| output.position(input.cycle.phase(t));
     let canonical: Vec<f64> = frames.iter().map(|&t| place(t as f64)).collect();
     match pairs.correspondence {
         Correspondence::Warped => return warped(input.dofs, frames, output, rows).unwrap_or(canonical),
-        Correspondence::Phase if input.cycle.knots.len() == GAIT_KNOTS => return canonical,
+        Correspondence::Phase if Kind::of_cycle(input.cycle) == Kind::Gait => return canonical,
         Correspondence::Phase | Correspondence::Refined => {}
     }
     let last = (frames.len() - 1) as f64;
@@ -143,14 +134,11 @@ fn positions(
     let found = solution.warp.stretched(frames.len(), count, frames.len());
     let shift: Vec<f64> =
         found.positions.iter().enumerate().map(|(k, p)| p.clamp(0.0, last) - k as f64).collect();
-    let smooth = smooth(&shift, SMOOTH_S * rate_hz);
-    let refined: Vec<f64> = smooth
+    let refined: Vec<f64> = warp::smoothed_shift(&shift, pairs.rate_hz)
         .iter()
         .enumerate()
         .map(|(k, shift)| {
-            // Cycles begin and end with the same event: nothing is shifted there.
-            let edge = (k as f64).min(last - k as f64) / (2.0 * SMOOTH_S * rate_hz);
-            let at = (k as f64 + shift * edge.min(1.0)).clamp(0.0, last);
+            let at = (k as f64 + shift).clamp(0.0, last);
             let i = (at as usize).min(frames.len() - 2);
             canonical[i] + (at - i as f64) * (canonical[i + 1] - canonical[i])
         })

@@ -24,9 +24,10 @@ pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
     let n = features.first().map_or(0, Vec::len);
     let count = |which: bool| stands.iter().filter(|&&s| s == which).count();
     let (standing, moving) = (count(true), count(false));
+    let constant =
+        Footplant { projection: vec![0.0; n], boundary: if standing > moving { -1.0 } else { 1.0 } };
     if standing < 2 || moving < 2 || n == 0 {
-        let boundary = if standing > moving { -1.0 } else { 1.0 };
-        return Footplant { projection: vec![0.0; n], boundary };
+        return constant;
     }
     let mean = |which: bool| {
         let mut sum = DVector::<f64>::zeros(n);
@@ -47,9 +48,7 @@ pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
     for i in 0..n {
         within[(i, i)] += ridge;
     }
-    let Some(factor) = within.cholesky() else {
-        return Footplant { projection: vec![0.0; n], boundary: if standing > moving { -1.0 } else { 1.0 } };
-    };
+    let Some(factor) = within.cholesky() else { return constant };
     let w = factor.solve(&(&down - &up));
     let w = &w / w.norm().max(1e-12);
     let along = |which: bool| {

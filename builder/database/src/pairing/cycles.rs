@@ -1,6 +1,16 @@
 //! Cycles and the data that pairing compares.
 
-use gestus_motion::{body::row_at, corpus::Cycle};
+use gestus_core::blob::layout::dof;
+use gestus_motion::{
+    body::row_at,
+    corpus::Cycle,
+    statistics::{mean_or_zero, moments},
+};
+
+/// Length of a content vector.
+pub(super) const CONTENT: usize = 3;
+/// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
+const WEIGHTS: [f64; CONTENT] = [1.0, 0.5, 1.0];
 
 /// A cycle of the database, with the data that pairing compares.
 #[derive(Debug, Clone)]
@@ -30,4 +40,31 @@ pub(super) fn at(cycle: &CycleData<'_>, phase: f64) -> Vec<f64> {
 /// Squared distance of two rows of numbers.
 pub(super) fn distance2(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+/// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in
+/// every style and are divided by their standard deviations over the database. The last is mostly the swing of the hips,
+/// which depends on style: it is standardised within the class.
+pub(super) fn standardised_content(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
+    let mut content: Vec<Vec<f64>> = cycles
+        .iter()
+        .map(|c| {
+            let (start, end) = c.cycle.span();
+            let rows = &c.dofs[start.ceil().max(0.0) as usize..(end.ceil() as usize).clamp(1, c.dofs.len())];
+            let speed = mean_or_zero(rows.iter().map(|r| r[dof::FORWARD]));
+            let (yaw, spread) = moments(rows.iter().map(|r| r[dof::YAW]), 0.0);
+            vec![speed, yaw, spread]
+        })
+        .collect();
+    let everything: Vec<usize> = (0..cycles.len()).collect();
+    for (k, weight) in WEIGHTS.into_iter().enumerate() {
+        let groups: Vec<&Vec<usize>> = if k <= 1 { vec![&everything] } else { members.iter().collect() };
+        for group in groups {
+            let (mean, spread) = moments(group.iter().map(|&i| content[i][k]), 1e-9);
+            for &i in group {
+                content[i][k] = weight * (content[i][k] - mean) / spread;
+            }
+        }
+    }
+    content
 }

@@ -20,86 +20,20 @@
 //! An average is nearer to a real cycle than another real cycle is, but moves less: every step becomes the same step.
 //! `gestus evaluate ablation` measures both.
 
-use serde::{Deserialize, Serialize};
-
-use gestus_motion::{
-    corpus::Cycle,
-    statistics::{mean_or_zero, moments},
-};
+use gestus_motion::corpus::Cycle;
 
 mod cycles;
+mod prototypes;
+mod scheme;
 mod similar_actions;
 mod spread;
+mod viterbi;
 
 pub use cycles::{ClassName, CycleData};
+pub use prototypes::Prototype;
+pub use scheme::Scheme;
 
-use cycles::{at, distance2};
-
-/// Cycles that a prototype averages.
-const KERNEL_CYCLES: usize = 12;
-/// Greatest number of prototypes of a class.
-const PROTOTYPES: usize = 24;
-/// Weight of a discontinuity between consecutive output cycles, relative to the fit. Joint errors on real labelled gaits:
-/// 2.40 cm for 0, 2.39 for 1, 2.28 for 10, 2.29 for 30, 2.34 for 100.
-const CONTINUITY: f64 = 10.0;
-
-/// How output cycles are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// Real cycles of similar actions, distributed by kernel weight.
-    Spread,
-    /// The outputs of `Spread` and of `Viterbi`, whose mean the core computes.
-    #[default]
-    Both,
-    /// The sequence of real cycles with the best fit and continuity.
-    Viterbi,
-    /// The real cycle that fits best.
-    Nearest,
-    /// Kernel averages around prototypes.
-    Kernel,
-    /// One average per class.
-    Mean,
-    /// The same cycle of the clip of the same take.
-    Take,
-}
-
-impl Scheme {
-    /// All schemes with their names.
-    pub const ALL: [(&'static str, Scheme); 7] = [
-        ("both", Self::Both),
-        ("spread", Self::Spread),
-        ("viterbi", Self::Viterbi),
-        ("nearest", Self::Nearest),
-        ("kernel", Self::Kernel),
-        ("mean", Self::Mean),
-        ("take", Self::Take),
-    ];
-
-    /// The scheme of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, s)| *s)
-    }
-
-    /// The scheme of the linear models' pairs.
-    pub fn of_models(self) -> Self {
-        if matches!(self, Self::Spread | Self::Both) { Self::Viterbi } else { self }
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, s)| *s == self).map_or("", |(n, _)| n)
-    }
-}
-
-/// An averaged cycle, stored as a short clip of its own.
-#[derive(Debug, Clone)]
-pub struct Prototype {
-    /// Dofs, shape `[frames][D]`; two frames before phase 0 and one behind phase 1 belong to it.
-    pub rows: Vec<Vec<f64>>,
-    /// Its timeline in those rows.
-    pub cycle: Cycle,
-}
+use cycles::{distance2, standardised_content};
 
 /// Output cycles of every cycle.
 #[derive(Debug, Clone)]
@@ -110,6 +44,23 @@ pub struct Pairing {
     pub second: Vec<Vec<Option<usize>>>,
     /// The averaged cycles.
     pub prototypes: Vec<Prototype>,
+}
+
+impl Pairing {
+    /// Timeline, dofs and clip of an output of cycles; a prototype is of no clip.
+    pub fn output<'a>(
+        &'a self,
+        cycles: &[CycleData<'a>],
+        output: usize,
+    ) -> (&'a Cycle, &'a [Vec<f64>], Option<usize>) {
+        match cycles.get(output) {
+            Some(real) => (real.cycle, real.dofs, Some(real.clip)),
+            None => {
+                let Prototype { cycle, rows } = &self.prototypes[output - cycles.len()];
+                (cycle, rows, None)
+            }
+        }
+    }
 }
 
 /// Pairs all cycles, which are sorted by class, clip and time.
@@ -129,11 +80,9 @@ pub fn pair_among(
         let second = pair_among(cycles, classes, styles, Scheme::Viterbi, kept).outputs;
         return Pairing { second, ..pair_among(cycles, classes, styles, Scheme::Spread, kept) };
     }
-    let outputs = vec![vec![None; styles]; cycles.len()];
-    let mut pairing = Pairing { outputs, second: Vec::new(), prototypes: Vec::new() };
     let all: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();
-    let content: Vec<Vec<f64>> = standardised_content(cycles, &all);
+    let content = standardised_content(cycles, &all);
     let only_kept = |lists: &[Vec<usize>]| -> Vec<Vec<usize>> {
         lists.iter().map(|list| list.iter().copied().filter(|&i| kept[i]).collect()).collect()
     };
@@ -142,204 +91,65 @@ pub fn pair_among(
         Scheme::Spread => only_kept(&similar_actions::pools(cycles, classes, &all)),
         _ => Vec::new(),
     };
+    let mut outputs = vec![vec![None; styles]; cycles.len()];
+    let mut prototypes = Vec::new();
     for (target, &(action, style)) in classes.iter().enumerate() {
-        // Prototypes of the target class: index and content.
-        let prototypes: Vec<(usize, Vec<f64>)> = match scheme {
-            Scheme::Kernel => centres(&all[target], &content, PROTOTYPES),
-            Scheme::Mean => vec![vec![0.0; CONTENT]],
-            _ => Vec::new(),
-        }
-        .into_iter()
-        .map(|centre| {
-            let weights = match scheme {
-                Scheme::Mean => all[target].iter().map(|&i| (i, 1.0)).collect(),
-                _ => kernel(&all[target], &content, &centre),
-            };
-            pairing.prototypes.push(average(cycles, &weights));
-            (cycles.len() + pairing.prototypes.len() - 1, centre)
-        })
-        .collect();
-        for (source, &(source_action, source_style)) in classes.iter().enumerate() {
-            if source_action != action {
-                continue;
-            }
+        let first = cycles.len() + prototypes.len();
+        let found = prototypes::of(scheme, cycles, &all[target], &content);
+        // Index and content of what may be the output of several cycles.
+        let candidates: Vec<(usize, &[f64])> = match scheme {
+            Scheme::Nearest => members[target].iter().map(|&i| (i, content[i].as_slice())).collect(),
+            _ => found.iter().enumerate().map(|(k, (centre, _))| (first + k, centre.as_slice())).collect(),
+        };
+        for (source, &(_, source_style)) in classes.iter().enumerate().filter(|(_, c)| c.0 == action) {
             let inputs = &members[source];
-            let outputs: Vec<usize> = if source_style == style {
+            let real = |outputs: Vec<usize>| outputs.into_iter().map(Some).collect();
+            let each = |of: &dyn Fn(usize) -> Option<usize>| inputs.iter().map(|&i| of(i)).collect();
+            let chosen: Vec<Option<usize>> = match scheme {
                 // In its own style, a cycle is its own output.
-                inputs.clone()
-            } else {
-                match scheme {
-                    Scheme::Take => {
-                        for &input in inputs {
-                            let (take, index) = (cycles[input].take, cycles[input].index);
-                            let same = |&&o: &&usize| cycles[o].take == take && cycles[o].index == index;
-                            pairing.outputs[input][style] = members[target].iter().find(same).copied();
-                        }
-                        continue;
-                    }
-                    // `Both` was split into its two schemes above.
-                    Scheme::Spread | Scheme::Both => spread::spread(inputs, &pools[target], &content),
-                    Scheme::Viterbi => viterbi(cycles, inputs, &members[target], &content),
-                    Scheme::Nearest => inputs
-                        .iter()
-                        .map(|&i| nearest(&content[i], candidates(&members[target], &content)))
-                        .collect(),
-                    Scheme::Kernel | Scheme::Mean => inputs
-                        .iter()
-                        .map(|&i| nearest(&content[i], prototypes.iter().map(|(p, c)| (*p, c.as_slice()))))
-                        .collect(),
+                _ if source_style == style => each(&Some),
+                // `Both` was split into its two schemes above.
+                Scheme::Spread | Scheme::Both => real(spread::spread(inputs, &pools[target], &content)),
+                Scheme::Viterbi => real(viterbi::viterbi(cycles, inputs, &members[target], &content)),
+                Scheme::Nearest | Scheme::Kernel | Scheme::Mean => {
+                    each(&|input| nearest(&content[input], &candidates))
                 }
+                Scheme::Take => each(&|input| {
+                    let of = |i: usize| (cycles[i].take, cycles[i].index);
+                    members[target].iter().copied().find(|&output| of(output) == of(input))
+                }),
             };
-            for (&input, output) in inputs.iter().zip(outputs) {
-                pairing.outputs[input][style] = Some(output);
+            for (&input, output) in inputs.iter().zip(chosen) {
+                outputs[input][style] = output;
             }
         }
+        prototypes.extend(found.into_iter().map(|(_, prototype)| prototype));
     }
-    pairing
+    Pairing { outputs, second: Vec::new(), prototypes }
 }
 
-fn candidates<'a>(members: &'a [usize], content: &'a [Vec<f64>]) -> impl Iterator<Item = (usize, &'a [f64])> {
-    members.iter().map(|&i| (i, content[i].as_slice()))
+/// The candidate whose content is nearest; `None` without candidates.
+fn nearest(to: &[f64], candidates: &[(usize, &[f64])]) -> Option<usize> {
+    candidates.iter().min_by(|a, b| distance2(to, a.1).total_cmp(&distance2(to, b.1))).map(|(i, _)| *i)
 }
 
-fn nearest<'a>(to: &[f64], among: impl Iterator<Item = (usize, &'a [f64])>) -> usize {
-    among.min_by(|a, b| distance2(to, a.1).total_cmp(&distance2(to, b.1))).map_or(0, |(i, _)| i)
-}
-
-/// Length of a content vector.
-const CONTENT: usize = 3;
-/// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
-const WEIGHTS: [f64; CONTENT] = [1.0, 0.5, 1.0];
-
-/// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in
-/// every style and are divided by their standard deviations over the database. The last is mostly the swing of the hips,
-/// which depends on style: it is standardised within the class.
-fn standardised_content(cycles: &[CycleData<'_>], members: &[Vec<usize>]) -> Vec<Vec<f64>> {
+#[cfg(test)]
+mod tests {
     use gestus_core::blob::layout::dof;
-    let mut content: Vec<Vec<f64>> = cycles
-        .iter()
-        .map(|c| {
-            let (start, end) = c.cycle.span();
-            let rows = &c.dofs[start.ceil().max(0.0) as usize..(end.ceil() as usize).clamp(1, c.dofs.len())];
-            let speed = mean_or_zero(rows.iter().map(|r| r[dof::FORWARD]));
-            let (yaw, spread) = moments(rows.iter().map(|r| r[dof::YAW]), 0.0);
-            vec![speed, yaw, spread]
-        })
-        .collect();
-    let everything: Vec<usize> = (0..cycles.len()).collect();
-    for (k, weight) in WEIGHTS.into_iter().enumerate() {
-        let groups: Vec<&Vec<usize>> = if k <= 1 { vec![&everything] } else { members.iter().collect() };
-        for group in groups {
-            let (mean, spread) = moments(group.iter().map(|&i| content[i][k]), 1e-9);
-            for &i in group {
-                content[i][k] = weight * (content[i][k] - mean) / spread;
-            }
+
+    use super::*;
+
+    /// A held-out set of a small class is empty. The nearest of none was the first cycle of the database.
+    #[test]
+    fn without_candidates_there_is_no_output() {
+        let (cycle, dofs) = (Cycle { knots: vec![0.0, 1.0, 2.0] }, vec![vec![0.5; dof::JOINTS]; 3]);
+        let of = |class| CycleData { class, clip: class, take: "", index: 0, cycle: &cycle, dofs: &dofs };
+        let (cycles, classes) = ([of(0), of(1)], [(0, 0), (0, 1)]);
+        for scheme in [Scheme::Nearest, Scheme::Viterbi, Scheme::Spread, Scheme::Take] {
+            let pairing = pair_among(&cycles, &classes, 2, scheme, &[true, false]);
+            assert_eq!(pairing.outputs, [[Some(0), None], [None, None]], "{scheme:?}");
+            let all = pair(&cycles, &classes, 2, scheme).outputs;
+            assert_eq!(all, [[Some(0), Some(1)], [Some(0), Some(1)]], "{scheme:?}");
         }
     }
-    content
-}
-
-/// The sequence of output cycles with the least sum of misfits and discontinuities.
-fn viterbi(
-    cycles: &[CycleData<'_>],
-    inputs: &[usize],
-    outputs: &[usize],
-    content: &[Vec<f64>],
-) -> Vec<usize> {
-    if outputs.is_empty() || inputs.is_empty() {
-        return Vec::new();
-    }
-    // Distance from the end of one output cycle to the start of the next, in standard deviations of each dof; 0 for
-    // consecutive cycles.
-    let ends: Vec<Vec<f64>> = outputs.iter().map(|&o| at(&cycles[o], 1.0)).collect();
-    let starts: Vec<Vec<f64>> = outputs.iter().map(|&o| at(&cycles[o], 0.0)).collect();
-    let typical = {
-        let pairs = outputs.len() * outputs.len();
-        let sum: f64 = ends.iter().flat_map(|e| starts.iter().map(move |s| distance2(e, s))).sum();
-        (sum / pairs as f64).max(1e-12)
-    };
-    let jump = |a: usize, b: usize| {
-        let follows = outputs[b] == outputs[a] + 1 && cycles[outputs[a]].clip == cycles[outputs[b]].clip;
-        if follows { 0.0 } else { CONTINUITY * distance2(&ends[a], &starts[b]) / typical }
-    };
-    let jumps: Vec<Vec<f64>> =
-        (0..outputs.len()).map(|a| (0..outputs.len()).map(|b| jump(a, b)).collect()).collect();
-    let fit = |i: usize, o: usize| distance2(&content[i], &content[outputs[o]]);
-    let mut cost: Vec<f64> = (0..outputs.len()).map(|o| fit(inputs[0], o)).collect();
-    let mut back: Vec<Vec<usize>> = Vec::new();
-    for pair in inputs.windows(2) {
-        let joined = cycles[pair[0]].clip == cycles[pair[1]].clip;
-        let step: Vec<(f64, usize)> = (0..outputs.len())
-            .map(|o| {
-                let before = (0..outputs.len())
-                    .map(|a| (cost[a] + if joined { jumps[a][o] } else { 0.0 }, a))
-                    .min_by(|a, b| a.0.total_cmp(&b.0))
-                    .unwrap_or((0.0, 0));
-                (before.0 + fit(pair[1], o), before.1)
-            })
-            .collect();
-        cost = step.iter().map(|s| s.0).collect();
-        back.push(step.iter().map(|s| s.1).collect());
-    }
-    let mut best = (0..outputs.len()).min_by(|&a, &b| cost[a].total_cmp(&cost[b])).unwrap_or(0);
-    let mut path = vec![outputs[best]];
-    for step in back.iter().rev() {
-        best = step[best];
-        path.push(outputs[best]);
-    }
-    path.reverse();
-    path
-}
-
-/// Centres over the contents of a class: first the mean, then each time the content farthest from all centres so far.
-fn centres(members: &[usize], content: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
-    let mut centres = vec![vec![0.0; CONTENT]];
-    while centres.len() < most.min(members.len()) {
-        let isolation =
-            |&i: &usize| centres.iter().map(|c| distance2(c, &content[i])).fold(f64::INFINITY, f64::min);
-        match members.iter().copied().max_by(|a, b| isolation(a).total_cmp(&isolation(b))) {
-            Some(next) => centres.push(content[next].clone()),
-            None => break,
-        }
-    }
-    centres
-}
-
-/// The cycles nearest to a centre, with Gaussian weights whose width is the distance of the farthest.
-fn kernel(members: &[usize], content: &[Vec<f64>], centre: &[f64]) -> Vec<(usize, f64)> {
-    let mut near: Vec<(f64, usize)> = members.iter().map(|&i| (distance2(&content[i], centre), i)).collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate(KERNEL_CYCLES);
-    let width = near.last().map_or(1.0, |n| n.0).max(1e-9);
-    near.into_iter().map(|(d, i)| (i, (-2.0 * d / width).exp())).collect()
-}
-
-/// The weighted mean of cycles, as a clip at their mean tempo.
-fn average(cycles: &[CycleData<'_>], weights: &[(usize, f64)]) -> Prototype {
-    const BEFORE: usize = 2;
-    let total: f64 = weights.iter().map(|w| w.1).sum();
-    let mean = |value: &dyn Fn(usize) -> f64| weights.iter().map(|&(i, w)| w * value(i)).sum::<f64>() / total;
-    // Knots at the mean tempo, after the lead-in frames.
-    let segments = weights.iter().map(|&(i, _)| cycles[i].cycle.knots.len() - 1).max().unwrap_or(1);
-    let knots: Vec<f64> = (0..=segments)
-        .map(|k| {
-            let phase = k as f64 / segments as f64;
-            BEFORE as f64 + mean(&|i| cycles[i].cycle.position(phase) - cycles[i].cycle.position(0.0))
-        })
-        .collect();
-    let cycle = Cycle { knots };
-    let frames = cycle.span().1.ceil() as usize + 2;
-    let rows = (0..frames)
-        .map(|f| {
-            let phase = cycle.phase(f as f64);
-            let mut row = vec![0.0; cycles[weights[0].0].dofs[0].len()];
-            for &(i, w) in weights {
-                for (sum, value) in row.iter_mut().zip(at(&cycles[i], phase)) {
-                    *sum += w / total * value;
-                }
-            }
-            row
-        })
-        .collect();
-    Prototype { rows, cycle }
 }

@@ -12,7 +12,7 @@
 //! On captured walks, runs and turns the ratio is 1.4 between walk and turns, and at least 4.4 between these and a run.
 
 use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
-use crate::registration::{timeline::GAIT_KNOTS, warp};
+use crate::registration::{timeline::Kind, warp};
 use gestus_motion::statistics::mean;
 
 /// Greatest ratio of distances for similar actions.
@@ -29,7 +29,7 @@ pub(super) fn pools(
     members: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
     let gait: Vec<bool> =
-        members.iter().map(|m| m.iter().all(|&i| cycles[i].cycle.knots.len() == GAIT_KNOTS)).collect();
+        members.iter().map(|m| m.iter().all(|&i| Kind::of_cycle(cycles[i].cycle) == Kind::Gait)).collect();
     let samples: Vec<Vec<(usize, Vec<f64>)>> = members
         .iter()
         .zip(&gait)

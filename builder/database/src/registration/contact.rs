@@ -16,11 +16,9 @@ use gestus_motion::{
 
 /// Contacts of the left and right foot in every frame. Shape `[frames]`.
 pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
-    let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
+    let positions = positions(clip);
     let frames = positions.len();
-    let leg =
-        landmarks.knees.iter().chain(&landmarks.feet).map(|&j| clip.skeleton.offsets[j].norm()).sum::<f64>()
-            / 2.0;
+    let leg = leg_m(&clip.skeleton, landmarks);
     let mut result = vec![[false; 2]; frames];
     for side in [0, 1] {
         let joints = [landmarks.feet[side], landmarks.toes[side]];
@@ -55,15 +53,13 @@ pub fn contacts(clip: &Clip, landmarks: &Landmarks) -> Vec<[bool; 2]> {
 pub fn sole_heights(examples: &[&Example], landmarks: &Landmarks) -> [[f64; 2]; 2] {
     let mut samples: [[Vec<f64>; 2]; 2] = Default::default();
     for example in examples {
-        let positions: Vec<_> =
-            example.clip.frames.iter().map(|f| f.positions(&example.clip.skeleton)).collect();
+        let positions = positions(&example.clip);
         for side in [0, 1] {
             let joints = [landmarks.feet[side], landmarks.toes[side]];
             let lows = joints.map(|j| low_height(&positions, j));
             for (position, _) in positions.iter().zip(&example.contacts).filter(|(_, c)| c[side]) {
                 let over = [0, 1].map(|i| position[joints[i]].y - lows[i]);
-                // Without toes the ankle carries the foot.
-                let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
+                let lower = lower(joints, over);
                 samples[side][lower].push(position[joints[lower]].y);
             }
         }
@@ -84,7 +80,7 @@ pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2
     let mut turned = [[0.0; 2]; 2];
     for example in examples {
         let clip = &example.clip;
-        let positions: Vec<_> = clip.frames.iter().map(|f| f.positions(&clip.skeleton)).collect();
+        let positions = positions(clip);
         for side in [0, 1] {
             let joints = [landmarks.feet[side], landmarks.toes[side]];
             let turns: Vec<_> =
@@ -95,7 +91,7 @@ pub fn rolls(examples: &[&Example], landmarks: &Landmarks, heights: [[f64; 2]; 2
                     continue;
                 }
                 let over = [0, 1].map(|i| positions[t + 1][joints[i]].y - heights[side][i]);
-                let lower = usize::from(joints[0] != joints[1] && over[1] <= over[0]);
+                let lower = lower(joints, over);
                 let shift = positions[t + 1][joints[lower]] - positions[t][joints[lower]];
                 let tip = turns[t + 1] * turns[t].inverse() * Vector3::y();
                 moved[side][lower] += shift.x * tip.x + shift.z * tip.z;
@@ -122,6 +118,21 @@ pub fn legs(examples: &[&Example], landmarks: &Landmarks) -> [Leg; 2] {
         heights: heights[side].map(|h| h as f32),
         rolls: rolls[side].map(|r| r as f32),
     })
+}
+
+/// Length of a leg from the hip joint to the ankle, the mean of both, metres.
+pub fn leg_m(skeleton: &Skeleton, landmarks: &Landmarks) -> f64 {
+    landmarks.knees.iter().chain(&landmarks.feet).map(|&j| skeleton.offsets[j].norm()).sum::<f64>() / 2.0
+}
+
+/// Positions of the joints in each frame, metres. Shape `[frames][joints]`.
+fn positions(clip: &Clip) -> Vec<Vec<Vector3<f64>>> {
+    clip.frames.iter().map(|frame| frame.positions(&clip.skeleton)).collect()
+}
+
+/// Which of ankle and toes carries a foot: 0 or 1. Without toes it is the ankle.
+fn lower(joints: [usize; 2], over: [f64; 2]) -> usize {
+    usize::from(joints[0] != joints[1] && over[1] <= over[0])
 }
 
 /// Orientation of a joint in the world.

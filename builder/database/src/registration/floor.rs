@@ -22,6 +22,8 @@ use gestus_motion::{
 };
 use nalgebra::Vector3;
 
+use crate::registration::contact::leg_m;
+
 /// Leg length that the heights below are for, metres.
 const LEG_M: f64 = 0.85;
 /// Height of ankle and toe joint above the sole of an unknown foot, metres.
@@ -105,9 +107,7 @@ impl Supports {
     /// Those of a skeleton's landmarks.
     pub fn of_landmarks(clip: &Clip, marks: &Landmarks) -> Self {
         let toes = [0, 1].map(|side| Some(marks.toes[side]).filter(|&toe| toe != marks.feet[side]));
-        let length = |j: usize| clip.skeleton.offsets[j].norm();
-        let leg_m = marks.knees.iter().chain(&marks.feet).map(|&j| length(j)).sum::<f64>() / 2.0;
-        Self::unknown(marks.feet, toes, [[0, 0], marks.knees].concat(), leg_m)
+        Self::unknown(marks.feet, toes, [[0, 0], marks.knees].concat(), leg_m(&clip.skeleton, marks))
     }
 
     /// Those of a database's body, whose standing feet were measured.

@@ -1,5 +1,6 @@
 //! Kinds of canonical timelines.
 
+use gestus_motion::corpus::Cycle;
 use serde::{Deserialize, Serialize};
 
 /// Knots of a gait cycle: left, right and left strike.
@@ -16,6 +17,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// The kind that a registered cycle is of: its number of knots says it.
+    pub fn of_cycle(cycle: &Cycle) -> Kind {
+        if cycle.knots.len() == GAIT_KNOTS { Kind::Gait } else { Kind::Whole }
+    }
+
     /// The kind of an action, guessed by its name.
     pub fn of_action(action: &str) -> Kind {
         const GAITS: [&str; 8] = ["walk", "run", "jog", "turn", "march", "strut", "dash", "sneak"];

@@ -180,17 +180,13 @@ impl Act {
             Kind::Jump => (0.36, 0.64),
             _ => (0.22, 0.52),
         };
-        let t = (x - from) / (to - from);
-        let hump = if (0.0..1.0).contains(&t) { 30.0 * (t * (1.0 - t)).powi(2) } else { 0.0 };
-        self.way_m() * hump / ((to - from) * UNITS)
+        self.way_m() * hump((x - from) / (to - from)) / ((to - from) * UNITS)
     }
 
     /// Turn along the path, radians a unit of canonical time.
     pub fn turn(&self, at: f64) -> f64 {
-        let t = (self.own(at) - 0.38) / 0.24;
-        let hump = if (0.0..1.0).contains(&t) { 30.0 * (t * (1.0 - t)).powi(2) } else { 0.0 };
         let angle = if self.kind == Kind::Jump { 0.3 * self.aim[1] } else { 0.0 };
-        angle * hump / (0.24 * UNITS)
+        angle * hump((self.own(at) - 0.38) / 0.24) / (0.24 * UNITS)
     }
 
     /// Takes the feet from where they stand through the act. Both must stand.
@@ -292,6 +288,11 @@ impl Act {
             -0.9 * crouch * (1.0 - smooth((x - deep) / (1.0 - deep)))
         }
     }
+}
+
+/// Speed at a share of the time of a movement from rest to rest over a distance of 1.
+fn hump(t: f64) -> f64 {
+    if (0.0..1.0).contains(&t) { 30.0 * (t * (1.0 - t)).powi(2) } else { 0.0 }
 }
 
 /// Ends the last stance of a foot.

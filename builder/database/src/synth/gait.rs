@@ -19,10 +19,13 @@ use crate::synth::{
 /// The numbers of a gait; metres, radians, seconds, shares of a cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct Gait {
-    period_s: f64,
-    stride_m: f64,
+    /// Length of a cycle in time.
+    pub period_s: f64,
+    /// Length of a cycle on the ground.
+    pub stride_m: f64,
     duty: f64,
-    width_m: f64,
+    /// Distance between the ankles.
+    pub width_m: f64,
     lift_m: f64,
     clearance_m: f64,
     land: f64,
@@ -93,16 +96,6 @@ pub const RUN: Gait = Gait {
 };
 
 impl Gait {
-    /// Length of a cycle on the ground, metres.
-    pub fn stride(&self) -> f64 {
-        self.stride_m
-    }
-
-    /// Distance between the ankles, metres.
-    pub fn width(&self) -> f64 {
-        self.width_m
-    }
-
     /// Between two gaits.
     pub fn blend(&self, other: &Self, t: f64) -> Self {
         let m = |a: f64, b: f64| a + t * (b - a);

@@ -16,8 +16,7 @@
 //! pairs whose outputs are an affine map of the dofs.
 //!
 //! Everything is drawn from ChaCha8 streams of the seed: the same seed gives the same corpus, on any machine up to
-//! the last bits of its trigonometric functions. Cost: about 25 microseconds a
-//! frame in a debug build.
+//! the last bits of its trigonometric functions. Cost: about 25 microseconds a frame in a debug build.
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -39,9 +38,10 @@ pub use style::STYLES;
 
 use act::{Act, Kind};
 use feet::Stance;
-use gait::{Performer, RUN, WALK};
+use gait::{Gait, Performer, RUN, WALK};
 use plan::{Path, Plan, Timeline};
 use posture::Posture;
+use style::Style;
 
 /// Names of the actions: gaits, acts, transitions.
 pub const ACTIONS: [&str; 10] = [
@@ -226,21 +226,28 @@ fn style_number(style: &str) -> Result<usize, SynthError> {
 fn plan_of(seed: u64, action: usize, style: usize, rate_hz: f64, seconds: f64) -> Result<Plan, SynthError> {
     range("the rate in frames a second", rate_hz, 10.0, 240.0)?;
     range("the length in seconds", seconds, 2.0, 600.0)?;
-    let style = style::Style::of(style);
-    let gait = |from: &gait::Gait, to: &gait::Gait, cycles: f64, whole: bool| {
-        gait_plan(seed, style, [*from, *to], cycles, whole)
+    let style = Style::of(style);
+    // A gait is cut into cycles, and shown from a moment before its first strike to a moment after its last.
+    let steady = |gait: Gait| {
+        let cycles = (seconds / gait.period_s).ceil();
+        let knots = (0..cycles as usize).map(|c| halves(c as f64, c as f64 + 1.0)).collect();
+        gait_plan(seed, style, [gait, gait], (-0.25, cycles + 0.25), knots)
     };
+    let change = |from: Gait, to: Gait| {
+        gait_plan(seed, style, [from, to], (0.0, CHANGE_CYCLES), vec![halves(0.0, CHANGE_CYCLES)])
+    };
+    let act = |kind: Kind, approach: f64| act_plan(seed, style, kind, approach);
     Ok(match ACTIONS[action] {
-        "walk" => gait(&WALK, &WALK, (seconds / 1.08).ceil(), false),
-        "run" => gait(&RUN, &RUN, (seconds / 0.72).ceil(), false),
-        "walk-to-run" => gait(&WALK, &RUN, CHANGE_CYCLES, true),
-        "run-to-walk" => gait(&RUN, &WALK, CHANGE_CYCLES, true),
-        "jump" => act_plan(seed, style, Kind::Jump, false),
-        "punch" => act_plan(seed, style, Kind::Punch, false),
-        "kick" => act_plan(seed, style, Kind::Kick, false),
-        "walk-to-jump" => act_plan(seed, style, Kind::Jump, true),
-        "walk-to-punch" => act_plan(seed, style, Kind::Punch, true),
-        _ => act_plan(seed, style, Kind::Kick, true),
+        "walk" => steady(WALK),
+        "run" => steady(RUN),
+        "walk-to-run" => change(WALK, RUN),
+        "run-to-walk" => change(RUN, WALK),
+        "jump" => act(Kind::Jump, 0.0),
+        "punch" => act(Kind::Punch, 0.0),
+        "kick" => act(Kind::Kick, 0.0),
+        "walk-to-jump" => act(Kind::Jump, APPROACH_CYCLES),
+        "walk-to-punch" => act(Kind::Punch, APPROACH_CYCLES),
+        _ => act(Kind::Kick, APPROACH_CYCLES),
     })
 }
 
@@ -253,8 +260,16 @@ fn halves(from: f64, to: f64) -> Vec<f64> {
     (0..=(2.0 * (to - from)).round() as usize).map(|i| from + 0.5 * i as f64).collect()
 }
 
-/// A gait, or the change from one to another; cut into cycles, or one whole.
-fn gait_plan(seed: u64, style: style::Style, [from, to]: [gait::Gait; 2], cycles: f64, whole: bool) -> Plan {
+/// A gait, or the change from one to another. `knots` are canonical times, shape `[cycles][knots]`, and `shown` is the span
+/// of it that is shown.
+fn gait_plan(
+    seed: u64,
+    style: Style,
+    [from, to]: [Gait; 2],
+    shown: (f64, f64),
+    knots: Vec<Vec<f64>>,
+) -> Plan {
+    let cycles = knots.last().and_then(|last| last.last()).copied().unwrap_or(0.0);
     let (start, end) = (-2.0, cycles + 2.0);
     let never = (f64::MAX / 4.0, f64::MAX / 2.0);
     let content = gait::content(seed, start, end);
@@ -263,19 +278,13 @@ fn gait_plan(seed: u64, style: style::Style, [from, to]: [gait::Gait; 2], cycles
     let path = performer.path(start, end);
     let feet = [0, 1].map(|side| performer.stances(side, start, end, &path));
     let timeline = performer.timeline(start, end);
-    // A gait is shown from a moment before its first strike to a moment after its last.
-    let (shown, knots) = if whole {
-        ((0.0, cycles), vec![halves(0.0, cycles)])
-    } else {
-        ((-0.25, cycles + 0.25), (0..cycles as usize).map(|c| halves(c as f64, c as f64 + 1.0)).collect())
-    };
     let posture = move |at: f64| performer.posture(at) + performer.roughness(at);
     Plan { timeline, shown, cycles: knots, path, feet, posture: Box::new(posture) }
 }
 
-/// An act from standing, or from walking.
-fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
-    let begin = if walking { APPROACH_CYCLES } else { 0.0 };
+/// An act after a walk of `begin` cycles, or from standing if that is 0.
+fn act_plan(seed: u64, style: Style, kind: Kind, begin: f64) -> Plan {
+    let walking = begin > 0.0;
     let (start, end) = (-2.0, begin + act::UNITS);
     let content = gait::content(seed, start, end);
     let act = Act::new(seed, kind, style, begin);
@@ -287,13 +296,13 @@ fn act_plan(seed: u64, style: style::Style, kind: Kind, walking: bool) -> Plan {
     let path = Path::integrate(
         start,
         end + 1.0,
-        |at| going.going(at) * going.gait(at).stride() + act.speed(at),
+        |at| going.going(at) * going.gait(at).stride_m + act.speed(at),
         |at| going.going(at) * going.content.turn + act.turn(at),
     );
     let mut feet = if walking {
         [0, 1].map(|side| performer.stances(side, start, begin, &path))
     } else {
-        let apart = 0.5 * (WALK.styled(&style).width() + 0.04);
+        let apart = 0.5 * (WALK.styled(&style).width_m + 0.04);
         [1.0, -1.0].map(|sign| {
             let ahead = if kind == Kind::Punch { 0.06 * sign } else { 0.0 };
             vec![Stance::still(path.beside(0.0, sign * apart, ahead), sign * 0.12)]

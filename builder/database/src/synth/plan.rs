@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use crate::synth::{
     feet::{Stance, foot_at},
-    posture::{self, HEIGHT, Posture, hips_ground, hips_rotation},
+    posture::{self, AHEAD, HEIGHT, Posture, SIDE, hips_rotation},
     skeleton::{ANKLE_HEIGHT_M, HIP_DROP_M, SHIN_M, THIGH_M, joint},
 };
 use gestus_motion::{
@@ -147,8 +147,8 @@ impl Plan {
         let mut contacts = Vec::new();
         for at in self.moments(rate_hz) {
             let posture = (self.posture)(at);
-            let (ground, heading) = self.path.at(at);
-            let [x, z] = hips_ground(&posture, ground, heading);
+            let heading = self.path.at(at).1;
+            let [x, z] = self.path.beside(at, posture[SIDE], posture[AHEAD]);
             let grid = ((at - from) * GRID).clamp(0.0, (heights.len() - 2) as f64);
             let (low, t) = (grid as usize, grid.fract());
             let height = heights[low] + t * (heights[low + 1] - heights[low]);
@@ -192,9 +192,8 @@ impl Plan {
             .map(|i| {
                 let at = from + i as f64 / GRID;
                 let posture = (self.posture)(at);
-                let (ground, heading) = self.path.at(at);
-                let [x, z] = hips_ground(&posture, ground, heading);
-                let hips = hips_rotation(&posture, heading);
+                let [x, z] = self.path.beside(at, posture[SIDE], posture[AHEAD]);
+                let hips = hips_rotation(&posture, self.path.at(at).1);
                 let reach = STRETCH * (THIGH_M + SHIN_M);
                 let wanted = STAND_M + posture[HEIGHT];
                 (0..2).fold(wanted, |height, side| {

@@ -111,13 +111,6 @@ pub fn hips_rotation(posture: &Posture, heading: f64) -> UnitQuaternion<f64> {
     about_y(heading) * bent(posture[TILT], posture[YAW], posture[LIST])
 }
 
-/// Ground position (x, z) of the hips: the path's, moved to the side and ahead.
-pub fn hips_ground(posture: &Posture, ground: [f64; 2], heading: f64) -> [f64; 2] {
-    let (sin, cos) = heading.sin_cos();
-    let (side, ahead) = (posture[SIDE], posture[AHEAD]);
-    [ground[0] + side * cos + ahead * sin, ground[1] - side * sin + ahead * cos]
-}
-
 /// The pose of a posture with its hips at `root` and its feet as given.
 pub fn pose(
     skeleton: &Skeleton,

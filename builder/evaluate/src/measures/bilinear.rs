@@ -17,7 +17,7 @@ use crate::{
 use gestus_database::{
     command_line::outputs::note,
     models::bilinear::{Bilinear, Cut, SPEEDS, aligned, at_quantile, by_speed},
-    registration::timeline::GAIT_KNOTS,
+    registration::timeline::Kind,
 };
 use gestus_motion::{body::Body, corpus::Corpus, statistics::mean};
 
@@ -37,7 +37,7 @@ impl OnClips for Args {
         let mut rows = Vec::new();
         for action in 0..corpus.actions.len() {
             let mut cycles = corpus.examples.iter().filter(|e| e.action == action).flat_map(|e| &e.cycles);
-            if !cycles.all(|c| c.knots.len() == GAIT_KNOTS) {
+            if !cycles.all(|c| Kind::of_cycle(c) == Kind::Gait) {
                 continue;
             }
             let all = (0..corpus.styles.len()).map(|style| by_speed(corpus, &body, action, style)).collect();

@@ -18,7 +18,7 @@ use crate::{
 use gestus_database::{
     models::bilinear::{Cut, SPEEDS, cuts},
     registration::{
-        timeline::GAIT_KNOTS,
+        timeline::Kind,
         warp::{
             self, Warp, WarpError,
             demo::{self, KnownPair, generated_pair, known_pair},
@@ -121,7 +121,7 @@ fn gaits(corpus: &Corpus, body: &Body, from: usize) -> (Vec<table::Row>, Vec<Str
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     for action in 0..corpus.actions.len() {
         let mut cycles = corpus.examples.iter().filter(|e| e.action == action).flat_map(|e| &e.cycles);
-        if !cycles.all(|c| c.knots.len() == GAIT_KNOTS) {
+        if !cycles.all(|c| Kind::of_cycle(c) == Kind::Gait) {
             continue;
         }
         let mut of = |style: usize| {

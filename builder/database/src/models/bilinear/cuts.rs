@@ -4,7 +4,7 @@ use gestus_core::blob::layout::dof;
 use gestus_motion::{
     body::{Body, row_at},
     corpus::{Corpus, Cycle},
-    statistics::{mean, smooth},
+    statistics::mean,
 };
 
 use super::error::BilinearError;
@@ -81,18 +81,14 @@ fn cut(clip: usize, rows: &[Vec<f64>], cycle: &Cycle) -> Cut {
 pub fn aligned(base: &Cut, cut: &Cut, rate_hz: f64) -> Result<Vec<f64>, WarpError> {
     let (u, y) = warp::standardised(&warp::shapes(&base.rows), &warp::shapes(&cut.rows));
     let positions = imw(&u, &y, &Config::default())?.warp.positions;
-    // Ends meet ends; the steps of the warp, multiples of a half, are smoothed away.
+    // Ends meet ends.
     let last = (base.rows.len() - 1) as f64;
     let scale = (cut.rows.len() - 1) as f64 / last;
     let shift: Vec<f64> = positions.iter().enumerate().map(|(k, p)| p - scale * k as f64).collect();
-    let smoothed = smooth(&shift, 0.06 * rate_hz);
-    let at: Vec<f64> = smoothed
+    let at: Vec<f64> = warp::smoothed_shift(&shift, rate_hz)
         .iter()
         .enumerate()
-        .map(|(k, shift)| {
-            let edge = ((k as f64).min(last - k as f64) / (0.12 * rate_hz)).min(1.0);
-            (scale * k as f64 + edge * shift).clamp(0.0, (cut.rows.len() - 1) as f64)
-        })
+        .map(|(k, shift)| (scale * k as f64 + shift).clamp(0.0, (cut.rows.len() - 1) as f64))
         .collect();
     Ok((0..base.rows.len())
         .flat_map(|k| {

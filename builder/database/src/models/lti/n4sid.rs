@@ -17,6 +17,8 @@
 //! simulated rather than used to predict one step from true outputs, B, C and D are estimated again by least squares on its
 //! simulation (MATLAB's "focus on simulation").
 
+use std::ops::Range;
+
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Schur};
 
 /// Inputs and outputs of one stretch.
@@ -184,10 +186,14 @@ impl Hankel {
         (count > 0).then(|| Self { products: products / count as f64, horizon, m, p })
     }
 
-    /// Rows of inputs, or of outputs, of some blocks.
-    fn rows(&self, blocks: std::ops::Range<usize>, outputs: bool) -> Vec<usize> {
-        let (skip, take) = if outputs { (self.m, self.p) } else { (0, self.m) };
-        blocks.flat_map(|k| (0..take).map(move |i| k * (self.m + self.p) + skip + i)).collect()
+    /// Rows of the inputs of some blocks.
+    fn inputs(&self, blocks: Range<usize>) -> Vec<usize> {
+        blocks.flat_map(|k| (0..self.m).map(move |i| k * (self.m + self.p) + i)).collect()
+    }
+
+    /// Rows of the outputs of some blocks.
+    fn outputs(&self, blocks: Range<usize>) -> Vec<usize> {
+        blocks.flat_map(|k| (self.m..self.m + self.p).map(move |i| k * (self.m + self.p) + i)).collect()
     }
 
     fn pick(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
@@ -195,18 +201,18 @@ impl Hankel {
     }
 
     /// The past's rows: inputs, then outputs.
-    fn past(&self, blocks: std::ops::Range<usize>) -> Vec<usize> {
-        [self.rows(blocks.clone(), false), self.rows(blocks, true)].concat()
+    fn past(&self, blocks: Range<usize>) -> Vec<usize> {
+        [self.inputs(blocks.clone()), self.outputs(blocks)].concat()
     }
 
     /// The oblique projection as a matrix that takes the past's rows to the future outputs, and the past's products.
     fn oblique(
         &self,
-        past: std::ops::Range<usize>,
-        future: std::ops::Range<usize>,
+        past: Range<usize>,
+        future: Range<usize>,
         noise: f64,
     ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-        let (w, uf, yf) = (self.past(past), self.rows(future.clone(), false), self.rows(future, true));
+        let (w, uf, yf) = (self.past(past), self.inputs(future.clone()), self.outputs(future));
         let known = [w.clone(), uf].concat();
         let factor = regular(&self.pick(&known, &known), noise).cholesky()?;
         let weights = factor.solve(&self.pick(&known, &yf)).transpose();
@@ -231,9 +237,9 @@ impl Hankel {
         };
         let (mut right, mut left) = (DMatrix::zeros(n + m, total), DMatrix::zeros(n + p, total));
         spread(&self.past(0..i), &now, &mut right, 0);
-        spread(&self.rows(i..i + 1, false), &DMatrix::identity(m, m), &mut right, n);
+        spread(&self.inputs(i..i + 1), &DMatrix::identity(m, m), &mut right, n);
         spread(&self.past(0..i + 1), &next, &mut left, 0);
-        spread(&self.rows(i..i + 1, true), &DMatrix::identity(p, p), &mut left, n);
+        spread(&self.outputs(i..i + 1), &DMatrix::identity(p, p), &mut left, n);
         let square = regular(&(&right * &self.products * right.transpose()), 1e-12);
         let cross = &right * &self.products * left.transpose();
         let theta = square.cholesky()?.solve(&cross).transpose();
@@ -302,10 +308,7 @@ fn refine_outputs(system: &mut System, signals: &[Signal], settled: usize, noise
     if count < 2 * (n + m) {
         return;
     }
-    for k in 0..n + m {
-        square[(k, k)] += noise * count as f64 + 1e-12 * square[(k, k)];
-    }
-    let Some(factor) = square.cholesky() else { return };
+    let Some(factor) = regular(&square, noise * count as f64).cholesky() else { return };
     let theta = factor.solve(&cross).transpose();
     system.c = theta.columns(0, n).into_owned();
     system.d = theta.columns(n, m).into_owned();
@@ -353,10 +356,7 @@ fn refine_inputs(system: &mut System, signals: &[Signal], settled: usize, noise:
     if count < 2 * numbers {
         return;
     }
-    for k in 0..numbers {
-        square[(k, k)] += noise * count as f64 + 1e-12 * square[(k, k)];
-    }
-    let Some(factor) = square.cholesky() else { return };
+    let Some(factor) = regular(&square, noise * count as f64).cholesky() else { return };
     let theta = factor.solve(&cross);
     system.b = DMatrix::from_fn(n, m, |k, j| theta[k * m + j]);
     system.d = DMatrix::from_fn(p, m, |r, j| theta[n * m + r * m + j]);

@@ -21,14 +21,26 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::{
     pairing::{CycleData, Pairing},
-    registration::timeline::GAIT_KNOTS,
+    registration::timeline::Kind,
 };
 use gestus_motion::{body::row_at, corpus::Cycle};
 
-/// Knots of a gait's tables: of features, of dofs, of slopes.
-const GAIT: [usize; 3] = [16, 12, 6];
-/// Knots of the tables of a whole clip.
-const WHOLE: [usize; 3] = [96, 48, 6];
+/// Numbers of knots of a table.
+struct Knots {
+    features: usize,
+    dofs: usize,
+    slopes: usize,
+}
+
+impl Knots {
+    const fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Gait => Self { features: 16, dofs: 12, slopes: 6 },
+            Kind::Whole => Self { features: 96, dofs: 48, slopes: 6 },
+        }
+    }
+}
+
 /// Part of the mean variance that is added to every feature's.
 const SHRINKAGE: f64 = 0.1;
 /// Ridge of the slopes, in cycles.
@@ -127,7 +139,7 @@ impl Tables {
                 distances.sort_by(f64::total_cmp);
                 let far = distances[((distances.len() - 1) as f64 * FAR_QUANTILE) as usize];
                 ClassTables {
-                    is_cyclic: class.is_cyclic,
+                    is_cyclic: class.kind == Kind::Gait,
                     features,
                     input: class.mean.dofs.clone(),
                     output: output.dofs,
@@ -151,8 +163,7 @@ struct Class<'a> {
     own: Vec<&'a CycleData<'a>>,
     /// Their numbers.
     numbers: Vec<usize>,
-    is_cyclic: bool,
-    knots: [usize; 3],
+    kind: Kind,
     cycles: Vec<Sampled>,
     mean: Sampled,
     /// Features of each cycle, shape `[cycles][P][F]`.
@@ -160,9 +171,9 @@ struct Class<'a> {
     mean_features: Vec<Vec<f64>>,
 }
 
-/// The phases of `count` knots.
-fn phases(count: usize, is_cyclic: bool) -> impl Iterator<Item = f64> {
-    let last = if is_cyclic { count } else { count - 1 };
+/// The phases of `count` knots; the end of a gait cycle is the start of the next.
+fn phases(count: usize, kind: Kind) -> impl Iterator<Item = f64> {
+    let last = if kind == Kind::Gait { count } else { count - 1 };
     (0..count).map(move |k| k as f64 / last as f64)
 }
 
@@ -170,27 +181,30 @@ impl<'a> Class<'a> {
     fn of(source: &Source<'a>, class: usize) -> Self {
         let members = source.cycles.iter().enumerate().filter(|(_, c)| c.class == class);
         let (numbers, own): (Vec<usize>, Vec<&CycleData<'_>>) = members.unzip();
-        let is_cyclic = own.iter().all(|c| c.cycle.knots.len() == GAIT_KNOTS);
-        let knots = if is_cyclic { GAIT } else { WHOLE };
+        let is_gait = own.iter().all(|c| Kind::of_cycle(c.cycle) == Kind::Gait);
+        let kind = if is_gait { Kind::Gait } else { Kind::Whole };
         let cycles: Vec<Sampled> = own
             .iter()
-            .map(|c| sampled(source, c.cycle, c.dofs, source.contacts[c.clip], (knots[1], is_cyclic)))
+            .map(|c| {
+                let contacts = contacts(c.cycle, source.contacts[c.clip], kind);
+                sampled(source.rate_hz, c.cycle, c.dofs, contacts, kind)
+            })
             .collect();
         let features: Vec<Vec<Vec<f64>>> = own
             .iter()
             .map(|c| {
                 let at = |phase| row_at(source.features[c.clip], c.cycle.position(phase));
-                phases(knots[0], is_cyclic).map(at).collect()
+                phases(Knots::of(kind).features, kind).map(at).collect()
             })
             .collect();
         let mean_features = mean_rows(features.iter());
         let mean = mean(cycles.iter());
-        Self { own, numbers, is_cyclic, knots, cycles, mean, features, mean_features }
+        Self { own, numbers, kind, cycles, mean, features, mean_features }
     }
 
     /// Change of the dofs with the drift of a cycle, and what is left of their spread.
     fn slopes(&self, source: &Source<'_>, deviation: [f64; 2]) -> (Vec<Vec<[f64; 2]>>, Vec<f64>) {
-        let (count, is_cyclic) = (self.knots[2], self.is_cyclic);
+        let count = Knots::of(self.kind).slopes;
         let drifts: Vec<Vector2<f64>> = self
             .cycles
             .iter()
@@ -201,7 +215,7 @@ impl<'a> Class<'a> {
         let rows: Vec<Vec<Vec<f64>>> = self
             .own
             .iter()
-            .map(|c| phases(count, is_cyclic).map(|p| row_at(c.dofs, c.cycle.position(p))).collect())
+            .map(|c| phases(count, self.kind).map(|p| row_at(c.dofs, c.cycle.position(p))).collect())
             .collect();
         let means = mean_rows(rows.iter());
         let dofs = source.cycles[0].dofs[0].len();
@@ -228,53 +242,44 @@ impl<'a> Class<'a> {
     }
 }
 
-/// A cycle at `knots.0` uniform phases.
-fn sampled(
-    source: &Source<'_>,
-    cycle: &Cycle,
-    dofs: &[Vec<f64>],
-    contacts: &[[bool; 2]],
-    knots: (usize, bool),
-) -> Sampled {
+/// Which foot stands at uniform phases of a cycle of a clip.
+fn contacts(cycle: &Cycle, of_clip: &[[bool; 2]], kind: Kind) -> Vec<[f64; 2]> {
+    let stands = |phase: f64| {
+        let at = (cycle.position(phase).round().max(0.0) as usize).min(of_clip.len() - 1);
+        of_clip[at].map(f64::from)
+    };
+    phases(CONTACTS, kind).map(stands).collect()
+}
+
+/// A cycle at uniform phases.
+fn sampled(rate_hz: f64, cycle: &Cycle, dofs: &[Vec<f64>], contacts: Vec<[f64; 2]>, kind: Kind) -> Sampled {
     let (start, end) = cycle.span();
     let frames = start.ceil().max(0.0) as usize..(end.ceil() as usize).clamp(1, dofs.len());
     let count = frames.len().max(1) as f64;
     let drift =
         [dof::FORWARD, dof::YAW].map(|d| dofs[frames.clone()].iter().map(|r| r[d]).sum::<f64>() / count);
-    let stands = |phase: f64| {
-        let at = (cycle.position(phase).round().max(0.0) as usize).min(contacts.len() - 1);
-        contacts[at].map(f64::from)
-    };
-    let seconds = [(0.5, 0.0), (1.0, 0.5)]
-        .map(|(to, from)| (cycle.position(to) - cycle.position(from)) / source.rate_hz);
-    Sampled {
-        dofs: phases(knots.0, knots.1).map(|p| row_at(dofs, cycle.position(p))).collect(),
-        contacts: phases(CONTACTS, knots.1).map(stands).collect(),
-        drift,
-        seconds,
-    }
+    let seconds =
+        [(0.5, 0.0), (1.0, 0.5)].map(|(to, from)| (cycle.position(to) - cycle.position(from)) / rate_hz);
+    let dofs = phases(Knots::of(kind).dofs, kind).map(|p| row_at(dofs, cycle.position(p))).collect();
+    Sampled { dofs, contacts, drift, seconds }
 }
 
 /// The mean output in the style of a class, of inputs in the action's other styles; the class itself where there are none.
 fn output(source: &Source<'_>, classes: &[Class<'_>], target: usize) -> Sampled {
     let (action, style) = source.classes[target];
-    let knots = (classes[target].knots[1], classes[target].is_cyclic);
+    let kind = classes[target].kind;
+    let pairing = source.pairing;
     let of_class = |input: &Class<'_>| {
-        let pairing = source.pairing;
         let outputs = input.numbers.iter().zip(&input.own).flat_map(|(&i, own)| {
             let both = [pairing.outputs.get(i), pairing.second.get(i)].into_iter().flatten();
             both.filter_map(|of| of[style]).map(move |output| (own, output))
         });
         let found: Vec<Sampled> = outputs
-            .map(|(own, output)| match source.cycles.get(output) {
-                Some(real) => sampled(source, real.cycle, real.dofs, source.contacts[real.clip], knots),
-                None => {
-                    // A prototype has no contacts of its own: content stands where content stands.
-                    let prototype = &pairing.prototypes[output - source.cycles.len()];
-                    let average = sampled(source, &prototype.cycle, &prototype.rows, &[[false; 2]], knots);
-                    let content = sampled(source, own.cycle, own.dofs, source.contacts[own.clip], knots);
-                    Sampled { contacts: content.contacts, ..average }
-                }
+            .map(|(own, output)| {
+                let (cycle, dofs, clip) = pairing.output(source.cycles, output);
+                // A prototype has no contacts of its own: content stands where content stands.
+                let (steps, clip) = clip.map_or((own.cycle, own.clip), |clip| (cycle, clip));
+                sampled(source.rate_hz, cycle, dofs, contacts(steps, source.contacts[clip], kind), kind)
             })
             .collect();
         (!found.is_empty()).then(|| mean(found.iter()))

@@ -22,6 +22,9 @@ pub struct Spread {
 /// Least standard deviation of a joint, radians: less is noise.
 pub const LEAST: f32 = 1e-3;
 
+/// Greatest factor of a standard deviation, as in the core.
+pub const MOST_SCALE: f32 = 4.0;
+
 /// The recursive mean of rotations; identity if there are none.
 pub fn recursive(rotations: impl IntoIterator<Item = Quaternion>) -> Quaternion {
     let mut mean = quaternion::IDENTITY;

@@ -11,7 +11,7 @@ use gestus_core::{
 use crate::models::statistic::mean::{self, Spread};
 use crate::models::{
     footplant::{self, Footplant},
-    numbers::floats,
+    numbers::{floats, narrow},
 };
 use gestus_motion::{
     body::{Body, about_y},
@@ -51,10 +51,9 @@ impl Table {
                 let all: Vec<Quaternion> = clips
                     .iter()
                     .flat_map(|(example, _)| &example.clip.frames)
-                    .map(|f| {
-                        let q =
-                            if j == 0 { about_y(-body.heading(f)) * f.rotations[0] } else { f.rotations[j] };
-                        [q.i as f32, q.j as f32, q.k as f32, q.w as f32]
+                    .map(|f| match j {
+                        0 => narrow(&(about_y(-body.heading(f)) * f.rotations[0])),
+                        _ => narrow(&f.rotations[j]),
                     })
                     .collect();
                 mean::spread(all.iter().copied(), rounds)

@@ -23,9 +23,12 @@ use gestus_core::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::models::statistic::{
-    euler,
-    mean::{self, Spread},
+use crate::models::{
+    numbers::narrow,
+    statistic::{
+        euler,
+        mean::{self, MOST_SCALE, Spread},
+    },
 };
 use crate::{
     registration::{
@@ -44,8 +47,6 @@ use gestus_motion::{
     statistics::moments,
 };
 
-/// Greatest factor of a standard deviation, as in the core.
-const MOST_SCALE: f32 = 4.0;
 /// Clips whose lengths differ by a larger factor are resampled before warping, since the slope limit is two.
 const NEAR: f64 = 1.8;
 
@@ -121,7 +122,8 @@ pub fn transfer(
             let moved = if options.euler {
                 euler::moved(&a, &b)
             } else {
-                moved(&a, &spread(&a, options), &spread(&b, options))
+                let map = Map::of(&spread(&a, options), &spread(&b, options));
+                a.iter().map(|&q| map.apply(q)).collect()
             };
             back(&moved, &own, source.frames.len())
         };
@@ -197,11 +199,6 @@ impl Map {
     }
 }
 
-fn moved(rotations: &[Quaternion], from: &Spread, to: &Spread) -> Vec<Quaternion> {
-    let map = Map::of(from, to);
-    rotations.iter().map(|&q| map.apply(q)).collect()
-}
-
 /// Weight of each frame: the number of positions at it; a position between two frames counts for both in part.
 fn weights(positions: &[f64], frames: usize) -> Vec<f32> {
     let mut weights = vec![0.0; frames];
@@ -227,7 +224,6 @@ impl Turns {
 
     /// The same, of a clip whose headings are known.
     fn with(headings: &[f64], clip: &Clip) -> Self {
-        let narrow = |q: &UnitQuaternion<f64>| [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
         let frame = |(f, heading): (&Frame, &f64)| {
             let mut all: Vec<Quaternion> = f.rotations.iter().map(narrow).collect();
             all[0] = narrow(&(about_y(-heading) * f.rotations[0]));
@@ -257,19 +253,7 @@ fn at(rotations: &[Quaternion], position: f64) -> Quaternion {
 
 /// Undoes the warp: rotations at `positions` of a clip, interpolated at its frames.
 fn back(rotations: &[Quaternion], positions: &[f64], frames: usize) -> Vec<Quaternion> {
-    let mut k = 0;
-    (0..frames)
-        .map(|t| {
-            let t = t as f64;
-            while k + 2 < positions.len() && positions[k + 1] <= t {
-                k += 1;
-            }
-            let next = (k + 1).min(positions.len() - 1);
-            let span = positions[next] - positions[k];
-            let share = if span > 0.0 { ((t - positions[k]) / span).clamp(0.0, 1.0) } else { 0.0 };
-            at(rotations, k as f64 + share)
-        })
-        .collect()
+    inverse(positions, frames).into_iter().map(|position| at(rotations, position)).collect()
 }
 
 /// Height, forward and left velocity of every frame, scaled component by component (eq. 4).
@@ -301,7 +285,7 @@ fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), Wa
     let (u, v) = moving(&thinned(x, count), &thinned(y, most));
     let config = Config { tolerance: 3e-3, ..Config::default() };
     let warp = imw(&u, &v, &config)?.warp;
-    let own = Warp { positions: inverse(&warp, most) }.stretched(y.len(), count, x.len());
+    let own = Warp { positions: inverse(&warp.positions, most) }.stretched(y.len(), count, x.len());
     Ok((own.positions, (0..y.len()).map(|k| k as f64).collect()))
 }
 
@@ -334,9 +318,8 @@ fn moving(u: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     warp::standardised(&pick(u), &pick(v))
 }
 
-/// Position in the first motion of each frame of the second.
-fn inverse(warp: &Warp, frames: usize) -> Vec<f64> {
-    let positions = &warp.positions;
+/// Where in ascending positions each of the first frames lies.
+fn inverse(positions: &[f64], frames: usize) -> Vec<f64> {
     let mut i = 0;
     (0..frames)
         .map(|j| {

@@ -18,6 +18,7 @@ use gestus_motion::{
     body::{Body, row_at},
     corpus::{Corpus, Cycle, Example},
     landmarks::LandmarkError,
+    statistics::variance,
 };
 
 /// Frames a second of generated pairs.
@@ -58,11 +59,8 @@ pub fn generated_pair(content: u64, action: &str, style: &str) -> Result<KnownPa
     let (u, input) = cut(&body, &neutral);
     let (y, output) = cut(&body, &styled);
     let truth = Warp { positions: input.positions(&output) };
-    let variance = |d: usize| {
-        let mean = u.iter().map(|r| r[d]).sum::<f64>() / u.len() as f64;
-        u.iter().map(|r| (r[d] - mean).powi(2)).sum::<f64>()
-    };
-    let most = (0..u[0].len()).max_by(|&a, &b| variance(a).total_cmp(&variance(b))).unwrap_or(0);
+    let spread = |d: &usize| variance(u.iter().map(|row| row[*d]));
+    let most = (0..u[0].len()).max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
     let (u, y) = standardised(&u, &y);
     Ok(KnownPair { u, y, truth, most })
 }
@@ -169,7 +167,7 @@ pub fn compare(pair: &KnownPair) -> Result<Vec<(&'static str, Warp)>, WarpError>
 /// A curve by its name: points of frame and value.
 pub type Curve = (String, Vec<(f64, f64)>);
 
-/// Plots the warps of each method and the true warp.
+/// The warps of each method and the true warp, as curves of a plot.
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.
@@ -179,8 +177,8 @@ pub fn warps(pair: &KnownPair) -> Result<Vec<Curve>, WarpError> {
     Ok(found.into_iter().map(|(name, warp)| (name.to_owned(), curve(warp))).collect())
 }
 
-/// Plots the dof that varies most (Hsu 2005, Figure 2): of input and output, and of the input on the output's timeline by
-/// each method.
+/// The dof that varies most as curves of a plot (Hsu 2005, Figure 2): of input and output, and of the input on the
+/// output's timeline by each method.
 ///
 /// # Errors
 /// [`WarpError`] where the pair can't be warped.

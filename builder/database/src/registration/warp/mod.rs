@@ -12,7 +12,7 @@
 
 pub use error::WarpError;
 use gestus_core::blob::layout::dof;
-use gestus_motion::statistics::variance;
+use gestus_motion::statistics::{smooth, variance};
 
 pub mod demo;
 pub mod dtw;
@@ -54,6 +54,17 @@ impl Warp {
         let sum: f64 = self.positions.iter().zip(&other.positions).map(|(a, b)| (a - b).abs()).sum();
         sum / self.positions.len() as f64
     }
+}
+
+/// Standard deviation of the smoothing of [`smoothed_shift`], seconds.
+const SMOOTH_S: f64 = 0.06;
+
+/// How far a warp shifts each frame, without the steps that come of differential warps being multiples of one half. Motions
+/// begin and end with the same event: nothing is shifted there.
+pub fn smoothed_shift(shift: &[f64], rate_hz: f64) -> Vec<f64> {
+    let last = shift.len() as f64 - 1.0;
+    let edge = |k: f64| (k.min(last - k) / (2.0 * SMOOTH_S * rate_hz)).min(1.0);
+    smooth(shift, SMOOTH_S * rate_hz).into_iter().enumerate().map(|(k, s)| s * edge(k as f64)).collect()
 }
 
 /// Checks two motions: frames, one number of dofs, finite.
