@@ -52,7 +52,7 @@ fn send(noise: &str, clip: &Clip) -> Result<Outcome, anyhow::Error> {
             let client = Client::new(&mut line, 77, retry);
             let mut session = Session::begin(client, twin, &database)?;
             session.apply(&stream_request())?;
-            let linked = stream(&mut session, clip, false, || ())?;
+            let linked = stream(&mut session, clip, None, || ())?;
             let statistics = session.board().statistics()?;
             let repeats = session.counts().repeats;
             let seconds = line.now().as_secs_f64();

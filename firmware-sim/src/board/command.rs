@@ -3,11 +3,6 @@
 use std::{
     num::NonZero,
     path::{Path, PathBuf},
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
-    thread::available_parallelism,
     time::Instant,
 };
 
@@ -23,6 +18,7 @@ use gestus_database::{
     stream::Request,
     synth::STYLES,
 };
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{
@@ -114,6 +110,22 @@ pub struct BoardArgs {
     json: bool,
 }
 
+impl BoardArgs {
+    /// How the images are built; `blob` is the database of an image that contains it.
+    fn options<'a>(&'a self, blob: Option<&'a Path>) -> image::Options<'a> {
+        image::Options {
+            blob,
+            defmt: self.defmt,
+            stack_sizes: self.stack_sizes,
+            micromath: self.micromath,
+            robot: self.robot.robot.is_some(),
+            program: self.least.then_some("minimal"),
+            methods: &self.methods,
+            files: &[],
+        }
+    }
+}
+
 /// The method of a name.
 fn method(name: String) -> Result<Method> {
     let found = Method::ALL.into_iter().find(|method| method.name() == name);
@@ -179,17 +191,7 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     for board in boards {
         let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
         eprintln!("building the image of {} ({})", board.name, board.title);
-        let (defmt, stack_sizes, micromath) = (args.defmt, args.stack_sizes, args.micromath);
-        let options = image::Options {
-            blob: blob.as_deref(),
-            defmt,
-            stack_sizes,
-            micromath,
-            program: args.least.then_some("minimal"),
-            methods: &args.methods,
-            ..image::Options::default()
-        };
-        let image = image::build(board, options)?;
+        let image = image::build(board, args.options(blob.as_deref()))?;
         let flash_bytes = image::flash_bytes(&image)?;
         if !args.json {
             say(format_args!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display()))?;
@@ -266,16 +268,7 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
         return Ok(image.clone());
     }
     eprintln!("building the image of {} ({})", board.name, board.title);
-    let (defmt, micromath, robot) = (args.defmt, args.micromath, args.robot.robot.is_some());
-    let options = image::Options {
-        blob: Some(blob),
-        defmt,
-        micromath,
-        robot,
-        methods: &args.methods,
-        ..image::Options::default()
-    };
-    image::build(board, options)
+    image::build(board, args.options(Some(blob)))
 }
 
 /// Replays the long stream on every board. The recording follows the database in flash and the board reads it there, so
@@ -289,39 +282,18 @@ fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Repla
     let file = image::write_flash(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
     let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
     let bar = progress::bar(boards.len(), "boards");
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let replay = || {
-        while let Some((board, image)) = pair(boards, &images, next.fetch_add(1, Ordering::Relaxed)) {
-            let start = Instant::now();
-            let replayed = programs::replay(board, image, &file).map(|(digest, frames)| {
-                let seconds = start.elapsed().as_secs_f64();
-                Replayed { board, frames, digest, host_digest, seconds }
-            });
-            bar.inc(1);
-            done.lock().unwrap_or_else(PoisonError::into_inner).push(replayed);
-        }
+    let replay = |(&board, image): (&&'static Board, &PathBuf)| {
+        let start = Instant::now();
+        let (digest, frames) = programs::replay(board, image, &file)?;
+        bar.inc(1);
+        Ok(Replayed { board, frames, digest, host_digest, seconds: start.elapsed().as_secs_f64() })
     };
-    std::thread::scope(|scope| {
-        for _ in 0..available_parallelism().map_or(1, NonZero::get) {
-            scope.spawn(replay);
-        }
-    });
-    bar.finish_and_clear();
-    let mut replayed =
-        done.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect::<Result<Vec<_>>>()?;
-    replayed.sort_by_key(|r| boards.iter().position(|b| *b == r.board));
-    Ok(replayed)
-}
-
-/// A board and its image.
-fn pair<'a>(
-    boards: &[&'static Board],
-    images: &'a [PathBuf],
-    at: usize,
-) -> Option<(&'static Board, &'a PathBuf)> {
     // The last board of the list is the slowest, so it starts first.
-    let at = boards.len().checked_sub(at + 1)?;
-    Some((boards.get(at)?, images.get(at)?))
+    let replayed: Result<Vec<Replayed>> = boards.par_iter().zip(&images).rev().map(replay).collect();
+    bar.finish_and_clear();
+    let mut replayed = replayed?;
+    replayed.reverse();
+    Ok(replayed)
 }
 
 /// The table, one line a board.

@@ -232,7 +232,7 @@ pub fn measure(
         if let Some((robot, args)) = job.robot {
             args.begin(&robot, session)?;
         }
-        let linked = stream(session, job.clip, false, progress)?;
+        let linked = stream(session, job.clip, None, progress)?;
         let statistics = session.board().statistics()?;
         let mut bytes_read: Vec<u32> = linked.streamed.steps.iter().map(|s| s.report.bytes_read).collect();
         bytes_read.sort_unstable();

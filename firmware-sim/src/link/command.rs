@@ -224,7 +224,8 @@ fn stream_clip<'t, L: Line>(
         args.robot.begin(&robot, &mut session)?;
     }
     let bar = progress::bar(input.mapped.frames.len(), "frames");
-    let linked = stream(&mut session, &input.mapped, args.pace, || bar.inc(1))?;
+    let pace_hz = args.pace.then_some(input.mapped.rate_hz);
+    let linked = stream(&mut session, &input.mapped, pace_hz, || bar.inc(1))?;
     bar.finish_and_clear();
     let statistics = named(&session.board().statistics()?);
     args.clip.write(input, &linked.streamed)?;

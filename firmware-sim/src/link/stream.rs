@@ -80,15 +80,15 @@ impl Linked {
     }
 }
 
-/// Streams a clip, which has to be at the database's rate and on its joints. With `pace` each frame is sent when it is
-/// due, otherwise as soon as the previous one is answered. `progress` is called after each frame.
+/// Streams a clip, which has to be at the database's rate and on its joints. With `pace_hz` so many frames are sent a
+/// second, otherwise each as soon as the previous one is answered. `progress` is called after each frame.
 ///
 /// # Errors
 /// [`LinkError`](super::LinkError), with the number of the frame.
 pub fn stream<L: Line>(
     session: &mut Session<'_, L>,
     clip: &Clip,
-    pace: bool,
+    pace_hz: Option<f64>,
     mut progress: impl FnMut(),
 ) -> Result<Linked> {
     let joints = session.joints();
@@ -98,8 +98,8 @@ pub fn stream<L: Line>(
     let (mut driven, mut played_s) = (Vec::new(), 0.0);
     let start = Instant::now();
     for (t, frame) in clip.frames.iter().enumerate() {
-        let due = Duration::from_secs_f64(t as f64 / clip.rate_hz);
-        if pace {
+        let due = |t: usize| pace_hz.map(|rate_hz| Duration::from_secs_f64(t as f64 / rate_hz));
+        if let Some(due) = due(t) {
             std::thread::sleep(due.saturating_sub(start.elapsed()));
         }
         let one_call = session.in_one_call();
@@ -110,9 +110,7 @@ pub fn stream<L: Line>(
         }
         .with_context(|| format!("frame {t}"))?;
         driven.extend(ticks);
-        if pace && start.elapsed() > due + Duration::from_secs_f64(1.0 / clip.rate_hz) {
-            late += 1;
-        }
+        late += usize::from(due(t + 1).is_some_and(|next| start.elapsed() > next));
         if !stepped.same {
             differing += 1;
             first_difference.get_or_insert(t);
