@@ -57,10 +57,7 @@
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 #![forbid(unsafe_code)]
 // A build without some methods leaves code unused that only they need.
-#![cfg_attr(
-    not(all(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")),
-    allow(dead_code, unused_imports)
-)]
+#![cfg_attr(not(feature = "methods"), allow(dead_code, unused_imports))]
 
 // Imported, so that the linker finds its routines.
 #[cfg(feature = "soft-float")]

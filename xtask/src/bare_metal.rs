@@ -10,15 +10,8 @@ use crate::{
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 /// Sets of features that are built.
-const FEATURES: [&str; 7] = [
-    "mar,lti,statistic,phase",
-    "mar,lti,statistic,phase,defmt",
-    "mar,lti,statistic,phase,micromath",
-    "mar",
-    "lti",
-    "statistic",
-    "phase",
-];
+const FEATURES: [&str; 7] =
+    ["methods", "methods,defmt", "methods,micromath", "mar", "lti", "statistic", "phase"];
 
 /// Builds the core for the target.
 pub fn run(setup: bool) -> Outcome {

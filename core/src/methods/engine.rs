@@ -19,6 +19,16 @@ use crate::{Config, Database, Method, Observer, blob::layout::section};
 #[cfg(not(any(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")))]
 compile_error!("no method: choose features of gestus-core among mar, lti, statistic and phase");
 
+// Does not compile if a method is missing among all methods in `Cargo.toml`.
+#[cfg(feature = "methods")]
+const _: () = {
+    let mut number = 0;
+    while number < Method::ALL.len() {
+        assert!(Method::ALL[number].is_built());
+        number += 1;
+    }
+};
+
 /// A method and its state. The methods share one place in memory, as large as the largest state, the mixture's.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
