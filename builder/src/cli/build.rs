@@ -120,11 +120,12 @@ pub fn run(args: &Args) -> Result<()> {
         let folder = config.data.as_deref().unwrap_or(Path::new(".")).display().to_string();
         Refused::unless_empty(Vec::new(), incomplete.clone()).context(folder)?;
     }
-    for group in &incomplete {
-        super::note(format_args!("left out: {group}"));
-    }
     let left_out: Vec<Group> = Group::all(&loaded.left_out).into_iter().chain(incomplete).collect();
     let count: usize = left_out.iter().map(|group| group.clips.len()).sum();
+    if count > 0 {
+        super::note(format_args!("{count} files or clips are left out (--strict makes that an error):"));
+        left_out.iter().flat_map(Group::lines).for_each(|line| super::note(format_args!("  {line}")));
+    }
     if let [style] = &corpus.styles[..] {
         super::note(format_args!(
             "all clips have the style {style}: there is no other to learn the difference to, and the database translates \
@@ -172,12 +173,6 @@ pub fn run(args: &Args) -> Result<()> {
         }
         for line in fit::lines(chosen.as_ref(), &args.output) {
             super::say(line)?;
-        }
-        if count > 0 {
-            super::say(format_args!("{count} files or clips were left out (--strict makes that an error):"))?;
-            for line in left_out.iter().flat_map(Group::lines) {
-                super::say(format_args!("  {line}"))?;
-            }
         }
     }
     Ok(())
