@@ -232,6 +232,44 @@ fn a_body_below_an_armature_moves_as_it_did() {
     assert!(apart(&read, &clip(&again)) < 1e-6);
 }
 
+/// Nodes with negative scales mirror what hangs on them: every joint is where the file's matrices put it.
+#[test]
+fn what_hangs_on_a_mirrored_node_is_where_it_looks() {
+    let (walk_clip, spine) = (common::walk(), 1);
+    let (turn, place, _) = armature();
+    let below = |joint: usize| walk_clip.skeleton.path(joint)[..].contains(&spine) && joint != spine;
+    assert!((0..walk_clip.skeleton.joints()).any(below));
+    for (at_spine, signs) in [
+        (false, [-1.0, 1.0, 1.0]),
+        (false, [-1.0, -1.0, -1.0]),
+        (false, [1.0, -1.0, -1.0]),
+        (true, [1.0, 1.0, -1.0]),
+    ] {
+        let mut made = walk();
+        // The armature is node 1, the hips are node 2.
+        let node = &mut made.json["nodes"][if at_spine { 2 + spine } else { 1 }];
+        let size = node["scale"][0].as_f64().unwrap_or(1.0);
+        node["scale"] = json!(signs.map(|sign| sign * size));
+        let read = clip(&one(&made.glb()).unwrap());
+        for (frame, plain) in read.frames.iter().zip(&walk_clip.frames) {
+            let p = plain.positions(&walk_clip.skeleton);
+            let (axes, origin) = if at_spine {
+                (plain.rotations[0] * plain.rotations[spine], p[spine])
+            } else {
+                (turn, place)
+            };
+            let signs = Vector3::from(signs);
+            let mirrored =
+                |v: Vector3<f64>| axes * (axes.inverse() * (v - origin)).component_mul(&signs) + origin;
+            for (joint, found) in frame.positions(&read.skeleton).into_iter().enumerate() {
+                let expected = if !at_spine || below(joint) { mirrored(p[joint]) } else { p[joint] };
+                let off = (found - expected).norm();
+                assert!(off < 5e-6, "{signs:?} {}: {off} m", read.skeleton.names[joint]);
+            }
+        }
+    }
+}
+
 #[test]
 fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
     let (text, data) = walk().text("my%20numbers.bin");

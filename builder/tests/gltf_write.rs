@@ -218,6 +218,27 @@ fn a_clip_replaces_its_animation_and_nothing_else() {
     assert!(apart(&wanted, &clip(&animations(&twice, Path::new(""))[0].animation)) < 1e-5);
 }
 
+/// What is read from below a mirrored node is written back as the node mirrors it.
+#[test]
+fn a_clip_below_a_mirrored_node_comes_back() {
+    for (node, signs) in [(None, [-1.0, 1.0, 1.0]), (None, [-1.0; 3]), (Some(2), [1.0, -1.0, 1.0])] {
+        let mut before = hero();
+        let armature = before.json["nodes"].as_array().unwrap().len() - 1;
+        let node = node.unwrap_or(armature);
+        let size = if node == armature { SCALE } else { 1.0 };
+        before.json["nodes"][node]["scale"] = json!(signs.map(|sign| sign * size));
+        let read = animations(&before.bytes(), Path::new("")).remove(0);
+        let binding = Binding::new(&read.animation, &Options::default()).unwrap();
+        let original = binding.to_clip(&read.animation).unwrap();
+        assert!(apart(common::walk(), &original) > 0.1, "it is mirrored");
+        let wanted = rotated(&original, 0.2);
+        let bytes = read.write(&binding, &wanted, None, false).unwrap();
+        let off = apart(&wanted, &clip(&animations(&bytes, Path::new(""))[0].animation));
+        assert!(off < 1e-5, "{signs:?}: {off}");
+        assert_kept(&before, &Parts::of(&bytes), 0);
+    }
+}
+
 #[test]
 fn a_new_name_adds_an_animation_and_a_known_one_replaces_it() {
     let before = hero();

@@ -259,6 +259,55 @@ fn gaits_in_place_are_found_and_acts_on_the_spot_are_not() {
     }
 }
 
+/// A third of a second of a gait may show one foot on the ground alone.
+#[test]
+fn parts_of_a_step_in_place_are_found_and_those_of_acts_are_not() {
+    let part = |action: &str, style: &str, start: usize| {
+        let mut clip = synth::performance(3, action, style, 30.0, 4.0).unwrap().clip;
+        clip.frames.drain(..start.min(clip.frames.len() - 12));
+        clip.frames.truncate(12);
+        clip
+    };
+    let course = |clip: &Clip| read(clip, &InputOptions::default()).unwrap().course().cloned();
+    for style in synth::STYLES {
+        for start in [30, 37, 44, 51] {
+            for action in ["walk", "run"] {
+                let moving = part(action, style, start);
+                assert!(course(&moving).is_none(), "{action} {style} from {start} goes somewhere");
+                let held = changed(&moving, |f| f.root = Vector3::new(0.0, f.root.y, 0.0));
+                assert!(course(&held).is_some(), "{action} {style} from {start} is in place");
+            }
+            for action in ["jump", "kick", "punch"] {
+                assert!(course(&part(action, style, start)).is_none(), "{action} {style} from {start}");
+            }
+        }
+    }
+}
+
+/// The clip on a skeleton that is not the database's.
+fn renamed(clip: &Clip) -> Clip {
+    let names = clip.skeleton.names.iter().map(|name| format!("rig:{name}")).collect();
+    Clip { skeleton: Arc::new(Skeleton { names, ..(*clip.skeleton).clone() }), ..clip.clone() }
+}
+
+/// A foot that stands nowhere in a clip does not tell how high ankles are.
+#[test]
+fn parts_of_a_step_stand_on_the_floor() {
+    let ankle = |clip: &Clip| {
+        let input = read(&renamed(clip), &InputOptions::default()).unwrap();
+        input.retarget().unwrap().source.anatomy.ankle_m
+    };
+    let whole = ankle(walk());
+    let off = |start: usize| {
+        let mut part = walk().clone();
+        part.frames.drain(..start);
+        part.frames.truncate(10);
+        ankle(&part) - whole
+    };
+    let worst = (30..60).step_by(3).map(off).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst} m");
+}
+
 #[test]
 fn a_loop_stays_a_loop() {
     for held in [false, true] {

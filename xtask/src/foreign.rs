@@ -48,11 +48,14 @@ impl Package {
                     run_command(command("apt-get").args(["update", "--quiet"])).and_then(|()| download())
                 })?;
             }
-            "pypi" => run_command(
-                command("pip")
-                    .args(["download", "--quiet", "--no-deps", "--no-binary", ":all:", name])
-                    .current_dir(&part),
-            )?,
+            "pypi" => {
+                let download = |kind| {
+                    let arguments = ["download", "--quiet", "--no-deps", kind, ":all:", name];
+                    run_command(command("pip").args(arguments).current_dir(&part))
+                };
+                // Sources have the clips of tests; some packages have none.
+                download("--no-binary").or_else(|_| download("--only-binary"))?;
+            }
             "npm" => run_command(command("npm").args(["pack", "--silent", name]).current_dir(&part))?,
             other => bail!("`{other}` is no registry: debian, pypi or npm"),
         }
@@ -67,6 +70,10 @@ impl Package {
             let mut deb = command("dpkg-deb");
             deb.args(["-x", &archive, "."]);
             deb
+        } else if archive.ends_with(".whl") {
+            let mut wheel = command("python3");
+            wheel.args(["-m", "zipfile", "-e", &archive, "."]);
+            wheel
         } else {
             let mut tar = command("tar");
             tar.args(["-xzf", &archive]);

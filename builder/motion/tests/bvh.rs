@@ -1,6 +1,7 @@
 //! BVH in and out on small documents: what is read, what each error says, what comes back.
 
 use gestus_motion::{
+    animation::Recording,
     binding::{Binding, Options, to_clip},
     capture::read_folder,
     formats::bvh::{Bvh, BvhErrorKind as Kind, MAX_DEPTH},
@@ -289,6 +290,18 @@ fn hidden_files_and_folders_are_no_clips() {
     // A folder that is named is read, whatever its name.
     assert_eq!(read_folder(&folder.join(".trash")).unwrap().documents.len(), 1);
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Files of SOMA state each joint's rotation at rest behind its offset; channels hold the whole rotation.
+#[test]
+fn rotations_behind_offsets_are_read_over() {
+    let text = SMALL.replace("OFFSET 0 -85 0", "OFFSET 0 -85 0 89.9 0.2 -1e-9");
+    let (plain, turned) = (Bvh::parse(SMALL.as_bytes(), "a.bvh"), Bvh::parse(text.as_bytes(), "a.bvh"));
+    let (plain, turned) = (plain.unwrap(), turned.unwrap());
+    assert_eq!(plain.to_text(), turned.to_text());
+    assert!(plain.notes().is_empty() && turned.notes()[0].contains("rotations at rest"));
+    let short = SMALL.replace("OFFSET 0 -85 0", "OFFSET 0 -85 0 89.9");
+    assert!(matches!(Bvh::parse(short.as_bytes(), "a.bvh").unwrap_err().kind, Kind::NotANumber { .. }));
 }
 
 #[test]

@@ -218,4 +218,6 @@ fn what_is_no_character_is_refused_with_what_to_do() {
     let (ok, _, stderr) =
         gestus(&["build", "--data", shown(&data), "--rig-map", shown(&map), "-o", shown(&db)]);
     assert!(!ok && stderr.contains("--rig-map without --rig"), "{stderr}");
+    let (ok, _, stderr) = gestus(&["build", "--data", shown(&data), "--rig-unit", "cm", "-o", shown(&db)]);
+    assert!(!ok && stderr.contains("--rig-unit without --rig"), "{stderr}");
 }

@@ -6,7 +6,7 @@ use gestus_database::data_folder::{
     config::Config,
     load::{Loaded, load},
 };
-use gestus_motion::{clip::Clip, corpus::Corpus};
+use gestus_motion::{clip::Clip, corpus::Corpus, formats::bvh::Bvh, unit::Unit};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
@@ -163,6 +163,26 @@ fn a_character_in_centimetres_that_says_metres_is_found_to_be_one() {
     assert!(mean < 1.0 && most < 5.0, "{mean} cm, at most {most}");
 }
 
+/// A BVH file says no unit, and a child is no adult in another: its unit can be stated.
+#[test]
+fn a_child_is_as_tall_as_its_stated_unit_makes_it() {
+    let child = with_rest(common::walk()).mixamo().scaled(0.6).0;
+    let rest = Clip { frames: child.frames[child.frames.len() - 1..].to_vec(), ..child };
+    let decimetres = Unit::Other(0.1);
+    let text = Bvh::from_clip(&rest, decimetres).unwrap().to_text();
+    let legs = |unit: Option<&str>| {
+        let [folder, data] = walks("rig-child");
+        let path = folder.join("child.bvh");
+        fs::write(&path, &text).unwrap();
+        let rig_unit = unit.map(str::to_owned);
+        let config = Config { data: Some(data), rig: Some(path), rig_unit, ..Config::default() };
+        load(&config).unwrap().rig.unwrap().body.anatomy.leg_m
+    };
+    let truth = 0.6 * 0.81;
+    assert!((legs(Some("0.1")) - truth).abs() < 0.01, "{}", legs(Some("0.1")));
+    assert!((legs(None) - truth).abs() > 0.1, "{}", legs(None));
+}
+
 /// Joints of a skeleton put before its legs, each with no length and its rotation in all poses; the legs hang on the last.
 fn with_hip_joints(mut foreign: Foreign, names: [&str; 2], turns: [UnitQuaternion<f64>; 2]) -> Foreign {
     // The thighs, left and right, are joints 13 and 17.
@@ -234,7 +254,7 @@ fn damaged_characters_are_refused_or_harmless() {
             bytes[at] = next() as u8;
         }
         fs::write(&path, &bytes).unwrap();
-        let rig = gestus_database::data_folder::rig::Rig::read(&path, &Default::default(), &[]);
+        let rig = gestus_database::data_folder::rig::Rig::read(&path, &Default::default(), None, &[]);
         match rig {
             Ok(rig) => {
                 read += 1;

@@ -98,6 +98,8 @@ pub struct Config {
     pub rig: Option<PathBuf>,
     /// The map of its skeleton, relative to the configuration file.
     pub rig_map: Option<PathBuf>,
+    /// Its unit of length, as `unit` is of the clips.
+    pub rig_unit: Option<String>,
     /// Actions to use; all if empty.
     pub actions: Vec<String>,
     /// Styles to use; all if empty.
@@ -128,6 +130,7 @@ impl Default for Config {
             floors: BTreeMap::new(),
             rig: None,
             rig_map: None,
+            rig_unit: None,
             actions: Vec::new(),
             styles: Vec::new(),
             joints: Vec::new(),
@@ -207,12 +210,11 @@ impl Config {
                 "a power of two up to 64".into(),
             );
         }
-        if let Some(unit) = config.unit.as_ref().filter(|u| u.parse::<Unit>().is_err()) {
-            return value(
-                "unit",
-                unit.clone(),
-                "m, cm, mm, inch, cmu, or metres a unit as a number above zero".into(),
-            );
+        for (key, unit) in [("unit", &config.unit), ("rig_unit", &config.rig_unit)] {
+            if let Some(unit) = unit.as_ref().filter(|u| u.parse::<Unit>().is_err()) {
+                let expected = "m, cm, mm, inch, cmu, or metres a unit as a number above zero";
+                return value(key, unit.clone(), expected.into());
+            }
         }
         let too_far = |metres: &&f64| !FLOORS_M.contains(*metres);
         if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
@@ -255,6 +257,11 @@ impl Config {
     /// The unit of length, if given.
     pub fn unit(&self) -> Option<Unit> {
         self.unit.as_deref().and_then(|unit| unit.parse().ok())
+    }
+
+    /// The character's unit of length, if given.
+    pub fn rig_unit(&self) -> Option<Unit> {
+        self.rig_unit.as_deref().and_then(|unit| unit.parse().ok())
     }
 
     /// The height of a file's floor, metres, if told.

@@ -17,6 +17,7 @@ use gestus_motion::{
     clip::{Clip, Skeleton},
     joints::{JointsError, clip_on},
     landmarks::{LandmarkError, Landmarks},
+    unit::Unit,
 };
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
@@ -92,16 +93,16 @@ impl Rig {
     pub fn of_config(config: &Config) -> Result<Option<Self>, RigError> {
         let Some(path) = &config.rig else { return Ok(None) };
         let map = config.rig_map.as_deref().map(MapFile::read).transpose()?.unwrap_or_default();
-        Self::read(path, &map, &config.joints).map(Some)
+        Self::read(path, &map, config.rig_unit(), &config.joints).map(Some)
     }
 
-    /// Reads a character. `joints` are kept besides those that carry the body.
+    /// Reads a character. Without a unit, it is found as a clip's is; `joints` are kept besides those that carry the body.
     ///
     /// # Errors
     /// [`RigError`] names the file and what to do.
-    pub fn read(path: &Path, map: &MapFile, joints: &[String]) -> Result<Self, RigError> {
+    pub fn read(path: &Path, map: &MapFile, unit: Option<Unit>, joints: &[String]) -> Result<Self, RigError> {
         let name = || path.display().to_string();
-        let (whole, world, mut notes) = measured(path, map)?;
+        let (whole, world, mut notes) = measured(path, map, unit)?;
         let find = |joint: &String| {
             whole.skeleton.find(joint).ok_or_else(|| JointsError::Unknown {
                 name: joint.clone(),
@@ -177,12 +178,16 @@ impl Rig {
 }
 
 /// The whole body of a character's file, the rotation of its world to Y up, and notes about the reading.
-fn measured(path: &Path, map: &MapFile) -> Result<(Body, UnitQuaternion<f64>, Vec<String>), RigError> {
+fn measured(
+    path: &Path,
+    map: &MapFile,
+    unit: Option<Unit>,
+) -> Result<(Body, UnitQuaternion<f64>, Vec<String>), RigError> {
     let name = || path.display().to_string();
     let fail = |error| RigError::Body(name(), Box::new(error));
     let read = |document: &Document| {
-        let (clip, binding) =
-            to_clip(document, &Options::default()).map_err(|e| RigError::Convert(name(), e))?;
+        let options = Options { unit, ..Options::default() };
+        let (clip, binding) = to_clip(document, &options).map_err(|e| RigError::Convert(name(), e))?;
         Ok::<_, RigError>((clip, map.of_document(document), binding.notes().to_vec()))
     };
     let documents = capture::read_rest(path)?;
@@ -195,7 +200,7 @@ fn measured(path: &Path, map: &MapFile) -> Result<(Body, UnitQuaternion<f64>, Ve
     // `read_rest` gives one at least.
     let (mut clip, map, mut notes) = poses.into_iter().next().ok_or_else(|| fail(MapError::Empty))?;
     if clip.frames.len() == 1 {
-        let moving = moving(path, &clip.skeleton);
+        let moving = moving(path, unit, &clip.skeleton);
         if moving.is_empty() {
             notes.push(
                 "it does not stand upright with straight limbs at rest, so that the axes of knees and elbows are taken from \
@@ -211,9 +216,9 @@ fn measured(path: &Path, map: &MapFile) -> Result<(Body, UnitQuaternion<f64>, Ve
 }
 
 /// The poses of all animations in a file that move that skeleton.
-fn moving(path: &Path, skeleton: &Arc<Skeleton>) -> Vec<gestus_motion::clip::Frame> {
+fn moving(path: &Path, unit: Option<Unit>, skeleton: &Arc<Skeleton>) -> Vec<gestus_motion::clip::Frame> {
     let documents = capture::clips(path).unwrap_or_default();
-    let options = Options { root: skeleton.names.first().cloned(), ..Options::default() };
+    let options = Options { unit, root: skeleton.names.first().cloned() };
     let clips = documents.iter().filter_map(|(_, document)| Some(to_clip(document, &options).ok()?.0));
     clips.filter(|clip| clip.skeleton.difference(skeleton).is_none()).flat_map(|clip| clip.frames).collect()
 }

@@ -100,7 +100,7 @@ impl Body {
         let skeleton = Arc::new(database_skeleton(database));
         let frames = sample_of(database);
         let parts = Parts::find(&skeleton, &frames, &MapFile::default()).map_err(MapError::Target)?;
-        let anatomy = Anatomy::of(&skeleton, &parts, &frames, None);
+        let anatomy = Anatomy::of(&skeleton, &parts, &frames, None, false);
         let rest = (0..skeleton.joints()).map(|j| rotation(database.joint(j).mean)).collect();
         Self { skeleton, parts, anatomy, floor: Floor::ZERO, rest }.checked("database")
     }
@@ -119,7 +119,7 @@ impl Body {
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let mut parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         parts.doubts.extend(up::doubt(clip, file));
-        let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright);
+        let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright, is_brief(clip));
         let floor = floor_of(clip, &world, &parts, anatomy.leg_m, file)?;
         anatomy.stand_on(floor.height_m);
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
@@ -197,6 +197,11 @@ fn sample_of(database: &Database<'_>) -> Vec<Frame> {
             stream::from_pose(&pose, counts.joints)
         })
         .collect()
+}
+
+/// Whether a clip is shorter than a stride, so that one foot may carry the body alone.
+pub(crate) fn is_brief(clip: &Clip) -> bool {
+    clip.duration_s() < 0.8
 }
 
 /// Refuses a stated floor that is not the body's: metres up, of a wrong sign or in another unit.

@@ -32,7 +32,7 @@ impl Body {
         let mut parts =
             Parts::find(&skeleton, std::slice::from_ref(&still), file).map_err(MapError::Source)?;
         parts.doubts.extend(up::doubt(clip, file));
-        let mut anatomy = Anatomy::of(&skeleton, &parts, std::slice::from_ref(&still), None);
+        let mut anatomy = Anatomy::of(&skeleton, &parts, std::slice::from_ref(&still), None, false);
         if !anatomy.upright {
             return Ok(None);
         }

@@ -11,7 +11,8 @@
 //!
 //! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction
 //! relative to the heading, and if the hips move at most a quarter as fast and are above the knees. A body that
-//! punches, kicks or dances on the spot steps to and fro; one that rolls moves its feet in all directions.
+//! punches, kicks or dances on the spot steps to and fro; one that rolls moves its feet in all directions. A clip
+//! shorter than a step may show one foot alone.
 
 use std::str::FromStr;
 
@@ -22,6 +23,8 @@ use gestus_motion::{
     statistics::{gaussian, mean_or_zero, quantile, sorted},
 };
 use nalgebra::Vector3;
+
+use crate::retarget::body::is_brief;
 
 /// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
 /// as much at most.
@@ -94,9 +97,10 @@ impl Course {
         let velocity = feet.smoothed(SPEED_SMOOTHING_S * clip.rate_hz);
         let speed_m_s = mean_or_zero(velocity.iter().map(Vector3::norm));
         let carried: f64 = feet.shares.iter().sum();
+        let both = feet.shares.iter().all(|&share| share > MIN_FOOT_SHARE * carried);
         let found = speed_m_s > MIN_SPEED_M_S
             && carried > MIN_CARRIED_SHARE
-            && feet.shares.iter().all(|&share| share > MIN_FOOT_SHARE * carried)
+            && (both || is_brief(clip))
             && is_upright(clip, legs)
             && mean_as_seen(&velocity, clip, body).norm() > MIN_DIRECTEDNESS * speed_m_s
             && hips_speed(clip) < MAX_HIP_SPEED_RATIO * speed_m_s;

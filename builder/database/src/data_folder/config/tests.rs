@@ -58,6 +58,7 @@ fn errors_say_what_was_expected() {
         ("build.block_rows = 5", "a power of two"),
         ("build.features = 33", "1 to 32 components"),
         ("unit = 'foot'", "`unit` is foot; expected m, cm"),
+        ("rig_unit = 'foot'", "`rig_unit` is foot; expected m, cm"),
         ("patterns = ['{action}']", "both {action} and {style}"),
         ("patterns = ['{action}{style}']", "touch"),
         ("patterns = ['{action}_{style}_{x}']", "expected {action}, {style}, {take} or {*}"),

@@ -39,8 +39,8 @@ impl Bvh {
                 },
             }
         })?;
-        Parser { lexer: Lexer::new(text), file, joints: Vec::new(), channels: 0, lines: HashMap::new() }
-            .document()
+        let (lexer, joints, lines) = (Lexer::new(text), Vec::new(), HashMap::new());
+        Parser { lexer, file, joints, channels: 0, rest_rotations: false, lines }.document()
     }
 }
 
@@ -49,6 +49,8 @@ pub(super) struct Parser<'t> {
     file: &'t str,
     joints: Vec<Joint>,
     channels: usize,
+    /// Whether OFFSET lines hold rotations.
+    rest_rotations: bool,
     /// Line of each joint's name.
     lines: HashMap<&'t str, usize>,
 }
@@ -132,6 +134,7 @@ impl<'t> Parser<'t> {
                 }
                 has_offset[joint] = true;
                 self.joints[joint].offset = self.triple()?;
+                self.rest_rotation(token.line)?;
             } else if is(token, "CHANNELS") {
                 if has_channels[joint] {
                     return Err(self.error(token, Kind::DuplicateLine { joint: name(), word: "CHANNELS" }));
@@ -242,6 +245,15 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
+    /// Three angles behind an OFFSET, as some exporters (SOMA) add: the joint's rotation at rest, which channels include.
+    fn rest_rotation(&mut self, line: usize) -> Result<(), BvhError> {
+        if self.lexer.peek().is_some_and(|t| t.line == line && self.number(t).is_ok()) {
+            self.triple()?;
+            self.rest_rotations = true;
+        }
+        Ok(())
+    }
+
     fn triple(&mut self) -> Result<[f64; 3], BvhError> {
         let mut triple = [0.0; 3];
         for value in &mut triple {
@@ -275,6 +287,9 @@ impl<'t> Parser<'t> {
             return Err(self.error(count, Kind::NoFrames));
         }
         let mut notes = Vec::new();
+        if self.rest_rotations {
+            notes.push("OFFSET lines hold rotations at rest too, which are not used or written: channels include them".into());
+        }
         match promised.abs_diff(found as u64) {
             0 => {}
             // Some exporters count the rest pose, or do not count the last frame.

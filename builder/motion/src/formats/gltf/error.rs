@@ -56,8 +56,8 @@ pub enum GltfErrorKind {
     #[error("{place}: {what}; export the animation again")]
     Curve { place: String, what: &'static str },
     #[error(
-        "node `{node}` is scaled by {scale:?}, and a skeleton is scaled alike along all axes and not to zero; apply scales \
-         before the export"
+        "node `{node}` is scaled by {scale:?}, and a skeleton is scaled alike along all axes (mirrored or not) and not to \
+         zero; apply scales before the export"
     )]
     Scale { node: String, scale: [f64; 3] },
     #[error(

@@ -9,7 +9,7 @@
 //!    it moves, with all nodes between them.
 //! 3. `curve`: steps, lines and cubic splines, evaluated at any time (glTF 2.0, section 3.11 and appendix C).
 //! 4. `motion`: poses at a fixed rate. Transforms of nodes above the body are applied to its first joint; scales are applied
-//!    to the lengths of the bones.
+//!    to the lengths of the bones, and what hangs on a mirrored node is read as it looks.
 //! 5. `rest`: the body at rest, of a file with or without an animation.
 //!
 //! The result is an [`Animation`](crate::animation::Animation). `write` puts a clip back into the file: its animation is

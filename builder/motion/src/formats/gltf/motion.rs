@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use gltf::animation::{Animation, Property};
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::{
     curve::Curve,
@@ -176,7 +176,8 @@ impl<'b> Curves<'b> {
     pub fn pose(&self, tree: &Tree, rigging: &Rigging, node: usize, time: f64) -> Isometry3<f64> {
         let place = self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time));
         let rotation = self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time));
-        Isometry3::from_parts(Translation3::from(place * rigging.unit(tree, node)), rotation)
+        let place = place.component_mul(&rigging.unit(tree, node));
+        Isometry3::from_parts(Translation3::from(place), rigging.turn(tree, node, &rotation))
     }
 
     /// The body's motion as a document.
@@ -244,13 +245,16 @@ impl<'b> Curves<'b> {
 }
 
 /// The nodes that carry a body.
+///
+/// Nodes below a mirrored one are taken as they look, in axes that are not mirrored: with `M` the signs of the scales above
+/// a node, its pose `(t, R)` becomes `(M t, M R M)`, which keeps the place of every joint.
 pub struct Rigging {
     /// The nodes above the body, from the top of the file.
     pub above: Vec<usize>,
     /// The body's joints, depth first.
     pub body: Vec<usize>,
-    /// Metres per unit in the frame of each of those nodes that has children among them.
-    scales: HashMap<usize, f64>,
+    /// Metres per unit along the axes of each of those nodes that has children among them, negative where mirrored.
+    scales: HashMap<usize, Vector3<f64>>,
 }
 
 impl Rigging {
@@ -267,15 +271,28 @@ impl Rigging {
         let mut rigging = Self { above, body, scales: HashMap::new() };
         let parents: HashSet<usize> = nodes.iter().filter_map(|&n| tree.nodes[n].parent).collect();
         for &node in nodes.iter().filter(|n| parents.contains(n)) {
-            let scale = rigging.unit(tree, node) * tree.scale(node)?;
+            let scale = rigging.unit(tree, node).component_mul(&tree.scale(node)?);
             rigging.scales.insert(node, scale);
         }
         Ok(rigging)
     }
 
-    /// Metres per unit of a node's translation.
-    pub fn unit(&self, tree: &Tree, node: usize) -> f64 {
-        tree.nodes[node].parent.map_or(1.0, |p| self.scales[&p])
+    /// Metres per unit of a node's translation along each axis, negative where a node above it is mirrored.
+    pub fn unit(&self, tree: &Tree, node: usize) -> Vector3<f64> {
+        tree.nodes[node].parent.map_or(Vector3::repeat(1.0), |p| self.scales[&p])
+    }
+
+    /// A node's rotation in the file as one in axes that are not mirrored, and back.
+    pub fn turn(&self, tree: &Tree, node: usize, rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        let signs = self.unit(tree, node).map(f64::signum);
+        // An axis of rotation is a pseudovector.
+        let axis = rotation.imag().component_mul(&signs) * signs.product();
+        UnitQuaternion::new_unchecked(Quaternion::from_parts(rotation.w, axis))
+    }
+
+    /// Whether nodes above one of the body's joints are mirrored.
+    pub fn is_mirrored(&self) -> bool {
+        self.scales.values().any(|scale| scale.min() < 0.0)
     }
 }
 

@@ -77,7 +77,9 @@ fn poses(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<Motion>, GltfE
     let parents: Vec<Option<usize>> =
         rigging.body.iter().map(|&n| tree.nodes[n].parent.and_then(|p| body.get(&p).copied())).collect();
     let buffers = Buffers::new(&document, bytes.len(), blob.as_deref(), open);
-    let bound = bind_matrices(&document, &body, &buffers)?.and_then(|known| bound(&own, &parents, &known));
+    // Whether the mesh was bound before or after a node was mirrored, the file does not say.
+    let matrices = if rigging.is_mirrored() { None } else { bind_matrices(&document, &body, &buffers)? };
+    let bound = matrices.and_then(|known| bound(&own, &parents, &known));
     let differs = |bound: &Vec<Isometry3<f64>>| {
         bound.iter().zip(&own).any(|(a, b)| {
             a.rotation.angle_to(&b.rotation) > SAME

@@ -150,17 +150,18 @@ impl Tree {
         self.skins.iter().filter(is_other).find_map(|skin| self.common(skin))
     }
 
-    /// The uniform scale of a node.
+    /// The scale of a node: as large along all axes, with a sign for each, since mirrored nodes have negative ones.
     ///
     /// # Errors
-    /// A scale that differs between axes.
-    pub fn scale(&self, node: usize) -> Result<f64, GltfErrorKind> {
-        let [x, y, z] = self.nodes[node].scale;
-        let even = x > 1e-9 && [y, z].iter().all(|s| (s / x - 1.0).abs() <= UNEVEN);
-        if even && x.is_finite() {
-            Ok((x + y + z) / 3.0)
+    /// A scale whose size differs between axes.
+    pub fn scale(&self, node: usize) -> Result<Vector3<f64>, GltfErrorKind> {
+        let scale = Vector3::from(self.nodes[node].scale);
+        let size = scale.abs();
+        let even = size.x > 1e-9 && size.iter().all(|s| (s / size.x - 1.0).abs() <= UNEVEN);
+        if even && size.x.is_finite() {
+            Ok(scale.map(|s| size.mean().copysign(s)))
         } else {
-            Err(GltfErrorKind::Scale { node: self.nodes[node].name.clone(), scale: [x, y, z] })
+            Err(GltfErrorKind::Scale { node: self.nodes[node].name.clone(), scale: scale.into() })
         }
     }
 }

@@ -187,33 +187,34 @@ impl<'a> Keyed<'a> {
         let pose = self.held(node);
         let mut keys = Keys::default();
         if self.curves.rotations.contains_key(&node) {
-            keys.rotations.push(numbers(&pose.rotation));
+            keys.rotations.push(numbers(&self.rigging.turn(self.tree, node, &pose.rotation)));
         }
         if self.curves.translations.contains_key(&node) {
-            keys.translations.push(single(pose.translation.vector / self.rigging.unit(self.tree, node)));
+            let unit = self.rigging.unit(self.tree, node);
+            keys.translations.push(single(pose.translation.vector.component_div(&unit)));
         }
         keys
     }
 
     /// The keys of joint number `s` of the clip; `carrier` takes the hips into the space of their parent.
     fn joint(&self, s: usize, carrier: &Isometry3<f64>) -> (usize, Keys) {
-        let Self { binding, clip, curves, .. } = self;
-        let node = self.rigging.body[binding.joints[s]];
-        let unit = self.rigging.unit(self.tree, node);
+        let Self { binding, clip, tree, curves, rigging, .. } = self;
+        let node = rigging.body[binding.joints[s]];
+        let unit = rigging.unit(tree, node);
         let mut keys = Keys::default();
         for frame in &clip.frames {
             let place =
                 if s == 0 { frame.root } else { binding.skeleton.offsets[s] } / binding.unit().metres();
             let pose = Isometry3::from_parts(place.into(), frame.rotations[s]);
             let pose = if s == 0 { carrier * pose } else { pose };
-            keys.rotations.push(numbers(&pose.rotation));
-            keys.translations.push(single(pose.translation.vector / unit));
+            keys.rotations.push(numbers(&rigging.turn(tree, node, &pose.rotation)));
+            keys.translations.push(single(pose.translation.vector.component_div(&unit)));
         }
         continuous(&mut keys.rotations);
         shorten(&mut keys.rotations);
         shorten(&mut keys.translations);
-        let rest = &self.tree.nodes[node];
-        let off = clip.frames.iter().map(|f| f.rotations[s].angle_to(&rest.rotation)).fold(0.0, f64::max);
+        let rest = rigging.turn(tree, node, &tree.nodes[node].rotation);
+        let off = clip.frames.iter().map(|f| f.rotations[s].angle_to(&rest)).fold(0.0, f64::max);
         if s > 0 && off <= AT_REST && !curves.rotations.contains_key(&node) {
             keys.rotations.clear();
         }
