@@ -9,6 +9,7 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use crate::{
+    bare_metal,
     firmware::missing,
     real_data,
     shell::{Outcome, built, json, root, run as run_command, sim, target_dir},
@@ -187,14 +188,14 @@ fn without_fpu(
 
 /// The flash of the least firmware: with all methods, and with each alone.
 fn least(figures: &mut Figures) -> Result<()> {
-    for method in ["", "mar", "lti", "statistic", "phase"] {
+    for method in std::iter::once(String::new()).chain(bare_metal::methods()?) {
         let mut sim = sim()?;
         sim.args(["board", "m4f", "--build", "--least", "--json"]);
         if !method.is_empty() {
-            sim.args(["--methods", method]);
+            sim.args(["--methods", &method]);
         }
         let bytes = json(&mut sim)?["flash_bytes"].as_f64().context("the bytes of flash")?;
-        let name = ["least", method, "flash_bytes"].into_iter().filter(|part| !part.is_empty());
+        let name = ["least", &method, "flash_bytes"].into_iter().filter(|part| !part.is_empty());
         figures.insert(name.collect::<Vec<_>>().join("."), bytes);
     }
     Ok(())

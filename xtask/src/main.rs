@@ -145,7 +145,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Ci { setup } => Ok(ci::run(setup)),
         Chore::Setup => Ok(ci::setup()),
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
-        Chore::Core { setup } => Ok(bare_metal::run(setup)),
+        Chore::Core { setup } => bare_metal::run(setup),
         Chore::NoPanic { setup } => no_panic::run(setup),
         Chore::Capi { setup } => capi::run(setup),
         Chore::Firmware { setup } => firmware::run(setup),

@@ -163,6 +163,11 @@ pub const BOARDS: [Board; 8] = [
     },
 ];
 
+/// The short names of all boards.
+pub fn names() -> String {
+    listed(&BOARDS.each_ref())
+}
+
 /// Finds a board by its short name, the name that its firmware reports, or QEMU's machine if only one board has it.
 ///
 /// # Errors
@@ -174,7 +179,7 @@ pub fn find(name: &str) -> Result<&'static Board> {
     let of_machine: Vec<&Board> = BOARDS.iter().filter(|b| b.machine == name).collect();
     match of_machine[..] {
         [board] => Ok(board),
-        [] => bail!("there is no board `{name}`: there are {}", listed(&BOARDS.each_ref())),
+        [] => bail!("there is no board `{name}`: there are {}", names()),
         _ => bail!("`{name}` is the machine of several boards: give one of {}", listed(&of_machine)),
     }
 }

@@ -45,8 +45,7 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v2-legs.
     mut_arg("root", |root| root.requires("input"))
 )]
 pub struct BoardArgs {
-    /// The board: m4f, m7, m33, rv32imafc, rv32imac, rv32imc, armv6m or m0, or the name of QEMU's machine
-    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    #[arg(required_unless_present = "all", conflicts_with = "all", help = format!("The board: {}, or the name of QEMU's machine", boards::names()))]
     name: Option<String>,
     /// Run every board in turn and print a table; m0 gets a small database of its own. With --long-stream, boards that
     /// are too small or too slow for it are left out
