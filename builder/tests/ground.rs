@@ -11,7 +11,7 @@ use gestus_database::{
     retarget::{MapError, MapFile},
     stream::{
         Request,
-        course::Root,
+        course::{self, Root},
         input::{Input, InputOptions},
         translate::translate,
         verdict::{self, Likeness, Verdict},
@@ -288,6 +288,27 @@ fn parts_of_a_step_in_place_are_found_and_those_of_acts_are_not() {
 fn renamed(clip: &Clip) -> Clip {
     let names = clip.skeleton.names.iter().map(|name| format!("rig:{name}")).collect();
     Clip { skeleton: Arc::new(Skeleton { names, ..(*clip.skeleton).clone() }), ..clip.clone() }
+}
+
+/// The root of some rigs is on the ground: what leans about it carries the hips away, which stay in place all the same.
+#[test]
+fn hips_over_a_root_on_the_ground_stay_in_place() {
+    let hips = Vector3::new(0.0, 0.9, 0.0);
+    let last = walk().frames.len() - 1;
+    let kept = |hips_of_root: Vector3<f64>| {
+        let mut clip = walk().clone();
+        for (t, frame) in clip.frames.iter_mut().enumerate() {
+            frame.root = Vector3::zeros();
+            frame.rotations[0] = UnitQuaternion::from_euler_angles(0.5 * t as f64 / last as f64, 0.0, 0.0);
+        }
+        let place = course::place(&clip, &hips_of_root);
+        course::put_in_place(&mut clip, &hips_of_root, &Vector3::y(), &place, false);
+        let way = clip.frames.iter().map(|f| (f.root + f.rotations[0] * hips).z);
+        let (least, most) = way.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
+        most - least
+    };
+    assert!(kept(hips) < 0.02, "{}", kept(hips));
+    assert!(kept(Vector3::zeros()) > 0.4, "its root is there: {}", kept(Vector3::zeros()));
 }
 
 /// A foot that stands nowhere in a clip does not tell how high ankles are.

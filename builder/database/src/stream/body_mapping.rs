@@ -37,6 +37,14 @@ pub enum BodyMapping {
 }
 
 impl BodyMapping {
+    /// The middle of the hip joints as the clip's root sees it. The database's own root is there.
+    pub fn hips(&self) -> Vector3<f64> {
+        match self {
+            Self::Same(..) => Vector3::zeros(),
+            Self::Map(map, _) => map.source.anatomy.hips,
+        }
+    }
+
     /// Finds the conversion from a clip's body to the database's, and the clip's floor.
     pub fn find(database: &Database<'_>, clip: &Clip, map: &MapFile) -> Result<(Self, Floor)> {
         let target = Arc::new(database_skeleton(database));

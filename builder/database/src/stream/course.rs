@@ -19,7 +19,7 @@ use std::str::FromStr;
 use gestus_core::blob::Leg;
 use gestus_motion::{
     body::{Body, about_y},
-    clip::Clip,
+    clip::{Clip, Frame},
     statistics::{gaussian, mean_or_zero, quantile, sorted},
 };
 use nalgebra::Vector3;
@@ -217,9 +217,16 @@ impl Feet {
     }
 }
 
-/// Removes the path of a clip and puts its hips over `place`. A loop's path is straight from its first to its last pose.
-pub fn put_in_place(clip: &mut Clip, up: &Vector3<f64>, place: &Vector3<f64>, looped: bool) {
-    let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(f.root, up)).collect();
+/// Removes the path of a clip and puts its hips over `place`; `hips` is where its root sees them. A loop's path is straight
+/// from its first to its last pose.
+pub fn put_in_place(
+    clip: &mut Clip,
+    hips: &Vector3<f64>,
+    up: &Vector3<f64>,
+    place: &Vector3<f64>,
+    looped: bool,
+) {
+    let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(over(f, hips), up)).collect();
     let Some(last) = roots.len().checked_sub(1) else { return };
     let path = if looped {
         let straight = |t: usize| roots[0].lerp(&roots[last], t as f64 / last.max(1) as f64);
@@ -235,9 +242,14 @@ pub fn put_in_place(clip: &mut Clip, up: &Vector3<f64>, place: &Vector3<f64>, lo
     }
 }
 
-/// Mean place of a clip's hips.
-pub fn place(clip: &Clip) -> Vector3<f64> {
-    clip.frames.iter().map(|f| f.root).sum::<Vector3<f64>>() / clip.frames.len().max(1) as f64
+/// Mean place of a clip's hips, which are there as its root sees them.
+pub fn place(clip: &Clip, hips: &Vector3<f64>) -> Vector3<f64> {
+    clip.frames.iter().map(|f| over(f, hips)).sum::<Vector3<f64>>() / clip.frames.len().max(1) as f64
+}
+
+/// The middle of the hip joints: the root of some rigs is on the ground, and a body that leans swings them about it.
+fn over(frame: &Frame, hips: &Vector3<f64>) -> Vector3<f64> {
+    frame.root + frame.rotations[0] * hips
 }
 
 /// What lies on the ground of a vector.

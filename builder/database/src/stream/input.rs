@@ -137,7 +137,7 @@ impl Input {
             }
             course
         };
-        let (place, coarse) = (course::place(original), far::warning(original));
+        let (place, coarse) = (course::place(original, &mapping.hips()), far::warning(original));
         let mut clip = original.fitted(rate_hz)?;
         // A loop is found at the clip's own rate, and resampled to a whole number of frames.
         let mut mapped = onto(if options.looped { original } else { &clip });
@@ -308,7 +308,8 @@ impl Input {
     /// Puts an output back in place, if the input walks in place.
     fn kept_in_place(&self, mut clip: Clip) -> Clip {
         if self.course.is_some() {
-            course::put_in_place(&mut clip, &self.up(), &self.place, self.round.is_some());
+            let (hips, looped) = (self.mapping.hips(), self.round.is_some());
+            course::put_in_place(&mut clip, &hips, &self.up(), &self.place, looped);
         }
         clip
     }
