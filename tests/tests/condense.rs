@@ -72,8 +72,20 @@ fn stored_frames_are_those_of_the_clips() {
 
 #[test]
 fn a_condensed_database_translates() {
-    let blob = condensed(3);
-    let database = Database::open(&blob).unwrap();
+    translates(&condensed(3), 0.02);
+}
+
+#[test]
+fn a_database_without_a_graph_translates() {
+    let options = BuildOptions { graph: false, ..BuildOptions::default() };
+    let blob = build(&motion::corpus(LARGE), &options).unwrap().bytes;
+    assert!(section(&blob, "graph").is_empty());
+    translates(&blob, 0.006);
+}
+
+/// The translation is at most so many metres from that of the whole database, in the mean.
+fn translates(blob: &[u8], most_m: f64) {
+    let database = Database::open(blob).unwrap();
     let full = Database::open(motion::large()).unwrap();
     for label in [None, Some(0)] {
         let request = Request { action: label, ..Request::style(2) };
@@ -87,7 +99,7 @@ fn a_condensed_database_translates() {
             (0..a.len()).map(|j| (centred(&a, j) - centred(&b, j)).norm()).sum::<f64>() / a.len() as f64
         };
         let mean = frames.iter().zip(&wanted).map(|(a, b)| distance(a, b)).sum::<f64>() / wanted.len() as f64;
-        assert!(mean < 0.02, "{mean} m from the translation of the whole database");
+        assert!(mean < most_m, "{mean} m from the translation of the whole database");
     }
 }
 
@@ -127,6 +139,7 @@ fn a_wanted_size_is_kept_and_its_choice_told() {
     let middle = usize::midpoint(least, motion::large().len());
     let between = fit(middle).unwrap();
     assert!(between.bytes.len() <= middle && between.bytes.len() > least);
+    assert!(!Database::open(&between.bytes).unwrap().has_graph());
     let choice = between.choice.unwrap();
     assert_eq!(Database::open(&between.bytes).unwrap().counts().features, choice.features);
     let whole = fit(10 * motion::large().len()).unwrap();

@@ -1,7 +1,10 @@
 //! The graph search against brute force: its recall, its visits, and its behaviour at jumps.
 
 use gestus_core::{Config, Database, Degraded};
-use gestus_database::stream::{Request, stream};
+use gestus_database::{
+    build::{BuildOptions, build},
+    stream::{Request, stream},
+};
 use gestus_tests::{
     motion::{self, Size},
     reference,
@@ -85,6 +88,30 @@ fn finds_98_5_percent(db: &Database<'_>, config: Config) {
             assert!(rows.windows(2).all(|w| w[0] < w[1]), "frame {t}: a frame was found twice");
         }
     }
+}
+
+/// Successors of the last neighbors and rows spread over the class lead to frames about as near as the nearest.
+#[test]
+fn without_a_graph_the_neighbors_are_about_as_near() {
+    let options = BuildOptions { graph: false, ..BuildOptions::default() };
+    let blob = build(&motion::corpus(CROWD), &options).unwrap().bytes;
+    let db = Database::open(&blob).unwrap();
+    assert!(!db.has_graph());
+    let searched = vec![true; db.counts().groups];
+    let frames = traced(&db, &motion::unseen(0, 0, 120), config());
+    let (mut found, mut nearest) = (0.0, 0.0);
+    for (frame, class) in frames.iter().flat_map(|frame| frame.searched.iter().map(move |s| (frame, s))) {
+        let exact = reference::brute_force(&db, class.class, &frame.query, &searched);
+        let first = db.class(class.class).first_row;
+        for (neighbor, exact) in class.neighbors.iter().zip(&exact) {
+            let row = first + usize::from(neighbor.0);
+            found += reference::distance2(&db, &frame.query, row, &searched).sqrt();
+            nearest += exact.1.sqrt();
+        }
+    }
+    assert!(found < 1.3 * nearest, "{found} m, and {nearest} m to the nearest");
+    let most = 2 * u32::from(VISITS) * db.counts().classes as u32;
+    assert!(frames.iter().all(|frame| frame.report.visits <= most));
 }
 
 #[test]

@@ -65,6 +65,9 @@ pub struct Args {
     /// Components of a search feature, 1 to 32
     #[arg(long)]
     features: Option<usize>,
+    /// Leave out the search graph, 16 bytes a frame; --bytes does so too
+    #[arg(long)]
+    no_graph: bool,
     /// Mean joint error of the stored poses, in centimetres
     #[arg(long, value_name = "CM")]
     row_error: Option<f64>,
@@ -194,6 +197,7 @@ impl Args {
         options.cycles = self.cycles.unwrap_or(options.cycles);
         options.features = self.features.unwrap_or(options.features);
         options.error_cm = self.row_error.unwrap_or(options.error_cm);
+        options.graph &= !self.no_graph;
         options.bytes = self.bytes.unwrap_or(options.bytes);
         Ok(())
     }

@@ -9,6 +9,9 @@
 //! over the class where the successors are far away (the input has jumped), or where few of them stay in the pool (the
 //! stream has come from elsewhere).
 //!
+//! A blob may leave the graph out. Then the edges are those along time alone, and rows spread over the class take the
+//! place of the entry points. Fewer of the nearest frames are found, and the output is as near to the truth.
+//!
 //! Cost: at most `visits` distances a class. A restart takes up to as many again, if the frame has them to spare
 //! ([`Limits::spare`]). A distance reads one byte a component.
 
@@ -34,6 +37,9 @@ pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 /// Number of frames, spread over the class, from which a restarted search begins.
 const SPREAD_SEEDS: usize = 48;
+/// Without a graph, one visit of so many is of rows spread over the class, to find neighbors that do not follow the last
+/// ones.
+const OVERVIEW: usize = 4;
 /// Greatest number of frames over which neighbors are followed. The search of a class restarts after a longer pause.
 pub const MAX_FOLLOWED: usize = 32;
 /// Number of nearest frames that a restarted search expands, if it exceeds `k`.
@@ -120,7 +126,7 @@ impl Searcher {
                 walk.run(k);
                 let mut mean = walk.mean(k);
                 if mean <= limits.cutoff_distance2 {
-                    walk.seed_all(database.entries(class));
+                    walk.seed_overview(class);
                     walk.run(POOL);
                     mean = walk.mean(k);
                 }
@@ -131,7 +137,7 @@ impl Searcher {
             if restarts {
                 walk.restart();
                 walk.seed_all(database.entries(class));
-                walk.seed_spread();
+                walk.seed_spread(SPREAD_SEEDS);
                 // Enough to measure the distance of the class; later frames find the neighbors missed here. The graph
                 // was made for whole features, and leads to the neighbors less directly under a mask.
                 walk.run(if metric.is_whole() { k.max(RESTART_EXPANSIONS) } else { POOL });
@@ -225,10 +231,21 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Visits rows spread evenly over the class.
-    fn seed_spread(&mut self) {
-        for i in 0..SPREAD_SEEDS {
-            let row = self.class.rows * i / SPREAD_SEEDS;
+    /// Visits rows from all over the class: the entry points of the graph, or more rows where there is none.
+    fn seed_overview(&mut self, class: usize) {
+        if self.database.has_graph() {
+            return self.seed_all(self.database.entries(class));
+        }
+        // A row may be some frames from the nearest of its cycle, and so behind rows of worse cycles. A large pool holds it
+        // all the same.
+        self.limits.pool = POOL;
+        self.seed_spread(usize::from(self.limits.visits) / OVERVIEW);
+    }
+
+    /// Visits `seeds` rows spread evenly over the class.
+    fn seed_spread(&mut self, seeds: usize) {
+        for i in 0..seeds {
+            let row = self.class.rows * i / seeds;
             if self.is_searchable(row) {
                 self.visit(row as u16);
             }
@@ -256,10 +273,12 @@ impl Walk<'_, '_> {
             }
             frame.expanded = true;
             let row = usize::from(frame.row);
-            self.stats.bytes += 16;
-            for edge in self.database.edges(self.class.first_row + row) {
-                if edge != NONE {
-                    self.visit(edge);
+            if self.database.has_graph() {
+                self.stats.bytes += 16;
+                for edge in self.database.edges(self.class.first_row + row) {
+                    if edge != NONE {
+                        self.visit(edge);
+                    }
                 }
             }
             for side in [row.wrapping_sub(1), row + 1] {

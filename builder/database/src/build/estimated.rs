@@ -3,7 +3,7 @@
 use super::{
     condense::{self, Cut},
     frames::Frames,
-    index::{Features, Index, Shared, Stored},
+    index::{Extent, Features, Index, Shared, Stored},
     options::{BuildError, BuildOptions},
     sections::{self, Estimates},
     source::Source,
@@ -26,17 +26,22 @@ impl<'a> Estimated<'a> {
         Self { source, features, phase }
     }
 
-    /// The blob of the cycles that the options keep; without a graph for a draft, which is as large.
-    pub fn blob(
-        &self,
-        options: &BuildOptions,
-        shared: &Shared,
-        is_draft: bool,
-    ) -> Result<Vec<u8>, BuildError> {
+    /// The blob of the cycles that the options keep.
+    pub fn blob(&self, options: &BuildOptions, shared: &Shared) -> Result<Vec<u8>, BuildError> {
+        let extent = if options.graph { Extent::Whole } else { Extent::WithoutGraph };
+        self.encode(options, shared, extent)
+    }
+
+    /// Bytes of that blob, from a draft that is made faster.
+    pub fn draft_bytes(&self, options: &BuildOptions, shared: &Shared) -> Result<usize, BuildError> {
+        Ok(self.encode(options, shared, Extent::Draft)?.len())
+    }
+
+    fn encode(&self, options: &BuildOptions, shared: &Shared, extent: Extent) -> Result<Vec<u8>, BuildError> {
         let Source { clips, frames, paired, .. } = self.source;
         let all = Stored { clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows };
         if options.cycles == 0 || options.cycles >= self.source.choices().most() {
-            return self.encode(&all, options, shared, is_draft);
+            return self.encode_stored(&all, options, shared, extent);
         }
         let kept = self.source.choices().keep(options.cycles);
         let cut = Cut::new(clips, frames, &kept);
@@ -44,22 +49,18 @@ impl<'a> Estimated<'a> {
         let clips = cut.clips(clips);
         let frames = Frames::new(&clips)?;
         let first_frames = &cut.first_frames;
-        self.encode(
-            &Stored { clips: &clips, frames: &frames, pairing: &pairing, first_frames },
-            options,
-            shared,
-            is_draft,
-        )
+        let stored = Stored { clips: &clips, frames: &frames, pairing: &pairing, first_frames };
+        self.encode_stored(&stored, options, shared, extent)
     }
 
-    fn encode(
+    fn encode_stored(
         &self,
         stored: &Stored<'_>,
         options: &BuildOptions,
         shared: &Shared,
-        is_draft: bool,
+        extent: Extent,
     ) -> Result<Vec<u8>, BuildError> {
-        let index = Index::new(stored, &self.features, shared, is_draft)?;
+        let index = Index::new(stored, &self.features, shared, extent)?;
         let estimates = Estimates {
             clips: self.source.clips,
             models: &self.source.paired.models,

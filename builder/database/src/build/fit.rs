@@ -1,5 +1,5 @@
 //! A database of a wanted size: the error of the rows, the number of features and the cycles of a class, chosen by what
-//! they cost on held-out cycles.
+//! they cost on held-out cycles. Such a database has no graph: the same bytes hold more frames without.
 
 use gestus_core::blob::layout::MAX_FEATURES;
 
@@ -34,7 +34,7 @@ impl Choice {
     /// The options with what was chosen.
     pub(super) fn options(&self, options: &BuildOptions) -> BuildOptions {
         let Self { row_error_cm, features, cycles, .. } = *self;
-        BuildOptions { error_cm: row_error_cm, features, cycles, ..options.clone() }
+        BuildOptions { error_cm: row_error_cm, features, cycles, graph: false, ..options.clone() }
     }
 }
 
@@ -84,7 +84,7 @@ enum Fit {
 fn most_cycles(source: &Source<'_>, estimated: &Estimated<'_>, shared: &Shared) -> Result<Fit, BuildError> {
     let options = source.clips.options;
     let size = |cycles: usize| -> Result<usize, BuildError> {
-        Ok(estimated.blob(&BuildOptions { cycles, ..options.clone() }, shared, true)?.len())
+        estimated.draft_bytes(&BuildOptions { cycles, graph: false, ..options.clone() }, shared)
     };
     let smallest = size(1)?;
     if smallest > options.bytes {

@@ -39,7 +39,7 @@ pub(super) struct Index {
     /// The features as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
-    /// One graph per class.
+    /// One graph per class, without edges unless the index is whole.
     pub graphs: Vec<ClassGraph>,
     /// Searchable frames of each class.
     pub searchable: Vec<usize>,
@@ -91,13 +91,22 @@ pub(super) struct Stored<'a> {
     pub first_frames: &'a [usize],
 }
 
+/// How much of an index is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// As large as the whole, without edges, measured falls and trust.
+    Draft,
+    /// All but the edges.
+    WithoutGraph,
+    Whole,
+}
+
 impl Index {
-    /// The index; without a graph and measured falls for a draft, which is as large.
     pub fn new(
         stored: &Stored<'_>,
         features: &Features,
         shared: &Shared,
-        is_draft: bool,
+        extent: Extent,
     ) -> Result<Self, BuildError> {
         let Stored { clips, frames, pairing, first_frames } = stored;
         let Clips { options, examples, dofs, .. } = clips;
@@ -136,10 +145,13 @@ impl Index {
             let searchable = &is_searchable[range.clone()];
             let of_class = ClassFeatures { codes: &codes[range], weights: &weights, searchable };
             by_class.push((class.first_row, of_class));
-            graphs.push(if is_draft { ClassGraph::empty(class.rows) } else { build_graph(&of_class) });
+            graphs.push(match extent {
+                Extent::Whole => build_graph(&of_class),
+                Extent::Draft | Extent::WithoutGraph => ClassGraph::empty(class.rows),
+            });
             counts.push(searchable.iter().filter(|s| **s).count());
         }
-        let (falls, trust_limits) = if is_draft {
+        let (falls, trust_limits) = if extent == Extent::Draft {
             (
                 [0.0; FALLS],
                 vec![TrustLimits { far: 0.0, speeds: [0.0; 2], turning: 0.0 }; frames.classes.len()],

@@ -47,8 +47,7 @@ pub fn build(corpus: &Corpus, options: &BuildOptions) -> Result<Built, BuildErro
     let source = Source::new(&clips, &frames, &paired);
     let choice = (options.bytes > 0).then(|| fit::choose(&source)).transpose()?;
     let options = choice.as_ref().map_or_else(|| options.clone(), |choice| choice.options(options));
-    let bytes =
-        Estimated::new(&source, options.features).blob(&options, &source.shared(options.error_cm), false)?;
+    let bytes = Estimated::new(&source, options.features).blob(&options, &source.shared(options.error_cm))?;
     Database::open(&bytes)?;
     let notes = clips.notes.iter().chain(&paired.notes).cloned().collect();
     Ok(Built { bytes, notes, choice })

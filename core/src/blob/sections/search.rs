@@ -85,7 +85,14 @@ impl<'db> Database<'db> {
         self.required.query
     }
 
-    /// Graph edges of a captured frame: rows of its class, [`NONE`](crate::blob::layout::NONE) where there is none.
+    /// Whether the captured frames have edges. A blob of small classes may leave the graph out.
+    #[inline]
+    pub fn has_graph(&self) -> bool {
+        !self.required.graph.is_empty()
+    }
+
+    /// Graph edges of a captured frame: rows of its class, [`NONE`](crate::blob::layout::NONE) where there is none. Only
+    /// for blobs that [have a graph](Self::has_graph).
     #[inline]
     pub fn edges(&self, row: usize) -> [u16; DEGREE] {
         let record = Record::of(self.required.graph, row, 2 * DEGREE);

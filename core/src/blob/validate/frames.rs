@@ -98,7 +98,7 @@ pub(super) fn classes(db: &Database<'_>, is_built: &impl Fn(Method) -> bool) -> 
         bad(searchable == class.searchable && (1..=searchable).contains(&class.k_cap))?;
         let entries =
             Record::of(db.required.classes, i, class::LENGTH).0.get(class::ENTRY_POINTS).unwrap_or(&[]);
-        bad(db.entries(i).count() > 0)?;
+        bad(db.entries(i).count() > 0 || !db.has_graph())?;
         for e in 0..ENTRIES {
             let row = u16_at(entries, 2 * e);
             bad(row == NONE || can_be_found(flags, row))?;
@@ -165,17 +165,22 @@ const fn allowed_flags(paired: bool) -> u32 {
     allowed
 }
 
-/// The first row of a cycle with flags other than the `allowed` or edges that can't be, and the section of those.
+/// The first row of a cycle with flags other than the `allowed` or edges that can't be, and the section of those. There
+/// are no `edges` in a blob without a graph.
 // Not inlined, so that all that the loop reads is in registers.
 #[inline(never)]
 fn misfit(flags: &[u8], own: &[u8], edges: &[[u8; 2 * DEGREE]], allowed: u32) -> Option<(usize, u16)> {
+    let is_allowed = |flags: u8| allowed.checked_shr(flags.into()).unwrap_or(0) & 1 != 0;
+    if edges.is_empty() {
+        return own.iter().position(|&own| !is_allowed(own)).map(|row| (row, section::FLAGS));
+    }
     let fits = |edge: &[u8; 2]| {
         let edge = u16::from_le_bytes(*edge);
         // No class has a row with the number `NONE`.
         flags.get(usize::from(edge)).map_or(edge == NONE, |f| f & flag::SEARCHABLE != 0)
     };
     for (row, (&own, edges)) in own.iter().zip(edges).enumerate() {
-        if allowed.checked_shr(own.into()).unwrap_or(0) & 1 == 0 {
+        if !is_allowed(own) {
             return Some((row, section::FLAGS));
         }
         let [a, b, c, d, e, f, g, h] = edges.as_chunks().0.first_chunk()?;
@@ -306,6 +311,8 @@ mod tests {
             assert_eq!(row(own, 4, false), Some((1, section::FLAGS)), "{own}");
         }
         assert_eq!(row(flag::SEARCHABLE, 4, true), Some((1, section::FLAGS)));
+        assert_eq!(misfit(&flags, &[0, found, 16], &[], ALLOWED[1]), Some((2, section::FLAGS)));
+        assert_eq!(misfit(&flags, &[0, found], &[], ALLOWED[1]), None);
         for edge in [0, 3, 5, NONE - 1] {
             assert_eq!(row(found, edge, true), Some((1, section::GRAPH)), "{edge}");
         }

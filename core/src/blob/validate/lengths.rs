@@ -17,7 +17,7 @@ pub(super) fn lengths(db: &Database<'_>) -> Checked {
         (0..c.features).map(|f| 3 * c.window * joints_of_group(db, db.feature_group(f))).sum();
     let query =
         if c.features > 0 { query::components(c.window, c.joints, c.features) + 2 * coordinates } else { 0 };
-    let Required { manifest, knots, rows, .. } = db.required;
+    let Required { manifest, knots, rows, graph, .. } = db.required;
     let need = Required {
         // Decoded below.
         manifest: manifest.len(),
@@ -35,7 +35,8 @@ pub(super) fn lengths(db: &Database<'_>) -> Checked {
         // The blocks say how long their rows are, which is checked with them.
         rows: rows.len(),
         features: c.frames * c.features,
-        graph: c.frames * 2 * DEGREE,
+        // All frames have edges, or none has.
+        graph: if graph.is_empty() { 0 } else { c.frames * 2 * DEGREE },
         flags: c.frames,
         timing: c.timing * timing::LENGTH,
     };
