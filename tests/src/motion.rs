@@ -179,7 +179,19 @@ pub fn corpus(size: Size) -> Corpus {
 /// # Panics
 /// Where the corpus can't be built: a fault of this module or of the builder.
 pub fn blob(size: Size) -> Vec<u8> {
-    build(&corpus(size), &BuildOptions::default()).expect("the generated corpus is complete").bytes
+    built(size, &BuildOptions::default())
+}
+
+/// The same without a search graph.
+///
+/// # Panics
+/// As [`blob`].
+pub fn without_graph(size: Size) -> Vec<u8> {
+    built(size, &BuildOptions { graph: false, ..BuildOptions::default() })
+}
+
+fn built(size: Size, options: &BuildOptions) -> Vec<u8> {
+    build(&corpus(size), options).expect("the generated corpus is complete").bytes
 }
 
 /// The blob of [`SMALL`], built once.

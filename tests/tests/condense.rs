@@ -77,8 +77,7 @@ fn a_condensed_database_translates() {
 
 #[test]
 fn a_database_without_a_graph_translates() {
-    let options = BuildOptions { graph: false, ..BuildOptions::default() };
-    let blob = build(&motion::corpus(LARGE), &options).unwrap().bytes;
+    let blob = motion::without_graph(LARGE);
     assert!(section(&blob, "graph").is_empty());
     translates(&blob, 0.006);
 }

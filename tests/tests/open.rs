@@ -7,7 +7,7 @@ use gestus_core::{
     blob::{Mark, layout::section},
 };
 use gestus_database::{
-    blob::assemble::with_section,
+    blob::assemble::{assemble, with_section},
     effort::{Source, dial::Dial},
     stream::to_pose,
 };
@@ -83,6 +83,22 @@ fn any_other_length_is_refused() {
         let (need, have) = (blob.len() as u32, longer.len() as u32);
         assert_eq!(Database::open(&longer).err(), Some(BlobError::Truncated { need, have }));
     }
+}
+
+#[test]
+fn all_frames_have_edges_or_none_has() {
+    let database = Database::open(motion::tiny()).unwrap();
+    let with = |edges: fn(&[u8]) -> &[u8]| {
+        let required = database.sections().into_iter();
+        let sections = required
+            .chain(database.optional_sections())
+            .map(|(id, bytes)| (id, if id == section::GRAPH { edges(bytes) } else { bytes }.to_vec()));
+        assemble(database.counts(), f64::from(database.rate_hz()), &sections.collect::<Vec<_>>())
+    };
+    assert_eq!(open_and_step(&with(|edges| edges)), Ok(()));
+    assert_eq!(open_and_step(&with(|_| &[])), Ok(()));
+    let half = with(|edges| &edges[..edges.len() / 2]);
+    assert!(matches!(Database::open(&half), Err(BlobError::Length { section: section::GRAPH, .. })));
 }
 
 /// The blob with an effort dial.

@@ -1,10 +1,7 @@
 //! The graph search against brute force: its recall, its visits, and its behaviour at jumps.
 
 use gestus_core::{Config, Database, Degraded};
-use gestus_database::{
-    build::{BuildOptions, build},
-    stream::{Request, stream},
-};
+use gestus_database::stream::{Request, stream};
 use gestus_tests::{
     motion::{self, Size},
     reference,
@@ -93,8 +90,7 @@ fn finds_98_5_percent(db: &Database<'_>, config: Config) {
 /// Successors of the last neighbors and rows spread over the class lead to frames about as near as the nearest.
 #[test]
 fn without_a_graph_the_neighbors_are_about_as_near() {
-    let options = BuildOptions { graph: false, ..BuildOptions::default() };
-    let blob = build(&motion::corpus(CROWD), &options).unwrap().bytes;
+    let blob = motion::without_graph(CROWD);
     let db = Database::open(&blob).unwrap();
     assert!(!db.has_graph());
     let searched = vec![true; db.counts().groups];

@@ -9,7 +9,7 @@ use gestus_core::{
 use gestus_database::stream::to_pose;
 use gestus_motion::clip::{Clip, Frame};
 use gestus_tests::{
-    motion::{self, Size},
+    motion::{self, LARGE, Size},
     patch,
 };
 
@@ -65,20 +65,23 @@ fn leaping(frames: usize) -> Clip {
 /// Under every method, and under labels, masks, mixes of styles and styles of joint groups.
 #[test]
 fn no_step_takes_more_than_the_bound() {
-    let database = Database::open(motion::large()).unwrap();
-    let clip = leaping(96);
     let base = Config::new();
-    let configs = [
-        base,
-        base.visits(64).k(40),
-        base.visits(448).k(64).classes(8),
-        Config::paper(),
+    let of_mixture = [base, base.visits(64).k(40), base.visits(448).k(64).classes(8), Config::paper()];
+    let of_tables_and_models = [
         base.method(Method::Phase),
         base.method(Method::Phase).classes(8),
         base.method(Method::Lti),
         base.method(Method::Statistic),
     ];
-    for config in configs {
+    stay_within_the_bound(motion::large(), &of_mixture);
+    stay_within_the_bound(motion::large(), &of_tables_and_models);
+    stay_within_the_bound(&motion::without_graph(LARGE), &of_mixture);
+}
+
+fn stay_within_the_bound(blob: &[u8], configs: &[Config]) {
+    let database = Database::open(blob).unwrap();
+    let clip = leaping(96);
+    for &config in configs {
         let mut stylizer = Gestus::new(database, config).unwrap();
         let mut nearest = 0.0f64;
         for (t, frame) in clip.frames.iter().enumerate() {

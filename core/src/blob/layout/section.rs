@@ -108,7 +108,7 @@ sections! {
         rows: ROWS = 11, kept false;
         /// Per captured frame: its feature, i8.
         features: FEATURES = 12, kept false;
-        /// Per captured frame: [`DEGREE`](super::DEGREE) edges, u16. Empty where classes are searched without.
+        /// Per captured frame: [`DEGREE`](super::DEGREE) edges, u16. May be empty.
         graph: GRAPH = 13, kept false;
         /// Per captured frame: its contacts, and whether the search may return it: see [`flag`](super::flag).
         flags: FLAGS = 14, kept false;

@@ -85,7 +85,7 @@ impl<'db> Database<'db> {
         self.required.query
     }
 
-    /// Whether the captured frames have edges. A blob of small classes may leave the graph out.
+    /// Whether the captured frames have edges. A blob may leave the graph out.
     #[inline]
     pub fn has_graph(&self) -> bool {
         !self.required.graph.is_empty()
