@@ -27,12 +27,18 @@ impl Format {
 
     /// The same, of a file with these first bytes.
     pub(crate) fn of_content(path: &Path, head: &[u8]) -> Self {
+        let by_content = Self::ALL.into_iter().find(|format| format.begins(head));
+        by_content.or_else(|| Self::of(path)).unwrap_or(Self::Bvh)
+    }
+
+    /// Whether these first bytes are those of a file of the format.
+    fn begins(self, head: &[u8]) -> bool {
         let text = head.trim_ascii_start();
-        match Self::of(path) {
-            _ if head.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX") => Self::Fbx,
-            _ if head.starts_with(b"glTF") => Self::Gltf,
-            _ if text.starts_with(b"HIERARCHY") => Self::Bvh,
-            by_name => by_name.unwrap_or(Self::Bvh),
+        match self {
+            Self::Bvh => text.starts_with(b"HIERARCHY"),
+            // Its text form is JSON, as other files are.
+            Self::Gltf => head.starts_with(b"glTF"),
+            Self::Fbx => head.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX"),
         }
     }
 
