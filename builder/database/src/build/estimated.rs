@@ -32,7 +32,7 @@ impl<'a> Estimated<'a> {
         self.encode(options, shared, extent)
     }
 
-    /// Bytes of that blob, from a draft that is made faster.
+    /// Bytes of that blob without a graph, from a draft that is made faster.
     pub fn draft_bytes(&self, options: &BuildOptions, shared: &Shared) -> Result<usize, BuildError> {
         Ok(self.encode(options, shared, Extent::Draft)?.len())
     }

@@ -84,7 +84,7 @@ enum Fit {
 fn most_cycles(source: &Source<'_>, estimated: &Estimated<'_>, shared: &Shared) -> Result<Fit, BuildError> {
     let options = source.clips.options;
     let size = |cycles: usize| -> Result<usize, BuildError> {
-        estimated.draft_bytes(&BuildOptions { cycles, graph: false, ..options.clone() }, shared)
+        estimated.draft_bytes(&BuildOptions { cycles, ..options.clone() }, shared)
     };
     let smallest = size(1)?;
     if smallest > options.bytes {

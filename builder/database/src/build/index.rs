@@ -39,7 +39,7 @@ pub(super) struct Index {
     /// The features as stored.
     pub codes: Vec<Vec<i8>>,
     pub flags: Vec<u8>,
-    /// One graph per class, without edges unless the index is whole.
+    /// One graph per class, left out unless the index is whole.
     pub graphs: Vec<ClassGraph>,
     /// Searchable frames of each class.
     pub searchable: Vec<usize>,
@@ -94,9 +94,9 @@ pub(super) struct Stored<'a> {
 /// How much of an index is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Extent {
-    /// As large as the whole, without edges, measured falls and trust.
+    /// As large as [`WithoutGraph`](Self::WithoutGraph), without measured falls and trust.
     Draft,
-    /// All but the edges.
+    /// All but the graph.
     WithoutGraph,
     Whole,
 }
@@ -147,7 +147,7 @@ impl Index {
             by_class.push((class.first_row, of_class));
             graphs.push(match extent {
                 Extent::Whole => build_graph(&of_class),
-                Extent::Draft | Extent::WithoutGraph => ClassGraph::empty(class.rows),
+                Extent::Draft | Extent::WithoutGraph => ClassGraph::left_out(),
             });
             counts.push(searchable.iter().filter(|s| **s).count());
         }

@@ -65,7 +65,7 @@ pub(super) fn encode(
         blocks: index.packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect(),
         rows: index.packed.bytes,
         features: search::encode_features(&index.codes),
-        graph: if options.graph { search::encode_graphs(&index.graphs) } else { Vec::new() },
+        graph: search::encode_graphs(&index.graphs),
         flags: index.flags,
         timing: timing::encode(&shared.timing),
     };

@@ -28,16 +28,16 @@ pub struct ClassFeatures<'a> {
 /// The graph of a class.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClassGraph {
-    /// Edges of each row, padded with [`NONE`].
+    /// Edges of each row, padded with [`NONE`]; empty if the graph is left out.
     pub edges: Vec<[u16; DEGREE]>,
     /// Entry points.
     pub entries: [u16; ENTRIES],
 }
 
 impl ClassGraph {
-    /// A graph without edges.
-    pub fn empty(rows: usize) -> Self {
-        Self { edges: vec![[NONE; DEGREE]; rows], entries: [NONE; ENTRIES] }
+    /// No graph: no row has edges, not even [`NONE`].
+    pub const fn left_out() -> Self {
+        Self { edges: Vec::new(), entries: [NONE; ENTRIES] }
     }
 }
 
