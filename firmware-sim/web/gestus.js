@@ -6,9 +6,13 @@
 
 const Gestus = (() => {
   const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
-  const DEGRADED = ["input", "visits", "classes", "prediction", "jump"];
-  const PROFILES = [0, 2], METHODS = [0, 1, 2], JOINTS = 32, CLASSES = 33, METHOD = 39;
-  const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8;
+  // The header's GestusReport before its classes, flags and methods: run.js compares them with the header.
+  const REPORT = ["step_s", "predicted_step_s", "distance2", "passed", "visits", "bytes_read", "degraded", "left_contact",
+    "right_contact", "class_count"];
+  const DEGRADED = { input: 1, visits: 2, classes: 4, prediction: 8, jump: 16, leap: 128, far: 256, spike: 512 };
+  const METHODS = { mixture: 0, linear: 1, statistic: 2, phase: 3 };
+  const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, METHOD = 39;
+  const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8, REPORT_WORDS = REPORT.length + 2 * MOST_CLASSES;
 
   // The bytes of a Uint8Array, or of an ArrayBuffer as `fetch` returns it.
   const bytesOf = (data) => (ArrayBuffer.isView(data) ? data : new Uint8Array(data));
@@ -41,7 +45,7 @@ const Gestus = (() => {
       let status;
       for (const profile of PROFILES) {
         this.check(exports.gestus_config_default(profile, config));
-        for (const method of METHODS) {
+        for (const method of Object.values(METHODS)) {
           new Uint32Array(exports.memory.buffer, config, CONFIG_BYTES / 4)[4] = method;
           status = exports.gestus_stylizer_init(stylizer, size[1], profile, database, config, this.out);
           this.method = method;
@@ -69,7 +73,7 @@ const Gestus = (() => {
       const input = this.take(4 * numbers), output = this.take(4 * numbers);
       this.inputAt = input;
       this.outputAt = output;
-      this.reportAt = this.take(36 + 8 * MOST_CLASSES);
+      this.reportAt = this.take(4 * REPORT_WORDS);
       this.digestAt = this.take(4);
       this.stylesAt = this.take(2 * 32);
       this.weightsAt = this.take(4 * 32);
@@ -77,8 +81,8 @@ const Gestus = (() => {
       const buffer = exports.memory.buffer;
       this.input = new Float32Array(buffer, input, numbers);
       this.output = new Float32Array(buffer, output, numbers);
-      this.reportFloats = new Float32Array(buffer, this.reportAt, 9 + 2 * MOST_CLASSES);
-      this.reportWords = new Uint32Array(buffer, this.reportAt, 9 + 2 * MOST_CLASSES);
+      this.reportFloats = new Float32Array(buffer, this.reportAt, REPORT_WORDS);
+      this.reportWords = new Uint32Array(buffer, this.reportAt, REPORT_WORDS);
       this.digestWord = new Uint32Array(buffer, this.digestAt, 1);
     }
 
@@ -169,10 +173,16 @@ const Gestus = (() => {
 
     // Report of the last step.
     report() {
-      const f = this.reportFloats, w = this.reportWords;
-      const classes = Array.from({ length: w[8] }, (_, i) => ({ index: w[9 + 2 * i], proportion: f[10 + 2 * i] }));
-      const degraded = DEGRADED.filter((_, i) => (w[5] >> i) & 1);
-      return { step: f[0], predicted: f[1], distance2: f[2], visits: w[3], bytes: w[4], degraded, contacts: [w[6], w[7]], classes };
+      const float = (name) => this.reportFloats[REPORT.indexOf(name)], word = (name) => this.reportWords[REPORT.indexOf(name)];
+      const classes = Array.from({ length: word("class_count") }, (_, i) => {
+        const at = REPORT.length + 2 * i;
+        return { index: this.reportWords[at], proportion: this.reportFloats[at + 1] };
+      });
+      return {
+        step: float("step_s"), predicted: float("predicted_step_s"), distance2: float("distance2"), passed: float("passed"),
+        visits: word("visits"), bytes: word("bytes_read"), contacts: [word("left_contact"), word("right_contact")], classes,
+        degraded: Object.keys(DEGRADED).filter((name) => word("degraded") & DEGRADED[name]),
+      };
     }
   }
 
@@ -192,8 +202,8 @@ const Gestus = (() => {
     return { joints, digest: view.getUint32(16, true).toString(16).padStart(8, "0"), frames };
   };
 
-  // Replays a whole recording and returns the digest of the output; `seen` is called after each frame.
-  Gestus.replay = (gestus, recording, seen = () => {}) => {
+  // Replays a recording, a frame at each `next()`; `gestus.digest` is that of the output so far.
+  Gestus.replay = function* replay(gestus, recording) {
     gestus.reset();
     let before = "";
     for (const frame of recording.frames) {
@@ -206,11 +216,11 @@ const Gestus = (() => {
       gestus.input.set(frame.pose);
       gestus.step();
       gestus.addToDigest();
-      seen(gestus);
+      yield;
     }
-    return gestus.digest;
   };
 
+  Object.assign(Gestus, { REPORT, DEGRADED, METHODS });
   return Gestus;
 })();
 

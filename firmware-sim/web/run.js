@@ -1,10 +1,22 @@
 "use strict";
 // Replays a recording through the wasm module in node: node run.js MODULE.wasm DB.gestus RECORDING
-// Prints the digest, and fails if it differs from the recording's.
+// Prints the digest, and fails if it differs from the recording's, or if gestus.js assumes another layout than the header's.
+const assert = require("assert");
 const fs = require("fs");
+const path = require("path");
 const { Gestus } = require("./gestus.js");
 
+function checkLayout() {
+  const header = fs.readFileSync(path.join(__dirname, "../capi/include/gestus.h"), "utf8").replace(/^ *\/\/.*$/gm, "");
+  const numbers = (pattern) => Object.fromEntries([...header.matchAll(pattern)].map(([, name, n]) => [name.toLowerCase(), Number(n)]));
+  const [, fields] = header.match(/struct GestusReport \{([^}]*)\}/);
+  assert.deepStrictEqual([...Gestus.REPORT, "classes"], [...fields.matchAll(/(\w+)(\[\w+\])?;/g)].map(([, name]) => name));
+  assert.deepStrictEqual(Gestus.DEGRADED, numbers(/GESTUS_DEGRADED_(\w+) (\d+)/g));
+  assert.deepStrictEqual(Gestus.METHODS, numbers(/GESTUS_METHOD_(\w+) = (\d+)/g));
+}
+
 (async () => {
+  checkLayout();
   const [wasm, blob, stream] = process.argv.slice(2).map((name) => new Uint8Array(fs.readFileSync(name)));
   const gestus = await Gestus.load(wasm, blob);
   // A refused setting throws an error with a message.
@@ -22,13 +34,19 @@ const { Gestus } = require("./gestus.js");
   const init = (...given) => (methodOf(given[4]) === 0 ? 39 : exports.gestus_stylizer_init(...given));
   const cut = new Gestus({ ...exports, gestus_stylizer_init: init }, blob);
   cut.step();
-  if (cut.method !== 1) throw new Error(`a database without frames is streamed with method ${cut.method}`);
+  if (cut.method !== Gestus.METHODS.linear) throw new Error(`a database without frames is streamed with method ${cut.method}`);
   const recording = Gestus.recording(stream.buffer.slice(stream.byteOffset, stream.byteOffset + stream.length));
   const start = process.hrtime.bigint();
-  let degraded = 0;
-  const digest = Gestus.replay(gestus, recording, (g) => { if (g.reportWords[5]) degraded++; });
+  for (const _ of Gestus.replay(gestus, recording));
   const micros = Number(process.hrtime.bigint() - start) / 1e3 / recording.frames.length;
-  const again = Gestus.replay(gestus, recording);
+  const { digest } = gestus;
+  let degraded = 0;
+  for (const _ of Gestus.replay(gestus, recording)) {
+    const report = gestus.report(), sum = report.classes.reduce((sum, c) => sum + c.proportion, 0);
+    if (report.degraded.length) degraded++;
+    else assert(report.step > 0 && report.bytes > 0 && Math.abs(sum - 1) < 1e-5, JSON.stringify(report));
+  }
+  const again = gestus.digest;
   console.log(`${recording.frames.length} frames, ${micros.toFixed(0)} us each, ${degraded} degraded, ` +
     `${wasm.length} bytes of module, digest ${digest}`);
   if (digest !== recording.digest || again !== digest) {

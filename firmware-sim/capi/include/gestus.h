@@ -296,11 +296,11 @@ typedef struct GestusStylizer GestusStylizer;
 
 // The configuration of a new stylizer. Fill it with `gestus_config_default`, then change what you need.
 typedef struct GestusConfig {
-  // Neighbors a class, from 1 to the profile's capacity. Default 16.
+  // Neighbors a class, from 1 to the profile's capacity. Default 8.
   uint32_t neighbors;
   // Most distances computed in a class in a frame, 64 to 448. Bounds the time of a step. Default 256.
   uint32_t visits;
-  // Most classes mixed in a frame, 1 to 8. Default 8.
+  // Most classes mixed in a frame, 1 to 8. Default 4.
   uint32_t classes;
   // Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
   uint32_t timing;

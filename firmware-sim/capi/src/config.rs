@@ -12,11 +12,11 @@ use crate::{
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GestusConfig {
-    /// Neighbors a class, from 1 to the profile's capacity. Default 16.
+    /// Neighbors a class, from 1 to the profile's capacity. Default 8.
     pub neighbors: u32,
     /// Most distances computed in a class in a frame, 64 to 448. Bounds the time of a step. Default 256.
     pub visits: u32,
-    /// Most classes mixed in a frame, 1 to 8. Default 8.
+    /// Most classes mixed in a frame, 1 to 8. Default 4.
     pub classes: u32,
     /// Policy for the output's time, a number of `GestusTiming`. Default `GESTUS_TIMING_FREE`.
     pub timing: u32,
