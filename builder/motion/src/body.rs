@@ -43,15 +43,13 @@ impl Body {
         let joints = skeleton.joints();
         let mut body =
             Self { skeleton, landmarks, means: vec![UnitQuaternion::identity(); joints], hips_line };
-        let mut moments = vec![Matrix4::<f64>::zeros(); joints];
-        for frame in corpus.examples.iter().flat_map(|e| &e.clip.frames) {
-            let heading = body.heading(frame);
-            for (j, moment) in moments.iter_mut().enumerate() {
-                let local = if j == 0 { about_y(-heading) * frame.rotations[0] } else { frame.rotations[j] };
-                *moment += local.coords * local.coords.transpose();
-            }
-        }
-        body.means = moments.into_iter().map(mean_rotation).collect();
+        let local = |frame: &Frame, j: usize| match j {
+            0 => about_y(-body.heading(frame)) * frame.rotations[0],
+            _ => frame.rotations[j],
+        };
+        let frames = || corpus.examples.iter().flat_map(|e| &e.clip.frames);
+        let mean = |j: usize| mean_rotation(frames().map(|frame| local(frame, j)));
+        body.means = (0..joints).map(|j| shorter(&mean(j))).collect();
         Ok(body)
     }
 
@@ -153,8 +151,12 @@ pub fn row_at(rows: &[Vec<f64>], position: f64) -> Vec<f64> {
 
 /// Rotation vector of the shorter of the two rotations, radians.
 pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let q = if q.w < 0.0 { UnitQuaternion::new_unchecked(-q.into_inner()) } else { *q };
-    q.scaled_axis()
+    shorter(q).scaled_axis()
+}
+
+/// The quaternion of the same rotation whose real part is not negative.
+fn shorter(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    if q.w < 0.0 { UnitQuaternion::new_unchecked(-q.into_inner()) } else { *q }
 }
 
 /// An angle wrapped to -π..π.
@@ -197,11 +199,13 @@ fn hips_line(corpus: &Corpus, landmarks: &Landmarks) -> Vector3<f64> {
 }
 
 /// The rotation nearest to all: first eigenvector of the sum of `q qᵀ` (Markley et al. 2007), whatever the
-/// signs of the quaternions.
-fn mean_rotation(moment: Matrix4<f64>) -> UnitQuaternion<f64> {
+/// signs of the quaternions; its own sign is arbitrary. Identity if there are none.
+pub fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
+    let moment = rotations.fold(Matrix4::zeros(), |sum, q| sum + q.coords * q.coords.transpose());
+    if moment.trace() < 1e-12 {
+        return UnitQuaternion::identity();
+    }
     let eigen = SymmetricEigen::new(moment);
     let largest = eigen.eigenvalues.imax();
-    let v = eigen.eigenvectors.column(largest).into_owned();
-    let v = if v[3] < 0.0 { -v } else { v };
-    UnitQuaternion::new_normalize(Quaternion::from(v))
+    UnitQuaternion::new_normalize(Quaternion::from(eigen.eigenvectors.column(largest).into_owned()))
 }

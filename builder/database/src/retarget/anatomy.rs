@@ -16,13 +16,14 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Matrix4, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::retarget::{
     identify::Parts,
     parts::{Part, Side},
 };
 use gestus_motion::{
+    body::mean_rotation,
     clip::{Frame, Skeleton},
     landmarks::rest_positions,
     statistics::{mean_or_zero, quantile, sorted},
@@ -56,19 +57,35 @@ struct World {
 /// Least mean bend of an elbow or knee that determines its axis: sine of 4 degrees.
 const LEAST_BEND: f64 = 0.07;
 
-/// Height of a foot over the other's, in legs, from which on it stands nowhere in a brief sample. In a whole walk of cmu the
-/// two differ by 0.022.
+/// Height of a foot over the other's, in legs, from which on it stands nowhere in a sample of less than a stride. In a whole
+/// walk of cmu the two differ by 0.022.
 const LIFTED: f64 = 0.04;
 
+/// Which feet stand somewhere in a sample of poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// Both: it shows whole strides, or a body at rest.
+    BothFeet,
+    /// Perhaps only one: it is shorter than a stride.
+    OneFootAtLeast,
+}
+
+/// Arms or legs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Limb {
+    Arm,
+    Leg,
+}
+
 impl Anatomy {
-    /// Measures a body. `sample` are some of its poses, Y up; `upright` is the user's word, where there is one; a `brief`
-    /// sample may show one foot on the ground alone.
+    /// Measures a body. `sample` are some of its poses, Y up; `upright` says whether zero rotations are an upright body,
+    /// where the user has said so.
     pub fn of(
         skeleton: &Skeleton,
         parts: &Parts,
         sample: &[Frame],
         upright: Option<bool>,
-        brief: bool,
+        standing: Standing,
     ) -> Self {
         let worlds: Vec<World> = sample.iter().map(|f| world(skeleton, f)).collect();
         let zero = zero_axes(skeleton, parts);
@@ -89,10 +106,10 @@ impl Anatomy {
         let mut measure = Measure { parts, worlds: &worlds, zero: upright_axes, body: &mut this };
         measure.hips();
         measure.trunk();
-        let stands = measure.ankles(brief);
+        let stands = measure.ankles(standing);
         for side in Side::BOTH {
-            measure.limb([Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)], false, side);
-            measure.limb([Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)], true, side);
+            measure.limb(Limb::Leg, side);
+            measure.limb(Limb::Arm, side);
             measure.like(Part::Clavicle(side), Part::Chest);
             measure.like(Part::Hand(side), Part::LowerArm(side));
             measure.foot(side, stands[side.index()]);
@@ -166,9 +183,12 @@ impl Measure<'_> {
     }
 
     /// Upper and lower bone of a limb.
-    fn limb(&mut self, chain: [Part; 3], arm: bool, side: Side) {
-        let [Some(upper), Some(lower)] = [chain[0], chain[1]].map(|p| self.parts.get(p)) else { return };
-        let end = self.parts.get(chain[2]);
+    fn limb(&mut self, limb: Limb, side: Side) {
+        let chain = match limb {
+            Limb::Arm => [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
+            Limb::Leg => [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)],
+        };
+        let [Some(upper), Some(lower), end] = chain.map(|part| self.parts.get(part)) else { return };
         let bone = |from: usize, to: usize| move |w: &World| w.places[to] - w.places[from];
         let upper_bone = self.seen(upper, bone(upper, lower));
         let lower_bone = match end {
@@ -188,13 +208,13 @@ impl Measure<'_> {
         let alone = self.worlds.len() == 1 && self.zero.is_some();
         let weak = alone || hinges.iter().any(|hinge| hinge.norm() < LEAST_BEND);
         for (joint, bone, hinge) in [(upper, upper_bone, hinges[0]), (lower, lower_bone, hinges[1])] {
-            let hinge = if weak { self.rest_hinge(joint, bone, arm) } else { Some(hinge) };
+            let hinge = if weak { self.rest_hinge(bone, limb) } else { Some(hinge) };
             let across = hinge.unwrap_or_else(|| any_across(&bone));
             self.body.frames.insert(joint, axes(bone, across, false));
         }
         if weak {
-            let (joint, which) =
-                (if arm { "elbow" } else { "knee" }, if side == Side::Left { "left" } else { "right" });
+            let joint = if limb == Limb::Arm { "elbow" } else { "knee" };
+            let which = if side == Side::Left { "left" } else { "right" };
             let witness = if self.zero.is_some() { "the rest pose" } else { "nothing but its axes" };
             self.body.doubts.push(format!(
                 "the {which} {joint} hardly bends in this clip: its axis is taken from {witness}"
@@ -204,9 +224,9 @@ impl Measure<'_> {
 
     /// The axis of elbow or knee at rest, where zero rotations are an upright body: knees bend about the left axis,
     /// elbows of hanging arms about the right one; raised arms take it with them.
-    fn rest_hinge(&self, _joint: usize, bone: Vector3<f64>, arm: bool) -> Option<Vector3<f64>> {
+    fn rest_hinge(&self, bone: Vector3<f64>, limb: Limb) -> Option<Vector3<f64>> {
         let axes = self.zero?;
-        if !arm {
+        if limb == Limb::Leg {
             return Some(axes * Vector3::x());
         }
         let down = axes * -Vector3::y();
@@ -233,10 +253,10 @@ impl Measure<'_> {
     }
 
     /// Finds the height of the ankles where they stand; returns which foot stands anywhere.
-    fn ankles(&mut self, brief: bool) -> [bool; 2] {
+    fn ankles(&mut self, standing: Standing) -> [bool; 2] {
         let lows = Side::BOTH.map(|side| self.parts.get(Part::Foot(side)).map(|ankle| self.low(ankle)));
         let [Some(left), Some(right)] = lows else { return [true; 2] };
-        if brief && (left - right).abs() > self.small(LIFTED) {
+        if standing == Standing::OneFootAtLeast && (left - right).abs() > self.small(LIFTED) {
             self.body.ankle_m = left.min(right);
             return [left < right, right < left];
         }
@@ -307,18 +327,6 @@ fn axes(up: Vector3<f64>, left: Vector3<f64>, left_first: bool) -> UnitQuaternio
 fn any_across(v: &Vector3<f64>) -> Vector3<f64> {
     let other = if v.x.abs() < 0.7 * v.norm() { Vector3::x() } else { Vector3::z() };
     v.cross(&other).normalize()
-}
-
-/// The rotation nearest to all: the eigenvector of the largest eigenvalue of the sum of their outer products.
-fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
-    let moment = rotations.fold(Matrix4::zeros(), |m, q| m + q.coords * q.coords.transpose());
-    if moment.trace() < 1e-12 {
-        return UnitQuaternion::identity();
-    }
-    let eigen = SymmetricEigen::new(moment);
-    let largest = eigen.eigenvalues.imax();
-    let column = eigen.eigenvectors.column(largest);
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(column[3], column[0], column[1], column[2]))
 }
 
 fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lower: fn(Side) -> Part) -> f64 {

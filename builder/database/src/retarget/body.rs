@@ -19,7 +19,7 @@ use crate::{
     blob::export::row,
     registration::floor::{self, Floor, Supports},
     retarget::{
-        anatomy::Anatomy,
+        anatomy::{Anatomy, Standing},
         file::MapFile,
         identify::{IdentifyError, Parts},
         parts::{Part, Side},
@@ -100,7 +100,7 @@ impl Body {
         let skeleton = Arc::new(database_skeleton(database));
         let frames = sample_of(database);
         let parts = Parts::find(&skeleton, &frames, &MapFile::default()).map_err(MapError::Target)?;
-        let anatomy = Anatomy::of(&skeleton, &parts, &frames, None, false);
+        let anatomy = Anatomy::of(&skeleton, &parts, &frames, None, Standing::BothFeet);
         let rest = (0..skeleton.joints()).map(|j| rotation(database.joint(j).mean)).collect();
         Self { skeleton, parts, anatomy, floor: Floor::ZERO, rest }.checked("database")
     }
@@ -119,7 +119,8 @@ impl Body {
         let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
         let mut parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
         parts.doubts.extend(up::doubt(clip, file));
-        let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright, is_brief(clip));
+        let standing = if is_brief(clip) { Standing::OneFootAtLeast } else { Standing::BothFeet };
+        let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright, standing);
         let floor = floor_of(clip, &world, &parts, anatomy.leg_m, file)?;
         anatomy.stand_on(floor.height_m);
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();

@@ -10,7 +10,7 @@ use gestus_motion::clip::{Clip, Frame, Skeleton};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::retarget::{
-    anatomy::Anatomy,
+    anatomy::{Anatomy, Standing},
     body::{Body, MapError, floor_of},
     file::MapFile,
     identify::Parts,
@@ -32,7 +32,8 @@ impl Body {
         let mut parts =
             Parts::find(&skeleton, std::slice::from_ref(&still), file).map_err(MapError::Source)?;
         parts.doubts.extend(up::doubt(clip, file));
-        let mut anatomy = Anatomy::of(&skeleton, &parts, std::slice::from_ref(&still), None, false);
+        let sample = std::slice::from_ref(&still);
+        let mut anatomy = Anatomy::of(&skeleton, &parts, sample, None, Standing::BothFeet);
         if !anatomy.upright {
             return Ok(None);
         }
