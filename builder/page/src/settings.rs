@@ -70,13 +70,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The request, and by how much the wanted Effort is missed by the dial.
+    /// The request to the stylizer.
     ///
     /// # Errors
-    /// A method or Effort that the database does not have.
+    /// A method that the database has no data for, an Effort where it has no dial, and no style.
     pub fn request(&self, database: &Database<'_>) -> Result<Request> {
-        let method = Method::ALL.into_iter().find(|method| method.name() == self.method);
-        let method = method.filter(|method| method.is_available_in(database));
+        let method = Method::named(&self.method).filter(|method| method.is_available_in(database));
         let method = method.with_context(|| format!("the database does not hold method {}", self.method))?;
         let timing = if self.sync { Timing::Sync } else { Timing::Free };
         let weights = match self.effort {

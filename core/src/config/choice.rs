@@ -22,6 +22,11 @@ macro_rules! choices {
                     $(Self::$variant => $text,)*
                 }
             }
+
+            /// The alternative of that name.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|choice| choice.name() == name)
+            }
         }
 
         impl Default for $name {

@@ -127,8 +127,7 @@ impl BoardArgs {
 
 /// The method of a name.
 fn method(name: String) -> Result<Method> {
-    let found = Method::ALL.into_iter().find(|method| method.name() == name);
-    found.with_context(|| format!("there is no method `{name}`"))
+    Method::named(&name).with_context(|| format!("there is no method `{name}`"))
 }
 
 /// Runs the command.

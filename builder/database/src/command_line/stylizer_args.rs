@@ -122,7 +122,7 @@ impl StylizerArgs {
             Some("effort") => method("mar", database)?,
             Some(name) => method(name, database)?,
             // A database that was cut to its models holds no frames for the mixture.
-            None => Method::ALL.into_iter().find(|m| m.is_available_in(database)).unwrap_or_default(),
+            None => Method::of(database),
         };
         let policy = match self.timing.as_str() {
             "free" | "bounded" => Timing::Free,
@@ -139,12 +139,13 @@ impl StylizerArgs {
         .method(method)
         .contacts(!self.no_contact);
         if let Some(ridge) = &self.ridge {
-            config = match ridge.as_str() {
-                "raw" => config.ridge(Ridge::Raw),
-                // The preset has a weight for it.
-                "norm" if config.ridge == Ridge::Normalised => config,
-                "norm" => config.ridge(Ridge::Normalised).lambda(1.0),
-                other => bail!("--ridge {other}: raw or norm"),
+            config = match Ridge::named(ridge) {
+                // The preset `normalised` has a weight for it.
+                Some(Ridge::Normalised) if config.ridge != Ridge::Normalised => {
+                    config.ridge(Ridge::Normalised).lambda(1.0)
+                }
+                Some(ridge) => config.ridge(ridge),
+                None => bail!("--ridge {ridge}: {}", Ridge::NAMES.join(" or ")),
             };
         }
         self.check_use(config.method)?;
@@ -328,7 +329,7 @@ pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
 
 /// The method of that name, if the database holds its data.
 fn method(name: &str, database: &Database<'_>) -> Result<Method> {
-    let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else {
+    let Some(method) = Method::named(name) else {
         bail!("--method {name}: mar, phase, lti, statistic or effort");
     };
     if !method.is_available_in(database) {

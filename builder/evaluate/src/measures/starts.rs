@@ -49,8 +49,7 @@ pub struct Args {
 
 /// The method of that name.
 fn method(name: &str) -> Result<Method, String> {
-    let found = Method::ALL.into_iter().find(|method| method.name() == name);
-    found.ok_or_else(|| Method::ALL.map(Method::name).join(", "))
+    Method::named(name).ok_or_else(|| Method::NAMES.join(", "))
 }
 
 /// What happens at the beginning of the second that is measured.
