@@ -51,7 +51,8 @@ impl StreamArgs {
 #[derive(clap::Args, Debug)]
 pub struct ClipArgs {
     /// The database
-    #[arg(long)]
+    // In its struct's group, which clap leaves empty where arguments are flattened into it: `link` looks whether it is there.
+    #[arg(long, group = "ClipArgs")]
     db: PathBuf,
     /// The clip, BVH or glTF (`hero.glb#walk` names one of several animations). It is retargeted if its skeleton is not
     /// the database's

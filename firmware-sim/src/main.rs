@@ -6,7 +6,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{outputs::exit_code, stylizer_args::lenient};
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
-    link::command::{self as link, LinkArgs, ProbeArgs},
+    link::command::{self as link, LinkArgs},
     run::{self, RunArgs},
     view::{self, ViewArgs},
 };
@@ -32,17 +32,14 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    // The table of parts and a probe are parsed apart, because the parser requires a database and a clip.
+    // The table of parts is asked for apart, because the parser requires a database and a clip.
     let words: Vec<String> = std::env::args().skip(1).collect();
     if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
         && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
     {
         return exit_code(run::list(rest.contains(&"--json")));
     }
-    exit_code(match ProbeArgs::from_command_line(&words) {
-        Some(args) => link::probe(&args),
-        None => run_command(),
-    })
+    exit_code(run_command())
 }
 
 fn command() -> clap::Command {

@@ -35,8 +35,7 @@ impl Emulator {
     pub fn start(board: &Board, image: &Path, blob: &Path, log: File) -> Result<(Self, impl Line + use<>)> {
         let listener = TcpListener::bind("127.0.0.1:0").context("no free port on 127.0.0.1")?;
         let port = listener.local_addr()?.port();
-        let mut command = machine(board, image, blob)?;
-        count_instructions(board, &mut command);
+        let mut command = counting_machine(board, image, blob)?;
         command.args(["-chardev", &format!("socket,id=link,host=127.0.0.1,port={port},nodelay=on")]);
         command.args(["-serial", "chardev:link"]);
         let stderr = log.try_clone()?;
@@ -117,23 +116,32 @@ fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
     }
 }
 
-/// Gives every instruction the same virtual time, so that a timer counts them. This slows the emulator down.
-fn count_instructions(board: &Board, command: &mut Command) {
+/// The same, with a timer that counts instructions: each takes the same virtual time, which slows the emulator down.
+fn counting_machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
+    let mut command = machine(board, image, blob)?;
     command.args(["-icount", &format!("shift={}", board.icount_shift)]);
+    Ok(command)
 }
 
-/// Runs a program that ends on its own, and returns what it prints through the debugger. `count` is for programs that
-/// count instructions.
+/// Runs a program that ends on its own, and returns what it prints through the debugger.
 ///
 /// # Errors
 /// A missing emulator, and a program that fails or does not end in time.
-pub fn output(board: &Board, image: &Path, blob: &Path, count: bool) -> Result<String> {
+pub fn output(board: &Board, image: &Path, blob: &Path) -> Result<String> {
+    printed(board, image, machine(board, image, blob)?)
+}
+
+/// The same of a program that counts instructions.
+///
+/// # Errors
+/// As [`output`].
+pub fn counted_output(board: &Board, image: &Path, blob: &Path) -> Result<String> {
+    printed(board, image, counting_machine(board, image, blob)?)
+}
+
+fn printed(board: &Board, image: &Path, mut command: Command) -> Result<String> {
     let path = image.with_extension("out");
     let file = File::create(&path).with_context(|| format!("{} can't be written", path.display()))?;
-    let mut command = machine(board, image, blob)?;
-    if count {
-        count_instructions(board, &mut command);
-    }
     command.args(["-serial", "none"]).stdin(Stdio::null()).stderr(file.try_clone()?).stdout(file);
     let child = command.spawn().map_err(|error| missing(board, error))?;
     let mut emulator = Emulator { child };

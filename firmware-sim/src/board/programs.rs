@@ -97,7 +97,7 @@ pub fn functions(board: &Board) -> Result<Value> {
 /// # Errors
 /// As [`around`].
 pub fn replay(board: &Board, image: &Path, file: &Path) -> Result<(u32, usize)> {
-    let text = emulator::output(board, image, file, false)?;
+    let text = emulator::output(board, image, file)?;
     let result = match text.split_whitespace().collect::<Vec<_>>()[..] {
         ["digest", digest, frames] => digest.parse().ok().zip(frames.parse().ok()),
         _ => None,
@@ -117,7 +117,7 @@ pub fn replay_image(board: &Board) -> Result<PathBuf> {
 fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<String, Vec<u64>>> {
     eprintln!("building {} for {} ({})", options.program.unwrap_or_default(), board.name, board.title);
     let image: PathBuf = image::build(board, options)?;
-    let text = emulator::output(board, &image, blob, true)?;
+    let text = emulator::counted_output(board, &image, blob)?;
     let mut lines = BTreeMap::new();
     for line in text.lines().filter(|l| !l.trim().is_empty()) {
         let mut words = line.split_whitespace();

@@ -29,7 +29,7 @@ impl Default for RetryPolicy {
 }
 
 /// What a client counted on its line.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct HostCounts {
     /// Requests made, each counted once.
     pub requests: u64,
@@ -47,22 +47,6 @@ pub struct HostCounts {
     pub overlong: u64,
     /// Frames that are not replies: an echo, or another program's.
     pub foreign: u64,
-}
-
-impl HostCounts {
-    /// All counts, by name.
-    pub fn all(&self) -> [(&'static str, u64); 8] {
-        [
-            ("requests", self.requests),
-            ("repeats", self.repeats),
-            ("frames", self.frames),
-            ("doubled", self.doubled),
-            ("cut", self.cut),
-            ("corrupted", self.corrupted),
-            ("overlong", self.overlong),
-            ("foreign", self.foreign),
-        ]
-    }
 }
 
 /// Why a request failed.

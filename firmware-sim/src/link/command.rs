@@ -3,7 +3,6 @@
 use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
-use clap::Parser;
 use gestus_core::{BlobError, Database, robot::Robot};
 use gestus_database::{
     command_line::{blob, outputs::say, progress},
@@ -24,14 +23,15 @@ use crate::clip_args::ClipArgs;
 
 /// Stream a clip through a board at the other end of a line, and compare every bit.
 #[derive(clap::Args, Debug)]
+#[command(mut_arg("db", unless_probed), mut_arg("input", unless_probed))]
 pub struct LinkArgs {
     /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
     port: String,
     /// Only print the board's identity and statistics; needs neither database, clip nor style
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["ClipArgs", "UnitArgs", "GroundArgs", "StylizerArgs", "MethodArgs", "RobotArgs", "pace", "noise"])]
     probe: bool,
     #[command(flatten)]
-    clip: ClipArgs,
+    clip: Option<ClipArgs>,
     /// Send frames at the database's rate, instead of each as soon as the previous one is answered
     #[arg(long)]
     pace: bool,
@@ -119,33 +119,9 @@ impl RobotArgs {
     }
 }
 
-/// Arguments of `gestus-sim link PORT --probe`, which are parsed apart because `LinkArgs` requires a database.
-#[derive(clap::Parser, Debug)]
-#[command(name = "gestus-sim link")]
-pub struct ProbeArgs {
-    /// The line
-    port: String,
-    /// Only print the board's identity and statistics
-    #[arg(long, required = true)]
-    probe: bool,
-    /// Milliseconds to wait for a reply before the request is sent again
-    #[arg(long, default_value_t = 250)]
-    timeout: u64,
-    /// Retries before the command gives up
-    #[arg(long, default_value_t = 20)]
-    repeats: u8,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-impl ProbeArgs {
-    /// The arguments, if the command line has `link` and `--probe`.
-    pub fn from_command_line(words: &[String]) -> Option<Self> {
-        let (first, rest) = words.split_first()?;
-        (first == "link" && rest.iter().any(|w| w == "--probe"))
-            .then(|| Self::parse_from(std::iter::once(first).chain(rest)))
-    }
+/// A probe needs neither database nor clip.
+fn unless_probed(option: clap::Arg) -> clap::Arg {
+    option.required(false).required_unless_present("probe")
 }
 
 fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {
@@ -160,13 +136,19 @@ fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {
 /// Files that can't be read or written, a board that does not reply or refuses a request, and bits that differ.
 pub fn run(args: &LinkArgs) -> Result<()> {
     let loopback = args.port == "loopback";
+    let Some(clip) = &args.clip else {
+        if loopback {
+            bail!("--probe needs a real board: give a port instead of `loopback`");
+        }
+        return probe(args).with_context(|| args.port.clone());
+    };
     if args.noise.is_some() && !loopback {
         bail!("--noise works with the line `loopback` only");
     }
     let csv = args.robot.robot_csv.as_ref().map(|path| ("--robot-csv", path));
-    args.clip.check(args.robot.robot.as_ref(), csv)?;
-    let bytes = args.clip.read()?;
-    let (database, input, request) = args.clip.open(&bytes)?;
+    clip.check(args.robot.robot.as_ref(), csv)?;
+    let bytes = clip.read()?;
+    let (database, input, request) = clip.open(&bytes)?;
     let tables = args.robot.read()?;
     let robot = args.robot.open(&tables, &database)?;
     let outcome = with_board(database, request.config, robot, |twin| {
@@ -187,22 +169,12 @@ pub fn run(args: &LinkArgs) -> Result<()> {
 }
 
 /// Prints a board's identity and statistics.
-///
-/// # Errors
-/// A line that can't be opened, and a board that does not reply.
-pub fn probe(args: &ProbeArgs) -> Result<()> {
-    if args.port == "loopback" {
-        bail!("--probe needs a real board: give a port instead of `loopback`");
-    }
-    print_probe(args).with_context(|| args.port.clone())
-}
-
-fn print_probe(args: &ProbeArgs) -> Result<()> {
+fn probe(args: &LinkArgs) -> Result<()> {
     let mut client = client(line::open(&args.port)?, args.timeout, args.repeats);
     let identity = BoardIdentity::from(client.hello()?);
     let statistics = named(&client.statistics()?);
     if args.json {
-        say(json!({ "board": identity_json(&identity), "statistics": object(&statistics) }))
+        say(json!({ "board": identity, "statistics": object(&statistics) }))
     } else {
         say(&identity)?;
         statistics.iter().try_for_each(|(name, value)| say(format_args!("  {name} {value}")))
@@ -228,7 +200,9 @@ fn stream_clip<'t, L: Line>(
     let linked = stream(&mut session, &input.mapped, pace_hz, || bar.inc(1))?;
     bar.finish_and_clear();
     let statistics = named(&session.board().statistics()?);
-    args.clip.write(input, &linked.streamed)?;
+    if let Some(clip) = &args.clip {
+        clip.write(input, &linked.streamed)?;
+    }
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
     if args.json {
@@ -247,20 +221,6 @@ fn stream_clip<'t, L: Line>(
     }
 }
 
-fn identity_json(identity: &BoardIdentity) -> Value {
-    json!({
-        "board": identity.board,
-        "build": identity.build,
-        "database": format!("{:08x}", identity.database),
-        "rate_hz": identity.rate_hz,
-        "joints": identity.joints,
-        "classes": identity.classes,
-        "capacity": identity.capacity,
-        "ram_bytes": identity.ram_bytes,
-        "buffer_bytes": identity.buffer_bytes,
-    })
-}
-
 fn object(pairs: &[(String, u64)]) -> Value {
     pairs.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>().into()
 }
@@ -270,10 +230,9 @@ fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(St
     trips.sort_by(f64::total_cmp);
     let quantile = |q: f64| trips.get((trips.len() as f64 * q) as usize).or(trips.last()).copied();
     let instructions = linked.instructions();
-    let counts = session.counts();
     json!({
         "board": session.identity().board,
-        "identity": identity_json(session.identity()),
+        "identity": session.identity(),
         "bit_exact": linked.bit_exact(),
         "robot": linked.robot_json(),
         "frames": linked.streamed.steps.len(),
@@ -288,7 +247,7 @@ fn figures<L: Line>(session: &Session<'_, L>, linked: &Linked, statistics: &[(St
         "degraded": linked.streamed.steps.iter().filter(|s| !s.report.degraded.is_empty()).count(),
         "instructions_median": instructions.get(instructions.len() / 2),
         "instructions_max": instructions.last(),
-        "line": counts.all().into_iter().map(|(n, v)| (n.to_owned(), json!(v))).collect::<serde_json::Map<_, _>>(),
+        "line": session.counts(),
         "statistics": object(statistics),
     })
 }

@@ -15,6 +15,7 @@ use gestus_core::{
     robot::Robot,
 };
 use gestus_database::stream;
+use serde::{Serialize, Serializer};
 
 use super::{
     client::{Client, HostCounts, LinkError, RetryPolicy},
@@ -26,13 +27,14 @@ use super::{
 
 /// How a board identifies itself: an [`Identity`] that owns its names. Those of an `Identity` lie in the client's buffer,
 /// which the next reply overwrites, and a session outlives many.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoardIdentity {
     /// Name of the board.
     pub board: String,
     /// Build of its firmware.
     pub build: String,
     /// Identity of its database.
+    #[serde(serialize_with = "hexadecimal")]
     pub database: u32,
     /// Frames a second.
     pub rate_hz: f32,
@@ -46,6 +48,10 @@ pub struct BoardIdentity {
     pub ram_bytes: u32,
     /// Bytes of a link buffer.
     pub buffer_bytes: u16,
+}
+
+fn hexadecimal<S: Serializer>(identity: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{identity:08x}"))
 }
 
 impl From<Identity<'_>> for BoardIdentity {
