@@ -52,7 +52,7 @@ pub const TABLES: &[Table] = &[
         paper: "79,829 frames; a frame takes 18.1 ms: search 7.31, regression 9.7, post-processing 1.09, with search and \
                 regression on a GPU of 2013; 200 MB of the GPU's memory and 90 MB of the computer's",
         differs: "one thread of this machine; `generated` is motion of a generator in a database of the paper's size; the search \
-                  is approximate, and `mixture` has K 16 where the paper and `mixture-paper` have 40",
+                  is approximate, and `mixture` has K 8 where the paper and `mixture-paper` have 40",
         run: Run {
             run: |e| cost::Args { generated: true }.evaluate(e),
             keys: (
