@@ -7,6 +7,7 @@ use gestus_core::{
 };
 
 use gestus_database::{blob::export, stream::Watcher};
+use nalgebra::{Matrix4, Vector4};
 
 /// Neighbors of a class: its number, and row of the database and squared distance of each.
 pub type ClassNeighbors = (usize, Vec<(usize, f32)>);
@@ -138,11 +139,28 @@ pub fn interpolated(
     (total > 0.0).then(|| sum.iter().map(|s| s / total).collect())
 }
 
+/// The variables `u` of a global model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variables {
+    /// `x[t]` and 1.
+    Affine,
+    /// `x[t-1]`, `y[t-1]`, `x[t]` and 1.
+    Autoregressive,
+}
+
+impl Variables {
+    fn of(self, x_prev: f64, y_prev: f64, x: f64) -> Vector4<f64> {
+        match self {
+            Self::Affine => Vector4::new(0.0, 0.0, x, 1.0),
+            Self::Autoregressive => Vector4::new(x_prev, y_prev, x, 1.0),
+        }
+    }
+}
+
 /// A model of one map for a whole class, or for some together: `y = Σ β u`, a set of weights a dof.
 #[derive(Debug, Clone)]
 pub struct GlobalModel {
-    /// With `x[t-1]` and `y[t-1]` (autoregressive), or with `x[t]` alone (affine).
-    autoregressive: bool,
+    variables: Variables,
     weights: Vec<[f64; 4]>,
 }
 
@@ -152,10 +170,9 @@ impl GlobalModel {
         database: &Database<'_>,
         classes: &[usize],
         style: usize,
-        autoregressive: bool,
+        variables: Variables,
         outputs: Outputs,
     ) -> Self {
-        use nalgebra::{Matrix4, Vector4};
         let dofs = database.counts().dofs;
         let mut sums = vec![(Matrix4::<f64>::identity() * 0.1, Vector4::<f64>::zeros()); dofs];
         for &class in classes {
@@ -167,7 +184,7 @@ impl GlobalModel {
                 let (x, x_prev) = (row(database, r), row(database, r - 1));
                 let Some((y, y_prev)) = output(database, class, r, style, outputs) else { continue };
                 for d in 0..dofs {
-                    let u = Self::inputs(autoregressive, x_prev[d], y_prev[d], x[d]);
+                    let u = variables.of(x_prev[d], y_prev[d], x[d]);
                     sums[d].0 += u * u.transpose();
                     sums[d].1 += u * y[d];
                 }
@@ -177,15 +194,7 @@ impl GlobalModel {
             let w = a.lu().solve(&b).unwrap_or_default();
             [w[0], w[1], w[2], w[3]]
         };
-        Self { autoregressive, weights: sums.into_iter().map(solve).collect() }
-    }
-
-    fn inputs(autoregressive: bool, x_prev: f64, y_prev: f64, x: f64) -> nalgebra::Vector4<f64> {
-        if autoregressive {
-            nalgebra::Vector4::new(x_prev, y_prev, x, 1.0)
-        } else {
-            nalgebra::Vector4::new(0.0, 0.0, x, 1.0)
-        }
+        Self { variables, weights: sums.into_iter().map(solve).collect() }
     }
 
     /// Translates a clip's dofs; `first` is the output before the first frame.
@@ -196,7 +205,7 @@ impl GlobalModel {
                 let x_prev = &x[t.saturating_sub(1)];
                 let y: Vec<f64> = (0..y_prev.len())
                     .map(|d| {
-                        let u = Self::inputs(self.autoregressive, x_prev[d], y_prev[d], x[t][d]);
+                        let u = self.variables.of(x_prev[d], y_prev[d], x[t][d]);
                         let w = &self.weights[d];
                         w[0] * u[0] + w[1] * u[1] + w[2] * u[2] + w[3] * u[3]
                     })

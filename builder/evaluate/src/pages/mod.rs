@@ -15,7 +15,7 @@ pub mod effort_sheet;
 pub mod view;
 
 use minijinja::context;
-use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde::Serialize;
 
 use crate::report::template;
 use gestus_motion::clip::{Clip, Frame, Skeleton};
@@ -138,6 +138,7 @@ struct SceneData<'a> {
     steps: Option<Vec<i64>>,
 }
 
+#[derive(Serialize)]
 struct TrackData<'a> {
     label: &'a str,
     names: &'a [String],
@@ -150,20 +151,6 @@ struct TrackData<'a> {
     /// One digit a frame: left 1, right 2; empty where contacts are not known.
     contacts: String,
     over: bool,
-}
-
-impl Serialize for TrackData<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(7))?;
-        map.serialize_entry("label", self.label)?;
-        map.serialize_entry("names", self.names)?;
-        map.serialize_entry("parents", &self.parents)?;
-        map.serialize_entry("times", &self.times)?;
-        map.serialize_entry("positions", &self.positions)?;
-        map.serialize_entry("contacts", &self.contacts)?;
-        map.serialize_entry("over", &self.over)?;
-        map.end()
-    }
 }
 
 #[derive(Serialize)]

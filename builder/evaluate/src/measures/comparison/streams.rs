@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::{
     baselines::{
         gaussian_process::{self, Editor, Pairs},
-        outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
+        outputs::{ClassNeighbors, GlobalModel, Outputs, Record, Variables, interpolated},
     },
     experiment::{Experiment, HeldOut},
     fold::{Fold, Row, class_of, classes_of, own_dofs},
@@ -183,7 +183,7 @@ impl Stream<'_> {
                 Editor::fit(&pairs, &settings).map(|editor| editor.run(x))
             };
             let affine = |classes: &[usize], x: &[Vec<f64>]| {
-                Some(GlobalModel::fit(database, classes, style, false, outputs).run(x, &x[0]))
+                Some(GlobalModel::fit(database, classes, style, Variables::Affine, outputs).run(x, &x[0]))
             };
             found.extend([
                 (format!("global-affine-unlabelled{ending}"), affine(&every, &x)),

@@ -6,7 +6,7 @@ use gestus_motion::{
     clip::Clip,
     statistics::{mean, moments},
 };
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::metrics::centred;
 
@@ -73,7 +73,7 @@ impl Classifier {
         let means: Vec<DVector<f64>> = classes.iter().map(|&c| mean_of(c)).collect();
         let place = |class: usize| classes.iter().position(|&c| c == class).unwrap_or_default();
         let departures: Vec<DVector<f64>> = examples.iter().map(|(c, x)| *x - &means[place(*c)]).collect();
-        let inverse = factor(covariance(&departures))?;
+        let inverse = Cholesky::new(covariance(&departures))?;
         let scores = means
             .iter()
             .map(|mean| {
@@ -107,10 +107,6 @@ fn covariance(departures: &[DVector<f64>]) -> DMatrix<f64> {
         sum[(i, i)] = diagonal[i].max(1e-8);
     }
     sum
-}
-
-fn factor(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
-    Cholesky::new(matrix)
 }
 
 /// Fréchet distance of two sets of windows, each as a Gaussian (Heusel et al. 2017, of images):

@@ -12,7 +12,7 @@ use gestus_motion::{
 };
 
 use crate::{
-    baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
+    baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Record, Variables, interpolated},
     experiment::Experiment,
     fold::{Fold, Row, class_of, own_dofs},
     measures::METHODS,
@@ -142,8 +142,10 @@ fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
     }
     let Some(class) = class_of(database, example.action, example.style) else { return courses };
     let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
-    for (method, autoregressive) in [("global-affine", false), ("global-ar", true)] {
-        let model = GlobalModel::fit(database, &[class], fold.style, autoregressive, Outputs::One);
+    for (method, variables) in
+        [("global-affine", Variables::Affine), ("global-ar", Variables::Autoregressive)]
+    {
+        let model = GlobalModel::fit(database, &[class], fold.style, variables, Outputs::One);
         courses.push(Course { method, rows: own_dofs(fold, database, &model.run(&x, &x[0])), steps_s: None });
     }
     courses

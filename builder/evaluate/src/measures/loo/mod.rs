@@ -7,7 +7,7 @@ use gestus_core::{Config, Database};
 use crate::{
     baselines::{
         gaussian_process, hsu, models,
-        outputs::{ClassNeighbors, GlobalModel, Outputs, Record, interpolated},
+        outputs::{ClassNeighbors, GlobalModel, Outputs, Record, Variables, interpolated},
     },
     evaluation::Evaluation,
     experiment::{Experiment, HeldOut, Truth},
@@ -252,15 +252,15 @@ fn baselines(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>) {
     let own = [class];
     let all = classes_of(database, example.style);
     for &(outputs, ending) in Outputs::each(database) {
-        let fit = |classes: &[usize], autoregressive: bool| {
-            GlobalModel::fit(database, classes, fold.style, autoregressive, outputs)
+        let fit = |classes: &[usize], variables: Variables| {
+            GlobalModel::fit(database, classes, fold.style, variables, outputs)
         };
-        let affine = fit(&own, false);
+        let affine = fit(&own, Variables::Affine);
         let first = affine.run(&x[..1], &x[0]);
-        let mut models = vec![("global-ar", fit(&own, true)), ("global-affine", affine)];
+        let mut models = vec![("global-ar", fit(&own, Variables::Autoregressive)), ("global-affine", affine)];
         // Of one action both are the same.
         if fold.corpus.actions.len() > 1 {
-            models.push(("global-affine-unlabelled", fit(&all, false)));
+            models.push(("global-affine-unlabelled", fit(&all, Variables::Affine)));
         }
         for (name, model) in models {
             let predicted = own_dofs(fold, database, &model.run(&x, &first[0]));
