@@ -78,7 +78,7 @@ pub struct Step {
     /// The output before strength, which the next step goes on from.
     pub settled: Vec<f64>,
     /// The output, with strength; the ground velocities are without the correction of a body that stands still.
-    pub put_out: Vec<f64>,
+    pub output: Vec<f64>,
     /// The predicted time step, seconds.
     pub step_s: f64,
     /// Weights of the neighbors in the timing, for each kept class in the order of its rows.
@@ -258,9 +258,9 @@ pub fn regress(
     let [x_prev, y_prev, x] = input;
     let outside = x - into(x, mean, p.kappa * sigma);
     let (kept, kept_out) = (p.rho * outside, part * outside);
-    let asked = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
-    let answer = beta.dot(&asked) * s;
-    let put_out = into(answer, mean_y, p.output_kappa * scale);
+    let biased = Vector4::new((x_prev - outside) / s, (y_prev - kept) / s, (x - outside) / s, 1.0);
+    let prediction = beta.dot(&biased) * s;
+    let inside = into(prediction, mean_y, p.output_kappa * scale);
     // A body that stands is moved by its own velocity: the neighbors' mean gives way to it.
     let stands = if (dof::FORWARD..=dof::LEFT).contains(&d) && outside != 0.0 {
         let moves = (x / (x - outside)).abs().min(1.0);
@@ -270,7 +270,7 @@ pub fn regress(
     };
     let change =
         examples.iter().map(|e| e.y[d] - e.y_prev[d] - part * (e.x[d] - e.x_prev[d])).sum::<f64>() / n;
-    [answer + kept, put_out + kept_out + stands, change + part * (x - x_prev)]
+    [prediction + kept, inside + kept_out + stands, change + part * (x - x_prev)]
 }
 
 /// What of the input's departure the output keeps: as much as clips of the style differ.
@@ -342,7 +342,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
-    let (mut answers, mut held) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
+    let (mut predictions, mut held) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
     let mut settled = last.map_or_else(|| y_prev.clone(), <[f64]>::to_vec);
     let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
@@ -363,9 +363,9 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
         let mut y = vec![0.0; counts.dofs];
         for (d, y) in y.iter_mut().enumerate() {
             let input = [x_prev[d], y_prev[d], x[d]];
-            let [answer, inside, change] = regress(&examples, d, input, f64::from(db.scale(d)), p, part);
-            *y = answer;
-            answers[d] += proportion * answer;
+            let [prediction, inside, change] = regress(&examples, d, input, f64::from(db.scale(d)), p, part);
+            *y = prediction;
+            predictions[d] += proportion * prediction;
             held[d] += proportion * inside;
             settled[d] += proportion * change;
         }
@@ -392,16 +392,16 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
     settled.iter_mut().zip(&held).for_each(|(settled, held)| *settled = held + left * (*settled - held));
     // The heading is the input's.
     let mut held = settled.clone();
-    (answers[6], held[6]) = (x[6], x[6]);
+    (predictions[6], held[6]) = (x[6], x[6]);
     let strength = |d: usize| p.strength[db.joint_group(d.saturating_sub(ROOT_DOFS) / 3)];
-    let taken_on =
+    let with_strength =
         |y: &[f64]| y.iter().zip(&x).enumerate().map(|(d, (y, x))| x + strength(d) * (y - x)).collect();
-    let (predicted, put_out) = (taken_on(&answers), taken_on(&held));
+    let (predicted, output) = (with_strength(&predictions), with_strength(&held));
     Step {
         predicted,
-        fed_back: answers,
+        fed_back: predictions,
         settled,
-        put_out,
+        output,
         step_s,
         timing_weights,
         votes: [stands[0] / total[0], stands[1] / total[1]],

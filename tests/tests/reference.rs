@@ -301,7 +301,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
         if t > 0 {
             let [before, now] = [t - 1, t].map(|t| streamed.steps[t].frame.root);
             let moved = f64::hypot(now.x - before.x, now.z - before.z);
-            let speed = f64::hypot(step.put_out[dof::FORWARD], step.put_out[dof::LEFT]);
+            let speed = f64::hypot(step.output[dof::FORWARD], step.output[dof::LEFT]);
             // A pose keeps its own time, whenever it is shown.
             let input_step = 1.0 / f64::from(db.rate_hz());
             let own_s = input_step + p.strength[db.joint_group(0)] * (step.step_s - input_step);
@@ -315,9 +315,9 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
 
 /// Joint rotations of the output: the mean, then the exponential of the dofs.
 fn check_pose(db: &Database<'_>, case: &Case, t: usize, step: &Step, output: &gestus_motion::clip::Frame) {
-    near("height", case.name, t, output.root.y, step.put_out[0], DOF);
+    near("height", case.name, t, output.root.y, step.output[0], DOF);
     for j in 1..db.counts().joints {
-        let map = Vector3::from_fn(|i, _| step.put_out[4 + 3 * j + i]);
+        let map = Vector3::from_fn(|i, _| step.output[4 + 3 * j + i]);
         let own = mean(db, j) * UnitQuaternion::from_scaled_axis(map);
         near("joint angle", case.name, t, own.angle_to(&output.rotations[j]), 0.0, DOF);
     }
