@@ -23,7 +23,11 @@ use crate::clip_args::ClipArgs;
 
 /// Stream a clip through a board at the other end of a line, and compare every bit.
 #[derive(clap::Args, Debug)]
-#[command(mut_arg("db", unless_probed), mut_arg("input", unless_probed))]
+// A probe needs neither database nor clip.
+#[command(
+    mut_arg("db", |db| db.required(false).required_unless_present("probe")),
+    mut_arg("input", |input| input.required(false).required_unless_present("probe"))
+)]
 pub struct LinkArgs {
     /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
     port: String,
@@ -117,11 +121,6 @@ impl RobotArgs {
         let Some(path) = &self.robot_csv else { return Ok(()) };
         blob::write(path, linked.robot_csv())
     }
-}
-
-/// A probe needs neither database nor clip.
-fn unless_probed(option: clap::Arg) -> clap::Arg {
-    option.required(false).required_unless_present("probe")
 }
 
 fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {

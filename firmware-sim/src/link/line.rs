@@ -3,6 +3,7 @@
 use std::{
     io::{self, Read, Write},
     net::TcpStream,
+    ops::DerefMut,
     sync::mpsc::{self, Receiver, RecvTimeoutError},
     time::{Duration, Instant},
 };
@@ -104,21 +105,8 @@ impl<W: Write> Line for Piped<W> {
     }
 }
 
-impl<L: Line + ?Sized> Line for &mut L {
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        (**self).send(bytes)
-    }
-
-    fn receive(&mut self, into: &mut [u8], within: Duration) -> io::Result<usize> {
-        (**self).receive(into, within)
-    }
-
-    fn now(&self) -> Duration {
-        (**self).now()
-    }
-}
-
-impl<L: Line + ?Sized> Line for Box<L> {
+/// References and boxes.
+impl<L: Line + ?Sized, P: DerefMut<Target = L>> Line for P {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         (**self).send(bytes)
     }
