@@ -6,12 +6,11 @@
 
 const Gestus = (() => {
   const KINDS = { jointNames: 0, styles: 1, actions: 2, groups: 3 };
-  // The header's GestusReport before its classes, flags and methods: run.js compares them with the header.
+  // The header's GestusReport before its classes, and its flags: run.js compares them with the header.
   const REPORT = ["step_s", "predicted_step_s", "distance2", "passed", "visits", "bytes_read", "degraded", "left_contact",
     "right_contact", "class_count"];
   const DEGRADED = { input: 1, visits: 2, classes: 4, prediction: 8, jump: 16, leap: 128, far: 256, spike: 512 };
-  const METHODS = { mixture: 0, linear: 1, statistic: 2, phase: 3 };
-  const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, METHOD = 39;
+  const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, PARAMETER = 38, METHOD = 39;
   const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8, REPORT_WORDS = REPORT.length + 2 * MOST_CLASSES;
 
   // The bytes of a Uint8Array, or of an ArrayBuffer as `fetch` returns it.
@@ -45,11 +44,11 @@ const Gestus = (() => {
       let status;
       for (const profile of PROFILES) {
         this.check(exports.gestus_config_default(profile, config));
-        for (const method of Object.values(METHODS)) {
+        for (let method = 0, found = METHOD; found === METHOD; method++) {
           new Uint32Array(exports.memory.buffer, config, CONFIG_BYTES / 4)[4] = method;
-          status = exports.gestus_stylizer_init(stylizer, size[1], profile, database, config, this.out);
-          this.method = method;
-          if (status !== METHOD) break;
+          found = exports.gestus_stylizer_init(stylizer, size[1], profile, database, config, this.out);
+          // Behind the last method the number is refused, and the status is that of the methods.
+          if (found !== PARAMETER) [status, this.method] = [found, method];
         }
         this.stylizerBytes = exports.gestus_stylizer_size(profile);
         if (status !== JOINTS && status !== CLASSES) break;
@@ -220,7 +219,7 @@ const Gestus = (() => {
     }
   };
 
-  Object.assign(Gestus, { REPORT, DEGRADED, METHODS });
+  Object.assign(Gestus, { REPORT, DEGRADED });
   return Gestus;
 })();
 

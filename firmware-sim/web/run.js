@@ -8,11 +8,10 @@ const { Gestus } = require("./gestus.js");
 
 function checkLayout() {
   const header = fs.readFileSync(path.join(__dirname, "../capi/include/gestus.h"), "utf8").replace(/^ *\/\/.*$/gm, "");
-  const numbers = (pattern) => Object.fromEntries([...header.matchAll(pattern)].map(([, name, n]) => [name.toLowerCase(), Number(n)]));
+  const flags = [...header.matchAll(/GESTUS_DEGRADED_(\w+) (\d+)/g)].map(([, name, bit]) => [name.toLowerCase(), Number(bit)]);
   const [, fields] = header.match(/struct GestusReport \{([^}]*)\}/);
   assert.deepStrictEqual([...Gestus.REPORT, "classes"], [...fields.matchAll(/(\w+)(\[\w+\])?;/g)].map(([, name]) => name));
-  assert.deepStrictEqual(Gestus.DEGRADED, numbers(/GESTUS_DEGRADED_(\w+) (\d+)/g));
-  assert.deepStrictEqual(Gestus.METHODS, numbers(/GESTUS_METHOD_(\w+) = (\d+)/g));
+  assert.deepStrictEqual(Gestus.DEGRADED, Object.fromEntries(flags));
 }
 
 (async () => {
@@ -34,7 +33,7 @@ function checkLayout() {
   const init = (...given) => (methodOf(given[4]) === 0 ? 39 : exports.gestus_stylizer_init(...given));
   const cut = new Gestus({ ...exports, gestus_stylizer_init: init }, blob);
   cut.step();
-  if (cut.method !== Gestus.METHODS.linear) throw new Error(`a database without frames is streamed with method ${cut.method}`);
+  if (cut.method !== 1) throw new Error(`a database without frames is streamed with method ${cut.method}`);
   const recording = Gestus.recording(stream.buffer.slice(stream.byteOffset, stream.byteOffset + stream.length));
   const start = process.hrtime.bigint();
   for (const _ of Gestus.replay(gestus, recording));
