@@ -128,6 +128,27 @@ impl clap::FromArgMatches for Given {
 }
 
 impl Args {
+    /// Streams the input with these settings, and writes the trace if `--trace` is given.
+    fn streamed(&self, database: &Database<'_>, input: &Input) -> Result<Streamed> {
+        let name = || self.common.db.display().to_string();
+        let mut request = self.stylizer_args.request(database).with_context(name)?;
+        if self.clean_up {
+            if request.bounds.is_some() {
+                bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
+            }
+            request.config = request.config.contacts(false);
+        }
+        let Some(path) = &self.trace else {
+            return self.stream(database, input, &request, &mut ()).with_context(name);
+        };
+        let mut trace = Trace::of(database, &request);
+        let streamed = self.stream(database, input, &request, &mut trace).with_context(name)?;
+        trace
+            .write(path, database, &request)
+            .with_context(|| format!("{} can't be written", path.display()))?;
+        Ok(streamed)
+    }
+
     /// Streams the input and, if asked to, cleans it up.
     fn stream(
         &self,
@@ -187,8 +208,8 @@ pub fn run(args: &Args) -> Result<()> {
     })
 }
 
-/// Translates one clip, and returns the figures, which are also printed for people without `--json`.
-fn one(args: &Args) -> Result<Value> {
+/// Refuses options that do nothing, and outputs that would overwrite an input or each other.
+fn check(args: &Args) -> Result<()> {
     let (common, robot) = (&args.common, &args.robot);
     robot.check(common.report.json)?;
     let whole_clip = args.stylizer_args.method.is_effort();
@@ -213,35 +234,23 @@ fn one(args: &Args) -> Result<Value> {
         [("-o", Some(&common.output)), ("--page", common.page.as_ref()), ("--trace", args.trace.as_ref())]
             .into_iter()
             .chain(robot.outputs()),
-    )?;
+    )
+}
+
+/// Translates one clip, and returns the figures, which are also printed for people without `--json`.
+fn one(args: &Args) -> Result<Value> {
+    check(args)?;
+    let common = &args.common;
     let bytes = open::read_blob(&common.db)?;
     let database = open::open(&common.db, &bytes)?;
     let reading = InputOptions { looped: args.looped, ..common.clip.reading()? };
     let input = Input::read_with(&common.clip.input, &database, &reading)?;
     super::tell(&common.clip.input, input.notes());
-    if let Some(wanted) = args.stylizer_args.method.effort.as_ref().filter(|_| whole_clip) {
+    let method = &args.stylizer_args.method;
+    if let Some(wanted) = method.effort.as_ref().filter(|_| method.is_effort()) {
         return whole(common, wanted, &database, &input);
     }
-    let mut request =
-        args.stylizer_args.request(&database).with_context(|| common.db.display().to_string())?;
-    if args.clean_up {
-        if request.bounds.is_some() {
-            bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
-        }
-        request.config = request.config.contacts(false);
-    }
-    let of = || common.db.display().to_string();
-    let streamed = match &args.trace {
-        Some(path) => {
-            let mut trace = Trace::of(&database, &request);
-            let streamed = args.stream(&database, &input, &request, &mut trace).with_context(of)?;
-            trace
-                .write(path, &database, &request)
-                .with_context(|| format!("{} can't be written", path.display()))?;
-            streamed
-        }
-        None => args.stream(&database, &input, &request, &mut ()).with_context(of)?,
-    };
+    let streamed = args.streamed(&database, &input)?;
     let verdict = Verdict::of(&database, &input, &streamed);
     let output = input.output(&streamed);
     open::write(&common.output, common.written(&input, &output)?)?;

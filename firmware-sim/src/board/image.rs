@@ -77,6 +77,29 @@ pub fn target_folder() -> PathBuf {
 /// # Errors
 /// A missing compiler target (the message says how to install it), and errors of the compiler.
 pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
+    let kept_in = target_folder();
+    // A target folder for each set of flags, since a build with other flags would rebuild everything.
+    let target = kept_in.join(format!("{}{}", board.name, if options.stack_sizes { "-stack" } else { "" }));
+    let program = options.program.unwrap_or(board.binary);
+    let mut cargo = cargo(board, &options)?;
+    cargo.args(["--bin", program]).arg("--target-dir").arg(&target);
+    let output =
+        cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        bail!("the image of {} can't be built:\n{}", board.name, messages.trim_end());
+    }
+    if !messages.trim().is_empty() {
+        eprintln!("{}", messages.trim_end());
+    }
+    let built = target.join(board.target).join("release").join(program);
+    let kept = kept_in.join(format!("{}{}.elf", board.name, options.suffix()));
+    fs::copy(&built, &kept).with_context(|| format!("{} can't be written", kept.display()))?;
+    Ok(kept)
+}
+
+/// The command that builds the board's image, but for its binary and folder.
+fn cargo(board: &Board, options: &Options<'_>) -> Result<Command> {
     let folder = crate_folder();
     if !folder.join("Cargo.toml").is_file() {
         bail!(
@@ -92,13 +115,8 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
             board.target
         );
     };
-    let kept_in = target_folder();
-    // A target folder for each set of flags, since a build with other flags would rebuild everything.
-    let target = kept_in.join(format!("{}{}", board.name, if options.stack_sizes { "-stack" } else { "" }));
     let mut cargo = compiler.cargo();
-    let program = options.program.unwrap_or(board.binary);
-    cargo.current_dir(&folder).args(["build", "--release", "--quiet", "--bin", program]);
-    cargo.args(["--target", board.target]).arg("--target-dir").arg(&target);
+    cargo.current_dir(&folder).args(["build", "--release", "--quiet", "--target", board.target]);
     let mut flags: Vec<String> = compiler.linker().map(String::from).into_iter().collect();
     if let Some(cpu) = board.cpu {
         flags.push(format!("-Ctarget-cpu={cpu}"));
@@ -135,19 +153,7 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
             cargo.env_remove(&name);
         }
     }
-    let output =
-        cargo.stdin(Stdio::null()).stdout(Stdio::null()).output().context("cargo can't be started")?;
-    let messages = String::from_utf8_lossy(&output.stderr);
-    if !output.status.success() {
-        bail!("the image of {} can't be built:\n{}", board.name, messages.trim_end());
-    }
-    if !messages.trim().is_empty() {
-        eprintln!("{}", messages.trim_end());
-    }
-    let built = target.join(board.target).join("release").join(program);
-    let kept = kept_in.join(format!("{}{}.elf", board.name, options.suffix()));
-    fs::copy(&built, &kept).with_context(|| format!("{} can't be written", kept.display()))?;
-    Ok(kept)
+    Ok(cargo)
 }
 
 /// Sources of a target's `core` library, in order of preference.
