@@ -47,7 +47,7 @@ fn a_file_says_what_names_and_shape_do_not() {
 }
 
 #[test]
-fn what_is_no_body_is_refused_in_words() {
+fn what_is_no_body_is_refused_with_the_part_that_is_missing() {
     let mut foreign = Foreign::new();
     // Half a body: no legs.
     foreign.skeleton(|s| {
@@ -56,8 +56,9 @@ fn what_is_no_body_is_refused_in_words() {
         s.offsets.truncate(13);
     });
     foreign.0.frames.iter_mut().for_each(|f| f.rotations.truncate(13));
-    let message = Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string();
-    assert!(message.contains("left-upper-leg") && message.contains("map file"), "{message}");
+    let error = Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err();
+    let MapError::Source(IdentifyError::Missing { missing, .. }) = error else { panic!("{error}") };
+    assert!(missing.contains("left-upper-leg"), "{missing}");
 }
 
 #[test]
