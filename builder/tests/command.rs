@@ -331,3 +331,76 @@ fn builds_take_numbers_as_numbers_and_a_configuration_for_its_folder() {
         assert!(!ok && stderr.contains(said), "{stderr}");
     }
 }
+
+/// Programs that call the command found nothing on standard output where it failed.
+#[test]
+fn a_command_that_fails_says_so_in_json_too() {
+    let [folder, data, db] = walks("json");
+    let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
+    let [out, none] = ["out", "none.bvh"].map(|n| folder.join(n).to_str().unwrap().to_owned());
+    fs::write(folder.join("data/bad.bvh"), "no clip").unwrap();
+    let translate = ["translate", "--json", "--db", db, "--style", "proud", "-o", &out, "--input"];
+    for (arguments, key, said) in [
+        (vec!["--json"], "error", "gestus <COMMAND>"),
+        (vec!["inspect", "--json", &none], "error", "none.bvh"),
+        (vec!["inspect", "--json", db, "--no-such"], "error", "--no-such"),
+        ([&translate[..], &[&none]].concat(), "error", "none.bvh"),
+        // It tells its results, among them what failed.
+        ([&translate[..], &[data]].concat(), "clips", "bad.bvh"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(&arguments).output().unwrap();
+        assert!(!output.status.success() && !output.stderr.is_empty(), "{arguments:?}");
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(object[key].to_string().contains(said), "{arguments:?}: {object}");
+    }
+}
+
+/// A closed standard error, as behind `2>&1 | head -1`, ended the command in a panic.
+#[test]
+fn a_command_goes_on_where_nobody_reads_its_notes() {
+    let [folder, data, db] = walks("notes");
+    let clip = fs::read_dir(data).unwrap().next().unwrap().unwrap().path();
+    let out = folder.join("out.bvh");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gestus"));
+    command.args(["translate", "--style", "proud", "--db"]).arg(db).arg("--input").arg(clip).arg("-o");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    assert!(command.arg(&out).stderr(writer).status().unwrap().success());
+    assert!(out.is_file());
+}
+
+/// Each of these ended in a panic, most of them after they had done their work.
+#[cfg(unix)]
+#[test]
+fn names_need_not_be_text() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+    let [folder, data, db] = walks("names");
+    let odd = |end: &str| folder.join(OsStr::from_bytes(&[b"\xff", end.as_bytes()].concat()));
+    fs::create_dir(odd("data")).unwrap();
+    for file in fs::read_dir(data).unwrap().map(Result::unwrap) {
+        fs::copy(file.path(), odd("data").join(file.file_name())).unwrap();
+        fs::copy(file.path(), odd("in.bvh")).unwrap();
+    }
+    fs::copy(&db, odd("k.gestus")).unwrap();
+    let [db, clip, data] = ["k.gestus", "in.bvh", "data"].map(odd);
+    let run = |words: &[&str], files: &[(&str, &Path)], output: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gestus"));
+        command.args(words).arg("--json");
+        for (option, file) in files {
+            command.args((!option.is_empty()).then_some(option)).arg(file);
+        }
+        let output = command.arg("-o").arg(odd(output)).output().unwrap();
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    run(&["translate", "--style", "proud"], &[("--db", &db), ("--input", &clip)], "one.bvh");
+    let all = run(&["translate", "--style", "proud"], &[("--db", &db), ("--input", &data)], "all");
+    assert_eq!(all["translated"], common::corpus().examples.len());
+    run(&["export"], &[("", &db)], "export");
+    run(&["cut", "--models-only"], &[("", &db)], "cut.gestus");
+    run(&["transfer"], &[("--input", &clip), ("--reference", &clip)], "transfer.bvh");
+    run(&["loop", "--style", "neutral"], &[("--data", &data)], "loop.bvh");
+    run(&["graph", "--seconds", "2"], &[("--data", &data)], "graph.bvh");
+    run(&["effort", "outputs"], &[("--db", &db), ("--input", &clip)], "outputs");
+    run(&["effort", "sheet"], &[("--data", &data)], "sheet");
+}

@@ -3,7 +3,10 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use gestus_database::command_line::{outputs::exit_code, stylizer_args::lenient};
+use gestus_database::command_line::{
+    outputs::{exit_code, matches},
+    stylizer_args::lenient,
+};
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
     link::command::{self as link, LinkArgs},
@@ -33,7 +36,8 @@ enum Command {
 
 fn main() -> ExitCode {
     // The table of parts is asked for apart, because the parser requires a database and a clip.
-    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<String> =
+        std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
     if let ["run", rest @ ..] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
         && (rest.windows(2).any(|w| w == ["--board", "list"]) || rest.contains(&"--board=list"))
     {
@@ -47,8 +51,8 @@ fn command() -> clap::Command {
 }
 
 fn run_command() -> anyhow::Result<()> {
-    let cli =
-        Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|e| e.format(&mut command()).exit());
+    let cli = Cli::from_arg_matches(&matches(command(), std::env::args_os()))
+        .unwrap_or_else(|e| e.format(&mut command()).exit());
     match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Link(args) => link::run(&args),

@@ -104,7 +104,7 @@ pub fn run(
         let translated = ready(&inputs, &output).and_then(|()| one(&clip.input, &output));
         match translated {
             Ok(figures) => {
-                done.push(json!({ "input": clip.input, "output": output, "figures": figures }));
+                done.push(json!({ "input": super::shown(&clip.input), "output": super::shown(&output), "figures": figures }));
             }
             Err(error) => match animations(&error) {
                 // Every animation of a file is a clip.
@@ -113,7 +113,7 @@ pub fn run(
                     refused += 1;
                     remove_empty(own, existing.as_deref());
                     super::note(format_args!("refused: {error:#}"));
-                    done.push(json!({ "input": clip.input, "refused": format!("{error:#}") }));
+                    done.push(json!({ "input": super::shown(&clip.input), "refused": format!("{error:#}") }));
                 }
             },
         }

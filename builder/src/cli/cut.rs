@@ -35,7 +35,7 @@ pub fn run(args: &Args) -> Result<()> {
     open::write(&args.output, &cut)?;
     doubt(&database).iter().for_each(super::note);
     args.report.print(
-        || json!({ "output": args.output, "bytes": cut.len(), "from_bytes": bytes.len() }),
+        || json!({ "output": super::shown(&args.output), "bytes": cut.len(), "from_bytes": bytes.len() }),
         || format!("{}: {} bytes, of {}", args.output.display(), cut.len(), bytes.len()),
     )
 }

@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<()> {
             "frames": frames, "seconds": clip.duration_s(), "speed_m_s": cycle.speed_m_s(), "speeds_m_s": known,
             "cadence": cycle.cadence,
             "styles": corpus.styles, "weights": weights, "style_explained": model.explained[0],
-            "speed_explained": model.explained[1], "output": args.output,
+            "speed_explained": model.explained[1], "output": super::shown(&args.output),
         }),
         || {
         let known: Vec<String> = known.iter().map(|v| format!("{v:.2}")).collect();

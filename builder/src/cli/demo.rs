@@ -84,7 +84,7 @@ pub fn synth(args: &SynthArgs) -> Result<()> {
     let frames: usize = corpus.examples.iter().map(|e| e.clip.frames.len()).sum();
     let (count, folder) = (corpus.examples.len(), args.output.display());
     args.report.print(
-        || json!({ "clips": count, "frames": frames, "output": args.output }),
+        || json!({ "clips": count, "frames": frames, "output": super::shown(&args.output) }),
         || {
             format!(
                 "{folder}: {count} clips, {frames} frames; next: gestus build --data {folder} -o my.gestus"
@@ -180,7 +180,7 @@ pub fn demo(args: &DemoArgs) -> Result<()> {
     let frames: usize = shown.iter().map(|s| s.2.steps.len()).sum();
     if args.report.json {
         return super::say(json!({
-            "page": page, "database": blob, "frames": frames, "bytes_per_frame": super::inspect::figures(&database, built.bytes.len())?["bytes_per_frame"],
+            "page": super::shown(&page), "database": super::shown(&blob), "frames": frames, "bytes_per_frame": super::inspect::figures(&database, built.bytes.len())?["bytes_per_frame"],
             "rows": rows, "seconds": start.elapsed().as_secs_f64(),
         }));
     }

@@ -136,7 +136,7 @@ fn rebuilt(args: &OutputsArgs) -> Result<()> {
     open::write(&table, outputs::write(&rows))?;
     open::write(&page, effort_outputs::page(&model, &clips, &outputs))?;
     args.report.print(
-        || json!({ "csv": table, "html": page, "outputs": rows.len() }),
+        || json!({ "csv": super::shown(&table), "html": super::shown(&page), "outputs": rows.len() }),
         || format!(
             "{} outputs: look at them in {}, fill in yes or no in the last column of {}, then\n  gestus effort score {}",
             rows.len(),
@@ -205,7 +205,7 @@ fn inputs(args: &SheetArgs) -> Result<()> {
         ));
     }
     args.report.print(
-        || json!({ "csv": csv, "html": html, "fragments": sheet.fragments, "blends": sheet.blends }),
+        || json!({ "csv": super::shown(&csv), "html": super::shown(&html), "fragments": sheet.fragments, "blends": sheet.blends }),
         || format!(
             "{} fragments and {} blends: look at them in {}, fill in flow, weight and time in {}, then\n  \
              gestus build --data {} --labels {} -o DB.gestus",

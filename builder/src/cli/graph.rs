@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<()> {
     args.report.print(
         || {
             json!({
-                "frames": walk.clip.frames.len(), "seconds": walk.clip.duration_s(), "output": args.output, "labels": labels,
+                "frames": walk.clip.frames.len(), "seconds": walk.clip.duration_s(), "output": super::shown(&args.output), "labels": super::shown(&labels),
                 "transitions": walk.transitions.len(), "transition_cm_mean": mean_cm, "transition_cm_max": max_cm,
                 "classes": classes.iter().map(|(action, style, frames)| json!({
                     "action": action, "style": style, "frames": frames,

@@ -194,7 +194,7 @@ pub fn export(args: &ExportArgs) -> Result<()> {
     export::export(&database, &args.output)?;
     let frames = database.counts().frames;
     args.report.print(
-        || json!({ "frames": frames, "output": args.output }),
+        || json!({ "frames": frames, "output": super::shown(&args.output) }),
         || format!("{}: {frames} frames as arrays, and manifest.json", args.output.display()),
     )
 }

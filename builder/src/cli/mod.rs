@@ -24,7 +24,7 @@ mod translate;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
-    outputs::{check_animation, check_clip, check_outputs, note, say, tell},
+    outputs::{check_animation, check_clip, check_outputs, matches, note, say, shown, tell},
     stylizer_args::lenient,
 };
 
@@ -80,7 +80,7 @@ fn command() -> clap::Command {
 
 /// Parses the command line and runs the command.
 pub fn run() -> Result<()> {
-    let matches = command().get_matches();
+    let matches = matches(command(), std::env::args_os());
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command()).exit());
     match cli.command {
         Command::Demo(args) => demo::demo(&args),

@@ -56,6 +56,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let (Some(bytes), Some(path)) = (&given, &args.db) {
         doubt(&open::open(path, bytes)?).iter().for_each(super::note);
     }
+    open::make_folder(&args.output)?;
     // Before the database, which takes longer to build.
     let module = MODULE.bytes(args.wasm.as_deref())?;
     let blob = match given {
@@ -63,7 +64,6 @@ pub fn run(args: &Args) -> Result<()> {
         None => generated()?,
     };
     let sample = sample()?;
-    open::make_folder(&args.output)?;
     for (name, text) in FILES {
         open::write(&args.output.join(name), text)?;
     }
@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<()> {
     open::write(&args.output.join("data.js"), format!("const GESTUS = {data};\n"))?;
     let page = args.output.join("index.html");
     args.report.print(
-        || json!({ "page": page, "database_bytes": blob.len(), "wasm_bytes": module.len() }),
+        || json!({ "page": super::shown(&page), "database_bytes": blob.len(), "wasm_bytes": module.len() }),
         || summary(&page, blob.len(), module.len()),
     )
 }
@@ -91,7 +91,7 @@ fn summary(page: &Path, blob: usize, module: usize) -> String {
 
 /// A database of generated motion.
 fn generated() -> Result<Vec<u8>> {
-    eprintln!("building a database from generated motion; --db takes your own");
+    super::note("building a database from generated motion; --db takes your own");
     let corpus = synth::corpus(&Options { clips: 2, seconds: SECONDS, ..Options::default() })?;
     Ok(build(&corpus, &BuildOptions::default())?.bytes)
 }

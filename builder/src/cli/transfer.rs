@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<()> {
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "clean_up_ms": out.clean_up_ms, "recursive_mean_off_deg": offset.to_degrees(),
             "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m + place.height_m(), "skate_cm_s": skate,
-            "output": args.output,
+            "output": super::shown(&args.output),
         }),
         || format!(
             "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms, clean-up {:.1} ms; the recursive mean is {:.2} degrees off the geodesic one at most",

@@ -12,7 +12,7 @@ use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
         blob,
-        outputs::{check_outputs, say},
+        outputs::{check_outputs, note, say},
         progress,
     },
     stream::Request,
@@ -188,7 +188,7 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     let mut built = Vec::new();
     for board in boards {
         let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
-        eprintln!("building the image of {} ({})", board.name, board.title);
+        note(format_args!("building the image of {} ({})", board.name, board.title));
         let image = image::build(board, args.options(blob.as_deref()))?;
         let flash_bytes = image::flash_bytes(&image)?;
         if !args.json {
@@ -265,7 +265,7 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
     if let Some(image) = &args.image {
         return Ok(image.clone());
     }
-    eprintln!("building the image of {} ({})", board.name, board.title);
+    note(format_args!("building the image of {} ({})", board.name, board.title));
     image::build(board, args.options(Some(blob)))
 }
 

@@ -6,7 +6,7 @@ use std::{fs, path::PathBuf, time::SystemTime};
 use anyhow::Result;
 use gestus_database::{
     build::{BuildOptions, build},
-    command_line::blob,
+    command_line::{blob, outputs::note},
     synth,
 };
 use gestus_motion::{
@@ -81,7 +81,7 @@ impl Profile {
         let written = |path: &PathBuf| fs::metadata(path).and_then(|m| m.modified());
         let program = std::env::current_exe().and_then(|p| written(&p)).unwrap_or(SystemTime::now());
         if !written(&path).is_ok_and(|file| file > program) {
-            eprintln!("building the database `{}` from generated motion", self.name);
+            note(format_args!("building the database `{}` from generated motion", self.name));
             blob::write(&path, self.blob()?)?;
         }
         Ok(path)

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use gestus_core::Method;
+use gestus_database::command_line::outputs::note;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use super::boards::Board;
@@ -90,7 +91,7 @@ pub fn build(board: &Board, options: Options<'_>) -> Result<PathBuf> {
         bail!("the image of {} can't be built:\n{}", board.name, messages.trim_end());
     }
     if !messages.trim().is_empty() {
-        eprintln!("{}", messages.trim_end());
+        note(messages.trim_end());
     }
     let built = target.join(board.target).join("release").join(program);
     let kept = kept_in.join(format!("{}{}.elf", board.name, options.suffix()));

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 use gestus_core::blob::layout::section;
 use gestus_database::{
     blob::assemble::with_section,
-    command_line::blob,
+    command_line::{blob, outputs::note},
     effort::{Source, dial::Dial},
     retarget::{MapFile, Retarget},
     robot::{Machine, RobotMap},
@@ -115,7 +115,8 @@ pub fn replay_image(board: &Board) -> Result<PathBuf> {
 
 /// Runs a program and parses its lines, each a name and numbers; fewer than three are filled up with zeros.
 fn run(board: &Board, options: Options<'_>, blob: &Path) -> Result<BTreeMap<String, Vec<u64>>> {
-    eprintln!("building {} for {} ({})", options.program.unwrap_or_default(), board.name, board.title);
+    let program = options.program.unwrap_or_default();
+    note(format_args!("building {program} for {} ({})", board.name, board.title));
     let image: PathBuf = image::build(board, options)?;
     let text = emulator::counted_output(board, &image, blob)?;
     let mut lines = BTreeMap::new();

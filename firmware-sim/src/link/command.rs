@@ -5,7 +5,11 @@ use std::{path::PathBuf, time::Duration};
 use anyhow::{Context, Result, bail};
 use gestus_core::{BlobError, Database, robot::Robot};
 use gestus_database::{
-    command_line::{blob, outputs::say, progress},
+    command_line::{
+        blob,
+        outputs::{note, say},
+        progress,
+    },
     stream::{Request, input::Input},
 };
 use serde_json::{Value, json};
@@ -157,7 +161,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
                 let mut line = Loopback::new(board, noise);
                 let outcome = stream_clip(args, &mut line, twin, (&database, robot), &input, &request);
                 let [there, back] = line.fault_counts();
-                eprintln!("faults on the way to the board: {there}; on the way back: {back}");
+                note(format_args!("faults on the way to the board: {there}; on the way back: {back}"));
                 outcome
             })?
         } else {

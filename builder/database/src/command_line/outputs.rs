@@ -3,13 +3,16 @@
 
 use std::{
     borrow::Cow,
-    ffi::OsStr,
+    ffi::{OsStr, OsString},
     path::{Path, PathBuf},
     process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 use anyhow::{Result, bail};
+use clap::{ArgMatches, Command};
 use same_file::Handle;
+use serde_json::json;
 
 use crate::data_folder::config::FILE_NAME;
 use gestus_motion::{
@@ -39,7 +42,7 @@ pub fn check_outputs<'a>(
             bail!("{option} {error}");
         }
         let Some(place) = place(path) else {
-            let folder = path.parent().unwrap_or(path);
+            let folder = if names_folder(path) { path } else { path.parent().unwrap_or(path) };
             bail!("{option} {}: there is no folder {}: make it first", path.display(), folder.display());
         };
         if place.is_dir() {
@@ -144,8 +147,21 @@ fn place(path: &Path) -> Option<PathBuf> {
     if let Ok(place) = path.canonicalize() {
         return Some(place);
     }
+    if names_folder(path) {
+        return None;
+    }
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(folder.canonicalize().ok().filter(|f| f.is_dir())?.join(path.file_name()?))
+}
+
+/// True if a path ends as that of a folder, `out/`.
+fn names_folder(path: &Path) -> bool {
+    path.as_os_str().as_encoded_bytes().last().is_some_and(|&last| std::path::is_separator(last.into()))
+}
+
+/// The name of a file for JSON, which has no bytes that are no text.
+pub fn shown(path: &Path) -> String {
+    path.display().to_string()
 }
 
 /// A text with the characters escaped that command a terminal or change the order of its text. They stay what they are in
@@ -162,9 +178,21 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escape).collect())
 }
 
-/// Prints a line for people to standard error.
+/// Prints a line for people to standard error. Where nobody reads it (`2>&1 | head`), the work goes on.
 pub fn note(line: impl std::fmt::Display) {
-    eprintln!("{}", escaped(&line.to_string()));
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{}", escaped(&line.to_string()));
+}
+
+/// Parses the words of a command line, of which the first is the program. One that cannot be parsed ends the program with
+/// a message, in JSON too if the command was asked for it.
+pub fn matches(command: Command, words: impl IntoIterator<Item = OsString>) -> ArgMatches {
+    command.try_get_matches_from(words).unwrap_or_else(|error| {
+        if error.use_stderr() {
+            report_in_json(error.to_string().trim_start_matches("error: "));
+        }
+        error.exit()
+    })
 }
 
 /// What a command returns to the system, after its error is printed.
@@ -172,9 +200,22 @@ pub fn exit_code(outcome: Result<()>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            note(format_args!("error: {error:#}"));
+            let message = format!("{error:#}");
+            note(format_args!("error: {message}"));
+            report_in_json(&message);
             ExitCode::FAILURE
         }
+    }
+}
+
+/// True once standard output has something: a command that fails after its results were printed has told them.
+static HAS_SAID: AtomicBool = AtomicBool::new(false);
+
+/// Prints an error as the one object on standard output, where a command was asked for JSON and has not printed its own.
+fn report_in_json(message: &str) {
+    if std::env::args_os().any(|word| word == "--json") && !HAS_SAID.load(Ordering::Relaxed) {
+        // The error is on standard error too: nothing is lost where this fails.
+        let _ = say(json!({ "error": message.trim_end() }));
     }
 }
 
@@ -184,6 +225,7 @@ pub fn exit_code(outcome: Result<()>) -> ExitCode {
 /// Other failures of standard output, such as a full disk.
 pub fn say(line: impl std::fmt::Display) -> Result<()> {
     use std::io::{ErrorKind, Write};
+    HAS_SAID.store(true, Ordering::Relaxed);
     match writeln!(std::io::stdout(), "{}", escaped(&line.to_string())) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.into()),
         _ => Ok(()),
@@ -314,6 +356,8 @@ mod tests {
             message.contains("there is no folder ") && message.ends_with("none: make it first"),
             "{message}"
         );
+        let message = refused(&[&db], &[("-o", &folder.join("none/"))]).unwrap();
+        assert!(message.ends_with("none/: make it first"), "{message}");
         let message = refused(&[&db], &[("--page", &data)]).unwrap();
         assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
         // Allowed: new files, other files in the folder, and devices.

@@ -17,7 +17,7 @@ pub fn bar(steps: usize, what: &str) -> ProgressBar {
     let (bar, template) = if io::stderr().is_terminal() {
         (ProgressBar::new(steps), "{msg} [{bar:30}] {pos}/{len}, {eta} left")
     } else {
-        let plain = Plain::new(|line: &str| eprintln!("{line}"));
+        let plain = Plain::new(|line: &str| super::outputs::note(line));
         let target = ProgressDrawTarget::term_like_with_hz(Box::new(plain), 1);
         (ProgressBar::with_draw_target(Some(steps), target), "{msg}: {pos} of {len}, {eta} left")
     };

@@ -8,6 +8,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
+use super::outputs::note;
+
 const TARGET: &str = "wasm32-unknown-unknown";
 
 /// A crate that is built as a module.
@@ -32,7 +34,7 @@ impl WasmCrate {
             env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.target(), PathBuf::from).join("wasm");
         let path = target.join(TARGET).join("release").join(self.file);
         if !path.is_file() {
-            eprintln!("building the wasm module, which takes a few minutes, once");
+            note("building the wasm module, which takes a few minutes, once");
         }
         if let Err(why) = self.build(&target) {
             if !path.is_file() {
@@ -41,10 +43,10 @@ impl WasmCrate {
                      xtask wasm --setup`), or give a module with --wasm FILE"
                 );
             }
-            eprintln!(
+            note(format_args!(
                 "note: using the earlier build {}, because it can't be rebuilt ({why})",
                 path.display()
-            );
+            ));
         }
         read(&path)
     }

@@ -87,7 +87,8 @@ impl OnClips for Args {
             let results = match run_folds(&experiment, &body, &folds, &methods, &|| bar.inc(1)) {
                 // Clips that one scheme of pairing can't pair, others can.
                 Err(error) if first.parameter == "pairing" => {
-                    eprintln!("left out: pairing {}: {error}", first.value);
+                    let line = format!("left out: pairing {}: {error}", first.value);
+                    gestus_database::command_line::outputs::note(line);
                     continue;
                 }
                 results => results?,
