@@ -21,7 +21,10 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::retarget::parts::Part;
-use gestus_motion::files::{self, FileError, MOST_SETTINGS};
+use gestus_motion::{
+    files::{self, FileError, MOST_SETTINGS},
+    formats::urdf::MOST_RATE,
+};
 
 /// The file's content.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -135,10 +138,20 @@ impl RobotMap {
             }
         }
         let fail = |what: String| Err(RobotMapError::Value { file: file.to_owned(), what });
-        let rates = [map.tick_hz, map.velocity, map.acceleration, map.jerk].into_iter();
-        let own = map.joints.values().flat_map(|j| [j.velocity, j.acceleration, j.jerk]);
-        if let Some(bad) = rates.chain(own).flatten().find(|v| !(1e-3..=1e6).contains(v)) {
-            return fail(format!("{bad}: rates are between 0.001 and 1,000,000"));
+        let named = |rates: [Option<f64>; 3]| ["velocity", "acceleration", "jerk"].into_iter().zip(rates);
+        let rates = [("tick_hz", map.tick_hz)]
+            .into_iter()
+            .chain(named([map.velocity, map.acceleration, map.jerk]))
+            .chain(map.joints.values().flat_map(|j| named([j.velocity, j.acceleration, j.jerk])));
+        for (key, rate) in rates {
+            if let Some(bad) = rate.filter(|v| !(1e-3..=MOST_RATE).contains(v)) {
+                return fail(format!("{key} = {bad}: it is between 0.001 and 1,000,000"));
+            }
+        }
+        if let Some((joint, servo)) = map.joints.iter().find_map(|(joint, entry)| {
+            Some((joint, entry.servo?)).filter(|(_, servo)| servo.direction.abs() != 1)
+        }) {
+            return fail(format!("joint `{joint}`: direction = {}: a servo has 1 or -1", servo.direction));
         }
         if let Some(bad) = map.ankle_m.filter(|m| !(0.0..=2.0).contains(m)) {
             return fail(format!("ankle_m = {bad}: ankles are 0 to 2 metres above the ground"));
@@ -199,7 +212,9 @@ mod tests {
         for (text, words) in [
             ("[joints.k]\npart = \"fin\"", vec!["m.toml", "`k`", "fin", "left-foot"]),
             ("forward = \"z\"", vec!["m.toml", "forward"]),
-            ("jerk = -1.0", vec!["m.toml", "-1"]),
+            ("jerk = -1.0", vec!["m.toml", "jerk = -1"]),
+            ("[joints.k]\nvelocity = 0.0", vec!["m.toml", "velocity = 0"]),
+            ("[joints.k]\nservo = { direction = 3 }", vec!["m.toml", "`k`", "1 or -1"]),
             ("speed = 1", vec!["m.toml", "speed"]),
         ] {
             let message = RobotMap::parse(text, "m.toml").unwrap_err().to_string();

@@ -23,7 +23,7 @@ use crate::robot::{
     links::{Limb, Links, limbs},
     stand::Stand,
 };
-use gestus_motion::formats::urdf::Robot;
+use gestus_motion::formats::urdf::{MOST_RATE, Robot};
 
 /// A robot that can't be driven.
 #[derive(Debug, Error)]
@@ -41,7 +41,7 @@ pub enum MachineError {
     Tick { tick_hz: f64 },
     #[error("hinge `{hinge}`: {what}")]
     Hinge { hinge: String, what: String },
-    #[error("the encoded tables are invalid: {0}")]
+    #[error("the encoded tables are invalid")]
     Blob(#[from] BlobError),
 }
 
@@ -216,8 +216,12 @@ impl Machine {
             .and_then(|o| o.acceleration)
             .or(record.acceleration)
             .or(map.acceleration)
-            .unwrap_or(20.0 * velocity);
-        let jerk = own.and_then(|o| o.jerk).or(record.jerk).or(map.jerk).unwrap_or(40.0 * acceleration);
+            .unwrap_or((20.0 * velocity).min(MOST_RATE));
+        let jerk = own
+            .and_then(|o| o.jerk)
+            .or(record.jerk)
+            .or(map.jerk)
+            .unwrap_or((40.0 * acceleration).min(MOST_RATE));
         let at = grow(bytes, hinge::LENGTH);
         bytes[at + hinge::PARENT] = record.parent.map_or(layout::BASE, |p| p as u8);
         set(bytes, at, hinge::OFFSET, record.origin.translation.vector.as_slice());
@@ -252,7 +256,9 @@ impl Machine {
             greatest_us: servo.greatest_us as f32,
         };
         if !valid.is_valid() {
-            let what = format!("its servo makes no sense: {servo:?}");
+            let what = "its servo makes no sense: `least_us` has to be below `greatest_us`, both from 1 to 20000, `centre_us` \
+                        between them, and `us_per_deg` not 0"
+                .to_owned();
             return Err(MachineError::Hinge { hinge: record.name.clone(), what });
         }
         Ok(())

@@ -20,6 +20,9 @@ use shape::{isometry, shapes};
 /// The toy humanoid of 16 servos that comes with the project.
 pub const TOY: &str = include_str!("../../assets/toy.urdf");
 
+/// Greatest rate of a hinge, in rad/s and its derivatives.
+pub const MOST_RATE: f64 = 1e6;
+
 /// Largest file, bytes.
 pub const MAX_BYTES: usize = 4 << 20;
 /// Deepest nesting of elements.
@@ -306,7 +309,14 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         return Err(fail("some joints make a ring, and hang on no base".to_owned()));
     }
     if read.hinges.is_empty() {
-        return Err(fail("no joint turns".to_owned()));
+        let why = read.notes.first().map_or_else(
+            || "all joints are fixed".to_owned(),
+            |first| match read.notes.len() {
+                1 => first.clone(),
+                all => format!("{first}; {} more joints are held too", all - 1),
+            },
+        );
+        return Err(fail(format!("no joint turns: {why}; give the joints type and limits of hinges")));
     }
     Ok(read)
 }
@@ -338,13 +348,17 @@ fn hinge(
     let axis =
         UnitVector3::try_new(Vector3::from(joint.axis.xyz.0), 1e-6).ok_or("its axis has no direction")?;
     if !(range.0.is_finite() && range.1.is_finite() && range.0.abs() < 50.0 && range.1.abs() < 50.0) {
-        return Err(format!("its limits are {} to {} rad", range.0, range.1));
+        return Err(format!(
+            "its limits are {} to {} rad: give radians below 50, or make the joint `continuous`",
+            range.0, range.1
+        ));
     }
     if range.1 - range.0 < 1e-3 {
         notes.push(format!("joint `{}` has no range: it is held at zero", joint.name));
         return Ok(None);
     }
-    let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3);
+    // Numbers that stand for no limit are beyond what tables can hold. Infinite is what the file does not say.
+    let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3).map(|v| v.min(MOST_RATE));
     Ok(Some(Hinge {
         name: joint.name.clone(),
         link: joint.child.link.clone(),

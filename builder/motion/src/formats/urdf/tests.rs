@@ -75,6 +75,19 @@ fn a_limit_without_velocity_has_none() {
     }
 }
 
+/// Velocities that stand for no limit gave tables that did not open.
+#[test]
+fn a_velocity_that_is_no_limit_is_the_greatest() {
+    for (velocity, read) in
+        [("1e9", Some(MOST_RATE)), ("inf", None), ("3", Some(3.0)), ("0", None), ("nan", None)]
+    {
+        let text = robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", "")));
+        let text = text.replace("velocity=\"2\"", &format!("velocity=\"{velocity}\""));
+        let hinge = &Robot::parse(&text, "r.urdf").unwrap().hinges[0];
+        assert_eq!((hinge.velocity, hinge.acceleration, hinge.jerk), (read, None, None), "{velocity}");
+    }
+}
+
 #[test]
 fn a_motion_is_no_robot() {
     let error = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err();
@@ -93,6 +106,7 @@ fn what_is_wrong_is_named_with_file_and_place() {
             ("<robot name=\"r\">".to_owned(), vec!["r.urdf"]),
             (String::new(), vec!["r.urdf"]),
             (robot(""), vec!["r.urdf", "3 links hang on nothing"]),
+            (robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", ""))).replace("upper=\"1\"", "upper=\"-1\""), vec!["r.urdf", "`j` has no range", "1 more"]),
             (robot(&(joint("j", "a", "b", "") + &joint("k", "a", "nowhere", ""))), vec!["`k`", "`nowhere`"]),
             (robot(&(joint("j", "a", "b", "") + &joint("k", "c", "b", ""))), vec!["`k`", "two joints"]),
             (robot(&(joint("j", "a", "b", "") + &joint("j", "b", "c", ""))), vec!["`j`", "two joints have this name"]),
