@@ -311,6 +311,16 @@ fn hips_over_a_root_on_the_ground_stay_in_place() {
     assert!(kept(Vector3::zeros()) > 0.4, "its root is there: {}", kept(Vector3::zeros()));
 }
 
+/// One frame a kilometre away was a step so fast that the hips stood still beside it.
+#[test]
+fn a_wrong_frame_makes_no_walk_in_place() {
+    for wrong in 30..60 {
+        let mut clip = walk().clone();
+        clip.frames[wrong].root.x += 1000.0;
+        assert!(read(&clip, &InputOptions::default()).unwrap().course().is_none(), "{wrong}");
+    }
+}
+
 /// A foot that stands nowhere in a clip does not tell how high ankles are.
 #[test]
 fn parts_of_a_step_stand_on_the_floor() {

@@ -29,6 +29,8 @@ use crate::retarget::body::is_brief;
 /// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
 /// as much at most.
 const MIN_SPEED_M_S: f64 = 0.2;
+/// Speed of a foot that nobody runs at, m/s: such a frame is wrong, or the body leaps.
+const LEAP_M_S: f64 = 15.0;
 /// Least speed of their mean velocity, in their mean speed: walks have 0.87 and more, acts on the spot 0.77 and less.
 const MIN_DIRECTEDNESS: f64 = 0.8;
 /// Greatest speed of the hips of a body in place, relative to that of its feet.
@@ -167,7 +169,8 @@ impl Feet {
             let over_ground = flat(moved, &Vector3::y());
             let level = moved.y.abs() / LEVEL_M_S.max(LEVEL_RATIO * over_ground.norm());
             let weight = (-height.powi(2) - level.powi(2)).exp();
-            (height < 3.0 && level < 3.0).then_some((-over_ground, weight))
+            let stands = height < 3.0 && level < 3.0 && over_ground.norm() < LEAP_M_S;
+            stands.then_some((-over_ground, weight))
         };
         let all: Vec<_> = (0..count).map(|t| [0, 1].map(|side| said(t, &legs[side]))).collect();
         let seen = |axis: usize| {
