@@ -12,9 +12,10 @@ mod left_alone;
 pub mod looped;
 pub mod reading;
 mod standing;
+mod straight_legs;
 pub mod trace;
 pub mod translate;
-mod turn_limit;
+pub(crate) mod turn_limit;
 pub mod verdict;
 
 use gestus_core::{

@@ -1,4 +1,4 @@
-//! The fastest joint of an output on its own body.
+//! The fastest joint of an output on its own body, and of a clip that took another's style.
 //!
 //! The core keeps joints below 1.2 times the input's fastest on the database's body. On the file's body a knee can still be
 //! faster: near the stretched leg a millimetre of the hips turns it by degrees, and where the database's knee is bent the
@@ -90,7 +90,7 @@ fn followed<'a>(
 }
 
 /// Fastest turn of a joint from a frame to the next, radians.
-fn fastest(frames: &[Frame]) -> f64 {
+pub fn fastest(frames: &[Frame]) -> f64 {
     frames.windows(2).map(|pair| pair[0].angle_to(&pair[1])).fold(0.0, f64::max)
 }
 

@@ -39,7 +39,10 @@ use crate::{
             imw::{Config, imw},
         },
     },
-    stream::cleanup::{self, Limbs},
+    stream::{
+        cleanup::{self, Limbs},
+        turn_limit,
+    },
 };
 use gestus_motion::{
     body::{Body, about_y, row_at},
@@ -153,6 +156,12 @@ pub fn transfer(
         let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
         frames = cleanup::clean(&limbs, &frames, &stands, window);
         contacts = stands;
+        let faster = if turn_limit::fastest(&reference.frames) > turn_limit::fastest(&source.frames) {
+            reference
+        } else {
+            source
+        };
+        frames = turn_limit::limited(Clip { frames, ..source.clone() }, faster, &Vector3::y(), false).frames;
     }
     let clean_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let clip = raised(&Clip { frames, ..source.clone() }, floor_m);
