@@ -48,8 +48,13 @@
       $("floor").value = "0.12";
       choose("root", "in-place");
     });
-    await settled(`${file.name}: loop`, () => {
+    await settled(`${file.name}: unit`, () => {
       $("floor").value = "";
+      $("root").value = "";
+      choose("unit", file.name.endsWith(".bvh") ? "inch" : "0.5");
+    });
+    await settled(`${file.name}: loop`, () => {
+      $("unit").value = "";
       choose("root", "");
       $("loop").checked = true;
       $("loop").dispatchEvent(new Event("change"));

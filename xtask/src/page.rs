@@ -3,7 +3,7 @@
 //! 1. the style polygon's arithmetic, in node;
 //! 2. the glTF that `gestus translate` writes, in the Khronos validator;
 //! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged; a corner, a method, a
-//!    timing, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the same
+//!    timing, a unit, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the same
 //!    settings.
 
 use std::{
@@ -141,12 +141,14 @@ fn in_browser(browser: &str, files: &Files) -> Result<()> {
     ensure!(broken["error"].as_str().is_some_and(|e| e.contains("broken.bvh")), "a broken file: {broken}");
     let mut results = results.iter();
     for clip in &files.clips {
-        let more: [&[&str]; 6] = [
+        let is_bvh = clip.extension().is_some_and(|ending| ending == "bvh");
+        let more: [&[&str]; 7] = [
             &[],
             &[],
             &["--method", "phase", "--timing", "sync"],
             &[],
             &["--floor", "0.12", "--root", "in-place"],
+            &["--unit", if is_bvh { "inch" } else { "0.5" }],
             &["--loop"],
         ];
         for more in more {

@@ -12,6 +12,9 @@ use serde::Deserialize;
 pub struct Animation {
     /// Its number in the file.
     pub index: usize,
+    /// Unit of its lengths; found where not told.
+    #[serde(default)]
+    unit: Option<String>,
     /// Height of the floor, metres; found where not told.
     #[serde(default)]
     floor: Option<f64>,
@@ -27,11 +30,12 @@ impl Animation {
     /// What is told about it.
     ///
     /// # Errors
-    /// A floor that is too far away, or a root of another name.
+    /// An unknown unit, a floor that is too far away, or a root of another name.
     pub fn reading(&self) -> Result<InputOptions> {
+        let unit = self.unit.as_deref().map(str::parse).transpose().context("unit")?;
         let root = self.root.as_deref().map(str::parse).transpose();
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
-        InputOptions { root, looped: self.looped, ..InputOptions::default() }.on_floor(self.floor)
+        InputOptions { unit, root, looped: self.looped, ..InputOptions::default() }.on_floor(self.floor)
     }
 }
 

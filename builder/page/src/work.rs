@@ -89,6 +89,7 @@ impl Page {
             "frames": input.clip.frames.len(),
             "rate": input.clip.rate_hz,
             "ground": input.json(),
+            "metres": input.binding.unit().metres(),
             "retargeted": input.retarget().is_some(),
             "notes": input.notes().collect::<Vec<_>>(),
         });

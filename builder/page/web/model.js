@@ -140,8 +140,9 @@ class Model {
     return mixed.map((x) => x / norm);
   }
 
-  // Poses the meshes at a time, seconds from the animation's start.
-  pose(t) {
+  // Poses the meshes at a time, seconds from the animation's start. The file's unit of length is so many metres.
+  pose(t, metres) {
+    const unit = MATRIX.of([0, 0, 0], [0, 0, 0, 1], [metres, metres, metres]);
     const local = this.json.nodes.map((n) => ({ translation: n.translation || [0, 0, 0], rotation: n.rotation || [0, 0, 0, 1], scale: n.scale || [1, 1, 1], matrix: n.matrix }));
     for (const curve of this.curves || []) { local[curve.node][curve.path] = Model.value(curve, this.start + t); local[curve.node].matrix = undefined; }
     const world = [];
@@ -149,7 +150,7 @@ class Model {
       if (world[i]) return world[i];
       const { translation, rotation, scale, matrix } = local[i];
       const own = matrix || MATRIX.of(translation, rotation, scale);
-      world[i] = this.parents[i] < 0 ? own : MATRIX.times(place(this.parents[i]), own);
+      world[i] = MATRIX.times(this.parents[i] < 0 ? unit : place(this.parents[i]), own);
       return world[i];
     };
     for (const part of this.parts) {

@@ -130,12 +130,13 @@
 
   // What is told about a clip; nothing, at first.
   const told = () => ({
-    index: Number($("animation").value), floor: $("floor").value === "" ? null : Number($("floor").value),
+    index: Number($("animation").value), unit: $("unit").value.trim() || null, floor: $("floor").value === "" ? null : Number($("floor").value),
     root: $("root").value || null, loop: $("loop").checked,
   });
-  const UNTOLD = { index: 0, floor: null, root: null, loop: false };
-  function tell({ index, floor, root, loop }) {
+  const UNTOLD = { index: 0, unit: null, floor: null, root: null, loop: false };
+  function tell({ index, unit, floor, root, loop }) {
     $("animation").value = index;
+    $("unit").value = unit ?? "";
     $("floor").value = floor ?? "";
     $("root").value = root ?? "";
     $("loop").checked = loop;
@@ -176,6 +177,7 @@
     for (let i = 1; i < clip.places.length; i += 3) { low = Math.min(low, clip.places[i]); high = Math.max(high, clip.places[i]); }
     Object.assign(clip, { tall: Math.max(0.1, high - low) });
     $("name").textContent = clip.name;
+    $("unit").placeholder = `${Number(clip.metres.toPrecision(3))} m`;
     $("floor").placeholder = `${clip.floor.toFixed(2)} (${clip.ground.floor_from})`;
     $("notes").textContent = "";
     for (const note of clip.notes) { const item = document.createElement("li"); item.textContent = note; $("notes").append(item); }
@@ -280,7 +282,7 @@
     const target = [now[0], clip.floor + 0.5 * clip.tall, now[2]];
     const shapes = [Stage.floor(target, clip.floor, [...css("--grid"), 1])];
     if (clip.model && $("mesh").checked) {
-      clip.model.pose(time);
+      clip.model.pose(time, clip.metres);
       for (const part of clip.model.parts) {
         shapes.push({ positions: part.outPositions, normals: part.outNormals, uvs: part.uvs, indices: part.indices, color: part.color, texture: part.texture });
       }
@@ -319,7 +321,7 @@
   $("scrub").oninput = () => { playing = false; time = (result?.seconds || 0) * Number($("scrub").value) / 1000; };
   $("download").onclick = download;
   $("open").onchange = (e) => { if (e.target.files[0]) openFile(e.target.files[0]); };
-  for (const id of ["animation", "floor", "root", "loop"]) {
+  for (const id of ["animation", "unit", "floor", "root", "loop"]) {
     $(id).onchange = () => {
       try {
         take({ ...clip, ...animation(told()) });
