@@ -190,6 +190,9 @@ impl<'db> Reference<'db> {
         let walks = f64::from(tables.drift[0]);
         let stands = if walks > 0.3 { 1.0 - (2.0 * self.drift[0].abs() / walks).min(1.0) } else { 0.0 };
         let dofs = self.database.counts().dofs;
+        // A first frame has nothing to settle from.
+        let time = 0.4 * f64::from(PHASE.settle_s) * if tables.is_cyclic { 0.25 } else { 1.0 };
+        let left = if self.frames == 1 { 0.0 } else { (-1.0 / (motion::RATE_HZ * time)).exp() };
         (0..dofs)
             .map(|d| {
                 let x = f64::from(frame.x[d]);
@@ -204,6 +207,7 @@ impl<'db> Reference<'db> {
                 };
                 let kept = beyond + f64::from(tables.gain) * (own - beyond);
                 let y = kept + self.value(output, self.tables[output].parts().output, d, phase, off);
+                let y = y + left * (x + f64::from(frame.y_prev[d] - frame.x_prev[d]) - y);
                 let passed = if d == dof::FORWARD || d == dof::LEFT { stands } else { 0.0 };
                 y + passed * (x - y)
             })

@@ -8,6 +8,8 @@ pub mod linear;
 pub mod mixture;
 #[cfg(feature = "phase")]
 pub mod phase;
+#[cfg(any(feature = "mar", feature = "phase"))]
+mod settling;
 #[cfg(feature = "statistic")]
 pub(crate) mod statistics;
 pub mod weights;

@@ -99,8 +99,9 @@ pub enum GestusParameter {
     /// much clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier
     /// and further from any one clip. 0 keeps ρ in every style, as Xia 2015 does. 0.01 to 4, or 0 for none. Default 0.
     Liveliness = 27,
-    /// Time in which the output settles on the prediction, seconds. Until then it moves as the neighbors' outputs move,
-    /// so that it does not jump where others take their place, and does not lag. A gait that has all the weight takes a
+    /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
+    /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag.
+    /// Nothing leads that of tables by phase, so it settles in 0.4 of the time. A gait that has all the weight takes a
     /// quarter of it. More is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as
     /// Xia 2015 does. 0.01 to 10, or 0 for none. Default 0.1.
     Settle = 28,

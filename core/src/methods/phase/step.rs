@@ -2,7 +2,8 @@
 //!
 //! The window of poses becomes a feature. Every class that the labels allow is compared with it, which gives a distance
 //! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / 12)`, where D is its smoothed distance. The
-//! weighted classes make the output ([`super::mix`]).
+//! weighted classes make the output ([`super::mix`]), whose change of the input settles over time
+//! ([`settling`](crate::methods::settling)), so that it does not jump with the phase of a gesture or the weights of classes.
 //!
 //! Smoothed distances change slowly. A class that is further than all those that have weight is compared in every other
 //! frame, with the gain of two frames.
@@ -22,6 +23,7 @@ use crate::{
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
+        settling::{part_left, settled},
         weights::{self, Share, Width, most_kept},
         work::{Load, Work, as_u32},
     },
@@ -51,6 +53,9 @@ const DRIFT_HALF_LIFE_S: f32 = 0.25;
 const SLOPE_GAIN: f32 = 0.5;
 /// Distance of a class that the labels do not allow.
 const NOT_TRACKED: f32 = -1.0;
+/// Part of [`Config::settle_s`] in which the change of the input settles. No motion of neighbors leads it, so it lags behind
+/// what the tables say.
+const SETTLE_RATIO: f32 = 0.4;
 /// Ratio of the distance of a stream from a class to that of the class's own cycles.
 const STREAM_DISTANCE_RATIO: f32 = 2.0;
 /// Mean speed above which a class moves from place to place, m/s.
@@ -311,6 +316,11 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             }
         }
         mixed.finish(x, predicted);
+        if !frame.first {
+            let time = SETTLE_RATIO * frame.config.settle_s;
+            let left = part_left(input_step, time, &report.classes, |c| database.phase_tables(c).is_cyclic);
+            settle(left, x, [&signals.x_prev, &signals.y_prev].map(|last| last.as_flattened()), predicted);
+        }
         report.contact_likelihood = likelihood;
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
@@ -323,6 +333,15 @@ impl<const J: usize, const C: usize> Phase<J, C> {
                 *predicted += stands * (x - *predicted);
             }
         }
+    }
+}
+
+/// The change of the input settles on the one that was predicted: `y' = x + c'`, with
+/// `c' = c + left (y[t-1] - x[t-1] - c)` and `c = y - x`. `last` is `x[t-1]`, `y[t-1]`; all are `[dofs]`.
+#[inline(never)]
+fn settle(left: f32, x: &[f32], last: [&[f32]; 2], predicted: &mut [f32]) {
+    for (((y, &x), &x_prev), &y_prev) in predicted.iter_mut().zip(x).zip(last[0]).zip(last[1]) {
+        *y = settled(x + (y_prev - x_prev), *y, left);
     }
 }
 
