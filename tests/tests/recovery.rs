@@ -81,6 +81,43 @@ fn one_wrong_height_or_place_leaves_no_trace() {
     }
 }
 
+/// The lock lifts a foot that is under the floor. Once it is out of it again, the foot comes down as fast as it steps, in half
+/// a second and not in two: until then its leg is bent.
+#[test]
+fn feet_that_were_under_the_floor_come_down_in_half_a_second() {
+    const HALF_A_SECOND: usize = 15;
+    for method in Method::ALL {
+        let stream = Stream::new(method);
+        let good = stream.after(&stream.clean[WRONG]);
+        for step in 1..=9 {
+            let depth = 0.05 * step as f32;
+            let mut sunk = stream.clean[WRONG];
+            sunk.position[1] -= depth;
+            let bad = stream.after(&sunk);
+            let rotations = good[HALF_A_SECOND].0.rotations.iter().zip(&bad[HALF_A_SECOND].0.rotations);
+            let most = rotations.map(|(p, q)| quaternion::angle(*p, *q)).fold(0.0, f32::max);
+            assert!(most < 0.25, "{method:?}, {depth} m: {most} rad after half a second");
+            let (angle, height) = apart(&good, &bad);
+            assert!(angle < ANGLE && height < HEIGHT_M, "{method:?}, {depth} m: {angle} rad, {height} m");
+        }
+    }
+}
+
+/// So does a pose that is wrong as a whole: every joint at rest, the hips at any height.
+#[test]
+fn a_wrong_pose_leaves_no_trace() {
+    for method in Method::ALL {
+        let stream = Stream::new(method);
+        let good = stream.after(&stream.clean[WRONG]);
+        for step in 0..=9 {
+            let mut pose = Pose::IDENTITY;
+            pose.position[1] = stream.clean[WRONG].position[1] * (1.0 - step as f32 / 9.0);
+            let (angle, height) = apart(&good, &stream.after(&pose));
+            assert!(angle < ANGLE && height < HEIGHT_M, "{method:?} {step}: {angle} rad, {height} m");
+        }
+    }
+}
+
 /// A place that is off by less than a body's speed is told by the change of that speed, there and back.
 #[test]
 fn a_root_that_jerks_leaps() {

@@ -30,6 +30,9 @@ const RETURN_SPEED: f32 = 0.25;
 const LEAVE_SPEED: [f32; 2] = [0.4, 1.0];
 /// Height of the heel over the toes for a flat foot, and for one that may leave, metres.
 const HEEL_UP_M: [f32; 2] = [0.02, 0.05];
+/// Height of an offset above which its foot was under the floor, metres. Out of it again, the foot comes down as fast as it
+/// steps: as slowly as a standing foot, it would keep its leg bent for a second and more.
+const LIFTED_M: f32 = 0.1;
 /// Speed with which the offset of a leaving foot is eased out, m/s. The foot moves anyway.
 const LEAVE_RETURN_SPEED: f32 = 0.5;
 /// A held foot whose prediction stands too, but further away than this, steps there, metres.
@@ -175,8 +178,10 @@ impl Foot {
                 slid = moved;
             }
             let height = if self.phase == Phase::Toe { over[1] } else { over[0] };
-            let settle = (-height - self.offset[1]) * (1.0 - exp(-step_s / SETTLE_S));
-            self.offset[1] += clamp(settle, -SETTLE_SPEED * step_s, SETTLE_SPEED * step_s);
+            let way = -height - self.offset[1];
+            let settle = way * (1.0 - exp(-step_s / SETTLE_S));
+            let down = if way < -LIFTED_M { STEP_SPEED } else { SETTLE_SPEED };
+            self.offset[1] += clamp(settle, -down * step_s, SETTLE_SPEED * step_s);
             self.offset[1] += depth_correction(over, self.offset[1]);
             let off2 = self.offset[0] * self.offset[0] + self.offset[2] * self.offset[2];
             // Beyond any step: the body was moved.
@@ -245,7 +250,8 @@ impl Foot {
         self.age_s += step_s;
         // A smoothstep is steepest in its middle, 1.5 times its mean slope.
         let way = norm(self.held);
-        let speed = if self.phase == Phase::Step { STEP_SPEED } else { RETURN_SPEED };
+        let is_fast = self.phase == Phase::Step || self.held[1] > LIFTED_M;
+        let speed = if is_fast { STEP_SPEED } else { RETURN_SPEED };
         let least = 1.5 * way / speed;
         let whole = if least > ease_s { least } else { ease_s };
         let t = clamp(self.age_s / whole, 0.0, 1.0);

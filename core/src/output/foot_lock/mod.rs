@@ -21,9 +21,9 @@
 //!    A foot that is held further than `release_m` from its prediction does not slide there but **steps**: it is lifted
 //!    a little, does not count as standing meanwhile, and is held again when it has come down. So does a foot that
 //!    stands in the prediction too, but elsewhere, as after a change of style: one foot at a time.
-//! 6. **Floor.** A foot more than 1 cm below the floor is lifted, in the air or held. A body more than 40 cm below is
-//!    elsewhere, and is left there. Where the speed limit then holds joints back, the root is raised instead: legs already
-//!    turn as fast as they may.
+//! 6. **Floor.** A foot more than 1 cm below the floor is lifted, in the air or held; one that was lifted far comes down as
+//!    fast as it steps. A body more than 40 cm below is elsewhere, and is left there. Where the speed limit then holds
+//!    joints back, the root is raised instead: legs already turn as fast as they may.
 //! 7. Each leg reaches its target by [`crate::body::two_bone_ik`].
 //!
 //! The lock changes the output alone; the prediction that is fed back does not change.
