@@ -49,13 +49,16 @@ impl Stream {
     }
 }
 
+/// The largest angle between the rotations of a joint in two poses, radians.
+fn turned(a: &Pose<JOINTS>, b: &Pose<JOINTS>) -> f32 {
+    a.rotations.iter().zip(&b.rotations).map(|(p, q)| quaternion::angle(*p, *q)).fold(0.0, f32::max)
+}
+
 /// The largest difference of a rotation, radians, and of a height, metres, two seconds later.
 fn apart(good: &[(Pose<JOINTS>, Report)], bad: &[(Pose<JOINTS>, Report)]) -> (f32, f32) {
     let mut most = (0.0f32, 0.0f32);
     for ((a, _), (b, _)) in good.iter().zip(bad).skip(LATER) {
-        for (p, q) in a.rotations.iter().zip(&b.rotations) {
-            most.0 = most.0.max(quaternion::angle(*p, *q));
-        }
+        most.0 = most.0.max(turned(a, b));
         most.1 = most.1.max((a.position[1] - b.position[1]).abs());
     }
     most
@@ -94,8 +97,7 @@ fn feet_that_were_under_the_floor_come_down_in_half_a_second() {
             let mut sunk = stream.clean[WRONG];
             sunk.position[1] -= depth;
             let bad = stream.after(&sunk);
-            let rotations = good[HALF_A_SECOND].0.rotations.iter().zip(&bad[HALF_A_SECOND].0.rotations);
-            let most = rotations.map(|(p, q)| quaternion::angle(*p, *q)).fold(0.0, f32::max);
+            let most = turned(&good[HALF_A_SECOND].0, &bad[HALF_A_SECOND].0);
             assert!(most < 0.25, "{method:?}, {depth} m: {most} rad after half a second");
             let (angle, height) = apart(&good, &bad);
             assert!(angle < ANGLE && height < HEIGHT_M, "{method:?}, {depth} m: {angle} rad, {height} m");
@@ -103,7 +105,7 @@ fn feet_that_were_under_the_floor_come_down_in_half_a_second() {
     }
 }
 
-/// So does a pose that is wrong as a whole: every joint at rest, the hips at any height.
+/// Nor does a pose that is wrong as a whole: every joint at rest, the hips at any height.
 #[test]
 fn a_wrong_pose_leaves_no_trace() {
     for method in Method::ALL {

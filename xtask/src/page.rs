@@ -3,8 +3,8 @@
 //! 1. the style polygon's arithmetic, in node;
 //! 2. the glTF that `gestus translate` writes, in the Khronos validator;
 //! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged; a corner, a method, a
-//!    timing, a unit, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the same
-//!    settings.
+//!    timing, a unit, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the
+//!    same settings.
 
 use std::{
     fs,

@@ -159,13 +159,14 @@ pub fn run(args: &LinkArgs) -> Result<()> {
             let noise = args.noise.unwrap_or_default();
             with_board(database, request.config, robot, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome = stream_clip(args, &mut line, twin, (&database, robot), &input, &request);
+                let outcome =
+                    stream_clip((args, clip), &mut line, twin, (&database, robot), &input, &request);
                 let [there, back] = line.fault_counts();
                 note(format_args!("faults on the way to the board: {there}; on the way back: {back}"));
                 outcome
             })?
         } else {
-            stream_clip(args, line::open(&args.port)?, twin, (&database, robot), &input, &request)
+            stream_clip((args, clip), line::open(&args.port)?, twin, (&database, robot), &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
@@ -185,7 +186,7 @@ fn probe(args: &LinkArgs) -> Result<()> {
 }
 
 fn stream_clip<'t, L: Line>(
-    args: &LinkArgs,
+    (args, clip): (&LinkArgs, &ClipArgs),
     line: L,
     twin: &'t mut super::serve::BoardFn<'t>,
     (database, robot): (&Database<'_>, Option<Robot<'_>>),
@@ -193,7 +194,7 @@ fn stream_clip<'t, L: Line>(
     request: &Request,
 ) -> Result<()> {
     let mut session = Session::begin(client(line, args.timeout, args.repeats), twin, database)?;
-    gestus_database::command_line::outputs::note(session.identity());
+    note(session.identity());
     session.apply(request)?;
     if let Some(robot) = robot {
         args.robot.begin(&robot, &mut session)?;
@@ -203,9 +204,7 @@ fn stream_clip<'t, L: Line>(
     let linked = stream(&mut session, &input.mapped, pace_hz, || bar.inc(1))?;
     bar.finish_and_clear();
     let statistics = named(&session.board().statistics()?);
-    if let Some(clip) = &args.clip {
-        clip.write(input, &linked.streamed)?;
-    }
+    clip.write(input, &linked.streamed)?;
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
     if args.json {

@@ -159,7 +159,7 @@ fn names_folder(path: &Path) -> bool {
     path.as_os_str().as_encoded_bytes().last().is_some_and(|&last| std::path::is_separator(last.into()))
 }
 
-/// The name of a file for JSON, which has no bytes that are no text.
+/// A file's name as text, for JSON. Bytes that are not UTF-8 are replaced.
 pub fn shown(path: &Path) -> String {
     path.display().to_string()
 }
