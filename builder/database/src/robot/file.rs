@@ -138,11 +138,17 @@ impl RobotMap {
             }
         }
         let fail = |what: String| Err(RobotMapError::Value { file: file.to_owned(), what });
-        let named = |rates: [Option<f64>; 3]| ["velocity", "acceleration", "jerk"].into_iter().zip(rates);
-        let rates = [("tick_hz", map.tick_hz)]
+        let named = |whose: String, [velocity, acceleration, jerk]: [Option<f64>; 3]| {
+            [("velocity", velocity), ("acceleration", acceleration), ("jerk", jerk)]
+                .map(|(key, rate)| (format!("{whose}{key}"), rate))
+        };
+        let of_joint = |(name, joint): (&String, &JointMap)| {
+            named(format!("joint `{name}`: "), [joint.velocity, joint.acceleration, joint.jerk])
+        };
+        let rates = named(String::new(), [map.velocity, map.acceleration, map.jerk])
             .into_iter()
-            .chain(named([map.velocity, map.acceleration, map.jerk]))
-            .chain(map.joints.values().flat_map(|j| named([j.velocity, j.acceleration, j.jerk])));
+            .chain([("tick_hz".to_owned(), map.tick_hz)])
+            .chain(map.joints.iter().flat_map(of_joint));
         for (key, rate) in rates {
             if let Some(bad) = rate.filter(|v| !(1e-3..=MOST_RATE).contains(v)) {
                 return fail(format!("{key} = {bad}: it is between 0.001 and 1,000,000"));
@@ -213,7 +219,7 @@ mod tests {
             ("[joints.k]\npart = \"fin\"", vec!["m.toml", "`k`", "fin", "left-foot"]),
             ("forward = \"z\"", vec!["m.toml", "forward"]),
             ("jerk = -1.0", vec!["m.toml", "jerk = -1"]),
-            ("[joints.k]\nvelocity = 0.0", vec!["m.toml", "velocity = 0"]),
+            ("[joints.k]\nvelocity = 0.0", vec!["m.toml", "joint `k`: velocity = 0"]),
             ("[joints.k]\nservo = { direction = 3 }", vec!["m.toml", "`k`", "1 or -1"]),
             ("speed = 1", vec!["m.toml", "speed"]),
         ] {

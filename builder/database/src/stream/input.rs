@@ -21,7 +21,7 @@ use crate::{
         left_alone::leave_moments_alone,
         looped::Round,
         reading::bind,
-        turn_limit,
+        turn_limit::{fastest, limited},
     },
 };
 use gestus_motion::{
@@ -292,7 +292,7 @@ impl Input {
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
-        turn_limit::limited(output, &self.clip, &self.up(), self.round.is_some())
+        limited(output, fastest(&self.clip.frames), &self.up(), self.round.is_some())
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they

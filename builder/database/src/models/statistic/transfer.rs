@@ -41,7 +41,7 @@ use crate::{
     },
     stream::{
         cleanup::{self, Limbs},
-        turn_limit,
+        turn_limit::{fastest, limited},
     },
 };
 use gestus_motion::{
@@ -156,12 +156,8 @@ pub fn transfer(
         let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
         frames = cleanup::clean(&limbs, &frames, &stands, window);
         contacts = stands;
-        let faster = if turn_limit::fastest(&reference.frames) > turn_limit::fastest(&source.frames) {
-            reference
-        } else {
-            source
-        };
-        frames = turn_limit::limited(Clip { frames, ..source.clone() }, faster, &Vector3::y(), false).frames;
+        let fastest_turn = fastest(&source.frames).max(fastest(&reference.frames));
+        frames = limited(Clip { frames, ..source.clone() }, fastest_turn, &Vector3::y(), false).frames;
     }
     let clean_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let clip = raised(&Clip { frames, ..source.clone() }, floor_m);

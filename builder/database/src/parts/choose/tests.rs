@@ -108,13 +108,13 @@ fn memory_decides_what_is_kept_and_where() {
             if is_whole { Some(0.0) } else { built.choice.and_then(|choice| choice.error_cost_percent) };
         assert_eq!(chosen.error_cost_percent, cost, "{case}");
         let dear = Chosen { error_cost_percent: Some(12.0), ..chosen };
-        assert!(dear.lines("k").concat().contains("compare both"), "{case}");
+        let advised = dear.advised().unwrap();
+        assert!(advised.method == Method::Phase && !advised.labelled && advised.keeps(30.0), "{case}");
+        assert_eq!(dear.json()["advised"], "phase", "{case}");
+        let rate = format!("{:.1} in its slowest frame", advised.estimate.worst.frames_per_second()[1]);
+        assert!(dear.lines("k").concat().contains(&rate), "{case}");
         let chosen = Chosen { error_cost_percent: cost, ..dear };
-        assert_eq!(
-            chosen.lines("k").concat().contains("compare both"),
-            cost.is_some_and(|percent| percent > 5.0),
-            "{case}"
-        );
+        assert_eq!(chosen.advised().is_some(), cost.is_some_and(|percent| percent > 5.0), "{case}");
         let database = Database::open(&built.bytes).unwrap();
         assert_eq!(database.counts().frames > 0, has_frames, "{case}");
         let first = if has_frames { Method::Mar } else { Method::Phase };

@@ -1,4 +1,4 @@
-//! A file's JSON and binary part, for writing it again: `.glb` or `.gltf`, as it came in.
+//! A file's JSON and binary part: `.glb` or `.gltf`, written again as it came in.
 
 use serde_json::Value;
 
@@ -7,8 +7,53 @@ use crate::formats::gltf::error::GltfErrorKind;
 const GLB: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BIN: &[u8] = b"BIN\0";
+const VERSION: u32 = 2;
 
-/// A file's parts.
+/// A file's parts, where they are in it.
+pub struct Chunks<'a> {
+    /// Its JSON.
+    pub json: &'a [u8],
+    /// Its binary part, if it has one.
+    pub bin: Option<&'a [u8]>,
+    is_glb: bool,
+    /// Chunks of other kinds, with their headers.
+    others: Vec<&'a [u8]>,
+}
+
+impl<'a> Chunks<'a> {
+    /// The parts of a file.
+    ///
+    /// # Errors
+    /// A `.glb` of another version, and one that is shorter than it says, or than its parts.
+    pub fn of(bytes: &'a [u8]) -> Result<Self, GltfErrorKind> {
+        if !bytes.starts_with(GLB) {
+            let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            return Ok(Self { json, bin: None, is_glb: false, others: Vec::new() });
+        }
+        let cut = || GltfErrorKind::Cut;
+        let version = bytes.get(4..8).and_then(number).ok_or_else(cut)?;
+        if version != VERSION as usize {
+            return Err(GltfErrorKind::NotGltf(format!("its version is {version}")));
+        }
+        // What comes after the length that it states is not of the file.
+        let mut rest =
+            bytes.get(8..12).and_then(number).and_then(|length| bytes.get(12..length)).ok_or_else(cut)?;
+        let (mut json, mut bin, mut others) = (None, None, Vec::new());
+        while let Some(length) = rest.get(..4).and_then(number) {
+            let end = length.checked_add(8).ok_or_else(cut)?;
+            let (kind, chunk) = (rest.get(4..8).ok_or_else(cut)?, rest.get(8..end).ok_or_else(cut)?);
+            match kind {
+                JSON if json.is_none() => json = Some(chunk),
+                BIN if bin.is_none() => bin = Some(chunk),
+                _ => others.push(&rest[..end]),
+            }
+            rest = &rest[end..];
+        }
+        Ok(Self { json: json.ok_or_else(cut)?, bin, is_glb: true, others })
+    }
+}
+
+/// A file's parts, to be changed and written.
 pub struct Container<'a> {
     /// All of its JSON.
     pub json: Value,
@@ -20,29 +65,14 @@ pub struct Container<'a> {
 }
 
 impl<'a> Container<'a> {
-    /// The parts of a file that was read before.
+    /// The parts of a file.
+    ///
+    /// # Errors
+    /// As [`Chunks::of`], and JSON that is none.
     pub fn of(bytes: &'a [u8]) -> Result<Self, GltfErrorKind> {
-        let wrong = |e: serde_json::Error| GltfErrorKind::NotGltf(e.to_string());
-        let cut = || GltfErrorKind::NotGltf("a part of it is cut".to_owned());
-        if !bytes.starts_with(GLB) {
-            let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-            let json = serde_json::from_slice(text).map_err(wrong)?;
-            return Ok(Self { json, bin: None, is_glb: false, others: Vec::new() });
-        }
-        let (mut json, mut bin, mut others) = (None, None, Vec::new());
-        let length = bytes.get(8..12).and_then(number).ok_or_else(cut)?;
-        let mut rest = bytes.get(12..length.min(bytes.len())).ok_or_else(cut)?;
-        while let Some(length) = rest.get(..4).and_then(number) {
-            let end = length.checked_add(8).ok_or_else(cut)?;
-            let (kind, chunk) = (rest.get(4..8).ok_or_else(cut)?, rest.get(8..end).ok_or_else(cut)?);
-            match kind {
-                JSON if json.is_none() => json = Some(serde_json::from_slice(chunk).map_err(wrong)?),
-                BIN if bin.is_none() => bin = Some(chunk.to_vec()),
-                _ => others.push(&rest[..end]),
-            }
-            rest = &rest[end..];
-        }
-        Ok(Self { json: json.ok_or_else(cut)?, bin, is_glb: true, others })
+        let Chunks { json, bin, is_glb, others } = Chunks::of(bytes)?;
+        let json = serde_json::from_slice(json).map_err(|e| GltfErrorKind::NotGltf(e.to_string()))?;
+        Ok(Self { json, bin: bin.map(<[u8]>::to_vec), is_glb, others })
     }
 
     /// A new `.glb` file.
@@ -68,7 +98,7 @@ impl<'a> Container<'a> {
         let small = |n: usize| u32::try_from(n).map(u32::to_le_bytes).map_err(|_| GltfErrorKind::TooLarge);
         let mut bytes = Vec::with_capacity(total);
         bytes.extend(GLB);
-        bytes.extend(2u32.to_le_bytes());
+        bytes.extend(VERSION.to_le_bytes());
         bytes.extend(small(total)?);
         for (kind, mut chunk) in [(JSON, json), (BIN, bin)] {
             if !chunk.is_empty() {

@@ -81,17 +81,23 @@ impl Curve<'_, 3> {
 }
 
 impl Curve<'_, 4> {
-    /// The rotation at a time.
+    /// Whether every key is a rotation.
+    pub fn turns(&self) -> bool {
+        (0..self.times.len()).all(|key| unit(self.value(key)).is_some())
+    }
+
+    /// The rotation at a time; identity where a spline passes through zero.
     pub fn rotation(&self, time: f64) -> UnitQuaternion<f64> {
         let (key, u) = self.place(time);
         if u > 0.0 && self.interpolation == Interpolation::Linear {
-            return slerp(&unit(self.value(key)), &unit(self.value(key + 1)), u);
+            let [from, to] = [key, key + 1].map(|key| unit(self.value(key)).unwrap_or_default());
+            return slerp(&from, &to, u);
         }
-        unit(self.at(time))
+        unit(self.at(time)).unwrap_or_default()
     }
 }
 
-/// The rotation of a quaternion `[x, y, z, w]`, which need not be of unit length; identity if it is zero.
-pub fn unit(numbers: SVector<f64, 4>) -> UnitQuaternion<f64> {
-    UnitQuaternion::try_new(Quaternion::from_vector(numbers), 1e-9).unwrap_or_default()
+/// The rotation of a quaternion `[x, y, z, w]`, which need not be of unit length; zeros are none.
+pub fn unit(numbers: SVector<f64, 4>) -> Option<UnitQuaternion<f64>> {
+    UnitQuaternion::try_new(Quaternion::from_vector(numbers), 1e-9)
 }

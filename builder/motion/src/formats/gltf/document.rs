@@ -15,7 +15,8 @@ use serde::{
     de::{Error, SeqAccess, Visitor},
 };
 
-use crate::{files::memory, formats::gltf::error::GltfErrorKind};
+use super::{container::Chunks, error::GltfErrorKind};
+use crate::files::memory;
 
 /// Extensions that pack the numbers of animations.
 const PACKED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
@@ -27,32 +28,22 @@ const OBJECT_BYTES: usize = 256;
 const ITEM_BYTES: usize = 24;
 
 /// The document of a file, and its binary part.
-type Parsed<'a> = (Document, Option<Cow<'a, [u8]>>);
+type Parsed<'a> = (Document, Option<&'a [u8]>);
 
 /// Parses and checks a file.
 pub fn document(bytes: &[u8]) -> Result<Parsed<'_>, GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
-    let (text, blob) = if bytes.starts_with(b"glTF") {
-        // The length includes the header; the parser does not check that.
-        let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        if length.is_none_or(|length| length < 12) {
-            return Err(wrong(&"its header is cut"));
-        }
-        let glb = gltf::Glb::from_slice(bytes).map_err(|e| wrong(&e))?;
-        (glb.json, glb.bin)
-    } else {
-        (bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).into(), None)
-    };
-    let needed = weight(&text);
+    let Chunks { json: text, bin, .. } = Chunks::of(bytes)?;
+    let needed = weight(text);
     if needed > memory::most(bytes.len()) {
         return Err(GltfErrorKind::TooMuch { megabytes: needed >> 20 });
     }
-    let motion: Motion = serde_json::from_slice(&text).map_err(|e| wrong(&e))?;
+    let motion: Motion = serde_json::from_slice(text).map_err(|e| wrong(&e))?;
     if let Some(packer) = motion.extensions_required.iter().find(|e| PACKED.contains(&&***e)) {
         return Err(GltfErrorKind::Packed(packer.to_string()));
     }
     let root = motion.root().map_err(|place| wrong(&format!("{place}: Index out of bounds")))?;
-    Ok((Document::from_json(root).map_err(|e| wrong(&e))?, blob))
+    Ok((Document::from_json(root).map_err(|e| wrong(&e))?, bin))
 }
 
 /// Memory that a JSON text takes at most when it is read, bytes.

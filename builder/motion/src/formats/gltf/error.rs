@@ -23,6 +23,10 @@ pub enum GltfErrorKind {
     File(FileError),
     #[error("{0}; this is not a glTF 2.0 file, or it is damaged: export it again")]
     NotGltf(String),
+    #[error(
+        "it is shorter than its header or one of its parts says; the file is damaged, fetch or export it again"
+    )]
+    Cut,
     #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
     Packed(String),
     #[error(
@@ -55,6 +59,8 @@ pub enum GltfErrorKind {
     NoNodes,
     #[error("{place}: {what}; export the animation again")]
     Curve { place: String, what: &'static str },
+    #[error("{place}: its quaternion is all zeros, which is no rotation; export it again")]
+    NoRotation { place: String },
     #[error(
         "node `{node}` is scaled by {scale:?}, and a skeleton is scaled alike along all axes (mirrored or not) and not to \
          zero; apply scales before the export"

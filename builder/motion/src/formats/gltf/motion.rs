@@ -47,7 +47,7 @@ pub fn animations(
 ) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
     let (document, blob) = document(bytes)?;
     let tree = Tree::new(&document)?;
-    let buffers = Buffers::new(&document, bytes.len(), blob.as_deref(), open);
+    let buffers = Buffers::new(&document, bytes.len(), blob, open);
     // Animations without rotations, as of cameras, doors and faces, have no skeleton.
     let turns = |a: &Animation<'_>| a.channels().any(|c| c.target().property() == Property::Rotation);
     let mut all: Vec<(Animation<'_>, String)> =
@@ -107,10 +107,8 @@ impl<'b> Curves<'b> {
         for channel in animation.channels() {
             let (target, sampler) = (channel.target(), channel.sampler());
             let (node, interpolation) = (target.node().index(), sampler.interpolation());
-            let place = |what| GltfErrorKind::Curve {
-                place: format!("animation `{name}`, node `{}`", tree.nodes[node].name),
-                what,
-            };
+            let whose = || format!("animation `{name}`, node `{}`", tree.nodes[node].name);
+            let place = |what| GltfErrorKind::Curve { place: whose(), what };
             let times = || buffers.times(&sampler.input())?.map_err(place);
             let vectors = || {
                 Curve::new(times()?, buffers.floats::<3>(&sampler.output())?, interpolation).map_err(place)
@@ -121,7 +119,11 @@ impl<'b> Curves<'b> {
                 }
                 Property::Rotation => {
                     let curve = Curve::new(times()?, buffers.floats::<4>(&sampler.output())?, interpolation);
-                    curves.rotations.insert(node, curve.map_err(place)?);
+                    let curve = curve.map_err(place)?;
+                    if !curve.turns() {
+                        return Err(GltfErrorKind::NoRotation { place: whose() });
+                    }
+                    curves.rotations.insert(node, curve);
                 }
                 Property::Scale => {
                     curves.note_scale(&tree.nodes[node], &vectors()?);
@@ -172,12 +174,29 @@ impl<'b> Curves<'b> {
         (start, end, if RATES.contains(&rate) { rate } else { RESAMPLED })
     }
 
+    /// Checks that something says how each of those nodes is turned: a curve, or the node itself.
+    pub fn turn_all<'n>(
+        &self,
+        tree: &Tree,
+        mut nodes: impl Iterator<Item = &'n usize>,
+    ) -> Result<(), GltfErrorKind> {
+        match nodes.find(|n| tree.nodes[**n].rotation.is_none() && !self.rotations.contains_key(n)) {
+            Some(&node) => {
+                Err(GltfErrorKind::NoRotation { place: format!("node `{}`", tree.nodes[node].name) })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// A node's pose in its parent, metres.
     pub fn pose(&self, tree: &Tree, rigging: &Rigging, node: usize, time: f64) -> Isometry3<f64> {
         let place = self.translations.get(&node).map_or(tree.nodes[node].translation, |c| c.vector(time));
-        let rotation = self.rotations.get(&node).map_or(tree.nodes[node].rotation, |c| c.rotation(time));
+        let rotation = self.rotations.get(&node).map(|c| c.rotation(time)).or(tree.nodes[node].rotation);
         let place = place.component_mul(&rigging.unit(tree, node));
-        Isometry3::from_parts(Translation3::from(place), rigging.turn(tree, node, &rotation))
+        Isometry3::from_parts(
+            Translation3::from(place),
+            rigging.turn(tree, node, &rotation.unwrap_or_default()),
+        )
     }
 
     /// The body's motion as a document.
@@ -197,6 +216,7 @@ impl<'b> Curves<'b> {
             ));
         }
         let nodes: Vec<usize> = above.iter().chain(body).copied().collect();
+        self.turn_all(tree, nodes.iter())?;
         let (start, end, rate_hz) = self.timeline(&nodes);
         if !start.is_finite() {
             return Err(GltfErrorKind::NoMotion);

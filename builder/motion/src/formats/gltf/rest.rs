@@ -69,6 +69,7 @@ fn poses(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<Motion>, GltfE
         ));
     }
     let still = Curves::default();
+    still.turn_all(&tree, rigging.above.iter().chain(&rigging.body))?;
     let pose = |node: usize| still.pose(&tree, &rigging, node, 0.0);
     let carrier = rigging.above.iter().fold(Isometry3::identity(), |sum, &n| sum * pose(n));
     let mut own: Vec<Isometry3<f64>> = rigging.body.iter().map(|&n| pose(n)).collect();
@@ -76,7 +77,7 @@ fn poses(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<Motion>, GltfE
     let body: HashMap<usize, usize> = rigging.body.iter().enumerate().map(|(j, &n)| (n, j)).collect();
     let parents: Vec<Option<usize>> =
         rigging.body.iter().map(|&n| tree.nodes[n].parent.and_then(|p| body.get(&p).copied())).collect();
-    let buffers = Buffers::new(&document, bytes.len(), blob.as_deref(), open);
+    let buffers = Buffers::new(&document, bytes.len(), blob, open);
     // Whether the mesh was bound before or after a node was mirrored, the file does not say.
     let matrices = if rigging.is_mirrored() { None } else { bind_matrices(&document, &body, &buffers)? };
     let bound = matrices.and_then(|known| bound(&own, &parents, &known));

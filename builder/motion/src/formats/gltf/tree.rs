@@ -20,8 +20,8 @@ pub struct Node {
     pub parent: Option<usize>,
     /// Translation in its parent's frame, the parent's units.
     pub translation: Vector3<f64>,
-    /// Rotation in its parent's frame.
-    pub rotation: UnitQuaternion<f64>,
+    /// Rotation in its parent's frame, unless it is written as zeros.
+    pub rotation: Option<UnitQuaternion<f64>>,
     /// Scale along each axis.
     pub scale: [f64; 3],
 }
@@ -176,7 +176,7 @@ mod tests {
             name: format!("N{n}"),
             parent: (!n.is_multiple_of(3)).then(|| n - 1),
             translation: Vector3::zeros(),
-            rotation: UnitQuaternion::identity(),
+            rotation: Some(UnitQuaternion::identity()),
             scale: [1.0; 3],
         };
         let children = |n: usize| if n % 3 < 2 { vec![n + 1] } else { Vec::new() };

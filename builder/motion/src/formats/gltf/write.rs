@@ -74,7 +74,7 @@ impl Gltf {
         let index = known.iter().position(|n| *n == self.name).ok_or(GltfErrorKind::NoMotion)?;
         let source = document.animations().nth(index).ok_or(GltfErrorKind::NoMotion)?;
         let open = |name: &std::path::Path| beside(&self.folder, name);
-        let buffers = Buffers::new(&document, self.bytes.len(), blob.as_deref(), &open);
+        let buffers = Buffers::new(&document, self.bytes.len(), blob, &open);
         let curves = Curves::read(&source, &self.name, &tree, &buffers)?;
         let rigging = Rigging::of(&tree, &curves.moved)?;
         let carried: Vec<usize> = rigging.above.iter().chain(&rigging.body).copied().collect();
@@ -213,7 +213,7 @@ impl<'a> Keyed<'a> {
         continuous(&mut keys.rotations);
         shorten(&mut keys.rotations);
         shorten(&mut keys.translations);
-        let rest = rigging.turn(tree, node, &tree.nodes[node].rotation);
+        let rest = rigging.turn(tree, node, &tree.nodes[node].rotation.unwrap_or_default());
         let off = clip.frames.iter().map(|f| f.rotations[s].angle_to(&rest)).fold(0.0, f64::max);
         if s > 0 && off <= AT_REST && !curves.rotations.contains_key(&node) {
             keys.rotations.clear();
