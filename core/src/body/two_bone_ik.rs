@@ -1,12 +1,8 @@
 //! Inverse kinematics of a leg: two bones, in closed form.
 //!
 //! The ankle moves to a target. Only three joints turn: the knee, about the axis about which it is bent already, so that
-//! it keeps its direction (a knee that the prediction bent slightly backwards is corrected); the hip, by the shortest arc
-//! that brings the ankle to the target; and the ankle, so that the foot keeps its orientation in the world.
-//!
-//! ```text
-//! cos φ = (d² - l₁² - l₂²) / (2 l₁ l₂)      φ: how far the knee is bent; d: from hip to target; l: the bones
-//! ```
+//! it keeps its direction, or towards straight about the hips' line; the hip, by the shortest arc that brings the ankle to
+//! the target; and the ankle, so that the foot keeps its orientation in the world.
 //!
 //! Source: the analytic limb of Tolani, Goswami and Badler 2000, "Real-time inverse kinematics techniques for
 //! anthropomorphic limbs", with the swivel angle left as it is; Kovar, Schreiner and Gleicher 2002, "Footskate cleanup
@@ -16,7 +12,7 @@ use crate::{
     blob::{Database, Leg},
     body::pose::Pose,
     math::{
-        acos, atan2,
+        clamp,
         quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
         sin_cos, sqrt,
         vector::{add, cross, dot, norm, subtract},
@@ -26,8 +22,8 @@ use crate::{
 /// Squared length below which a vector has no direction, metres² (or its square).
 const NO_DIRECTION: f32 = 1e-12;
 
-/// A limb that is bent by less than this to the wrong side is bent to the right one, radians.
-const NEARLY_STRAIGHT: f32 = 0.35;
+/// Sine and cosine of the angle from which on a knee bends about its own axis, 20 degrees.
+const BENT: [f32; 2] = [0.342, 0.94];
 
 /// Where a leg is, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +95,8 @@ impl Chain {
         let [thigh, shin, foot] = self.turns;
         let (upper, lower) = (subtract(self.knee, self.hip), subtract(self.ankle, self.knee));
         let wanted = subtract(target, self.hip);
-        let Some([swing, fold]) = bend(upper, lower, self.side, wanted, reach) else { return };
+        let axis = hinge(upper, lower, self.side);
+        let Some([swing, fold]) = bend(upper, lower, axis, wanted, reach) else { return };
         let thigh = multiply(swing, thigh);
         let shin = multiply(swing, multiply(fold, shin));
         let turns = [
@@ -115,15 +112,37 @@ impl Chain {
     }
 }
 
-/// Two bones that reach for a point: the fold of the lower one about the axis about which the limb is bent (about `side`
-/// where it is straight, or bent a little to the other side), and the swing of the whole limb that follows it, both in
-/// the world. `wanted` is seen from the limb's beginning; what is further than `reach` is pointed at. `None` where
-/// there is nothing to reach with or for.
+/// The unit axis about which a leg of those bones bends: its own if the knee is bent by [`BENT`] or more. The shin of a
+/// straight leg is only off its thigh as the bones are, often to one side: bent about that axis, the knee would go aside, now
+/// to the left and now to the right. The nearer a knee is to straight, or if it is bent a little backwards, the more it bends
+/// about `side`, a unit vector.
+fn hinge(upper: Vector, lower: Vector, side: Vector) -> Vector {
+    let inverse = 1.0 / sqrt(dot(upper, upper) * dot(lower, lower));
+    let bend = cross(upper, lower).map(|v| v * inverse);
+    let own = unit(bend).unwrap_or(side);
+    if dot(upper, lower) * inverse < BENT[1] {
+        return own;
+    }
+    let share = clamp(dot(bend, side) * (1.0 / BENT[0]), 0.0, 1.0);
+    unit(core::array::from_fn(|i| side[i] + share * (own[i] - side[i]))).unwrap_or(side)
+}
+
+/// Two bones that reach for a point: the fold of the lower one about the unit `axis`, and the swing of the whole limb that
+/// follows it, both in the world. `wanted` is seen from the limb's beginning; what is further than `reach` is pointed at.
+/// `None` where there is nothing to reach with or for.
+///
+/// With `u` and `l` the bones and `k` the axis, the fold by θ brings the limb's end to the distance d where
+///
+/// ```text
+/// a cos θ + b sin θ = c        a = u·l - (u·k)(l·k)        b = u·(k × l)        c = (d² - |u|² - |l|²) / 2 - (u·k)(l·k)
+/// ```
+///
+/// Of its two solutions, `(cos θ, sin θ) ∝ (a c - b w, b c + a w)` with `w² = a² + b² - c²` bends to the axis's side.
 #[inline]
 pub fn bend(
     upper: Vector,
     lower: Vector,
-    side: Vector,
+    axis: Vector,
     wanted: Vector,
     reach: f32,
 ) -> Option<[Quaternion; 2]> {
@@ -136,14 +155,18 @@ pub fn bend(
     let held = if distance > reach { reach } else { distance };
     let held = if held < shortest { shortest } else { held };
 
-    let bent_about = cross(upper, lower);
-    let bent = atan2(norm(bent_about), dot(upper, lower));
-    // A limb that is straight, or a little bent to the wrong side, bends about its side: to the right one.
-    let wrong = bent < NEARLY_STRAIGHT && dot(bent_about, side) < 0.0;
-    let (bent_about, bent) = if wrong { (bent_about.map(|v| -v), -bent) } else { (bent_about, bent) };
-    let axis = unit(bent_about).or(unit(side)).unwrap_or([1.0, 0.0, 0.0]);
-    let bend = acos((held * held - l1 * l1 - l2 * l2) / (2.0 * l1 * l2));
-    let fold = about(axis, bend - bent);
+    // In units of l1 l2, so that limbs of any size are as exact.
+    let inverse = 1.0 / (l1 * l2);
+    let along = dot(upper, axis) * dot(lower, axis);
+    let a = (dot(upper, lower) - along) * inverse;
+    let b = dot(upper, cross(axis, lower)) * inverse;
+    let most = sqrt(a * a + b * b);
+    let c = clamp((0.5 * (held * held - l1 * l1 - l2 * l2) - along) * inverse, -most, most);
+    let w = sqrt((most - c) * (most + c));
+    let (cos, sin) = (a * c - b * w, b * c + a * w);
+    let [x, y, z] = axis.map(|v| v * sin);
+    // Of half the angle, as in `arc`.
+    let fold = quaternion::normalize([x, y, z, most * most + cos])?;
     let end = add(upper, rotate(fold, lower));
     Some([arc(end, wanted), fold])
 }
@@ -154,7 +177,7 @@ pub fn distance(a: Vector, b: Vector) -> f32 {
 }
 
 #[inline(never)]
-fn unit(v: Vector) -> Option<Vector> {
+pub(crate) fn unit(v: Vector) -> Option<Vector> {
     let length2 = dot(v, v);
     (length2 > NO_DIRECTION).then(|| {
         let inverse = 1.0 / sqrt(length2);
@@ -198,28 +221,44 @@ mod tests {
         assert_eq!(arc([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]), IDENTITY);
     }
 
+    const SIDE: Vector = [1.0, 0.0, 0.0];
+
+    /// Knee and end of a leg, of which each bone goes `aside` and the knee is bent by that angle, after it reaches for `goal`.
+    fn reached(aside: f32, bent: f32, goal: impl Fn(Vector) -> Vector) -> [Vector; 3] {
+        let (upper, lower) = ([aside, -0.4, 0.0], rotate(about(SIDE, bent), [-aside, -0.4, 0.0]));
+        let goal = goal(add(upper, lower));
+        let [swing, fold] = bend(upper, lower, hinge(upper, lower, SIDE), goal, 0.8).unwrap();
+        let (knee, shin) = (rotate(swing, upper), rotate(multiply(swing, fold), lower));
+        assert!(norm(subtract(add(knee, shin), goal)) < 2e-4, "{aside} {bent}");
+        [knee, shin, upper]
+    }
+
     #[test]
     fn a_knee_goes_through_straight_without_a_flip() {
-        // A leg that goes from 0.15 rad bent backwards to as much bent forwards, its ankle lifted by 1 cm all the while.
-        let side = [1.0, 0.0, 0.0];
-        let mut last: Option<Vector> = None;
-        for i in 0..=60 {
-            let bent = 0.15 * (i as f32 / 30.0 - 1.0);
-            let (upper, lower) = ([0.0, -0.4, 0.0], rotate(about(side, bent), [0.0, -0.4, 0.0]));
-            let goal = add(add(upper, lower), [0.0, 0.01, 0.0]);
-            let [swing, fold] = bend(upper, lower, side, goal, 0.8).unwrap();
-            let (knee, end) = (rotate(swing, upper), rotate(multiply(swing, fold), lower));
-            assert!(norm(subtract(add(knee, end), goal)) < 1e-4);
-            assert!(cross(knee, end)[0] > 0.0, "bent by {bent}: the knee points back");
-            if let Some(last) = last {
-                assert!(norm(subtract(knee, last)) < 0.01, "bent by {bent}: the knee jumps");
+        // From 0.15 rad bent backwards to as much bent forwards, the ankle lifted by 1 or 4 cm all the while. A bone that
+        // goes aside by a centimetre put the knee aside by 10, now to the left and now to the right.
+        for (aside, lift) in [(0.0, 0.01), (0.01, 0.04), (-0.01, 0.04)] {
+            let mut last: Option<Vector> = None;
+            for i in 0..=60 {
+                let bent = 0.15 * (i as f32 / 30.0 - 1.0);
+                let [knee, shin, _] = reached(aside, bent, |end| add(end, [0.0, lift, 0.0]));
+                assert!(cross(knee, shin)[0] > 0.0, "bent by {bent}: the knee points back");
+                assert!(crate::math::abs(knee[0]) < 0.03, "bent by {bent}: the knee is at {knee:?}");
+                if let Some(last) = last.replace(knee) {
+                    assert!(norm(subtract(knee, last)) < 0.01, "bent by {bent}: the knee jumps");
+                }
             }
-            last = Some(knee);
         }
         // One that is bent further to the other side keeps its direction.
-        let (upper, lower) = ([0.0, -0.4, 0.0], rotate(about(side, -0.5), [0.0, -0.4, 0.0]));
-        let goal = add(add(upper, lower), [0.0, 0.01, 0.0]);
-        let [swing, fold] = bend(upper, lower, side, goal, 0.8).unwrap();
-        assert!(cross(rotate(swing, upper), rotate(multiply(swing, fold), lower))[0] < 0.0);
+        let [knee, shin, _] = reached(0.0, -0.5, |end| add(end, [0.0, 0.01, 0.0]));
+        assert!(cross(knee, shin)[0] < 0.0);
+    }
+
+    #[test]
+    fn a_leg_whose_ankle_is_there_already_stays() {
+        for bent in [0.05, 0.2, 0.3, 0.5] {
+            let [knee, _, upper] = reached(0.01, bent, |end| end);
+            assert!(norm(subtract(knee, upper)) < 1e-3, "{bent}: {knee:?}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! elbows keep the axis about which they are bent. [`crate::body::two_bone_ik`] does the trigonometry.
 
 use crate::{
-    body::two_bone_ik,
+    body::two_bone_ik::{self, unit},
     math::{
         quaternion::{self, IDENTITY, Quaternion, Vector},
         vector::{cross, dot, norm, subtract},
@@ -31,16 +31,16 @@ pub fn bend(upper: Vector, lower: Vector, side: Option<Vector>, goal: Vector) ->
     let [x, y, z] = upper;
     let any = if crate::math::abs(x) < crate::math::abs(y) { [0.0, z, -y] } else { [-z, 0.0, x] };
     let side = side.map_or(any, |side| {
-        // Perpendicular to the limb: otherwise the bend would not shorten the limb as computed.
+        // Across the limb: about another axis its end would also move aside.
         let along = dot(side, upper) / dot(upper, upper);
         subtract(side, upper.map(|v| along * v))
     });
-    // The limb stays bent to the same side.
-    let bent = cross(upper, lower);
-    let is_bent = norm(bent) > NO_BEND * norm(upper) * norm(lower);
-    let side = if is_bent && dot(bent, side) < 0.0 { side.map(|v| -v) } else { side };
+    let inverse = 1.0 / (norm(upper) * norm(lower));
+    let bent = cross(upper, lower).map(|v| v * inverse);
+    let bends = if norm(bent) > NO_BEND { bent } else { side };
+    let Some(axis) = unit(bends) else { return [IDENTITY; 2] };
     let whole = norm(upper) + norm(lower);
-    match two_bone_ik::bend(upper, lower, side, goal, STRAIGHT * whole) {
+    match two_bone_ik::bend(upper, lower, axis, goal, STRAIGHT * whole) {
         Some([swing, fold]) => [swing, quaternion::multiply(swing, fold)],
         None => [IDENTITY; 2],
     }

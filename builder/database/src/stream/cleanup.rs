@@ -27,7 +27,7 @@ use nalgebra::Vector3;
 use crate::{
     registration::contact::{GAUSSIAN_S, contacts, legs, smoothed},
     retarget::body::{ANKLE, is_over_sole},
-    stream::{Streamed, from_pose, straight_legs::place, to_pose},
+    stream::{Streamed, from_pose, to_pose},
 };
 use gestus_motion::{
     body::Body,
@@ -217,7 +217,7 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             let reach =
                 (STRETCH * f64::from(chain.length())).max((vector(chain.ankle) - vector(chain.hip)).norm());
             if offset.norm() > 1e-6 {
-                place(&chain, leg, [ankle.x as f32, ankle.y as f32, ankle.z as f32], reach as f32, pose);
+                chain.place(leg, [ankle.x as f32, ankle.y as f32, ankle.z as f32], reach as f32, pose);
             }
         }
     }
@@ -233,7 +233,7 @@ pub fn with_ankles_of(limbs: &Limbs, frames: &[Frame], others: &[Frame]) -> Vec<
         for (side, leg) in limbs.legs.iter().enumerate() {
             let chain = limbs.chain(side, &pose);
             let reach = (STRETCH * f64::from(chain.length())) as f32;
-            place(&chain, leg, limbs.chain(side, &other).ankle, reach, &mut pose);
+            chain.place(leg, limbs.chain(side, &other).ankle, reach, &mut pose);
         }
         from_pose(&pose, limbs.parents.len())
     };
@@ -308,7 +308,7 @@ fn lift_feet(limbs: &Limbs, pose: &mut Pose<MAX_JOINTS>) {
         if (-ELSEWHERE_M..-DEEP_M).contains(&over) {
             let [x, y, z] = chain.ankle;
             let reach = distance(chain.ankle, chain.hip).max(chain.length());
-            place(&chain, leg, [x, y - (DEEP_M + over) as f32, z], reach, pose);
+            chain.place(leg, [x, y - (DEEP_M + over) as f32, z], reach, pose);
         }
     }
 }

@@ -12,7 +12,6 @@ mod left_alone;
 pub mod looped;
 pub mod reading;
 mod standing;
-mod straight_legs;
 pub mod trace;
 pub mod translate;
 pub(crate) mod turn_limit;
