@@ -1,12 +1,10 @@
-"""hnswlib on the points and queries that `peers --export DIR` writes.
+"""hnswlib beside the other libraries: `peers --export DIR --hnswlib PYTHON` runs it.
 
     pip install hnswlib numpy
-    cargo run --release -- --data FOLDER --export DIR
-    python hnswlib_peer.py DIR --recall 0.995
 
-Finds the smallest ef that reaches the recall (core's, from the table of `peers`) and prints
-`{"rows": [{"method": "hnswlib", ...}]}`. All queries of a class go to the library in one call on one thread, which
-spares it Python's share; the quickest of the rounds counts. Without hnswlib the list of rows is empty.
+Finds the smallest ef that reaches the recall (core's), and says so by a line. For each line of its input it then answers
+every query once and prints a line; at the end of its input it prints its row of the table. All queries of a class go to
+the library in one call on one thread, which spares it Python's share; the quickest round of each class counts.
 """
 
 import argparse
@@ -15,12 +13,8 @@ import pathlib
 import sys
 import time
 
+import hnswlib
 import numpy as np
-
-try:
-    import hnswlib
-except ImportError:
-    hnswlib = None
 
 BREADTHS = [8, 10, 12, 16, 20, 24, 32, 40, 44, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 384, 512, 1024]
 
@@ -29,12 +23,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--recall", type=float, default=0.985, help="recall to reach")
-    parser.add_argument("--rounds", type=int, default=5)
     arguments = parser.parse_args()
-    if hnswlib is None:
-        print("hnswlib is not installed (pip install hnswlib): left out", file=sys.stderr)
-        print(json.dumps({"rows": []}))
-        return
     points, of_class, ks, queries = (
         np.load(arguments.folder / f"{name}.npy") for name in ["points", "class", "k", "queries"]
     )
@@ -64,14 +53,16 @@ def main():
         if recall >= arguments.recall:
             break
     best = np.full(len(classes), np.inf)
-    for _ in range(arguments.rounds):
+    print("ready", flush=True)
+    for _ in sys.stdin:
         for at, (index, k, _, _) in enumerate(classes):
             start = time.perf_counter()
             index.knn_query(queries, k=k, num_threads=1)
             best[at] = min(best[at], time.perf_counter() - start)
+        print("done", flush=True)
     us = best.sum() * 1e6 / (len(classes) * len(queries))
-    row = {"method": "hnswlib", "recall": round(float(recall), 4), "us_per_query": round(float(us), 3), "ef": ef}
-    print(json.dumps({"rows": [row]}))
+    row = {"method": "hnswlib", "recall": round(float(recall), 4), "us_per_query": round(float(us), 3), "ef": ef, "visits": None}
+    print(json.dumps(row))
 
 
 if __name__ == "__main__":

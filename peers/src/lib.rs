@@ -2,8 +2,10 @@
 //! a stream of queries, and for each of them the 40 nearest frames of every class.
 //!
 //! [`setup`] makes the database and the streams, [`methods`] puts every library behind one trait, [`measure`]
-//! finds how hard each has to search for the recall that core reaches, and times it.
+//! finds how hard each has to search for the recall that core reaches, and times it. [`hnswlib`] runs a library of Python
+//! beside them.
 
+pub mod hnswlib;
 pub mod measure;
 pub mod methods;
 pub mod setup;

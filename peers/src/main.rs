@@ -7,6 +7,7 @@ use clap::Parser;
 use gestus_core::{Database, search::graph::Limits};
 use gestus_database::stream::{Request, stream};
 use gestus_peers::{
+    hnswlib::Hnswlib,
     measure::{Truth, after_jumps, sweep, time, tuned},
     setup::{Setup, Task, export, jumps, points, streams},
 };
@@ -51,9 +52,12 @@ struct Arguments {
     /// Bounds of the visits of the sweep.
     #[arg(long, value_delimiter = ',', default_value = "128,160,192,240,320,448")]
     bounds: Vec<u16>,
-    /// Write points and queries as .npy for `hnswlib_peer.py`.
+    /// Write points and queries as .npy.
     #[arg(long)]
     export: Option<PathBuf>,
+    /// Compare hnswlib too, by this Python, on the files of `--export`.
+    #[arg(long, requires = "export")]
+    hnswlib: Option<PathBuf>,
     /// Print one JSON object and nothing else to standard output.
     #[arg(long)]
     json: bool,
@@ -127,8 +131,13 @@ fn compare(
     classes: &[gestus_peers::setup::Points],
 ) -> Result<serde_json::Value> {
     let mut methods = tuned(database, limits, truth)?;
-    time(&mut methods, truth, arguments.rounds);
-    let rows: Vec<_> = methods.into_iter().map(|(_, row)| row).collect();
+    let recall = methods.first().map_or(0.0, |(_, core)| core.recall);
+    let hnswlib = arguments.hnswlib.as_ref().zip(arguments.export.as_ref());
+    let mut hnswlib =
+        hnswlib.map(|(python, folder)| Hnswlib::start(python, folder, recall)).transpose()?;
+    time(&mut methods, truth, arguments.rounds, || hnswlib.as_mut().map_or(Ok(()), Hnswlib::round))?;
+    let mut rows: Vec<_> = methods.into_iter().map(|(_, row)| row).collect();
+    rows.extend(hnswlib.map(Hnswlib::finish).transpose()?);
     let jumps = jumps(&database, &setup.clips);
     let (mean, worst) = after_jumps(database, limits, classes, &jumps, 6);
     let mut steps = Vec::new();

@@ -7,7 +7,7 @@ use gestus_core::{
     Database,
     search::{graph::Limits, query::Feature},
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     methods::{BruteForce, Core, HnswRs, InstantDistance, Kiddo, Method, Usearch},
@@ -19,10 +19,10 @@ const BREADTHS: [usize; 23] =
     [8, 10, 12, 16, 20, 24, 32, 40, 44, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 384, 512, 1024];
 
 /// A line of the table.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
     /// The library.
-    pub method: &'static str,
+    pub method: String,
     /// Share of the true `k` nearest that were found.
     pub recall: f64,
     /// Microseconds for one query in one class.
@@ -122,8 +122,9 @@ pub fn tuned<'a>(
     truth: &Truth<'a>,
 ) -> Result<Vec<(Box<dyn Method + 'a>, Row)>> {
     let classes = truth.classes;
-    let methods: [Box<dyn Method + 'a>; 6] = [
+    let methods: [Box<dyn Method + 'a>; 7] = [
         Box::new(Core::new(database, limits)),
+        Box::new(Core::cold(database, limits)),
         Box::new(Usearch::new(classes)?),
         Box::new(HnswRs::new(classes)),
         Box::new(InstantDistance::new(classes)),
@@ -143,19 +144,28 @@ pub fn tuned<'a>(
             }
         }
         let visits = method.visits().map(|v| v as f64 / truth.searches() as f64);
-        let row = Row { method: method.name(), recall, us_per_query: f64::INFINITY, ef, visits };
+        let row = Row { method: method.name().into(), recall, us_per_query: f64::INFINITY, ef, visits };
         done.push((method, row));
     }
     Ok(done)
 }
 
 /// Times the methods by turns, query by query; of each query the quickest round counts, so that what else the
-/// machine does drops out.
-pub fn time(methods: &mut [(Box<dyn Method + '_>, Row)], truth: &Truth<'_>, rounds: usize) {
+/// machine does drops out. `between` is called once a round, for a method that times itself.
+///
+/// # Errors
+/// That of `between`.
+pub fn time(
+    methods: &mut [(Box<dyn Method + '_>, Row)],
+    truth: &Truth<'_>,
+    rounds: usize,
+    mut between: impl FnMut() -> Result<()>,
+) -> Result<()> {
     let queries: usize = truth.streams.iter().map(Vec::len).sum();
     let mut best = vec![vec![f64::INFINITY; queries]; methods.len()];
     let mut found = Vec::new();
     for _ in 0..rounds {
+        between()?;
         for ((method, _), best) in methods.iter_mut().zip(&mut best) {
             let mut best = best.iter_mut();
             for stream in truth.streams {
@@ -175,6 +185,7 @@ pub fn time(methods: &mut [(Box<dyn Method + '_>, Row)], truth: &Truth<'_>, roun
     for ((_, row), best) in methods.iter_mut().zip(&best) {
         row.us_per_query = best.iter().sum::<f64>() / truth.searches() as f64;
     }
+    Ok(())
 }
 
 /// Mean recall 0, 1, 2, .. frames after a jump, and the worst of the streams at each.
@@ -228,9 +239,10 @@ pub fn sweep(
             let mut core = Core::new(database, Limits { pool, visits, ..limits });
             let recall = truth.recall(&mut core);
             let visits_mean = core.visits().unwrap_or(0) as f64 / truth.searches() as f64;
-            let row = Row { method: "core", recall, us_per_query: f64::INFINITY, ef: None, visits: None };
+            let row = Row { method: "core".into(), recall, us_per_query: f64::INFINITY, ef: None, visits: None };
             let mut methods: [(Box<dyn Method>, Row); 1] = [(Box::new(core), row)];
-            time(&mut methods, truth, rounds);
+            // Nothing between the rounds can fail.
+            let _ = time(&mut methods, truth, rounds, || Ok(()));
             let us_per_query = methods[0].1.us_per_query;
             settings.push(Setting { pool, visits, recall, visits_mean, us_per_query });
         }

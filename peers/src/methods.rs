@@ -41,8 +41,9 @@ pub trait Method {
     }
 }
 
-/// Core's graph search, warm from frame to frame.
+/// Core's graph search, warm from frame to frame or from scratch for every query.
 pub struct Core<'db> {
+    is_cold: bool,
     database: Database<'db>,
     limits: Limits,
     searcher: Searcher,
@@ -52,17 +53,22 @@ pub struct Core<'db> {
 }
 
 impl<'db> Core<'db> {
-    /// The search with given limits.
+    /// The search with given limits, which starts from the neighbors of the frame before.
     pub fn new(database: Database<'db>, limits: Limits) -> Self {
         let metric = Metric::new(&database, &mut [0.0; _], u8::MAX);
         let last = vec![(Vec::new(), 0.0); database.counts().classes];
-        Self { database, limits, searcher: Searcher::new(), metric, last, visits: 0 }
+        Self { is_cold: false, database, limits, searcher: Searcher::new(), metric, last, visits: 0 }
+    }
+
+    /// The same search without the frame before, as peers have it.
+    pub fn cold(database: Database<'db>, limits: Limits) -> Self {
+        Self { is_cold: true, ..Self::new(database, limits) }
     }
 }
 
 impl Method for Core<'_> {
     fn name(&self) -> &'static str {
-        "core"
+        if self.is_cold { "core, cold" } else { "core" }
     }
     fn tune(&mut self, _ef: usize) -> Result<bool> {
         Ok(false)
@@ -75,6 +81,9 @@ impl Method for Core<'_> {
     }
     fn search(&mut self, class: usize, _query: &Feature, found: &mut Vec<u16>) {
         let (rows, mean) = &mut self.last[class];
+        if self.is_cold {
+            rows.clear();
+        }
         let near =
             self.searcher.search(&self.database, class, &self.metric, &self.limits, rows, (*mean, 1));
         rows.clear();
