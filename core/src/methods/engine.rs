@@ -2,22 +2,128 @@
 //!
 //! Methods are features of the crate. Firmware without a method has neither its code nor its memory.
 
-#[cfg(feature = "lti")]
-use super::linear::Linear;
-#[cfg(feature = "mar")]
-use super::mixture::step::Mixture;
-#[cfg(feature = "phase")]
-use super::phase::step::Phase;
-#[cfg(feature = "statistic")]
-use super::statistics::Statistics;
 use super::{
     context::{Context, Needs, Translate},
     work::{Load, Work},
 };
 use crate::{Config, Database, Method, Observer, blob::layout::section};
 
-#[cfg(not(any(feature = "mar", feature = "lti", feature = "statistic", feature = "phase")))]
-compile_error!("no method: choose features of gestus-core among mar, lti, statistic and phase");
+/// Makes [`Engine`], and what [`Method`] knows of each method, of one row a method: its feature, its variant of `Method`,
+/// its state, and the optional section that it needs, if it does not need the captured frames.
+macro_rules! methods {
+    ($($feature:literal $Method:ident($State:ty), $section:expr;)*) => {
+        #[cfg(not(any($(feature = $feature),*)))]
+        compile_error!(concat!("no method: choose features of gestus-core among:", $(" ", $feature),*));
+
+        /// A method and its state. The methods share one place in memory, as large as the largest state, the mixture's.
+        #[derive(Debug, Clone)]
+        #[allow(clippy::large_enum_variant)]
+        pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
+            $(#[cfg(feature = $feature)] $Method($State),)*
+        }
+
+        impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
+            /// The first available method before its first frame: all zeros, like its state.
+            #[allow(unreachable_code)]
+            pub const NEW: Self = 'first: {
+                $(#[cfg(feature = $feature)] break 'first Self::$Method(<$State>::NEW);)*
+            };
+
+            fn method(&self) -> Method {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$Method(_) => Method::$Method,)*
+                }
+            }
+
+            /// Starts a method before a first frame, if another one ran. It is written in place: the mixture's state would
+            /// not fit a stack.
+            #[inline(never)]
+            pub fn begin(&mut self, method: Method) {
+                if self.method() == method {
+                    return;
+                }
+                match method {
+                    $(
+                        #[cfg(feature = $feature)]
+                        Method::$Method => *self = Self::$Method(<$State>::NEW),
+                        // Configurations that name a missing method are refused.
+                        #[cfg(not(feature = $feature))]
+                        Method::$Method => {}
+                    )*
+                }
+            }
+
+            /// See [`Translate::predict`].
+            pub fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$Method(state) => state.predict(context),)*
+                }
+            }
+
+            /// See [`Translate::forget_window`].
+            pub fn forget_window(&mut self) {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$Method(state) => state.forget_window(),)*
+                }
+            }
+
+            /// Forgets the stream.
+            // Not inlined, so that its stack is not part of its callers' frames.
+            #[inline(never)]
+            pub fn reset(&mut self) {
+                match self {
+                    $(#[cfg(feature = $feature)] Self::$Method(state) => state.reset(),)*
+                }
+            }
+
+            fn needs(method: Method) -> Needs {
+                match method {
+                    $(
+                        #[cfg(feature = $feature)]
+                        Method::$Method => <$State>::NEEDS,
+                        #[cfg(not(feature = $feature))]
+                        Method::$Method => Needs { labelled_class: false, whole_body: false },
+                    )*
+                }
+            }
+
+            fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
+                match config.method {
+                    $(
+                        #[cfg(feature = $feature)]
+                        Method::$Method => <$State>::worst_step(database, config, load),
+                        #[cfg(not(feature = $feature))]
+                        Method::$Method => Work::default(),
+                    )*
+                }
+            }
+        }
+
+        impl Method {
+            /// Whether the core was built with the method. Methods are features of the crate.
+            #[inline]
+            pub const fn is_built(self) -> bool {
+                match self {
+                    $(Self::$Method => cfg!(feature = $feature),)*
+                }
+            }
+
+            /// The optional section that the method needs; `None` if it needs the captured frames.
+            pub const fn section(self) -> Option<u16> {
+                match self {
+                    $(Self::$Method => $section,)*
+                }
+            }
+        }
+    };
+}
+
+methods! {
+    "mar" Mar(super::mixture::step::Mixture<J, K, C>), None;
+    "lti" Lti(super::linear::Linear<J>), Some(section::LTI);
+    "statistic" Statistic(super::statistics::Statistics<J>), Some(section::STATISTIC);
+    "phase" Phase(super::phase::step::Phase<J, C>), Some(section::PHASE);
+}
 
 // Does not compile if a method is missing among all methods in `Cargo.toml`.
 #[cfg(feature = "methods")]
@@ -28,136 +134,6 @@ const _: () = {
         number += 1;
     }
 };
-
-/// A method and its state. The methods share one place in memory, as large as the largest state, the mixture's.
-#[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)]
-pub(crate) enum Engine<const J: usize, const K: usize, const C: usize> {
-    #[cfg(feature = "mar")]
-    Mar(Mixture<J, K, C>),
-    #[cfg(feature = "lti")]
-    Lti(Linear<J>),
-    #[cfg(feature = "statistic")]
-    Statistic(Statistics<J>),
-    #[cfg(feature = "phase")]
-    Phase(Phase<J, C>),
-}
-
-/// Calls a function of the running method.
-macro_rules! each {
-    ($engine:expr, $method:ident => $call:expr) => {
-        match $engine {
-            #[cfg(feature = "mar")]
-            Engine::Mar($method) => $call,
-            #[cfg(feature = "lti")]
-            Engine::Lti($method) => $call,
-            #[cfg(feature = "statistic")]
-            Engine::Statistic($method) => $call,
-            #[cfg(feature = "phase")]
-            Engine::Phase($method) => $call,
-        }
-    };
-}
-
-/// Evaluates an expression on the type of a named method; `$missing` if the core was built without it.
-macro_rules! of_type {
-    ($name:expr, $Method:ident => $value:expr, $missing:expr) => {
-        match $name {
-            #[cfg(feature = "mar")]
-            Method::Mar => {
-                type $Method = Mixture<1, 1, 1>;
-                $value
-            }
-            #[cfg(feature = "lti")]
-            Method::Lti => {
-                type $Method = Linear<1>;
-                $value
-            }
-            #[cfg(feature = "statistic")]
-            Method::Statistic => {
-                type $Method = Statistics<1>;
-                $value
-            }
-            #[cfg(feature = "phase")]
-            Method::Phase => {
-                type $Method = Phase<1, 1>;
-                $value
-            }
-            #[cfg(not(feature = "mar"))]
-            Method::Mar => $missing,
-            #[cfg(not(feature = "lti"))]
-            Method::Lti => $missing,
-            #[cfg(not(feature = "statistic"))]
-            Method::Statistic => $missing,
-            #[cfg(not(feature = "phase"))]
-            Method::Phase => $missing,
-        }
-    };
-}
-
-impl<const J: usize, const K: usize, const C: usize> Engine<J, K, C> {
-    /// The first available method before its first frame: all zeros, like its state.
-    #[cfg(feature = "mar")]
-    pub const NEW: Self = Self::Mar(Mixture::NEW);
-    #[cfg(all(feature = "lti", not(feature = "mar")))]
-    pub const NEW: Self = Self::Lti(Linear::NEW);
-    #[cfg(all(feature = "statistic", not(any(feature = "mar", feature = "lti"))))]
-    pub const NEW: Self = Self::Statistic(Statistics::NEW);
-    #[cfg(all(feature = "phase", not(any(feature = "mar", feature = "lti", feature = "statistic"))))]
-    pub const NEW: Self = Self::Phase(Phase::NEW);
-
-    fn method(&self) -> Method {
-        match self {
-            #[cfg(feature = "mar")]
-            Self::Mar(_) => Method::Mar,
-            #[cfg(feature = "lti")]
-            Self::Lti(_) => Method::Lti,
-            #[cfg(feature = "statistic")]
-            Self::Statistic(_) => Method::Statistic,
-            #[cfg(feature = "phase")]
-            Self::Phase(_) => Method::Phase,
-        }
-    }
-
-    /// Starts a method before a first frame, if another one ran. It is written in place: the mixture's state would not fit a
-    /// stack.
-    #[inline(never)]
-    pub fn begin(&mut self, method: Method) {
-        if self.method() == method {
-            return;
-        }
-        match method {
-            #[cfg(feature = "mar")]
-            Method::Mar => *self = Self::Mar(Mixture::NEW),
-            #[cfg(feature = "lti")]
-            Method::Lti => *self = Self::Lti(Linear::NEW),
-            #[cfg(feature = "statistic")]
-            Method::Statistic => *self = Self::Statistic(Statistics::NEW),
-            #[cfg(feature = "phase")]
-            Method::Phase => *self = Self::Phase(Phase::NEW),
-            // Configurations that name a missing method are refused.
-            #[allow(unreachable_patterns)]
-            Method::Mar | Method::Lti | Method::Statistic | Method::Phase => {}
-        }
-    }
-
-    /// See [`Translate::predict`].
-    pub fn predict(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
-        each!(self, method => method.predict(context));
-    }
-
-    /// See [`Translate::forget_window`].
-    pub fn forget_window(&mut self) {
-        each!(self, method => method.forget_window());
-    }
-
-    /// Forgets the stream.
-    // Not inlined, so that its stack is not part of its callers' frames.
-    #[inline(never)]
-    pub fn reset(&mut self) {
-        each!(self, method => method.reset());
-    }
-}
 
 impl Database<'_> {
     /// An upper bound on the work of a step with a configuration, for any stream and any settings: labels, output styles,
@@ -176,32 +152,12 @@ impl Database<'_> {
         if !config.method.is_available_in(self) {
             return Work::default();
         }
-        of_type!(config.method, M => M::worst_step(self, config, load), Work::default())
+        // The bound does not depend on the capacities.
+        Engine::<1, 1, 1>::worst_step(self, config, load)
     }
 }
 
 impl Method {
-    /// Whether the core was built with the method. Methods are features of the crate.
-    #[inline]
-    pub const fn is_built(self) -> bool {
-        match self {
-            Self::Mar => cfg!(feature = "mar"),
-            Self::Lti => cfg!(feature = "lti"),
-            Self::Statistic => cfg!(feature = "statistic"),
-            Self::Phase => cfg!(feature = "phase"),
-        }
-    }
-
-    /// The optional section that the method needs; `None` if it needs the captured frames.
-    pub const fn section(self) -> Option<u16> {
-        match self {
-            Self::Mar => None,
-            Self::Lti => Some(section::LTI),
-            Self::Statistic => Some(section::STATISTIC),
-            Self::Phase => Some(section::PHASE),
-        }
-    }
-
     /// Whether the core was built with the method, and the database has what it needs.
     #[inline]
     pub fn is_available_in(self, database: &Database<'_>) -> bool {
@@ -219,6 +175,6 @@ impl Method {
     }
 
     pub(crate) fn needs(self) -> Needs {
-        of_type!(self, M => M::NEEDS, Needs { labelled_class: false, whole_body: false })
+        Engine::<1, 1, 1>::needs(self)
     }
 }
