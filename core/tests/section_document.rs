@@ -1,6 +1,6 @@
 //! docs/FORMAT.md lists the sections: its rows are the code's table.
 
-use gestus_core::blob::layout::section;
+use gestus_core::blob::layout::section::{self, Kept};
 
 const DOCUMENT: &str = include_str!("../../docs/FORMAT.md");
 
@@ -12,11 +12,12 @@ fn row(id: u16) -> Option<String> {
         (_, true) => "optional",
         _ => "never",
     };
-    let cut = match (presence, section::is_kept_by_cut(id)) {
+    let cut = match (presence, section::kept_by_cut(id)) {
         ("never", _) => "",
-        (_, true) => "kept",
-        ("always", false) => "empty",
-        (_, false) => "removed",
+        (_, Kept::Always) => "kept",
+        (_, Kept::WithPhase) => "kept with 38",
+        ("always", Kept::Never) => "empty",
+        (_, Kept::Never) => "removed",
     };
     Some(format!("{id}|{name}|{presence}|{cut}"))
 }

@@ -8,7 +8,10 @@ use gestus_core::{
     Database, Method,
     blob::{
         Class, Counts, Manifest, Names,
-        layout::{class, section},
+        layout::{
+            class,
+            section::{self, Kept},
+        },
     },
 };
 
@@ -32,21 +35,21 @@ pub fn models_of(database: &Database<'_>, methods: &[Method]) -> Result<Vec<u8>>
     }
     let by_phase = database.has_phase() && methods.contains(&Method::Phase);
     let is_left_out = |id: u16| Method::ALL.iter().any(|m| m.section() == Some(id) && !methods.contains(m));
+    let is_kept = |id: u16| match section::kept_by_cut(id) {
+        Kept::Always => !is_left_out(id),
+        Kept::WithPhase => by_phase,
+        Kept::Never => false,
+    };
     let manifest = Manifest { clips: Names(""), ..database.manifest()? };
     let required = database.sections().into_iter().map(|(id, bytes)| -> Result<Section> {
         Ok(match id {
+            _ if !is_kept(id) => (id, Vec::new()),
             section::MANIFEST => (id, postcard::to_stdvec(&manifest)?),
-            // Only tables by phase have classes and look at features.
-            section::CLASSES | section::QUERY if !by_phase => (id, Vec::new()),
             section::CLASSES => (id, database.classes().flat_map(|c| labels(&c)).collect()),
-            _ if section::is_kept_by_cut(id) => (id, bytes.to_vec()),
-            _ => (id, Vec::new()),
+            _ => (id, bytes.to_vec()),
         })
     });
     let mut sections = required.collect::<Result<Vec<Section>>>()?;
-    // What is said of classes goes with them.
-    let is_kept =
-        |id: u16| section::is_kept_by_cut(id) && !is_left_out(id) && (by_phase || id != section::TRUST);
     let optional = database.optional_sections().filter(|(id, _)| is_kept(*id));
     sections.extend(optional.map(|(id, bytes)| (id, bytes.to_vec())));
     let have = *database.counts();

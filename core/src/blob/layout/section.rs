@@ -4,10 +4,21 @@
 //! a [`Required`] or an [`Optional`], whose literals and patterns name every field: a required section without a length
 //! or an encoder does not compile, nor does an optional one without a check.
 
+/// When a blob that is cut to its models keeps the content of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// Always.
+    Always,
+    /// Where it keeps tables by phase: no other model has classes or looks at features.
+    WithPhase,
+    /// Never.
+    Never,
+}
+
 macro_rules! sections {
     (
-        required { $( $(#[$about:meta])* $field:ident: $ID:ident = $id:literal, kept $kept:literal; )* }
-        optional { $( $(#[$more:meta])* $part:ident: $PART:ident = $number:literal, kept $cut:literal; )* }
+        required { $( $(#[$about:meta])* $field:ident: $ID:ident = $id:literal, kept $kept:ident; )* }
+        optional { $( $(#[$more:meta])* $part:ident: $PART:ident = $number:literal, kept $cut:ident; )* }
         separate { $( $(#[$other:meta])* $file:ident: $FILE:ident = $own:literal; )* }
     ) => {
         $( $(#[$about])* pub const $ID: u16 = $id; )*
@@ -29,13 +40,13 @@ macro_rules! sections {
             }
         }
 
-        /// True for a section whose content stays in a blob that is cut to its models. A required section that does
-        /// not stay is there and empty.
-        pub const fn is_kept_by_cut(id: u16) -> bool {
+        /// When a blob that is cut to its models keeps the content of a section. A required section that is not kept is there
+        /// and empty.
+        pub const fn kept_by_cut(id: u16) -> Kept {
             match id {
-                $( $ID => $kept, )*
-                $( $PART => $cut, )*
-                _ => false,
+                $( $ID => Kept::$kept, )*
+                $( $PART => Kept::$cut, )*
+                _ => Kept::Never,
             }
         }
 
@@ -84,54 +95,53 @@ macro_rules! sections {
 sections! {
     required {
         /// Names, licences, build parameters: postcard. A cut removes the names of clips.
-        manifest: MANIFEST = 1, kept true;
+        manifest: MANIFEST = 1, kept Always;
         /// Joints and, behind them, the skeleton's trailer: see [`joint`](super::joint).
-        skeleton: SKELETON = 2, kept true;
+        skeleton: SKELETON = 2, kept Always;
         /// Per dof: quantisation step and scale: see [`dof_record`](super::dof_record).
-        dofs: DOFS = 3, kept true;
+        dofs: DOFS = 3, kept Always;
         /// Mean cloud, alignment weights, feature groups and scales, principal components: see [`query`](super::query).
-        /// A cut keeps it where there are tables by phase, which read it.
-        query: QUERY = 4, kept true;
-        /// Classes: see [`class`](super::class). A cut keeps their labels where there are tables by phase.
-        classes: CLASSES = 5, kept true;
+        query: QUERY = 4, kept WithPhase;
+        /// Classes: see [`class`](super::class). A cut keeps their labels.
+        classes: CLASSES = 5, kept WithPhase;
         /// Clips, runs of rows that follow each other in time: see [`clip`](super::clip).
-        clips: CLIPS = 6, kept false;
+        clips: CLIPS = 6, kept Never;
         /// Cycles: see [`cycle`](super::cycle).
-        cycles: CYCLES = 7, kept false;
+        cycles: CYCLES = 7, kept Never;
         /// Time knots of the cycles, f32.
-        knots: KNOTS = 8, kept false;
+        knots: KNOTS = 8, kept Never;
         /// Per cycle and style: the cycle that is its output, u16.
-        pairs: PAIRS = 9, kept false;
+        pairs: PAIRS = 9, kept Never;
         /// Per block of rows: where it starts, u32.
-        blocks: BLOCKS = 10, kept false;
+        blocks: BLOCKS = 10, kept Never;
         /// Packed rows: see [`block`](super::block).
-        rows: ROWS = 11, kept false;
+        rows: ROWS = 11, kept Never;
         /// Per captured frame: its feature, i8.
-        features: FEATURES = 12, kept false;
+        features: FEATURES = 12, kept Never;
         /// Per captured frame: [`DEGREE`](super::DEGREE) edges, u16. May be empty.
-        graph: GRAPH = 13, kept false;
+        graph: GRAPH = 13, kept Never;
         /// Per captured frame: its contacts, and whether the search may return it: see [`flag`](super::flag).
-        flags: FLAGS = 14, kept false;
+        flags: FLAGS = 14, kept Never;
         /// Dofs and weights of the timing metric: see [`timing`](super::timing).
-        timing: TIMING = 15, kept false;
+        timing: TIMING = 15, kept Never;
     }
     optional {
         /// Linear time-invariant models (Hsu 2005): see [`lti`](super::lti).
-        lti: LTI = 32, kept true;
+        lti: LTI = 32, kept Always;
         /// Means and spreads of joint rotations (statistical transfer): see [`statistic`](super::statistic).
-        statistic: STATISTIC = 33, kept true;
+        statistic: STATISTIC = 33, kept Always;
         /// The effort dial (Torresani 2006): see [`effort`](super::effort).
-        effort: EFFORT = 34, kept true;
+        effort: EFFORT = 34, kept Always;
         /// A retargeting map: see [`retarget::layout`](crate::retarget::layout).
-        retarget: RETARGET = 35, kept true;
+        retarget: RETARGET = 35, kept Always;
         /// Legs, and the heights of ankle and toes on the floor: see [`foot`](super::foot).
-        feet: FEET = 36, kept true;
+        feet: FEET = 36, kept Always;
         /// Tables by phase: see [`phase`](super::phase).
-        phase: PHASE = 38, kept true;
+        phase: PHASE = 38, kept Always;
         /// How fast distances fall, and norms of the features: see [`distances`](super::distances).
-        distances: DISTANCES = 39, kept false;
+        distances: DISTANCES = 39, kept Never;
         /// How near and how fast input of each class is: see [`trust`](super::trust).
-        trust: TRUST = 40, kept true;
+        trust: TRUST = 40, kept WithPhase;
     }
     separate {
         /// A robot, always a file of its own: see [`robot::layout`](crate::robot::layout). The number is what its
