@@ -548,7 +548,7 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
     let wanted =
         ["hero/walk_neutral_1.glb", "hero/walk_neutral_2.x.glb", "hero/walk_proud_1.glb", "walk_old_1.bvh"];
     assert_eq!(paths, wanted);
-    assert_eq!(files.summary(), "read 1 BVH files and 3 glTF animations, skipped 1 that could not be read");
+    assert_eq!(files.summary(), "read 4 clips, skipped 1 files that could not be read");
     assert!(files.skipped[0].file().ends_with("bad.glb"));
 
     let config = Config { data: Some(folder), ..Config::default() };

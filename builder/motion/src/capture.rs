@@ -184,27 +184,20 @@ pub struct Folder {
     pub documents: Vec<(PathBuf, Document)>,
     /// Errors of the others, in the same order.
     pub skipped: Vec<CaptureError>,
-    /// How many of the documents came from glTF.
-    animations: usize,
 }
 
 impl Folder {
-    /// One line for the end of a command: how many were read, and how many were not.
+    /// One line for the end of a command: how many clips were read, and how many files were not.
     pub fn summary(&self) -> String {
-        let files = self.documents.len() - self.animations;
-        let read = match (files, self.animations) {
-            (files, 0) => format!("read {files} BVH files"),
-            (0, animations) => format!("read {animations} glTF animations"),
-            (files, animations) => format!("read {files} BVH files and {animations} glTF animations"),
-        };
+        let read = format!("read {} clips", self.documents.len());
         match self.skipped.len() {
             0 => read,
-            n => format!("{read}, skipped {n} that could not be read"),
+            n => format!("{read}, skipped {n} files that could not be read"),
         }
     }
 }
 
-/// Reads every `.bvh`, `.glb` and `.gltf` file below a folder (or the one file that `path` is), sorted by path.
+/// Reads every motion file below a folder (or the one file that `path` is), sorted by path.
 ///
 /// A file that can't be read is listed in [`Folder::skipped`]. Links to folders are not followed; hidden files and folders
 /// (`.name`) are skipped. A document's name is its path.
@@ -216,12 +209,9 @@ pub fn read_folder(path: &Path) -> Result<Folder, CaptureError> {
     let read: Vec<Result<Vec<(PathBuf, Document)>, CaptureError>> =
         paths.par_iter().map(|path| clips(path)).collect();
     let mut folder = Folder { skipped: errors, ..Folder::default() };
-    for (path, clips) in paths.iter().zip(read) {
+    for clips in read {
         match clips {
-            Ok(clips) => {
-                folder.animations += if is_gltf(path) { clips.len() } else { 0 };
-                folder.documents.extend(clips);
-            }
+            Ok(clips) => folder.documents.extend(clips),
             Err(error) => folder.skipped.push(error),
         }
     }

@@ -6,20 +6,37 @@ use thiserror::Error;
 
 use crate::files::{self, FileError};
 
-/// A format of motion files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])* $Format:ident: $endings:expr;)*) => {
+        /// A format of motion files.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Format {
+            $($(#[doc = $doc])* $Format,)*
+        }
+
+        impl Format {
+            const ALL: &[Self] = &[$(Self::$Format),*];
+
+            const fn endings(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$Format => &$endings,)*
+                }
+            }
+        }
+    };
+}
+
+// Each with the endings of its files' names.
+formats! {
     /// BVH.
-    Bvh,
-    /// glTF.
-    Gltf,
+    Bvh: ["bvh"];
+    /// glTF. VRM and its animations are glTF by another name.
+    Gltf: ["glb", "gltf", "vrm", "vrma"];
     /// FBX, which is told from others to say how to convert it.
-    Fbx,
+    Fbx: ["fbx"];
 }
 
 impl Format {
-    const ALL: [Self; 3] = [Self::Bvh, Self::Gltf, Self::Fbx];
-
     /// The format of a file by its first bytes, or else by its name. A name without a known ending is BVH.
     pub(crate) fn of_file(path: &Path) -> Result<Self, FileError> {
         Ok(Self::of_content(path, &files::head(path, 64)?))
@@ -27,7 +44,7 @@ impl Format {
 
     /// The same, of a file with these first bytes.
     pub(crate) fn of_content(path: &Path, head: &[u8]) -> Self {
-        let by_content = Self::ALL.into_iter().find(|format| format.begins(head));
+        let by_content = Self::ALL.iter().copied().find(|format| format.begins(head));
         by_content.or_else(|| Self::of(path)).unwrap_or(Self::Bvh)
     }
 
@@ -45,7 +62,19 @@ impl Format {
     /// The format of a file, by the ending of its name.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?;
-        Self::ALL.into_iter().find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|format| format.endings().iter().any(|e| ending.eq_ignore_ascii_case(e)))
+    }
+
+    /// The endings of files that are read: `.bvh, .glb, ...`.
+    pub fn endings_that_are_read() -> String {
+        let read = Self::ALL.iter().filter(|format| **format != Self::Fbx);
+        read.flat_map(|format| format.endings())
+            .map(|ending| format!(".{ending}"))
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// The format in which a clip is written to a file, by the ending of its name: BVH, also where it has none, or glTF if
@@ -73,15 +102,6 @@ impl Format {
         let own = input.map(|e| format!(" or .{}", e.to_string_lossy().to_ascii_lowercase()));
         let endings = format!(".bvh{}", own.unwrap_or_default());
         Err(EndingError { file: output.to_owned(), reason, endings })
-    }
-
-    const fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Bvh => &["bvh"],
-            // VRM and its animations are glTF by another name.
-            Self::Gltf => &["glb", "gltf", "vrm", "vrma"],
-            Self::Fbx => &["fbx"],
-        }
     }
 }
 

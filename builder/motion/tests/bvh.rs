@@ -314,7 +314,7 @@ fn a_file_that_cannot_be_read_is_listed() {
         read.documents.iter().map(|(p, _)| p.strip_prefix(&folder).unwrap().to_owned()).collect();
     assert_eq!(names, [std::path::Path::new("b.bvh"), std::path::Path::new("inner/a.BVH")]);
     assert_eq!(read.skipped.len(), 1);
-    assert!(read.summary().starts_with("read 2 BVH files, skipped 1"));
+    assert!(read.summary().starts_with("read 2 clips, skipped 1 files"));
     assert!(read.skipped[0].file().ends_with("c.bvh"));
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(read_folder(&folder).is_err());

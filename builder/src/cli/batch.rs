@@ -48,7 +48,10 @@ pub fn clips(inputs: &[&PathBuf]) -> Result<Option<Vec<Clip>>> {
             of_path(input, &mut clips)?;
         }
         if clips.len() == before {
-            bail!("--input {shown}: there is no .bvh, .glb or .gltf file");
+            bail!(
+                "--input {shown}: there is no file that ends in one of {}",
+                Format::endings_that_are_read()
+            );
         }
     }
     let mut names: Vec<&PathBuf> = clips.iter().map(|c| &c.name).collect();

@@ -40,7 +40,7 @@ use super::{
 /// Build a database from a folder of BVH and glTF files.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of BVH and glTF files; its gestus.toml, where it has one, says what they are
+    /// Folder of clips; its gestus.toml, where it has one, says what they are
     #[arg(long, required_unless_present = "config")]
     data: Option<PathBuf>,
     /// Configuration, as gestus.toml, instead of the folder's own

@@ -15,7 +15,7 @@ use super::{
 /// An endless walk: one gait cycle with a dial for style and a dial for speed, from a folder of clips.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of BVH and glTF files
+    /// Folder of clips
     #[arg(long)]
     data: PathBuf,
     /// The gait

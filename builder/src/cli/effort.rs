@@ -73,7 +73,7 @@ struct ScoreArgs {
 /// Write a table to fill in, and the page that goes with it.
 #[derive(clap::Args)]
 struct SheetArgs {
-    /// Folder of BVH and glTF files
+    /// Folder of clips
     #[arg(long)]
     data: PathBuf,
     #[command(flatten)]

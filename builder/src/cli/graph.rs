@@ -16,7 +16,7 @@ use super::{open, selection::Selection};
 /// A long stream of many actions from short clips, by a motion graph; with the true labels of every frame.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of BVH and glTF files
+    /// Folder of clips
     #[arg(long)]
     data: PathBuf,
     #[command(flatten)]

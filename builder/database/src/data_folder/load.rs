@@ -24,7 +24,7 @@ use crate::{
 use gestus_motion::{
     animation::Recording,
     binding::{Options, to_clip},
-    capture::{CaptureError, Document, Folder, read_folder},
+    capture::{CaptureError, Document, Folder, Format, read_folder},
     clip::{Clip, Skeleton},
     corpus::Corpus,
     joints::JointsError,
@@ -391,7 +391,10 @@ fn selection(config: &Config, left_out: &[LeftOut]) -> String {
     }
     match left_out.first() {
         Some(first) => format!("{detail}; the first of {} left out: {}", left_out.len(), first.said),
-        None => format!("{detail}; are there .bvh or .glb files in it, named like `walk_proud_01.bvh`?"),
+        None => {
+            let endings = Format::endings_that_are_read();
+            format!("{detail}; are there files in it ({endings}) that are named like `walk_proud_01.bvh`?")
+        }
     }
 }
 
