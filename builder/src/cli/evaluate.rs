@@ -33,11 +33,26 @@ pub struct Args {
     measure: Measure,
 }
 
-/// What is measured.
-// Parsed once: the size of a variant does not matter.
-#[allow(clippy::large_enum_variant)]
-#[derive(clap::Subcommand)]
-enum Measure {
+macro_rules! measures {
+    ($($(#[doc = $doc:literal])* $Measure:ident($Args:ty),)*) => {
+        /// What is measured.
+        // Parsed once: the size of a variant does not matter.
+        #[allow(clippy::large_enum_variant)]
+        #[derive(clap::Subcommand)]
+        enum Measure {
+            $($(#[doc = $doc])* $Measure($Args),)*
+        }
+
+        /// Runs the command.
+        pub fn run(args: &Args) -> Result<()> {
+            match &args.measure {
+                $(Measure::$Measure(measure) => measure.run(),)*
+            }
+        }
+    };
+}
+
+measures! {
     /// Leave one clip out: pose and timing errors of every method
     Loo(Clips<loo::Args>),
     /// Pairs made by rule, whose true answer is known
@@ -90,41 +105,10 @@ enum Measure {
     Servo(OfDatabase<servo::Args>),
 }
 
-/// Runs the command.
-pub fn run(args: &Args) -> Result<()> {
-    match &args.measure {
-        Measure::Loo(measure) => measure.run(),
-        Measure::Exact(measure) => measure.run(),
-        Measure::Ablation(measure) => measure.run(),
-        Measure::Knn(measure) => measure.run(),
-        Measure::Literal(measure) => measure.run(),
-        Measure::Compression(measure) => measure.run(),
-        Measure::Methods(measure) => measure.run(),
-        Measure::Correspondence(measure) => measure.run(),
-        Measure::Bilinear(measure) => measure.run(),
-        Measure::Cost(measure) => measure.run(),
-        Measure::Effort(measure) => measure.run(),
-        Measure::GaussianProcess(measure) => measure.run(),
-        Measure::Contacts(measure) => measure.run(),
-        Measure::Skate(measure) => measure.run(),
-        Measure::Starts(measure) => measure.run(),
-        Measure::Cross(measure) => measure.run(),
-        Measure::Deviations(measure) => measure.run(),
-        Measure::Field(measure) => measure.run(),
-        Measure::Sheets(measure) => measure.run(),
-        Measure::Timing(measure) => measure.run(),
-        Measure::Transfer(measure) => measure.run(),
-        Measure::Transitions(measure) => measure.run(),
-        Measure::Papers(measure) => measure.run(),
-        Measure::Retarget(measure) => measure.run(),
-        Measure::Servo(measure) => measure.run(),
-    }
-}
-
 /// Options of every measure.
 #[derive(clap::Args)]
 struct Common {
-    /// Folder of BVH and glTF files
+    /// Folder of clips
     #[arg(long)]
     data: PathBuf,
     /// Folder for tables, plots and the report
