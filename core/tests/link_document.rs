@@ -2,7 +2,6 @@
 
 use gestus_core::{
     ConfigError, Degraded, Pose,
-    config::parameters,
     link::{
         BriefReport, Fault, Frame, HINGE_BYTES, Header, HingeBuffer, Identity, MAX_PAIRS, MAX_STAGES,
         PoseBuffer, Receiver, Reply, Request, RobotIdentity, StepReport, VERSION, buffer_length, counter,
@@ -203,7 +202,6 @@ fn the_document_has_every_flag_and_limit() {
     ] {
         says(&format!("`{name}` | list of {item}, at most {MAX_PAIRS}"));
     }
-    says(&format!("there are {} parameters", parameters::NAMES.len()));
     says(&format!("list of (class u16, proportion f32), at most {MAX_KEPT}"));
     says(&format!("list of instructions by stage u32, at most {MAX_STAGES}"));
     says(&format!("at most {MAX_HINGES} hinges"));
