@@ -53,9 +53,12 @@
       $("root").value = "";
       choose("unit", file.name.endsWith(".bvh") ? "inch" : "0.5");
     });
-    await settled(`${file.name}: loop`, () => {
+    await settled(`${file.name}: up`, () => {
       $("unit").value = "";
-      choose("root", "");
+      choose("up", "z");
+    });
+    await settled(`${file.name}: loop`, () => {
+      choose("up", "");
       $("loop").checked = true;
       $("loop").dispatchEvent(new Event("change"));
     });

@@ -156,9 +156,9 @@ fn a_body_that_lies_throughout_is_told() {
         let input = read(clip, &InputOptions { map, ..InputOptions::default() }).unwrap();
         input.notes().collect::<Vec<_>>().join("\n")
     };
-    assert!(notes(&lies, (1, 1.0)).contains("up = \"z\""), "{}", notes(&lies, (1, 1.0)));
-    assert!(!notes(&lies, (2, 1.0)).contains("up ="));
-    assert!(!notes(&without_toes(), (1, 1.0)).contains("up ="));
+    assert!(notes(&lies, (1, 1.0)).contains("--up z"), "{}", notes(&lies, (1, 1.0)));
+    assert!(!notes(&lies, (2, 1.0)).contains("--up"));
+    assert!(!notes(&without_toes(), (1, 1.0)).contains("--up"));
 }
 
 /// A roll of a game was taken for a walk in a world whose Z is up, a metre over its floor.

@@ -3,7 +3,7 @@
 //! 1. the style polygon's arithmetic, in node;
 //! 2. the glTF that `gestus translate` writes, in the Khronos validator;
 //! 3. the page in a headless Chromium: files are dropped on it, the point of the polygon is dragged; a corner, a method, a
-//!    timing, a unit, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the
+//!    timing, a unit, up, a floor, a root and a loop are chosen. Each digest and verdict is that of `gestus translate` with the
 //!    same settings.
 
 use std::{
@@ -142,13 +142,14 @@ fn in_browser(browser: &str, files: &Files) -> Result<()> {
     let mut results = results.iter();
     for clip in &files.clips {
         let is_bvh = clip.extension().is_some_and(|ending| ending == "bvh");
-        let more: [&[&str]; 7] = [
+        let more: [&[&str]; 8] = [
             &[],
             &[],
             &["--method", "phase", "--timing", "sync"],
             &[],
             &["--floor", "0.12", "--root", "in-place"],
             &["--unit", if is_bvh { "inch" } else { "0.5" }],
+            &["--up", "z"],
             &["--loop"],
         ];
         for more in more {

@@ -2,7 +2,10 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Effort, Method, config::Timing};
-use gestus_database::stream::{Request, input::InputOptions};
+use gestus_database::{
+    retarget::{MapFile, up},
+    stream::{Request, input::InputOptions},
+};
 use serde::Deserialize;
 
 /// An animation of the file, and what is told about it, with the meaning and the defaults of the options of
@@ -18,6 +21,9 @@ pub struct Animation {
     /// Height of the floor, metres; found where not told.
     #[serde(default)]
     floor: Option<f64>,
+    /// Up: `x`, `y`, `z`, `-x`, `-y` or `-z`; found where not told.
+    #[serde(default)]
+    up: Option<String>,
     /// `in-place` or `motion`; found where not told.
     #[serde(default)]
     root: Option<String>,
@@ -30,12 +36,14 @@ impl Animation {
     /// What is told about it.
     ///
     /// # Errors
-    /// An unknown unit, a floor that is too far away, or a root of another name.
+    /// An unknown unit or axis, a floor that is too far away, or a root of another name.
     pub fn reading(&self) -> Result<InputOptions> {
         let unit = self.unit.as_deref().map(str::parse).transpose().context("unit")?;
         let root = self.root.as_deref().map(str::parse).transpose();
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
-        InputOptions { unit, root, looped: self.looped, ..InputOptions::default() }.on_floor(self.floor)
+        let up = self.up.as_deref().map(up::of_name).transpose();
+        let map = MapFile { up: up.map_err(|e| anyhow::anyhow!("up: {e}"))?, ..MapFile::default() };
+        InputOptions { map, unit, root, looped: self.looped }.on_floor(self.floor)
     }
 }
 

@@ -131,13 +131,14 @@
   // What is told about a clip; nothing, at first.
   const told = () => ({
     index: Number($("animation").value), unit: $("unit").value.trim() || null, floor: $("floor").value === "" ? null : Number($("floor").value),
-    root: $("root").value || null, loop: $("loop").checked,
+    up: $("up").value || null, root: $("root").value || null, loop: $("loop").checked,
   });
-  const UNTOLD = { index: 0, unit: null, floor: null, root: null, loop: false };
-  function tell({ index, unit, floor, root, loop }) {
+  const UNTOLD = { index: 0, unit: null, floor: null, up: null, root: null, loop: false };
+  function tell({ index, unit, floor, up, root, loop }) {
     $("animation").value = index;
     $("unit").value = unit ?? "";
     $("floor").value = floor ?? "";
+    $("up").value = up ?? "";
     $("root").value = root ?? "";
     $("loop").checked = loop;
   }
@@ -321,7 +322,7 @@
   $("scrub").oninput = () => { playing = false; time = (result?.seconds || 0) * Number($("scrub").value) / 1000; };
   $("download").onclick = download;
   $("open").onchange = (e) => { if (e.target.files[0]) openFile(e.target.files[0]); };
-  for (const id of ["animation", "unit", "floor", "root", "loop"]) {
+  for (const id of ["animation", "unit", "floor", "up", "root", "loop"]) {
     $(id).onchange = () => {
       try {
         take({ ...clip, ...animation(told()) });

@@ -48,10 +48,11 @@ pub fn run(args: &Args) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let reading = args.clip.reading()?;
-    let (_, binding, clip) = read_clip(&args.clip.input, &database, args.clip.unit.unit)?;
+    let (document, binding, clip) = read_clip(&args.clip.input, &database, args.clip.unit.unit)?;
     super::tell(&args.clip.input, binding.notes());
     let place = || args.clip.input.display().to_string();
-    let retarget = Retarget::new(&database, &clip, &reading.map).with_context(place)?;
+    let retarget =
+        Retarget::new(&database, &clip, &reading.map.of_document(&document)).with_context(place)?;
     if let Some(path) = &args.output {
         let mapped = retarget.to_target(&clip);
         open::write(path, Bvh::from_clip(&mapped, Unit::Centimetres)?.to_text())?;

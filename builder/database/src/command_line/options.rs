@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::outputs::say;
 use crate::{
-    retarget::MapFile,
+    retarget::{MapFile, up},
     stream::{course::Root, input::InputOptions},
 };
 
@@ -63,18 +63,22 @@ pub struct GroundArgs {
     /// Height of the floor in the clip, metres along its up. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     pub floor: Option<f64>,
+    /// Up in the clip: x, y, z, -x, -y or -z. Default: y in glTF, unless the body walks otherwise; in BVH found by the body
+    #[arg(long, value_name = "AXIS", value_parser = up::of_name, allow_hyphen_values = true)]
+    pub up: Option<(usize, f64)>,
     /// Whether the clip walks or runs in place, or its hips move with its body. Default: found by its feet
     #[arg(long, value_name = "in-place|motion")]
     pub root: Option<Root>,
 }
 
 impl GroundArgs {
-    /// What is told about a clip, with a file that says which joint is which body part. `--floor` wins over the file's.
+    /// What is told about a clip, with a file that says which joint is which body part. Options win over the file.
     ///
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.
     pub fn reading(&self, map: Option<&Path>, unit: Option<Unit>) -> Result<InputOptions> {
-        let map = map.map(MapFile::read).transpose()?.unwrap_or_default();
+        let mut map = map.map(MapFile::read).transpose()?.unwrap_or_default();
+        map.up = self.up.or(map.up);
         let reading = InputOptions { map, unit, root: self.root, looped: false };
         reading.on_floor(self.floor).map_err(|e| anyhow::anyhow!("--{e}"))
     }

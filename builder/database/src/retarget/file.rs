@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::retarget::parts::Part;
+use crate::retarget::{parts::Part, up};
 use gestus_motion::{
     capture::Document,
     files::{self, FileError, MOST_SETTINGS},
@@ -37,6 +37,8 @@ pub struct MapFile {
     pub floor_m: Option<f64>,
     /// Up in the incoming world: axis 0 to 2 and sign.
     pub up: Option<(usize, f64)>,
+    /// Whether the clip's format has Y up.
+    pub has_y_up: bool,
     /// Whether zero rotations are an upright body.
     pub upright: Option<bool>,
 }
@@ -81,10 +83,9 @@ impl MapFile {
         Self::parse(&text, &file)
     }
 
-    /// The same with the up that the document's format states, where the map file states none: glTF says Y, a BVH file leaves
-    /// it to its body.
+    /// The same with what the document's format says: glTF has Y up, a BVH file leaves it to its body.
     pub fn of_document(&self, document: &Document) -> Self {
-        Self { up: self.up.or(document.has_y_up().then_some((1, 1.0))), ..self.clone() }
+        Self { has_y_up: document.has_y_up(), ..self.clone() }
     }
 
     /// Reads a text; `file` is for messages.
@@ -103,23 +104,9 @@ impl MapFile {
             };
             joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
         }
-        let up = match raw.up {
-            None => None,
-            Some(word) => {
-                let axes = [
-                    ("x", 0, 1.0),
-                    ("y", 1, 1.0),
-                    ("z", 2, 1.0),
-                    ("-x", 0, -1.0),
-                    ("-y", 1, -1.0),
-                    ("-z", 2, -1.0),
-                ];
-                match axes.iter().find(|a| a.0 == word) {
-                    Some(&(_, axis, sign)) => Some((axis, sign)),
-                    None => return Err(MapFileError::Up { file, word }),
-                }
-            }
-        };
+        let named =
+            |word: String| up::of_name(&word).map_err(|_| MapFileError::Up { file: file.clone(), word });
+        let up = raw.up.map(named).transpose()?;
         let upright = match raw.rest.as_deref() {
             None => None,
             Some("zero") => Some(true),
@@ -129,7 +116,7 @@ impl MapFile {
         if let Some(metres) = raw.floor.filter(|metres| !FLOORS_M.contains(metres)) {
             return Err(MapFileError::Floor { file, metres });
         }
-        Ok(Self { joints, floor_m: raw.floor, up, upright })
+        Ok(Self { joints, floor_m: raw.floor, up, upright, has_y_up: false })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which way is up in a clip's world: BVH files do not say it.
+//! Which way is up in a clip's world: BVH files do not say it, and some glTF files, in which it is Y, are exported otherwise.
 
 use gestus_motion::clip::{Clip, Frame, Skeleton};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -22,29 +22,89 @@ pub(super) fn sample(clip: &Clip) -> Vec<Frame> {
     clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLE).max(1)).cloned().collect()
 }
 
+/// Y.
+const Y: (usize, f64) = (1, 1.0);
+/// Range of the lower foot's height in a walk, as a part of a leg.
+const LEVEL: f64 = 0.2;
+/// Least height of a foot over the other where it is lifted, as a part of a leg.
+const LIFTED: f64 = 0.04;
+/// Least part of the frames of a walk in which each foot is lifted.
+const STEPS: f64 = 0.12;
+/// Greatest part of the way from ankles to toes along up, of feet that stand on their soles.
+const FLAT: f64 = 0.8;
+
 /// The rotation of the clip's up axis to Y: that of the map file, or that which the clip shows. A body that rolls shows
 /// none; Y is then up.
 pub fn upright(clip: &Clip, file: &MapFile) -> UnitQuaternion<f64> {
-    file.up.or_else(|| shown(clip, file)).map_or_else(UnitQuaternion::identity, to_y)
+    let shown = if file.up.is_some() { None } else { shown(clip, file) };
+    match axis(clip, file, shown) {
+        Y => UnitQuaternion::identity(),
+        axis => to_y(axis),
+    }
+}
+
+/// Up in the clip's world, of a clip that shows an axis: where its format has Y up, it has to walk to be believed, since a
+/// body may lie.
+fn axis(clip: &Clip, file: &MapFile, shown: Option<(usize, f64)>) -> (usize, f64) {
+    let believed = |shown: &(usize, f64)| !file.has_y_up || walks(clip, file, *shown);
+    file.up.or_else(|| shown.filter(believed)).unwrap_or(Y)
 }
 
 /// What to tell about a body that shows another up than is stated: it lies throughout, or its file is wrong.
 pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
-    let stated = file.up?;
+    let stated = file.up.or(file.has_y_up.then_some(Y))?;
     let shown = shown(clip, file).filter(|shown| *shown != stated)?;
+    let turned = axis(clip, file, Some(shown)) == shown;
     let (shown, stated) = (name(shown), name(stated));
-    Some(format!(
-        "its feet are off the hips along {shown} throughout, and up is {stated}: if it does not lie, say in a map file \
-         that up = \"{shown}\""
-    ))
+    Some(if turned {
+        format!(
+            "it walks with {shown} up, where its format has {stated} up: turned upright; --up {stated} leaves it"
+        )
+    } else {
+        format!(
+            "its feet are off the hips along {shown} throughout, and up is {stated}: if it does not lie, say --up {shown}"
+        )
+    })
+}
+
+/// Whether a body walks along an axis as its up: its feet are flat, the lower one is always at about the same height, and
+/// each is lifted in turn.
+pub fn walks(clip: &Clip, file: &MapFile, (axis, sign): (usize, f64)) -> bool {
+    let skeleton = &clip.skeleton;
+    let Some(parts) = named(skeleton, file) else { return false };
+    let both = |of: fn(Side) -> Part| Some([parts.get(of(Side::Left))?, parts.get(of(Side::Right))?]);
+    let (Some(hips), Some(feet)) = (both(Part::UpperLeg), both(Part::Foot)) else { return false };
+    let toes = both(Part::Toes);
+    let (mut lower, mut lifted, mut flat, mut leg_m) = (Vec::new(), [0usize; 2], Vector3::zeros(), 0.0f64);
+    for p in sample(clip).iter().map(|frame| frame.positions(skeleton)) {
+        let heights = feet.map(|foot| sign * p[foot][axis]);
+        leg_m = leg_m.max((p[hips[0]] - p[feet[0]]).norm());
+        lower.push(heights[0].min(heights[1]));
+        for (lifted, over) in lifted.iter_mut().zip([heights[0] - heights[1], heights[1] - heights[0]]) {
+            *lifted += usize::from(over > LIFTED * leg_m);
+        }
+        for (ankle, toe) in toes.iter().flat_map(|toes| feet.into_iter().zip(*toes)) {
+            flat += (p[toe] - p[ankle]).try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
+        }
+    }
+    lower.sort_by(f64::total_cmp);
+    let [low, high] = [1, 9].map(|tenth| lower[(lower.len() - 1) * tenth / 10]);
+    let along = flat[axis].abs() / (2 * lower.len()) as f64;
+    high - low < LEVEL * leg_m
+        && along < FLAT
+        && lifted.iter().all(|&frames| frames as f64 > STEPS * lower.len() as f64)
+}
+
+/// The parts that names show.
+fn named(skeleton: &Skeleton, file: &MapFile) -> Option<Parts> {
+    Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() }).ok()
 }
 
 /// The axis along which the feet are below the hips throughout, and its sign.
 pub fn shown(clip: &Clip, file: &MapFile) -> Option<(usize, f64)> {
     let (skeleton, frames) = (&clip.skeleton, sample(clip));
     // From the hip joints: a root that carries the body may lie on the floor.
-    let legs: Vec<[usize; 2]> = Parts::find(skeleton, &[], &MapFile { up: None, ..file.clone() })
-        .ok()
+    let legs: Vec<[usize; 2]> = named(skeleton, file)
         .map(|p| {
             let leg = |&s: &Side| Some([p.get(Part::UpperLeg(s))?, p.get(Part::Foot(s))?]);
             Side::BOTH.iter().filter_map(leg).collect()
@@ -77,7 +137,20 @@ fn by_shape(skeleton: &Skeleton, frames: &[Frame]) -> Option<(usize, f64)> {
     })
 }
 
-/// An axis and its sign, as a map file names them.
+/// Axes with their signs, in words.
+const AXES: [(&str, (usize, f64)); 6] =
+    [("x", (0, 1.0)), ("y", Y), ("z", (2, 1.0)), ("-x", (0, -1.0)), ("-y", (1, -1.0)), ("-z", (2, -1.0))];
+
+/// The axis and the sign of a word.
+///
+/// # Errors
+/// Another word, with those that there are.
+pub fn of_name(word: &str) -> Result<(usize, f64), String> {
+    let known = AXES.iter().find(|(name, _)| *name == word);
+    known.map(|(_, axis)| *axis).ok_or_else(|| "x, y, z, -x, -y or -z".to_owned())
+}
+
+/// An axis and its sign in words.
 pub fn name((axis, sign): (usize, f64)) -> String {
     format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
 }
@@ -95,4 +168,54 @@ pub fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
     frame.root = world * frame.root;
     frame.rotations[0] = world * frame.rotations[0];
     frame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::{self, Options};
+
+    /// A generated walk that was exported with that axis up, the ankles turned by `pointed`, and frame `still` throughout
+    /// if there is one.
+    fn on_its_side(axis: (usize, f64), pointed: f64, still: Option<usize>) -> Clip {
+        let options = Options { seed: 5, ..Options::of(&["walk"], &["neutral"], 1, 4.0) };
+        let clip = synth::corpus(&options).unwrap().examples.swap_remove(0).clip;
+        let parts = named(&clip.skeleton, &MapFile::default()).unwrap();
+        let feet = Side::BOTH.map(|side| parts.get(Part::Foot(side)).unwrap());
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), pointed);
+        let back = to_y(axis).inverse();
+        let frames = (0..clip.frames.len()).map(|f| {
+            let mut frame = lifted(&clip.frames[still.unwrap_or(f)], &back);
+            feet.iter().for_each(|&foot| frame.rotations[foot] *= turn);
+            frame
+        });
+        Clip { frames: frames.collect(), ..clip.clone() }
+    }
+
+    #[test]
+    fn a_body_that_walks_along_another_axis_is_believed() {
+        let gltf = MapFile { has_y_up: true, ..MapFile::default() };
+        for (word, axis) in AXES {
+            let clip = on_its_side(axis, 0.0, None);
+            assert_eq!(super::axis(&clip, &gltf, shown(&clip, &gltf)), axis, "{word}");
+            assert_eq!(doubt(&clip, &gltf).is_some(), axis != Y, "{word}");
+            assert!((upright(&clip, &gltf) * back_up(axis) - Vector3::y()).norm() < 1e-9, "{word}");
+            // What is stated wins.
+            let stated = MapFile { up: Some(Y), ..gltf.clone() };
+            assert_eq!(upright(&clip, &stated), UnitQuaternion::identity(), "{word}");
+        }
+        // A body that lies still, and one that swims with pointed feet.
+        let feet_back = 1.2;
+        for clip in [on_its_side((2, 1.0), 0.0, Some(9)), on_its_side((2, 1.0), feet_back, None)] {
+            assert_eq!(shown(&clip, &gltf), Some((2, 1.0)));
+            assert_eq!(upright(&clip, &gltf), UnitQuaternion::identity());
+            assert!(doubt(&clip, &gltf).is_some());
+            // Of a BVH file it is all that tells up.
+            assert_eq!(upright(&clip, &MapFile::default()), to_y((2, 1.0)));
+        }
+    }
+
+    fn back_up((axis, sign): (usize, f64)) -> Vector3<f64> {
+        Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 })
+    }
 }
