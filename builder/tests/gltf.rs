@@ -24,6 +24,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 /// A file under construction: its JSON, and the numbers behind it.
+#[derive(Clone)]
 struct Made {
     json: Value,
     data: Vec<u8>,
@@ -392,6 +393,31 @@ fn accessors_may_be_sparse() {
         made.json["animations"][0]["samplers"][0]["output"] = json!(output);
         assert!(matches!(one(&made.glb()).unwrap_err().kind, GltfErrorKind::Accessor { .. }), "{indices:?}");
     }
+}
+
+/// Accessors of meshes that Draco packs have no data, and neither has one of zeros.
+#[test]
+fn accessors_without_data_are_zeros() {
+    let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
+    let plain = one(&made.clone().glb()).unwrap();
+    let empty = |kind: &str, count: usize| json!({"componentType": 5126, "type": kind, "count": count});
+    made.push("accessors", empty("VEC3", 5000));
+    assert_eq!(one(&made.clone().glb()).unwrap(), plain);
+    let zeros = made.push("accessors", empty("VEC3", 2));
+    let times = made.json["animations"][0]["samplers"][0]["input"].as_u64().unwrap() as usize;
+    made.animate("turn", &[(1, "translation", times, zeros, "LINEAR")]);
+    let moved = made.json["animations"].as_array_mut().unwrap().pop().unwrap();
+    let (mut sampler, mut channel) = (moved["samplers"][0].clone(), moved["channels"][0].clone());
+    let animation = &mut made.json["animations"][0];
+    (sampler["interpolation"], channel["sampler"]) = (json!("STEP"), json!(2));
+    animation["samplers"].as_array_mut().unwrap().push(sampler);
+    animation["channels"].as_array_mut().unwrap().push(channel);
+    let read = one(&made.clone().glb()).unwrap();
+    assert!(read.poses.iter().skip(1).step_by(2).all(|leg| leg.translation.vector.norm() == 0.0));
+    // Times are none.
+    let never = made.push("accessors", empty("SCALAR", 2));
+    made.json["animations"][0]["samplers"][0]["input"] = json!(never);
+    assert!(matches!(one(&made.glb()).unwrap_err().kind, GltfErrorKind::Curve { .. }));
 }
 
 #[test]

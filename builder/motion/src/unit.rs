@@ -88,14 +88,18 @@ pub struct UnitGuess {
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 
 impl UnitGuess {
-    /// The unit to take instead of the format's own, if a body cannot be as large in it as it is: the power of ten of
-    /// it that makes an adult.
+    /// The unit to take instead of the format's own, if a body cannot be as large in it as it is: that in which it is an
+    /// adult, as of a BVH file that was converted as it is, or the power of ten that comes nearest.
     pub fn instead(&self, unit: Unit) -> Option<(Unit, String)> {
         let height_m = self.height_m / self.unit.metres() * unit.metres();
         if HEIGHTS_M.contains(&height_m) || !(height_m > 0.0 && height_m.is_finite()) {
             return None;
         }
-        let metres = unit.metres() * 10f64.powi((ADULT_M / height_m).log10().round() as i32);
+        let metres = if self.sure {
+            self.unit.metres()
+        } else {
+            unit.metres() * 10f64.powi((ADULT_M / height_m).log10().round() as i32)
+        };
         let known = Unit::KNOWN.into_iter().find(|known| (known.metres() / metres - 1.0).abs() < 1e-9);
         let taken = known.unwrap_or(Unit::Other(metres));
         let said = format!(
@@ -170,6 +174,19 @@ mod tests {
         }
         assert!(!Unit::guess(0.0).sure);
         assert!(!Unit::guess(f64::INFINITY).sure);
+    }
+
+    /// A format states metres, and the body is one of another unit, or none of a known one.
+    #[test]
+    fn a_body_too_large_or_small_is_an_adult_in_another_unit() {
+        for (height, metres) in
+            [(1.7, None), (15.0, None), (32.5, Some(Unit::Cmu)), (180.0, Some(Unit::Centimetres))]
+        {
+            let instead = Unit::guess(height / HEIGHT_OF_CHAIN).instead(Unit::Metres);
+            assert_eq!(instead.map(|(unit, _)| unit), metres, "{height}");
+        }
+        let small = Unit::guess(0.017 / HEIGHT_OF_CHAIN).instead(Unit::Metres).unwrap().0;
+        assert!((small.metres() - 100.0).abs() < 1e-9);
     }
 
     #[test]

@@ -199,15 +199,14 @@ impl<'a> Buffers<'a> {
             }
             Ok(())
         };
-        // Without a part of its own a sparse accessor is zero but for its other vectors.
+        // Without a part of its own an accessor is zero, but for the other vectors of a sparse one.
         let data: &[u8] = match accessor.view() {
             Some(view) => {
                 let data = part(&view)?.get(accessor.offset()..).unwrap_or(&[]);
                 within(data, count, stride, N * size)?;
                 data
             }
-            None if accessor.sparse().is_some() => &[],
-            None => return Err(wrong("it has no data")),
+            None => &[],
         };
         let others = match accessor.sparse() {
             None => None,
@@ -277,12 +276,13 @@ fn number(data_type: DataType, bytes: &[u8]) -> f64 {
 /// # Errors
 /// A message if they do not ascend.
 fn ascending(numbers: &Numbers<'_, 1>) -> Result<Rc<[f64]>, &'static str> {
-    let times: Rc<[f64]> = (0..numbers.len()).map(|k| numbers.at(k)[0]).collect();
-    if times.is_empty() {
+    let time = |key: usize| numbers.at(key)[0];
+    if numbers.len() == 0 {
         return Err("it has no keys");
     }
-    if times[0] < 0.0 || times.windows(2).any(|w| w[1] <= w[0]) {
+    // Before they take memory: numbers that differ are in the file.
+    if time(0) < 0.0 || (1..numbers.len()).any(|key| time(key) <= time(key - 1)) {
         return Err("its times do not grow from 0 on");
     }
-    Ok(times)
+    Ok((0..numbers.len()).map(time).collect())
 }
