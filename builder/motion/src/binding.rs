@@ -64,6 +64,8 @@ pub enum ConvertError {
 const FAR_M: f64 = 1e7;
 /// Longest bone, metres: the limit of databases and retargeting maps.
 const LONG_M: f64 = 100.0;
+/// Longest tip of a chain of bones that tells a body's height, in the length of the bone before it.
+const LONGEST_TIP: f64 = 2.0;
 /// Movement of an inner joint's translation that is worth a note, metres.
 const STRETCH_M: f64 = 0.01;
 
@@ -351,7 +353,8 @@ fn longest_chain(all: &[Joint], joints: &[usize], place: &[Option<usize>], means
             reach[s] = means[s].norm() + joint.parent.and_then(|p| place[p]).map_or(0.0, |p| reach[p]);
         }
         let tip = joint.tips.iter().map(Vector3::norm).fold(0.0, f64::max);
-        longest = longest.max(reach[s] + tip);
+        // Blender writes tips of fourteen metres for bones of glTF, which has none.
+        longest = longest.max(reach[s] + tip.min(LONGEST_TIP * means[s].norm()));
     }
     longest
 }

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Effort, Method, config::Timing};
 use gestus_database::{
-    retarget::{MapFile, up},
+    retarget::{MapFile, axis},
     stream::{Request, input::InputOptions},
 };
 use serde::Deserialize;
@@ -41,7 +41,7 @@ impl Animation {
         let unit = self.unit.as_deref().map(str::parse).transpose().context("unit")?;
         let root = self.root.as_deref().map(str::parse).transpose();
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
-        let up = self.up.as_deref().map(up::of_name).transpose();
+        let up = self.up.as_deref().map(axis::of_name).transpose();
         let map = MapFile { up: up.map_err(|e| anyhow::anyhow!("up: {e}"))?, ..MapFile::default() };
         InputOptions { map, unit, root, looped: self.looped }.on_floor(self.floor)
     }

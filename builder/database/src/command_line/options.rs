@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::outputs::say;
 use crate::{
-    retarget::{MapFile, up},
+    retarget::{MapFile, axis},
     stream::{course::Root, input::InputOptions},
 };
 
@@ -64,7 +64,7 @@ pub struct GroundArgs {
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     pub floor: Option<f64>,
     /// Up in the clip: x, y, z, -x, -y or -z. Default: y in glTF, unless the body walks otherwise; in BVH found by the body
-    #[arg(long, value_name = "AXIS", value_parser = up::of_name, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
     pub up: Option<(usize, f64)>,
     /// Whether the clip walks or runs in place, or its hips move with its body. Default: found by its feet
     #[arg(long, value_name = "in-place|motion")]

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use gestus_motion::{capture::Document, clip::Clip};
 
-use crate::retarget::{MapFile, up};
+use crate::retarget::{MapFile, axis, up};
 
 /// Up in a clip's world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,12 +58,13 @@ pub(super) fn turn(clips: &mut [(&mut Clip, Up)]) -> (Vec<bool>, Option<String>)
     for ((clip, up), turned) in clips.iter_mut().zip(&mut turned) {
         let axis = if *up == Up::Stated { None } else { up.axis().or(usual) };
         let Some((axis, positive)) = axis.filter(|axis| *axis != (1, true)) else { continue };
-        let world = up::to_y(signed((axis, positive)));
+        let world = axis::to_y(signed((axis, positive)));
         clip.frames.iter_mut().for_each(|frame| *frame = up::lifted(frame, &world));
         *turned = true;
         *axes.entry((axis, positive)).or_default() += 1;
     }
-    let said = axes.iter().map(|(&axis, count)| format!("{count} clips have {} up", up::name(signed(axis))));
+    let said =
+        axes.iter().map(|(&axis, count)| format!("{count} clips have {} up", axis::name(signed(axis))));
     let said: Vec<String> = said.collect();
     let note = (!said.is_empty()).then(|| format!("{}: turned to y", said.join(", ")));
     (turned, note)

@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::retarget::{parts::Part, up};
+use crate::retarget::{axis, parts::Part};
 use gestus_motion::{
     capture::Document,
     files::{self, FileError, MOST_SETTINGS},
@@ -105,7 +105,7 @@ impl MapFile {
             joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
         }
         let named =
-            |word: String| up::of_name(&word).map_err(|_| MapFileError::Up { file: file.clone(), word });
+            |word: String| axis::of_name(&word).map_err(|_| MapFileError::Up { file: file.clone(), word });
         let up = raw.up.map(named).transpose()?;
         let upright = match raw.rest.as_deref() {
             None => None,

@@ -10,6 +10,7 @@
 //! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, as Xia 2015, section 5.1.
 
 pub mod anatomy;
+pub mod axis;
 pub mod body;
 pub mod check;
 mod encode;

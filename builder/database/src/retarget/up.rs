@@ -4,6 +4,7 @@ use gestus_motion::clip::{Clip, Frame, Skeleton};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::retarget::{
+    axis::{Y, name, to_y},
     file::MapFile,
     identify::Parts,
     parts::{Part, Side},
@@ -22,10 +23,8 @@ pub(super) fn sample(clip: &Clip) -> Vec<Frame> {
     clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLE).max(1)).cloned().collect()
 }
 
-/// Y.
-const Y: (usize, f64) = (1, 1.0);
-/// Range of the lower foot's height in a walk, as a part of a leg.
-const LEVEL: f64 = 0.2;
+/// Range of the lower foot's height in a walk or a run, as a part of a leg: runs of games fly a quarter of it.
+const LEVEL: f64 = 0.3;
 /// Least height of a foot over the other where it is lifted, as a part of a leg.
 const LIFTED: f64 = 0.04;
 /// Least part of the frames of a walk in which each foot is lifted.
@@ -137,31 +136,6 @@ fn by_shape(skeleton: &Skeleton, frames: &[Frame]) -> Option<(usize, f64)> {
     })
 }
 
-/// Axes with their signs, in words.
-const AXES: [(&str, (usize, f64)); 6] =
-    [("x", (0, 1.0)), ("y", Y), ("z", (2, 1.0)), ("-x", (0, -1.0)), ("-y", (1, -1.0)), ("-z", (2, -1.0))];
-
-/// The axis and the sign of a word.
-///
-/// # Errors
-/// Another word, with those that there are.
-pub fn of_name(word: &str) -> Result<(usize, f64), String> {
-    let known = AXES.iter().find(|(name, _)| *name == word);
-    known.map(|(_, axis)| *axis).ok_or_else(|| "x, y, z, -x, -y or -z".to_owned())
-}
-
-/// An axis and its sign in words.
-pub fn name((axis, sign): (usize, f64)) -> String {
-    format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
-}
-
-/// The rotation of an axis to Y.
-pub fn to_y((axis, sign): (usize, f64)) -> UnitQuaternion<f64> {
-    let from = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
-    UnitQuaternion::rotation_between(&from, &Vector3::y())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
-}
-
 /// A frame in a world that is turned.
 pub fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
     let mut frame = frame.clone();
@@ -173,6 +147,7 @@ pub fn lifted(frame: &Frame, world: &UnitQuaternion<f64>) -> Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::retarget::axis::AXES;
     use crate::synth::{self, Options};
 
     /// A generated walk that was exported with that axis up, the ankles turned by `pointed`, and frame `still` throughout

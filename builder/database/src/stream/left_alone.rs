@@ -22,7 +22,7 @@ pub(super) const MOSTLY_UNLIKE: f64 = 0.5;
 /// output takes its time to return.
 const WHOLLY: f64 = 0.95;
 const RETURNED: f64 = 0.1;
-/// Longest moment, seconds.
+/// Longest moment, seconds, beside the time that the output takes to return.
 const MOMENT_S: f64 = 1.5;
 
 /// Leaves such moments alone. `frames` are the output's and `inputs` the input's, with Y up on one skeleton; `passed` is the
@@ -39,7 +39,8 @@ pub fn leave_moments_alone(frames: &mut [Frame], inputs: &[Frame], passed: &[f64
     let mut from = 0;
     while from < count {
         let to = (from..count).find(|&t| alone[t] != alone[from]).unwrap_or(count);
-        if !alone[from] && to < count && (to - from) as f64 <= MOMENT_S * rate_hz {
+        let translated = passed[from..to].iter().filter(|share| **share < WHOLLY).count();
+        if !alone[from] && to < count && translated as f64 <= MOMENT_S * rate_hz {
             replaced[from..to].fill(true);
             let before = from.checked_sub(1).map(|a| frames[a].clone());
             let after = frames[to].clone();
@@ -119,6 +120,15 @@ mod tests {
             assert!((step(&output) - step(&inputs)).norm() < 1e-9, "{t}");
             assert!(output[t].rotations[0].angle_to(&inputs[t].rotations[0]) < 1e-9, "{t}");
         }
+    }
+
+    /// A foot that was held returns with its next step, when the core has passed the input for long.
+    #[test]
+    fn what_takes_long_to_return_counts_by_what_was_translated() {
+        let (inputs, mut output, mut passed) = walk(|t| t < 55);
+        passed[18..55].fill(1.0);
+        leave_moments_alone(&mut output, &inputs, &passed, RATE_HZ);
+        assert!((output[54].root - output[0].root - inputs[54].root + inputs[0].root).norm() < 1e-9);
     }
 
     #[test]
