@@ -58,6 +58,67 @@ impl OnClips for Args {
     }
 }
 
+/// What is measured of a fold.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Version {
+    Input,
+    Raw,
+    Unlimited,
+    Locked,
+    Real,
+}
+
+impl Version {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Raw => "raw",
+            Self::Unlimited => "unlimited",
+            Self::Locked => "locked",
+            Self::Real => "real",
+        }
+    }
+}
+
+/// The motions of a fold that are compared.
+struct Compared {
+    input: Performance,
+    raw: Performance,
+    unlimited: (Performance, Streamed),
+    locked: (Performance, Streamed),
+    real: Performance,
+}
+
+impl Compared {
+    /// Streams the test clip; `None` where it can't be streamed.
+    fn of(corpus: &Corpus, body: &Body, fold: &HeldOut, database: &Database<'_>) -> Option<Self> {
+        let clip = &corpus.examples[fold.test].clip;
+        let run = |config: Config| {
+            let request = Request { config, ..Request::style(fold.style as u16) };
+            let streamed = stream(database, clip, &request, &mut ()).ok()?;
+            Some((Performance::of_stream(&streamed), streamed))
+        };
+        let unlimited = Config::new().speed_limit(0.0);
+        Some(Self {
+            input: Performance::of_clip(clip, body),
+            raw: run(unlimited.contacts(false))?.0,
+            unlimited: run(unlimited)?,
+            locked: run(Config::new())?,
+            real: Performance::of_clip(&corpus.examples[fold.truth].clip, body),
+        })
+    }
+
+    fn all(&self) -> [(Version, &Performance, Option<&Streamed>); 5] {
+        [
+            (Version::Input, &self.input, None),
+            (Version::Raw, &self.raw, None),
+            (Version::Unlimited, &self.unlimited.0, Some(&self.unlimited.1)),
+            (Version::Locked, &self.locked.0, Some(&self.locked.1)),
+            (Version::Real, &self.real, None),
+        ]
+    }
+}
+
 fn one(
     experiment: &Experiment,
     body: &Body,
@@ -67,87 +128,70 @@ fn one(
 ) -> (Vec<table::Row>, Option<Figure>) {
     let corpus = &experiment.corpus;
     let Some(legs) = database.legs() else { return (Vec::new(), None) };
-    let (clip, truth) = (&corpus.examples[fold.test].clip, &corpus.examples[fold.truth].clip);
-    let run = |config: Config| {
-        let request = Request { config, ..Request::style(fold.style as u16) };
-        stream(database, clip, &request, &mut ())
-    };
-    let unlimited = Config::new().speed_limit(0.0);
-    let (Ok(raw), Ok(unlimited), Ok(locked)) =
-        (run(unlimited.contacts(false)), run(unlimited), run(Config::new()))
-    else {
-        return (Vec::new(), None);
-    };
-    let performances = [
-        ("input", Performance::of_clip(clip, body)),
-        ("raw", Performance::of_stream(&raw)),
-        ("unlimited", Performance::of_stream(&unlimited)),
-        ("locked", Performance::of_stream(&locked)),
-        ("real", Performance::of_clip(truth, body)),
-    ];
+    let Some(compared) = Compared::of(corpus, body, fold, database) else { return (Vec::new(), None) };
+    let rows = rows(experiment, body, fold, &legs, &compared);
+    let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &compared));
+    (rows, figure)
+}
+
+fn rows(
+    experiment: &Experiment,
+    body: &Body,
+    fold: &HeldOut,
+    legs: &[Leg; 2],
+    compared: &Compared,
+) -> Vec<table::Row> {
+    let corpus = &experiment.corpus;
+    let (test, truth) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);
     let skeleton = &corpus.skeleton;
-    let input_peaks = peak_speeds(&performances[0].1);
-    let raw_peaks = peak_speeds(&performances[1].1);
+    let Compared { input, raw, unlimited: (unlimited, _), .. } = compared;
+    let (input_peaks, raw_peaks) = (peak_speeds(input), peak_speeds(raw));
+    let (input_fastest, raw_fastest) = (fastest(input), fastest(raw));
     let leg_joints: Vec<usize> = legs.iter().flat_map(|l| [l.hip, l.knee, l.ankle]).collect();
-    let input_fastest = fastest(&performances[0].1);
-    let raw_fastest = fastest(&performances[1].1);
     // The fastest joint in all clips of the action in the output style, not in the truth alone.
-    let style_fastest = corpus
-        .examples
-        .iter()
-        .filter(|e| e.style == fold.style && e.action == corpus.examples[fold.test].action)
-        .map(|e| fastest(&Performance::of_clip(&e.clip, body)))
-        .fold(0.0, f64::max);
+    let of_style = corpus.examples.iter().filter(|e| e.style == fold.style && e.action == test.action);
+    let style_fastest = of_style.map(|e| fastest(&Performance::of_clip(&e.clip, body))).fold(0.0, f64::max);
     let counterpart = Fold::of(experiment, body, *fold);
     let of_counterpart =
         |of: &Performance| Performance { stands: counterpart.counterpart_stands().to_vec(), ..of.clone() };
-    let rows = performances
-        .iter()
-        .map(|(method, performance)| {
-            let peaks = peak_speeds(performance);
-            let ratio =
-                |to: &[f64]| leg_joints.iter().map(|&j| peaks[j] / to[j].max(1e-9)).fold(0.0, f64::max);
-            let [low, high] = heights_cm(skeleton, &legs, performance);
-            let (joint, frame) = speed::where_fastest(performance, &skeleton.names);
-            let mut row = row(json!({
-                "method": method,
-                "action": corpus.actions[corpus.examples[fold.test].action],
-                "style": corpus.styles[fold.style],
-                "clip": if *method == "real" { &truth.name } else { &clip.name },
-                "skate_cm_s": skate_cm_s(skeleton, &legs, performance),
-                "skate_counterpart_cm_s": (*method != "real")
-                    .then(|| skate_cm_s(skeleton, &legs, &of_counterpart(performance))),
-                "skate_stillest_cm_s": stillest_cm_s(skeleton, &legs, performance),
-                "joint_speed_ratio": fastest(performance) / input_fastest,
-                "joint_speed_over_raw": fastest(performance) / raw_fastest,
-                "fastest_rad_s": fastest(performance),
-                "fastest_joint": joint,
-                "fastest_frame": frame,
-                "style_fastest_rad_s": style_fastest,
-                "leg_speed_ratio": ratio(&input_peaks),
-                "leg_speed_over_raw": ratio(&raw_peaks),
-                "lowest_cm": low,
-                "highest_cm": high,
-                "deepest_cm": deepest_cm(skeleton, &legs, performance),
-            }));
-            if let Some(streamed) = match *method {
-                "unlimited" => Some(&unlimited),
-                "locked" => Some(&locked),
-                _ => None,
-            } {
-                let raw = &performances[1].1;
-                row.extend(speed::over(&legs, input_fastest, raw, performance, streamed));
-                row.insert("held_cm_max".into(), (100.0 * held_most(streamed)).into());
-                row.insert("let_go".into(), let_go(streamed, raw).into());
-            }
-            if *method == "locked" {
-                row.extend(speed::held_back(skeleton, &performances[2].1, performance));
-            }
-            row
-        })
-        .collect();
-    let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &performances));
-    (rows, figure)
+    let row = |(version, performance, streamed): (Version, &Performance, Option<&Streamed>)| {
+        let peaks = peak_speeds(performance);
+        let ratio = |to: &[f64]| leg_joints.iter().map(|&j| peaks[j] / to[j].max(1e-9)).fold(0.0, f64::max);
+        let [low, high] = heights_cm(skeleton, legs, performance);
+        let (joint, frame) = speed::where_fastest(performance, &skeleton.names);
+        let is_real = version == Version::Real;
+        let mut row = row(json!({
+            "method": version.name(),
+            "action": corpus.actions[test.action],
+            "style": corpus.styles[fold.style],
+            "clip": if is_real { &truth.clip.name } else { &test.clip.name },
+            "skate_cm_s": skate_cm_s(skeleton, legs, performance),
+            "skate_counterpart_cm_s":
+                (!is_real).then(|| skate_cm_s(skeleton, legs, &of_counterpart(performance))),
+            "skate_stillest_cm_s": stillest_cm_s(skeleton, legs, performance),
+            "joint_speed_ratio": fastest(performance) / input_fastest,
+            "joint_speed_over_raw": fastest(performance) / raw_fastest,
+            "fastest_rad_s": fastest(performance),
+            "fastest_joint": joint,
+            "fastest_frame": frame,
+            "style_fastest_rad_s": style_fastest,
+            "leg_speed_ratio": ratio(&input_peaks),
+            "leg_speed_over_raw": ratio(&raw_peaks),
+            "lowest_cm": low,
+            "highest_cm": high,
+            "deepest_cm": deepest_cm(skeleton, legs, performance),
+        }));
+        if let Some(streamed) = streamed {
+            row.extend(speed::over(legs, input_fastest, raw, performance, streamed));
+            row.insert("held_cm_max".into(), (100.0 * held_most(streamed)).into());
+            row.insert("let_go".into(), let_go(streamed, raw).into());
+        }
+        if version == Version::Locked {
+            row.extend(speed::held_back(skeleton, unlimited, performance));
+        }
+        row
+    };
+    compared.all().map(row).into()
 }
 
 /// How often the lock releases a foot that should stand by its neighbors' votes, since it is too far off.
@@ -167,17 +211,10 @@ fn held_most(streamed: &Streamed) -> f64 {
 }
 
 /// Speed of the left foot's toes on the ground over time, before and after.
-fn foot_speed(
-    corpus: &Corpus,
-    fold: &HeldOut,
-    legs: &[Leg; 2],
-    performances: &[(&str, Performance)],
-) -> Figure {
+fn foot_speed(corpus: &Corpus, fold: &HeldOut, legs: &[Leg; 2], compared: &Compared) -> Figure {
     let joint = legs[0].toe.unwrap_or(legs[0].ankle);
-    let series: Vec<(String, Vec<(f64, f64)>)> = performances
-        .iter()
-        .filter(|(name, _)| *name == "raw" || *name == "locked")
-        .map(|(name, performance)| {
+    let series = [(Version::Raw, &compared.raw), (Version::Locked, &compared.locked.0)].map(
+        |(version, performance)| {
             let places: Vec<Vector3<f64>> =
                 performance.frames.iter().map(|f| f.positions(&corpus.skeleton)[joint]).collect();
             let mut time = 0.0;
@@ -189,9 +226,9 @@ fn foot_speed(
                 })
                 .take_while(|(time, _)| *time < 4.0)
                 .collect();
-            ((*name).to_owned(), points)
-        })
-        .collect();
+            (version.name().to_owned(), points)
+        },
+    );
     let name = &corpus.examples[fold.test].clip.name;
     let style = &corpus.styles[fold.style];
     let title = format!("Left toes of {name} in the style {style}");
