@@ -60,3 +60,16 @@ fn run_command() -> anyhow::Result<()> {
         Command::View(args) => view::run(&args),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gestus_database::command_line::parameters::undocumented;
+
+    use super::*;
+
+    #[test]
+    fn the_page_of_commands_names_every_option() {
+        let page = include_str!("../../docs/COMMANDS.md");
+        assert_eq!(undocumented(&command().name("gestus-sim"), page), Vec::<String>::new());
+    }
+}

@@ -220,7 +220,7 @@ pub fn read_folder(path: &Path) -> Result<Folder, CaptureError> {
     Ok(folder)
 }
 
-/// The motion files below a folder, sorted by path, and the folders in it that can't be read. A file stands for itself.
+/// The motion files below a folder, sorted by path, and the folders in it that can't be read. For a file, the file itself.
 ///
 /// # Errors
 /// The folder itself can't be read.

@@ -102,11 +102,19 @@ pub fn run() -> Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use gestus_database::command_line::parameters::undocumented;
+
     use super::*;
 
     #[test]
     fn the_command_line_is_in_order() {
         command().debug_assert();
+    }
+
+    #[test]
+    fn the_page_of_commands_names_every_option() {
+        let page = include_str!("../../../docs/COMMANDS.md");
+        assert_eq!(undocumented(&command().name("gestus"), page), Vec::<String>::new());
     }
 
     #[test]

@@ -47,6 +47,26 @@ fn help(parameter: &Parameter) -> String {
     }
 }
 
+/// The options and subcommands of a command that a page does not name, such as `build --rate`. The table's parameters have
+/// a page of their own.
+pub fn undocumented(command: &Command, page: &str) -> Vec<String> {
+    let parameters: Vec<String> = options().map(option).collect();
+    let goes_on = |rest: &str| rest.starts_with(|c: char| c == '-' || c.is_ascii_alphanumeric());
+    let has = |words: &str| page.match_indices(words).any(|(at, _)| !goes_on(&page[at + words.len()..]));
+    let own = command.get_name();
+    let options = command.get_arguments().filter_map(Arg::get_long);
+    let missing = options.filter(|&o| !has(&format!("--{o}")) && !parameters.iter().any(|p| p == o));
+    let mut missing: Vec<String> = missing.map(|o| format!("{own} --{o}")).collect();
+    for subcommand in command.get_subcommands() {
+        let name = subcommand.get_name();
+        if !has(&format!("{own} {name}")) && !has(&format!("`{name}`")) {
+            missing.push(format!("{own} {name}"));
+        }
+        missing.extend(undocumented(subcommand, page));
+    }
+    missing
+}
+
 impl Args for ParameterArgs {
     fn augment_args(command: Command) -> Command {
         options().fold(command, |command, parameter| {

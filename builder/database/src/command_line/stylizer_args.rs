@@ -1,6 +1,6 @@
 //! Options of a stylizer: style, labels and parameters, shared by `gestus translate` and `gestus-sim`.
 
-use std::convert::Infallible;
+use std::{convert::Infallible, str::FromStr};
 
 use anyhow::{Context, Result, bail};
 use clap::Arg;
@@ -50,7 +50,46 @@ pub struct MethodArgs {
     /// translate` rebuilds the whole clip from blended fragments, other commands use the effort dial's mix of styles
     /// with mar
     #[arg(long = "method", id = "method")]
-    name: Option<String>,
+    named: Option<Named>,
+}
+
+/// A value of `--method`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Named {
+    /// A method of the core, pose by pose.
+    Core(Method),
+    /// Fragments of the whole clip, blended to an Effort.
+    Effort,
+}
+
+impl FromStr for Named {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let core = || Method::named(name).map(Self::Core);
+        let effort = (name == "effort").then_some(Self::Effort);
+        effort.or_else(core).ok_or_else(|| format!("{} or effort", Method::NAMES.join(", ")))
+    }
+}
+
+/// A value of `--timing`.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum OutputTime {
+    Free,
+    Sync,
+    Bounded,
+}
+
+/// A value of `--preset`.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Preset {
+    Default,
+    Paper,
+    Normalised,
+}
+
+fn ridge(name: &str) -> Result<Ridge, String> {
+    Ridge::named(name).ok_or_else(|| Ridge::NAMES.join(" or "))
 }
 
 /// Style, labels and parameters, as given on a command line.
@@ -70,8 +109,8 @@ pub struct StylizerArgs {
     input_style: Option<String>,
     /// Output time: free (poses keep their predicted times), sync (one pose a tick, at its input's time) or bounded
     /// (predicted times, within --lead and --lag of the input)
-    #[arg(long, default_value = "free")]
-    timing: String,
+    #[arg(long, value_enum, default_value_t = OutputTime::Free)]
+    timing: OutputTime,
     /// With --timing bounded: greatest time by which a pose may be early, seconds [default: 0.2]. It delays a live
     /// stream
     #[arg(long)]
@@ -92,13 +131,13 @@ pub struct StylizerArgs {
     /// left-arm=proud:2+old:1
     #[arg(long, value_delimiter = ',', value_name = "GROUP=STYLE")]
     group_style: Vec<String>,
-    /// Set of parameters to start from: default, paper or normalised
-    #[arg(long, default_value = "default")]
-    preset: String,
+    /// Set of parameters to start from
+    #[arg(long, value_enum, default_value_t = Preset::Default)]
+    preset: Preset,
     /// Variables of the ridge regression: raw or norm (normalised). norm sets lambda to 1 unless --lambda or --preset
     /// normalised is given
-    #[arg(long)]
-    ridge: Option<String>,
+    #[arg(long, value_parser = ridge)]
+    ridge: Option<Ridge>,
     #[command(flatten)]
     parameters: ParameterArgs,
 }
@@ -106,47 +145,42 @@ pub struct StylizerArgs {
 impl MethodArgs {
     /// True if the whole clip is to be rebuilt of fragments.
     pub fn is_effort(&self) -> bool {
-        self.name.as_deref() == Some("effort")
+        self.named == Some(Named::Effort)
     }
 }
 
 impl StylizerArgs {
     /// The configuration, with the method checked against the database.
     fn config(&self, database: &Database<'_>) -> Result<Config> {
-        let method = match self.method.name.as_deref() {
-            Some("effort") if self.method.effort.is_none() => {
+        let method = match self.method.named {
+            Some(Named::Effort) if self.method.effort.is_none() => {
                 bail!("--method effort: say which with --effort flow=..,weight=..,time=..")
             }
             // A stream can't wait for whole fragments: it uses the dial's mix with the mixture. `gestus translate`
             // handles whole clips elsewhere.
-            Some("effort") => method("mar", database)?,
-            Some(name) => method(name, database)?,
+            Some(Named::Effort) => available(Method::Mar, database)?,
+            Some(Named::Core(method)) => available(method, database)?,
             // A database that was cut to its models holds no frames for the mixture.
             None => Method::of(database),
         };
-        let policy = match self.timing.as_str() {
-            "free" | "bounded" => Timing::Free,
-            "sync" => Timing::Sync,
-            other => bail!("--timing {other}: free, sync or bounded"),
+        let policy = match self.timing {
+            OutputTime::Free | OutputTime::Bounded => Timing::Free,
+            OutputTime::Sync => Timing::Sync,
         };
-        let mut config = match self.preset.as_str() {
-            "default" => Config::new(),
-            "paper" => Config::paper(),
-            "normalised" => Config::normalised(),
-            other => bail!("--preset {other}: default, paper or normalised"),
+        let mut config = match self.preset {
+            Preset::Default => Config::new(),
+            Preset::Paper => Config::paper(),
+            Preset::Normalised => Config::normalised(),
         }
         .timing(policy)
         .method(method)
         .contacts(!self.no_contact);
-        if let Some(ridge) = &self.ridge {
-            config = match Ridge::named(ridge) {
-                // The preset `normalised` has a weight for it.
-                Some(Ridge::Normalised) if config.ridge != Ridge::Normalised => {
-                    config.ridge(Ridge::Normalised).lambda(1.0)
-                }
-                Some(ridge) => config.ridge(ridge),
-                None => bail!("--ridge {ridge}: {}", Ridge::NAMES.join(" or ")),
-            };
+        if let Some(ridge) = self.ridge {
+            // The preset `normalised` has a weight for it.
+            if ridge == Ridge::Normalised && config.ridge != ridge {
+                config = config.lambda(1.0);
+            }
+            config = config.ridge(ridge);
         }
         self.check_use(config.method)?;
         self.parameters.apply(config)
@@ -158,7 +192,7 @@ impl StylizerArgs {
             bail!("{option} does nothing without {with}: give both, or neither")
         };
         for (option, given) in [("--lead", self.lead.is_some()), ("--lag", self.lag.is_some())] {
-            if given && self.timing != "bounded" {
+            if given && self.timing != OutputTime::Bounded {
                 return refused(option, "--timing bounded");
             }
         }
@@ -174,7 +208,7 @@ impl StylizerArgs {
 
     /// Bounds of the output's time, with `--timing bounded`.
     fn bounds(&self, database: &Database<'_>) -> Result<Option<Bounds>> {
-        if self.timing != "bounded" {
+        if self.timing != OutputTime::Bounded {
             return Ok(None);
         }
         let bounds = bounds(self.lead.unwrap_or(BOUND_S), self.lag.unwrap_or(BOUND_S))?;
@@ -327,13 +361,11 @@ pub fn methods(database: &Database<'_>) -> Vec<&'static str> {
     Method::ALL.into_iter().filter(|method| method.is_available_in(database)).map(Method::name).collect()
 }
 
-/// The method of that name, if the database holds its data.
-fn method(name: &str, database: &Database<'_>) -> Result<Method> {
-    let Some(method) = Method::named(name) else {
-        bail!("--method {name}: mar, phase, lti, statistic or effort");
-    };
+/// The method, if the database holds its data.
+fn available(method: Method, database: &Database<'_>) -> Result<Method> {
     if !method.is_available_in(database) {
-        bail!("--method {name}: the database does not hold it, it holds {}", methods(database).join(", "));
+        let have = methods(database).join(", ");
+        bail!("--method {}: the database does not hold it, it holds {have}", method.name());
     }
     Ok(method)
 }
