@@ -13,7 +13,7 @@ use gestus_database::{
     command_line::options::ReportArgs,
     data_folder::{
         balance::balanced,
-        config::FILE_NAME,
+        config::{Config, FILE_NAME},
         left_out::{Group, Refused},
         rig::Rig,
     },
@@ -26,6 +26,7 @@ use gestus_database::{
         response,
     },
     pairing::Scheme,
+    parts::choose::Wanted,
 };
 use gestus_motion::corpus::Corpus;
 use serde_json::json;
@@ -54,8 +55,8 @@ pub struct Args {
     #[command(flatten)]
     rig: RigArgs,
     /// How output cycles are chosen: both (the default), spread, viterbi, nearest, kernel, mean or take
-    #[arg(long)]
-    pairing: Option<String>,
+    #[arg(long, value_parser = scheme)]
+    pairing: Option<Scheme>,
     /// Style that the linear models take; default: `normal` or `neutral`, or else the first
     #[arg(long)]
     from: Option<String>,
@@ -93,30 +94,14 @@ pub struct Args {
     report: ReportArgs,
 }
 
+fn scheme(name: &str) -> Result<Scheme, String> {
+    Scheme::named(name).ok_or_else(|| Scheme::ALL.map(|(name, _)| name).join(", "))
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
-    let mut config = args.selection.config(args.data.as_ref(), args.config.as_ref())?;
-    args.rig.apply(&mut config)?;
-    super::check_outputs(
-        [
-            config.data.as_ref(),
-            args.config.as_ref(),
-            args.labels.as_ref(),
-            config.rig.as_ref(),
-            config.rig_map.as_ref(),
-        ],
-        [("-o", Some(&args.output))],
-    )?;
-    if let Some(name) = &args.pairing {
-        config.build.pairing = Scheme::named(name).with_context(|| {
-            format!("--pairing {name}: both, spread, viterbi, nearest, kernel, mean or take")
-        })?;
-    }
-    config.build.models &= !args.no_models;
-    config.build.from = args.from.clone().or(config.build.from);
-    args.choose_size(&mut config.build)?;
-    let wanted = args.fit.wanted(&mut config, args.selection.frames.rate)?;
+    let (config, wanted) = args.configure()?;
     let loaded = load_with_notes(&config)?;
     let (corpus, incomplete) = balanced(&loaded.corpus, !config.styles.is_empty());
     if config.strict {
@@ -182,6 +167,28 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 impl Args {
+    /// The folder's configuration with the options of the command, and the part that the database is for.
+    fn configure(&self) -> Result<(Config, Option<Wanted>)> {
+        let mut config = self.selection.config(self.data.as_ref(), self.config.as_ref())?;
+        self.rig.apply(&mut config)?;
+        super::check_outputs(
+            [
+                config.data.as_ref(),
+                self.config.as_ref(),
+                self.labels.as_ref(),
+                config.rig.as_ref(),
+                config.rig_map.as_ref(),
+            ],
+            [("-o", Some(&self.output))],
+        )?;
+        config.build.pairing = self.pairing.unwrap_or(config.build.pairing);
+        config.build.models &= !self.no_models;
+        config.build.from = self.from.clone().or(config.build.from);
+        self.choose_size(&mut config.build)?;
+        let wanted = self.fit.wanted(&mut config, self.selection.frames.rate)?;
+        Ok((config, wanted))
+    }
+
     /// Applies the options that decide how large the database is.
     fn choose_size(&self, options: &mut BuildOptions) -> Result<()> {
         if self.cycles == Some(0) {

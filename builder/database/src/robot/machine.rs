@@ -149,8 +149,7 @@ impl Machine {
         put(header::TOTAL, &(total as u32).to_le_bytes());
         put(header::SKELETON, &fingerprint(database).to_le_bytes());
         put(header::TICK, &((1.0 / self.tick_hz) as f32).to_le_bytes());
-        let anatomy = |j: usize| body.anatomy.frame(j).unwrap_or_else(UnitQuaternion::identity);
-        let base = anatomy(0) * self.axes.inverse();
+        let base = anatomy(body, 0) * self.axes.inverse();
         put(header::BASE, &floats(base.coords.iter().copied()));
         for j in 0..joints {
             let at = grow(&mut bytes, joint::LENGTH);
@@ -162,34 +161,7 @@ impl Machine {
             self.write_hinge(h, map, &mut bytes)?;
         }
         for g in groups {
-            let at = grow(&mut bytes, group::LENGTH);
-            let first = g.hinges[0];
-            bytes[at + group::FIRST] = first as u8;
-            bytes[at + group::COUNT] = g.hinges.len() as u8;
-            let part_joint = body.parts.get(g.part).unwrap_or(0);
-            bytes[at + group::JOINT] = part_joint as u8;
-            let last = g.hinges[g.hinges.len() - 1];
-            let reaches = limbs.iter().position(|l| l.hinges.1 == last);
-            bytes[at + group::LIMB] = reaches.map_or(0, |l| (l + 1) as u8);
-            let link = links.frames[last].unwrap_or_else(UnitQuaternion::identity);
-            let turn = anatomy(part_joint) * link.inverse();
-            set(&mut bytes, at, group::TURN, turn.coords.as_slice());
-            // From the frame behind the parent.
-            let mut zero = UnitQuaternion::identity();
-            let mut turning = Vec::new();
-            for &h in &g.hinges {
-                zero *= self.robot.hinges[h].origin.rotation;
-                turning.push(zero * self.robot.hinges[h].axis.into_inner());
-            }
-            set(&mut bytes, at, group::ZERO, zero.coords.as_slice());
-            let axes: Vec<f64> =
-                (0..3).flat_map(|i| turning.get(i).copied().unwrap_or_else(Vector3::x).data.0[0]).collect();
-            set(&mut bytes, at, group::AXES, &axes);
-            let pointed = pointed(g.part, &turning, &(zero * link));
-            set(&mut bytes, at, group::POINTED, (link * pointed).as_slice());
-            if g.hinges.len() < 3 && pointed.norm() < 0.5 {
-                self.doubts.push(format!("the hinges of the {} turn about their own link alone", g.part));
-            }
+            self.write_group(g, body, limbs, links, &mut bytes);
         }
         for l in limbs {
             let at = grow(&mut bytes, limb::LENGTH);
@@ -205,6 +177,37 @@ impl Machine {
         let crc = crc32c(&[&bytes]);
         bytes[header::CRC].copy_from_slice(&crc.to_le_bytes());
         Ok(bytes)
+    }
+
+    fn write_group(&mut self, g: &Assigned, body: &Body, limbs: &[Limb], links: &Links, bytes: &mut Vec<u8>) {
+        let at = grow(bytes, group::LENGTH);
+        let first = g.hinges[0];
+        bytes[at + group::FIRST] = first as u8;
+        bytes[at + group::COUNT] = g.hinges.len() as u8;
+        let part_joint = body.parts.get(g.part).unwrap_or(0);
+        bytes[at + group::JOINT] = part_joint as u8;
+        let last = g.hinges[g.hinges.len() - 1];
+        let reaches = limbs.iter().position(|l| l.hinges.1 == last);
+        bytes[at + group::LIMB] = reaches.map_or(0, |l| (l + 1) as u8);
+        let link = links.frames[last].unwrap_or_else(UnitQuaternion::identity);
+        let turn = anatomy(body, part_joint) * link.inverse();
+        set(bytes, at, group::TURN, turn.coords.as_slice());
+        // From the frame behind the parent.
+        let mut zero = UnitQuaternion::identity();
+        let mut turning = Vec::new();
+        for &h in &g.hinges {
+            zero *= self.robot.hinges[h].origin.rotation;
+            turning.push(zero * self.robot.hinges[h].axis.into_inner());
+        }
+        set(bytes, at, group::ZERO, zero.coords.as_slice());
+        let axes: Vec<f64> =
+            (0..3).flat_map(|i| turning.get(i).copied().unwrap_or_else(Vector3::x).data.0[0]).collect();
+        set(bytes, at, group::AXES, &axes);
+        let pointed = pointed(g.part, &turning, &(zero * link));
+        set(bytes, at, group::POINTED, (link * pointed).as_slice());
+        if g.hinges.len() < 3 && pointed.norm() < 0.5 {
+            self.doubts.push(format!("the hinges of the {} turn about their own link alone", g.part));
+        }
     }
 
     fn write_hinge(&mut self, h: usize, map: &RobotMap, bytes: &mut Vec<u8>) -> Result<(), MachineError> {
@@ -296,6 +299,10 @@ fn pointed(part: Part, turning: &[Vector3<f64>], zero: &UnitQuaternion<f64>) -> 
 }
 
 /// Appends a record of zeros; returns where it begins.
+fn anatomy(body: &Body, joint: usize) -> UnitQuaternion<f64> {
+    body.anatomy.frame(joint).unwrap_or_else(UnitQuaternion::identity)
+}
+
 fn grow(bytes: &mut Vec<u8>, length: usize) -> usize {
     let at = bytes.len();
     bytes.resize(at + length, 0);
