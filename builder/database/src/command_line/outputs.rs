@@ -30,14 +30,14 @@ pub fn check_outputs<'a>(
     read: impl IntoIterator<Item = Option<&'a PathBuf>>,
     written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
 ) -> Result<()> {
-    let read: Vec<PathBuf> =
-        read.into_iter().flatten().filter_map(|p| file_of(p).canonicalize().ok()).collect();
+    let named: Vec<&PathBuf> = read.into_iter().flatten().collect();
+    let read: Vec<PathBuf> = named.iter().filter_map(|p| file_of(p).canonicalize().ok()).collect();
     let mut links = Links::new(&read);
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
         // A clip keeps the ending of its input (`check_clip`).
         if Format::of(path) == Some(Format::Gltf)
-            && let Some(error) = refused(path, &read)
+            && let Some(error) = refused(path, &named)
         {
             bail!("{option} {error}");
         }
@@ -75,7 +75,7 @@ pub fn check_outputs<'a>(
 }
 
 /// Why no clip of these inputs can be written to a file.
-fn refused(output: &Path, read: &[PathBuf]) -> Option<EndingError> {
+fn refused(output: &Path, read: &[&PathBuf]) -> Option<EndingError> {
     let of = |input| Format::of_output(output, input).err();
     let none = of(None)?;
     if read.iter().any(|input| of(Some(input)).is_none()) { None } else { Some(none) }
@@ -323,6 +323,15 @@ mod tests {
         let json = serde_json::json!({ "name": "\u{1b}[2J\u{9b}\u{7f}" });
         let read: serde_json::Value = serde_json::from_str(&escaped(&json.to_string())).unwrap();
         assert_eq!(read, json);
+    }
+
+    /// A clip whose name is mistyped is missed when it is read, not told as an output that can't be written.
+    #[test]
+    fn a_clip_that_is_not_there_has_the_format_of_its_name() {
+        let [clip, output] = ["none.glb", "out.glb"].map(|name| std::env::temp_dir().join(name));
+        assert!(!clip.exists());
+        check_outputs([Some(&clip)], [("-o", Some(&output))]).unwrap();
+        assert!(check_outputs([None], [("-o", Some(&output))]).is_err());
     }
 
     #[test]
