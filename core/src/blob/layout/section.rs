@@ -6,6 +6,7 @@
 
 /// When a blob that is cut to its models keeps the content of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kept {
     /// Always.
     Always,
