@@ -70,15 +70,19 @@ impl<'a> Row<'a> {
         format!("{}: {file}{change}{looped}", self.word("package").unwrap_or("real clips"))
     }
 
-    /// Where the clip is; as `xtask` unpacks packages.
-    fn path(&self) -> PathBuf {
-        let path = self.word("path").unwrap_or_default();
+    /// Where its package is, as `xtask` unpacks packages; the real clips, if it has none.
+    fn package(&self) -> PathBuf {
         match (self.word("registry"), self.word("package")) {
             (Some(registry), Some(package)) => {
-                self.folder.join(registry).join(package.replace(['/', '@'], "-")).join(path)
+                self.folder.join(registry).join(package.replace(['/', '@'], "-"))
             }
-            _ => real_clips::root().join(path),
+            _ => real_clips::root(),
         }
+    }
+
+    /// Where the clip is.
+    fn path(&self) -> PathBuf {
+        self.package().join(self.word("path").unwrap_or_default())
     }
 
     /// The clip; of a script that wraps a GLB file as base64, as packages for browsers do, the file.
@@ -257,11 +261,12 @@ fn clips_that_nobody_prepared_come_out_well_or_are_refused_for_a_reason() {
     let (mut checked, mut missing) = (0, 0);
     for row in table["clip"].as_array().unwrap() {
         let row = Row { table: row.as_table().unwrap(), folder: &folder };
-        if !file_of(&row.path()).is_file() {
+        if !row.package().is_dir() {
             println!("| {} | missing |", row.name());
             missing += 1;
             continue;
         }
+        assert!(file_of(&row.path()).is_file(), "{}: its package has no such file", row.name());
         checked += 1;
         let found = check(&database, &row, 1);
         let said = match (&found, row.word("refused")) {
