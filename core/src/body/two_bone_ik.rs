@@ -14,13 +14,10 @@ use crate::{
     math::{
         clamp,
         quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
-        sin_cos, sqrt,
-        vector::{add, cross, dot, norm, subtract},
+        sqrt,
+        vector::{add, cross, dot, norm, subtract, unit},
     },
 };
-
-/// Squared length below which a vector has no direction, metres² (or its square).
-const NO_DIRECTION: f32 = 1e-12;
 
 /// Sine and cosine of the angle from which on a knee bends about its own axis, 20 degrees.
 const BENT: [f32; 2] = [0.342, 0.94];
@@ -176,21 +173,6 @@ pub fn distance(a: Vector, b: Vector) -> f32 {
     norm(subtract(a, b))
 }
 
-#[inline(never)]
-pub(crate) fn unit(v: Vector) -> Option<Vector> {
-    let length2 = dot(v, v);
-    (length2 > NO_DIRECTION).then(|| {
-        let inverse = 1.0 / sqrt(length2);
-        v.map(|x| x * inverse)
-    })
-}
-
-/// The rotation about a unit axis.
-pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {
-    let (s, c) = sin_cos(0.5 * angle);
-    [axis[0] * s, axis[1] * s, axis[2] * s, c]
-}
-
 /// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.
 pub(crate) fn arc(a: Vector, b: Vector) -> Quaternion {
     // Of any length: what is too short for a direction is only told where both are of length 1.
@@ -202,6 +184,7 @@ pub(crate) fn arc(a: Vector, b: Vector) -> Quaternion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::quaternion::about;
 
     #[test]
     fn the_shortest_arc_turns_one_direction_into_the_other() {

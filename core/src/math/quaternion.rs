@@ -144,6 +144,12 @@ pub fn rotate(q: Quaternion, v: Vector) -> Vector {
 /// Greatest number of fractional bits of a vector.
 const MOST_BITS: i32 = 96;
 
+/// The rotation about a unit axis.
+pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {
+    let (s, c) = sin_cos(0.5 * angle);
+    [axis[0] * s, axis[1] * s, axis[2] * s, c]
+}
+
 /// Normalises a quaternion; `None` if its length is 0, NaN or extreme.
 #[inline(never)]
 pub fn normalize(q: Quaternion) -> Option<Quaternion> {

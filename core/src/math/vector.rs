@@ -2,6 +2,9 @@
 
 use crate::math::{quaternion::Vector, sqrt};
 
+/// Squared length below which a vector has no direction, metres² (or its square).
+const NO_DIRECTION: f32 = 1e-12;
+
 /// `a + b`.
 #[inline]
 pub(crate) fn add(a: Vector, b: Vector) -> Vector {
@@ -30,4 +33,14 @@ pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
 #[inline(never)]
 pub(crate) fn norm(v: Vector) -> f32 {
     sqrt(dot(v, v))
+}
+
+/// The direction of a vector: of length 1, or `None` where it has none.
+#[inline(never)]
+pub(crate) fn unit(v: Vector) -> Option<Vector> {
+    let length2 = dot(v, v);
+    (length2 > NO_DIRECTION).then(|| {
+        let inverse = 1.0 / sqrt(length2);
+        v.map(|x| x * inverse)
+    })
 }

@@ -2,10 +2,10 @@
 //! elbows keep the axis about which they are bent. [`crate::body::two_bone_ik`] does the trigonometry.
 
 use crate::{
-    body::two_bone_ik::{self, unit},
+    body::two_bone_ik,
     math::{
         quaternion::{self, IDENTITY, Quaternion, Vector},
-        vector::{cross, dot, norm, subtract},
+        vector::{cross, dot, norm, subtract, unit},
     },
 };
 

@@ -9,10 +9,10 @@ use super::{
 use crate::{
     ConfigError,
     blob::layout::MAX_JOINTS,
-    body::{pose::Pose, two_bone_ik::about},
+    body::pose::Pose,
     math::{
         abs, clamp,
-        quaternion::{self, IDENTITY, Quaternion, Vector},
+        quaternion::{self, IDENTITY, Quaternion, Vector, about},
         vector::{add, subtract},
     },
 };

@@ -16,14 +16,11 @@
 //! Source: Paden 1986, subproblems 1 and 2, in Murray, Li and Sastry 1994, section 3.3; Davenport angles. Cost: five
 //! arc tangents and cosines at most.
 
-use crate::{
-    body::two_bone_ik::about,
-    math::{
-        abs, acos, atan2,
-        quaternion::{self, Quaternion, Vector},
-        sqrt,
-        vector::{cross, dot, norm},
-    },
+use crate::math::{
+    abs, acos, atan2,
+    quaternion::{self, Quaternion, Vector, about},
+    sqrt,
+    vector::{cross, dot, norm},
 };
 
 /// Angle about `axis` from `v` to `w`, and how well it is determined: the product of their distances from the axis.

@@ -12,13 +12,10 @@
 //! hinges, at most [`STEPS`] + 1 times.
 
 use super::layout::MAX_CHAIN;
-use crate::{
-    body::two_bone_ik::about,
-    math::{
-        clamp,
-        quaternion::{self, Quaternion, Vector},
-        vector::{add, cross, dot, subtract},
-    },
+use crate::math::{
+    clamp,
+    quaternion::{self, Quaternion, Vector, about},
+    vector::{add, cross, dot, subtract},
 };
 
 /// Steps at most.
