@@ -1,7 +1,8 @@
 //! Which way is up in a folder's clips: a database has Y up, so clips in another world are turned.
 //!
-//! A BVH file does not say it; its body shows it ([`up`]), also that of a glTF file that was exported with another up. Clips in which it does not, as of a body that rolls, are taken to
-//! be like most of the others. Heights of floors are told along the clip's own up.
+//! A BVH file does not say it; its body shows it ([`up`]), also that of a glTF file that was exported with another up. Clips
+//! in which it does not, as of a body that rolls, are taken to be like most of the others. Heights of floors are told along
+//! the clip's own up.
 
 use std::collections::BTreeMap;
 
@@ -23,14 +24,9 @@ pub(super) enum Up {
 impl Up {
     /// What the format of a clip says, or its body shows. A body that walks is believed where its format says otherwise.
     pub fn of(document: &Document, clip: &Clip) -> Self {
-        match up::shown(clip, &MapFile::default()) {
-            shown
-                if document.has_y_up()
-                    && !shown.is_some_and(|shown| up::walks(clip, &MapFile::default(), shown)) =>
-            {
-                Self::Stated
-            }
+        match up::believed(clip, &MapFile::default().of_document(document)) {
             Some((axis, sign)) => Self::Shown(axis, sign > 0.0),
+            None if document.has_y_up() => Self::Stated,
             None => Self::Unknown,
         }
     }

@@ -42,11 +42,19 @@ pub fn upright(clip: &Clip, file: &MapFile) -> UnitQuaternion<f64> {
     }
 }
 
-/// Up in the clip's world, of a clip that shows an axis: where its format has Y up, it has to walk to be believed, since a
-/// body may lie.
+/// Up in the clip's world, of a clip that shows an axis.
 fn axis(clip: &Clip, file: &MapFile, shown: Option<(usize, f64)>) -> (usize, f64) {
-    let believed = |shown: &(usize, f64)| !file.has_y_up || walks(clip, file, *shown);
-    file.up.or_else(|| shown.filter(believed)).unwrap_or(Y)
+    file.up.or_else(|| shown.filter(|shown| is_believed(clip, file, *shown))).unwrap_or(Y)
+}
+
+/// The axis that a clip shows, if it is believed.
+pub fn believed(clip: &Clip, file: &MapFile) -> Option<(usize, f64)> {
+    shown(clip, file).filter(|shown| is_believed(clip, file, *shown))
+}
+
+/// Where a clip's format has Y up, a body has to walk to be believed, since it may lie.
+fn is_believed(clip: &Clip, file: &MapFile, shown: (usize, f64)) -> bool {
+    !file.has_y_up || walks(clip, file, shown)
 }
 
 /// What to tell about a body that shows another up than is stated: it lies throughout, or its file is wrong.
@@ -68,7 +76,7 @@ pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
 
 /// Whether a body walks along an axis as its up: its feet are flat, the lower one is always at about the same height, and
 /// each is lifted in turn.
-pub fn walks(clip: &Clip, file: &MapFile, (axis, sign): (usize, f64)) -> bool {
+fn walks(clip: &Clip, file: &MapFile, (axis, sign): (usize, f64)) -> bool {
     let skeleton = &clip.skeleton;
     let Some(parts) = named(skeleton, file) else { return false };
     let both = |of: fn(Side) -> Part| Some([parts.get(of(Side::Left))?, parts.get(of(Side::Right))?]);
