@@ -97,7 +97,7 @@ fn main() -> Result<()> {
     let truth = Truth::new(&classes, &streams);
     let report = if arguments.sweep {
         let settings =
-            sweep(database, limits, (&arguments.pools, &arguments.bounds), &truth, arguments.rounds);
+            sweep(database, limits, (&arguments.pools, &arguments.bounds), &truth, arguments.rounds)?;
         let jumps = jumps(&database, &setup.clips);
         for &pool in &arguments.pools {
             let (mean, worst) = after_jumps(database, Limits { pool, ..limits }, &classes, &jumps, 6);

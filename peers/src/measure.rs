@@ -226,13 +226,16 @@ pub struct Setting {
 }
 
 /// Core with every given size of the pool and bound of the visits.
+///
+/// # Errors
+/// As [`time`].
 pub fn sweep(
     database: Database<'_>,
     limits: Limits,
     (pools, bounds): (&[usize], &[u16]),
     truth: &Truth<'_>,
     rounds: usize,
-) -> Vec<Setting> {
+) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
     for &pool in pools {
         for &visits in bounds {
@@ -241,11 +244,10 @@ pub fn sweep(
             let visits_mean = core.visits().unwrap_or(0) as f64 / truth.searches() as f64;
             let row = Row { method: "core".into(), recall, us_per_query: f64::INFINITY, ef: None, visits: None };
             let mut methods: [(Box<dyn Method>, Row); 1] = [(Box::new(core), row)];
-            // Nothing between the rounds can fail.
-            let _ = time(&mut methods, truth, rounds, || Ok(()));
+            time(&mut methods, truth, rounds, || Ok(()))?;
             let us_per_query = methods[0].1.us_per_query;
             settings.push(Setting { pool, visits, recall, visits_mean, us_per_query });
         }
     }
-    settings
+    Ok(settings)
 }
