@@ -170,6 +170,27 @@ fn a_database_without_one_of_its_actions_has_a_dial() {
     }
 }
 
+/// What a board's program needs to know of a database: its capacities and the numbers of what it sets. The columns of the
+/// classes did not stand under their heads.
+#[test]
+fn a_database_is_shown_with_its_groups_and_classes() {
+    let [_, _, db] = walks("shown");
+    let db = db.to_str().unwrap();
+    let shown = |more: &[&str]| {
+        let arguments = [&["inspect", db], more].concat();
+        let output = Command::new(env!("CARGO_BIN_EXE_gestus")).args(arguments).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let figures: serde_json::Value = serde_json::from_str(&shown(&["--json"])).unwrap();
+    let text = shown(&[]);
+    let row = |key: &str| text.lines().find_map(|l| l.trim().strip_prefix(key)).unwrap_or_default().trim();
+    assert_eq!(row("groups"), figures["groups"].to_string());
+    assert_eq!(row("classes"), figures["classes"].as_array().unwrap().len().to_string());
+    let table: Vec<&str> = text.lines().skip_while(|l| !l.contains("k cap")).collect();
+    assert_eq!(table.len(), 1 + figures["classes"].as_array().unwrap().len());
+    assert!(table.iter().all(|line| line.len() == table[0].len()), "{text}");
+}
+
 /// A folder of generated walks in two styles, and the database of them.
 fn walks(name: &str) -> [std::path::PathBuf; 3] {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);

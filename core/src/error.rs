@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BlobError {
-    /// Fewer bytes than the header or its stated length needs.
+    /// Fewer bytes than a header has, or fewer or more than the header says.
     Truncated {
         /// Bytes needed.
         need: u32,
@@ -64,9 +64,15 @@ impl fmt::Display for BlobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Truncated { need, have } => {
-                write!(f, "the blob has {have} bytes and needs {need}: copy it again, whole")
+                let advice = match have > need {
+                    true => "leave out what follows it",
+                    false => "copy it again, whole",
+                };
+                write!(f, "the blob has {have} bytes and needs {need}: {advice}")
             }
-            Self::Magic => f.write_str("this is not a Gestus blob: build one with `gestus build`"),
+            Self::Magic => f.write_str(
+                "this is not a Gestus blob, or not the place where one begins: build one with `gestus build`",
+            ),
             Self::Version { need, have } => {
                 write!(
                     f,
@@ -190,3 +196,18 @@ pub enum ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slice of all the flash behind a blob's address was called cut, and to be copied again.
+    #[test]
+    fn a_blob_that_is_too_long_is_not_called_cut() {
+        let advice = |need, have| {
+            BlobError::Truncated { need, have }.to_string().rsplit_once(':').map(|s| s.1.to_owned())
+        };
+        assert_eq!(advice(64, 10), advice(64, 63));
+        assert_ne!(advice(64, 10), advice(64, 65));
+    }
+}

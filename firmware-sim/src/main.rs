@@ -46,8 +46,32 @@ fn main() -> ExitCode {
     exit_code(run_command())
 }
 
+/// What a board's images are built with.
+const BUILT_WITH: &[&str] =
+    &["name", "all", "build", "defmt", "robot", "micromath", "stack_sizes", "least", "methods", "json"];
+
+/// Options, by their commands, that make the command do something else, with the options that still have an effect then.
+/// All others are refused beside them. Clap's `requires` does not do it: it holds no more where the required option
+/// conflicts with one that is given.
+const APART: [(&str, &str, &[&str]); 7] = [
+    ("link", "probe", &["port", "timeout", "repeats", "json"]),
+    ("board", "build", BUILT_WITH),
+    ("board", "least", BUILT_WITH),
+    ("board", "stack_sizes", BUILT_WITH),
+    ("board", "long_stream", &["name", "all", "frames", "json"]),
+    ("board", "around", &["name", "json"]),
+    ("board", "functions", &["name", "json"]),
+];
+
 fn command() -> clap::Command {
-    Cli::command().mut_subcommands(|command| command.mut_args(lenient))
+    let command = Cli::command().mut_subcommands(|command| command.mut_args(lenient));
+    APART.iter().fold(command, |command, &(name, option, beside)| {
+        command.mut_subcommand(name, |command| {
+            let ids = command.get_arguments().map(|argument| argument.get_id().to_string());
+            let others: Vec<String> = ids.filter(|id| id != option && !beside.contains(&&**id)).collect();
+            command.mut_arg(option, |argument| argument.conflicts_with_all(others))
+        })
+    })
 }
 
 fn run_command() -> anyhow::Result<()> {
@@ -63,9 +87,57 @@ fn run_command() -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use clap::error::ErrorKind;
     use gestus_database::command_line::parameters::undocumented;
 
     use super::*;
+
+    /// Why a line is refused before anything is read or built.
+    fn refusal(line: &str) -> Option<ErrorKind> {
+        command()
+            .try_get_matches_from(format!("gestus-sim {line}").split_whitespace())
+            .err()
+            .map(|e| e.kind())
+    }
+
+    #[test]
+    fn options_without_an_effect_are_refused() {
+        let clip = "--db a.gestus --input a.bvh --style proud";
+        for line in [
+            "link tcp:localhost:1 --probe --style proud",
+            "link tcp:localhost:1 --probe --k 8",
+            "link tcp:localhost:1 --probe --floor 0",
+            "board m4f --leaps",
+            &format!("board m4f --leaps {clip}"),
+            "board m4f --least",
+            &format!("board m4f --least {clip}"),
+            &format!("board m4f --stack-sizes {clip}"),
+            "board m4f --least --generated",
+            "board m4f --build --frames 3",
+            "board m4f --build --generated",
+            "board m4f --build --style proud",
+            "board m4f --generated --floor 0",
+            "board m4f --generated --up y",
+            "board m4f --long-stream --style proud",
+            "board m4f --long-stream --defmt",
+            "board m4f --around --style proud",
+            "board m4f --functions --frames 3",
+            &format!("link loopback --timeout 0 {clip}"),
+        ] {
+            assert!(refusal(line).is_some(), "{line}");
+        }
+        for line in [
+            "link tcp:localhost:1 --probe --timeout 10 --repeats 0 --json",
+            "board m4f --leaps --generated --frames 9 --style proud --k 3",
+            "board --all --build --least --methods mar,phase --stack-sizes",
+            "board m4f --build --robot r.gestus --defmt",
+            "board --all --long-stream --frames 500 --json",
+            "board m4f --around --json",
+            &format!("board m4f --floor 0 --up y --root motion {clip}"),
+        ] {
+            assert_eq!(refusal(line), None, "{line}");
+        }
+    }
 
     #[test]
     fn the_page_of_commands_names_every_option() {

@@ -164,6 +164,57 @@ fn what_is_wrong_is_said_with_the_name_of_the_line_or_file() {
     }
 }
 
+/// Ends of a line that are no board: what they send back, given what they receive, and what they do then.
+fn no_board(answer: fn(&[u8]) -> Vec<u8>) -> String {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().expect("somebody connects");
+        let mut buffer = [0; 700];
+        while let Ok(count @ 1..) = stream.read(&mut buffer) {
+            let answer = answer(&buffer[..count]);
+            if answer.is_empty() || stream.write_all(&answer).is_err() {
+                return;
+            }
+        }
+    });
+    port
+}
+
+/// A console's text has no zero byte, so it is not even a damaged frame; an echo is a frame, and no reply.
+#[test]
+fn a_line_without_a_board_is_given_up_with_what_came_over_it() {
+    for (answer, expected) in [
+        ((|_: &[u8]| b"login: ".to_vec()) as fn(&[u8]) -> Vec<u8>, "the bytes received are not frames"),
+        (|received| received.to_vec(), "are this host's own"),
+        (|_| Vec::new(), "the line failed: "),
+    ] {
+        let port = no_board(answer);
+        let (ok, _, stderr) = sim(&["link", &port, "--probe", "--timeout", "5", "--repeats", "3"]);
+        assert!(!ok && stderr.contains(expected), "{stderr}");
+        assert_eq!(stderr.matches(&port).count(), 1, "{stderr}");
+        let words: Vec<&str> = stderr.trim().split(": ").collect();
+        assert!(words.windows(2).all(|w| w[0] != w[1]), "said twice: {stderr}");
+    }
+    let (_, _, stderr) = sim(&["link", "/dev/no-such-port", "--probe"]);
+    assert_eq!(stderr.matches("no-such-port").count(), 1, "{stderr}");
+}
+
+/// A board that is lost while it is set up has not refused the setting.
+#[test]
+fn a_lost_setting_is_not_called_a_refusal() {
+    let [db, clip] = files();
+    let start = ["link", "loopback", "--db", db, "--input", clip, "--style", "heavy"];
+    let lost = (0..20).find_map(|seed| {
+        let noise = format!("drop=0.3,seed={seed}");
+        let arguments = [&start[..], &["--noise", noise.as_str(), "--repeats", "0"]].concat();
+        let (_, _, stderr) = sim(&arguments);
+        stderr.contains("setting the").then_some(stderr)
+    });
+    let stderr = lost.expect("one of twenty is lost while it is set up");
+    assert!(stderr.contains("no reply within") && !stderr.contains("refuse"), "{stderr}");
+}
+
 #[test]
 fn a_robot_is_driven_through_a_noisy_line_bit_by_bit() {
     let [db, clip] = files();

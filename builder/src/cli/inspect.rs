@@ -154,12 +154,16 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         "outputs_per_cycle",
         "actions",
         "styles",
+        "classes",
+        "groups",
         "methods",
         "licences",
         "parameters",
         "effort",
     ] {
-        super::say(format_args!("  {key:17} {}", figures[key]))?;
+        // The classes have a table of their own below.
+        let value = if key == "classes" { &json!(database.counts().classes) } else { &figures[key] };
+        super::say(format_args!("  {key:17} {value}"))?;
     }
     super::say(format_args!("  {:17} {:>10} {:>8}", "section", "bytes", "a frame"))?;
     for (id, content) in database.sections().into_iter().chain(database.optional_sections()) {
@@ -171,16 +175,23 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
         };
         super::say(format_args!("  {name:17} {:>10} {a_frame:>8}", content.len()))?;
     }
-    super::say(format_args!("  {:17} {:>10} {:>8} {:>8}", "class", "frames", "cycles", "k cap"))?;
-    for class in figures["classes"].as_array().into_iter().flatten() {
-        let name =
-            format!("{} {}", class["action"].as_str().unwrap_or("?"), class["style"].as_str().unwrap_or("?"));
-        super::say(format_args!(
-            "  {name:17} {:>10} {:>8} {:>8}",
-            class["frames"], class["cycles"], class["k_cap"]
-        ))?;
+    let names: Vec<String> =
+        classes(&figures).map(|c| format!("{} {}", text(c, "action"), text(c, "style"))).collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(17);
+    super::say(format_args!("  {:width$} {:>10} {:>8} {:>8}", "class", "frames", "cycles", "k cap"))?;
+    for (name, class) in names.iter().zip(classes(&figures)) {
+        let [frames, cycles, cap] = ["frames", "cycles", "k_cap"].map(|key| class[key].to_string());
+        super::say(format_args!("  {name:width$} {frames:>10} {cycles:>8} {cap:>8}"))?;
     }
     Ok(())
+}
+
+fn classes(figures: &Value) -> impl Iterator<Item = &Value> {
+    figures["classes"].as_array().into_iter().flatten()
+}
+
+fn text<'v>(value: &'v Value, key: &str) -> &'v str {
+    value[key].as_str().unwrap_or("?")
 }
 
 /// Runs `export`.

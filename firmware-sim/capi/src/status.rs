@@ -122,7 +122,7 @@ impl GestusStatus {
             Self::NotFound => c"no joint, style, action or group has that name or number",
             Self::Text => c"a string is not UTF-8, or too long",
             Self::BlobTruncated => c"the blob's length is not the one in its header: copy all of it again",
-            Self::BlobMagic => c"this is not a Gestus blob: build one with `gestus build`",
+            Self::BlobMagic => c"this is not a Gestus blob, or not the place where one begins: build one with `gestus build`",
             Self::BlobVersion => {
                 c"the blob has another format version: build it again with the builder of this version"
             }

@@ -78,7 +78,7 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
         Ok(database) => database,
         Err(error) => {
             log::refused(error);
-            semihosting::process::exit(exit::DATABASE)
+            end(exit::DATABASE, c"gestus: the database can't be opened: is it at the address in README.md, and of this version?\n")
         }
     };
     log::opened(database.counts().frames, database.counts().classes, T::instructions(u64::from(open)));
@@ -87,7 +87,7 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
         Ok(fit) => (fit, open),
         Err(error) => {
             log::unfit(error);
-            semihosting::process::exit(exit::CAPACITY)
+            end(exit::CAPACITY, c"gestus: the database has more joints or classes than this image has room for\n")
         }
     }
 }
@@ -100,7 +100,18 @@ pub const HINGES: usize = 32;
 fn with_robot<B>(board: B, database: &Database<'_>) -> gestus_core::link::Driver<'static, B, HINGES> {
     use gestus_core::{link::Driver, robot::Robot};
     let driver = Robot::open(flash::robot()).ok().and_then(|robot| Driver::new(board, robot, database).ok());
-    driver.unwrap_or_else(|| semihosting::process::exit(exit::ROBOT))
+    driver.unwrap_or_else(|| end(exit::ROBOT, c"gestus: no robot's tables of this database follow it\n"))
+}
+
+/// Prints why the image ends, for a person who has started the emulator by hand, and ends the emulation.
+#[cold]
+fn end(code: i32, why: &core::ffi::CStr) -> ! {
+    // With the log on, this channel carries its frames.
+    #[cfg(not(feature = "defmt"))]
+    semihosting::sys::arm_compat::sys_write0(why);
+    #[cfg(feature = "defmt")]
+    let _ = why;
+    semihosting::process::exit(code)
 }
 
 #[inline(never)]

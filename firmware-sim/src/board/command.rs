@@ -40,9 +40,10 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v2-legs.
 /// Run the firmware in an emulator, stream a clip through it, and compare every bit with this machine.
 #[derive(clap::Args, Debug)]
 #[command(
-    mut_arg("unit", |unit| unit.requires("input")),
-    mut_arg("floor", |floor| floor.requires("input")),
-    mut_arg("root", |root| root.requires("input"))
+    mut_arg("unit", |unit| unit.requires("input").conflicts_with("generated")),
+    mut_arg("floor", |floor| floor.requires("input").conflicts_with("generated")),
+    mut_arg("up", |up| up.requires("input").conflicts_with("generated")),
+    mut_arg("root", |root| root.requires("input").conflicts_with("generated"))
 )]
 pub struct BoardArgs {
     #[arg(required_unless_present = "all", conflicts_with = "all", help = format!("The board: {}, or the name of QEMU's machine", boards::names()))]
@@ -61,14 +62,14 @@ pub struct BoardArgs {
     #[command(flatten)]
     stream: StreamArgs,
     /// Use generated motion in place of a database and a clip: 28 classes, or 6 on m0
-    #[arg(long, conflicts_with_all = ["db", "input", "long_stream"])]
+    #[arg(long, conflicts_with_all = ["db", "input"])]
     generated: bool,
     /// With --generated: stream a clip that leaps to another motion every few frames, the worst case for the search
-    #[arg(long, requires = "generated")]
+    #[arg(long, requires = "generated", conflicts_with_all = ["db", "input"])]
     leaps: bool,
     /// In place of a clip, stream 10,000 frames of a small database's own motion with changing settings; the digest is
     /// the same on every machine
-    #[arg(long, conflicts_with_all = ["db", "input"])]
+    #[arg(long)]
     long_stream: bool,
     /// Stream at most this many frames of the clip
     #[arg(long)]
@@ -83,17 +84,17 @@ pub struct BoardArgs {
     robot: RobotArgs,
     /// Count on m4f the instructions of the work around a step: retargeting both ways, retiming, a robot's servos, the
     /// effort dial
-    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream"])]
+    #[arg(long)]
     around: bool,
     /// Count on m4f or m0 the instructions of elementary functions of libm and micromath, and measure their errors
-    #[arg(long, conflicts_with_all = ["all", "image", "db", "generated", "long_stream", "around"])]
+    #[arg(long)]
     functions: bool,
     /// Build the image with micromath's sine and cosine, and report the joints' difference from this machine, which
     /// uses libm, instead of requiring the same bits
-    #[arg(long, conflicts_with_all = ["image", "long_stream"])]
+    #[arg(long, conflicts_with = "image")]
     micromath: bool,
     /// Only build the images, and print their paths
-    #[arg(long, conflicts_with_all = ["image", "db", "input"])]
+    #[arg(long)]
     build: bool,
     /// With --build: include the sizes of stack frames in the ELF file, for a static bound
     #[arg(long, requires = "build")]

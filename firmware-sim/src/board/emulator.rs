@@ -77,7 +77,7 @@ impl Emulator {
         let status = self.child.try_wait().ok()??;
         Some(match status.code() {
             Some(2) => "the board refuses the database: is its firmware older than the file?".into(),
-            Some(3) => "the database exceeds the capacity of the board's image for joints or classes".into(),
+            Some(3) => "the database has more joints or classes than the board's image has room for (firmware-sim/image/README.md): build it with fewer --joints, --actions or --styles".into(),
             Some(4) => {
                 "the board has no robot's tables after its database, or tables made for another database"
                     .into()

@@ -35,6 +35,8 @@ pub struct HostCounts {
     pub requests: u64,
     /// Requests sent again because no reply came in time.
     pub repeats: u64,
+    /// Bytes received.
+    pub bytes: u64,
     /// Undamaged frames received.
     pub frames: u64,
     /// Replies to requests that already had one.
@@ -54,7 +56,7 @@ pub struct HostCounts {
 #[non_exhaustive]
 pub enum LinkError {
     /// The line failed or was closed.
-    #[error("the line failed: {0}")]
+    #[error("the line failed")]
     Line(#[from] io::Error),
     /// No reply came.
     #[error("no reply within {seconds:.1} s, after {retries} retries{}", advice(.counts))]
@@ -98,9 +100,14 @@ pub enum LinkError {
 }
 
 fn advice(counts: &HostCounts) -> &'static str {
-    match (counts.frames, counts.cut + counts.corrupted + counts.overlong) {
-        (0, 0) => ": is the board running, and is it on this port?",
-        (0, _) => ", and the bytes received are not frames: is the baud rate right?",
+    match (counts.bytes, counts.frames) {
+        (0, _) => ": is the board running, and is it on this port?",
+        (_, 0) => {
+            ", and the bytes received are not frames: is the baud rate right, and does the board serve the link?"
+        }
+        (_, frames) if frames == counts.foreign => {
+            ", and the frames received are this host's own: something echoes them, and no board answers"
+        }
         _ => ": the board has stopped, or the line has become worse",
     }
 }
@@ -241,6 +248,7 @@ impl<L: Line> Client<L> {
             }
             let mut buffer = [0; 512];
             let count = self.line.receive(&mut buffer, until - now)?;
+            self.counts.bytes += count as u64;
             // In reverse, so that the next byte is the last.
             self.arrived.extend(buffer[..count].iter().rev());
         }

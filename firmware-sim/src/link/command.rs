@@ -3,6 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
+use clap::value_parser;
 use gestus_core::{BlobError, Database, robot::Robot};
 use gestus_database::{
     command_line::{
@@ -36,19 +37,19 @@ pub struct LinkArgs {
     /// The line: DEVICE[@BAUD] (a serial port), tcp:HOST:PORT, unix:PATH, or loopback (a board in this process)
     port: String,
     /// Only print the board's identity and statistics; needs neither database, clip nor style
-    #[arg(long, conflicts_with_all = ["ClipArgs", "UnitArgs", "GroundArgs", "StylizerArgs", "MethodArgs", "RobotArgs", "pace", "noise"])]
+    #[arg(long)]
     probe: bool,
     #[command(flatten)]
     clip: Option<ClipArgs>,
     /// Send frames at the database's rate, instead of each as soon as the previous one is answered
     #[arg(long)]
     pace: bool,
-    /// Milliseconds to wait for a reply before the request is sent again; doubled after each attempt, up to 8 times
-    /// this value
-    #[arg(long, default_value_t = 250)]
+    /// Milliseconds to wait for a reply before the request is sent again, 1 to 60000; doubled after each attempt, up to 8
+    /// times this value
+    #[arg(long, default_value_t = 250, value_name = "MS", value_parser = value_parser!(u64).range(1..=60_000))]
     timeout: u64,
-    /// Retries before the command gives up
-    #[arg(long, default_value_t = 20)]
+    /// Retries before the command gives up, 0 to 255
+    #[arg(long, default_value_t = 20, value_name = "N")]
     repeats: u8,
     #[command(flatten)]
     robot: RobotArgs,
@@ -128,7 +129,7 @@ impl RobotArgs {
 }
 
 fn client<L: Line>(line: L, timeout_ms: u64, repeats: u8) -> Client<L> {
-    let first_timeout = Duration::from_millis(timeout_ms.max(1));
+    let first_timeout = Duration::from_millis(timeout_ms);
     let retry = RetryPolicy { first_timeout, max_timeout: first_timeout * 8, retries: repeats };
     Client::new(line, Client::<L>::new_session(), retry)
 }

@@ -127,28 +127,30 @@ impl<L: Line + ?Sized, P: DerefMut<Target = L>> Line for P {
 /// - `DEVICE` or `DEVICE@BAUD`, a serial port: `/dev/ttyACM0`, `COM3@115200`.
 ///
 /// # Errors
-/// There is no such line, or it can't be opened; the message lists the serial ports of this machine.
+/// There is no such line, or it can't be opened; the message lists the serial ports of this machine. The caller adds the
+/// name.
 pub fn open(name: &str) -> Result<Box<dyn Line>> {
     if let Some(address) = name.strip_prefix("tcp:") {
-        let stream = TcpStream::connect(address).with_context(|| format!("{name}: can't connect"))?;
+        let stream =
+            TcpStream::connect(address).context("can't connect: does the other end listen there?")?;
         stream.set_nodelay(true)?;
         return Ok(Box::new(Piped::new(stream.try_clone()?, stream)));
     }
     if let Some(path) = name.strip_prefix("unix:") {
-        return unix(path).with_context(|| format!("{name}: can't connect"));
+        return unix(path).context("can't connect: does the other end listen there?");
     }
     let (device, baud) = match name.rsplit_once('@') {
         Some((device, baud)) => {
-            let baud = baud.parse().with_context(|| {
-                format!("{name}: `{baud}` is not a baud rate: write, for example, {device}@115200")
-            })?;
+            let Ok(baud) = baud.parse() else {
+                bail!("`{baud}` is not a baud rate: write, for example, {device}@115200")
+            };
             (device, baud)
         }
         None => (name, BAUD),
     };
     let port = match serialport::new(device, baud).timeout(POLL).open() {
         Ok(port) => port,
-        Err(error) => bail!("{device}: {error}; {}", ports()),
+        Err(error) => bail!("{error}; {}", ports()),
     };
     Ok(Box::new(Piped::new(port.try_clone()?, port)))
 }

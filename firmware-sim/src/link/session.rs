@@ -289,7 +289,7 @@ impl<'t, L: Line> Session<'t, L> {
             bail!("the board's capacity is {capacity} neighbors a class, not {k}: give --k {capacity}");
         }
         for setting in settings(request)? {
-            self.set(&setting).with_context(|| format!("the board refuses {}", name(&setting)))?;
+            self.set(&setting).with_context(|| format!("setting {} on the board", name(&setting)))?;
         }
         Ok(())
     }

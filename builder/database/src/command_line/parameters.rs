@@ -115,6 +115,9 @@ impl ParameterArgs {
             }
             config = match parameters::set(config, parameter.number, value) {
                 Ok(config) if parameter.range.contains(value) => config,
+                Err(_) if parameter.range.contains(value) => {
+                    bail!("--{} {value}: a whole number from {}", option(parameter), parameter.range)
+                }
                 _ => bail!("--{} {value}: from {}", option(parameter), parameter.range),
             };
         }
@@ -159,6 +162,8 @@ mod tests {
                 assert!(message.contains(&option(parameter)), "{message}");
             }
         }
+        let message = applied(Config::new(), "--k 8.5").unwrap_err().to_string();
+        assert!(message.contains("a whole number from 1 to 64"), "{message}");
         assert_eq!(applied(Config::new(), "--safety hold").unwrap().safety, gestus_core::Safety::Hold);
     }
 

@@ -111,11 +111,11 @@ pub struct StylizerArgs {
     /// (predicted times, within --lead and --lag of the input)
     #[arg(long, value_enum, default_value_t = OutputTime::Free)]
     timing: OutputTime,
-    /// With --timing bounded: greatest time by which a pose may be early, seconds [default: 0.2]. It delays a live
-    /// stream
+    /// With --timing bounded: greatest time by which a pose may be early, seconds, 0 to 10 [default: 0.2]. It delays a
+    /// live stream
     #[arg(long)]
     lead: Option<f32>,
-    /// With --timing bounded: greatest time by which a pose may be late, seconds [default: 0.2]
+    /// With --timing bounded: greatest time by which a pose may be late, seconds, 0 to 10 [default: 0.2]
     #[arg(long)]
     lag: Option<f32>,
     /// Do not hold standing feet in place
@@ -124,7 +124,7 @@ pub struct StylizerArgs {
     /// Joint groups that the search ignores, by their names in the database: body, left-arm, right-arm
     #[arg(long, value_delimiter = ',')]
     mask: Vec<String>,
-    /// Strength of the style in a joint group: left-arm=0.5
+    /// Strength of the style in a joint group, 0 (the input) to 2 (exaggerated), 1 by default: left-arm=0.5
     #[arg(long, value_delimiter = ',')]
     strength: Vec<String>,
     /// A joint group's own style instead of --style: left-arm=proud,right-arm=proud, or a mix of up to three,
