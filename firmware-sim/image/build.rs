@@ -2,25 +2,34 @@
 
 use std::{env, error::Error, fs, path::PathBuf};
 
+/// The memory map of each board, by target and reported name. Without `GESTUS_BOARD` the first of the target counts.
+const MAPS: [(&str, &str, &str); 8] = [
+    ("thumbv7em-none-eabihf", "mps2-an386", "an386.x"),
+    ("thumbv7em-none-eabihf", "mps2-an500", "an500.x"),
+    ("thumbv8m.main-none-eabihf", "mps2-an505", "an505.x"),
+    ("thumbv6m-none-eabi", "microbit", "microbit.x"),
+    ("thumbv6m-none-eabi", "mps2-an386-armv6m", "an386.x"),
+    ("riscv32imafc-unknown-none-elf", "virt-rv32imafc", "virt.x"),
+    ("riscv32imac-unknown-none-elf", "virt-rv32imac", "virt.x"),
+    ("riscv32imc-unknown-none-elf", "virt-rv32imc", "virt.x"),
+];
+
 fn main() -> Result<(), Box<dyn Error>> {
     let target = env::var("TARGET")?;
     println!("cargo:rerun-if-env-changed=GESTUS_BOARD");
-    let wanted = env::var("GESTUS_BOARD").unwrap_or_default();
-    let (map, board) = match target.as_str() {
-        "thumbv7em-none-eabihf" if wanted == "mps2-an500" => ("an500.x", "mps2-an500"),
-        "thumbv7em-none-eabihf" => ("an386.x", "mps2-an386"),
-        "thumbv8m.main-none-eabihf" => ("an505.x", "mps2-an505"),
-        "thumbv6m-none-eabi" if wanted == "mps2-an386-armv6m" => ("an386.x", "mps2-an386-armv6m"),
-        "thumbv6m-none-eabi" => ("microbit.x", "microbit"),
-        t if t.starts_with("riscv32") => ("virt.x", "virt"),
-        other => return Err(format!("no board has the target {other}: see the README").into()),
+    let wanted = env::var("GESTUS_BOARD").ok();
+    let named = |board: &str| wanted.as_deref().is_none_or(|wanted| wanted == board);
+    let of_target = MAPS.iter().find(|(of, board, _)| *of == target && named(board));
+    let Some((_, board, map)) = of_target else {
+        let wanted = wanted.as_deref().unwrap_or("any name");
+        return Err(format!("no board of {target} reports {wanted}: add a row to MAPS in image/build.rs").into());
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::copy(PathBuf::from("memory").join(map), out.join("memory.x"))?;
     // The runtime asks for names of the device's interrupts: `src/vectors.rs` names none.
     fs::write(out.join("device.x"), "")?;
     println!("cargo:rerun-if-changed=memory/{map}");
-    if map == "microbit.x" {
+    if *map == "microbit.x" {
         println!("cargo:rerun-if-env-changed=GESTUS_BLOB");
         let Ok(blob) = env::var("GESTUS_BLOB") else {
             return Err("name the database that the image is to hold in GESTUS_BLOB: see the README".into());
@@ -42,7 +51,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("cargo:rustc-cfg={board}");
         }
     }
-    let board = if wanted.is_empty() { board } else { &wanted };
     println!("cargo:rustc-env=GESTUS_BOARD={board}");
     println!("cargo:rustc-env=GESTUS_BUILD={} {target}", env::var("CARGO_PKG_VERSION")?);
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {

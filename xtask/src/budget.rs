@@ -72,7 +72,7 @@ const TOGETHER: ([&str; 2], [&str; 3]) = (["contacts", "lock"], ["retarget_in", 
 /// # Errors
 /// Where something can't be run or read.
 pub fn run(setup: bool, record: bool) -> Result<Outcome> {
-    if let Some(missing) = missing(setup) {
+    if let Some(missing) = missing(setup)? {
         return Ok(Outcome::Skipped(missing));
     }
     let path = root().join(FILE);

@@ -23,9 +23,12 @@ struct Step {
 }
 
 /// Installs what the steps need. What could not be installed is found missing by the step that needs it.
-pub fn setup() -> Outcome {
+///
+/// # Errors
+/// As [`firmware::missing`].
+pub fn setup() -> Result<Outcome> {
     tools::install_all();
-    Outcome::passed_but_for(firmware::missing(true).into_iter().chain(wasm::missing(true)))
+    Ok(Outcome::passed_but_for(firmware::missing(true)?.into_iter().chain(wasm::missing(true))))
 }
 
 /// Cargo's arguments for the tests of the feature micromath.
@@ -35,7 +38,10 @@ pub const MICROMATH: [&str; 6] =
 /// Runs every step. What fails is in the summary and the outcome.
 pub fn run(setup: bool) -> Outcome {
     if setup {
-        self::setup();
+        match self::setup() {
+            Ok(outcome) => println!("setup: {}", word(&outcome)),
+            Err(e) => println!("setup: {e:#}"),
+        }
     }
     let mut steps = Vec::new();
     let mut step = |name, chore: &dyn Fn() -> Result<Outcome>| {

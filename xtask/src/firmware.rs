@@ -1,7 +1,9 @@
 //! `cargo xtask firmware`: the images of all boards, and in the emulator a long stream that has to give the bits of
 //! this machine on every one, in debug and in release.
 
-use anyhow::{Context, Result};
+use std::collections::BTreeSet;
+
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 use crate::{
@@ -10,24 +12,32 @@ use crate::{
     target, tools,
 };
 
-/// Targets of the boards.
-const TARGETS: [&str; 6] = [
-    "thumbv7em-none-eabihf",
-    "thumbv8m.main-none-eabihf",
-    "thumbv6m-none-eabi",
-    "riscv32imafc-unknown-none-elf",
-    "riscv32imac-unknown-none-elf",
-    "riscv32imc-unknown-none-elf",
-];
-const EMULATORS: [&str; 2] = ["qemu-system-arm", "qemu-system-riscv32"];
+/// The table of boards.
+const BOARDS: &str = "firmware-sim/src/board/boards.rs";
 /// Frames that go over every board's link.
 const LINKED: &str = "12";
 /// The digest of the long stream, on every machine.
 const GOLDEN: &str = "tests/golden/long-stream.txt";
 
 /// What is missing for the boards, after trying to install it where that is wanted.
-pub fn missing(setup: bool) -> Option<String> {
-    TARGETS.iter().find_map(|t| target::find(t, setup).err()).or_else(|| tools::missing(&EMULATORS, setup))
+///
+/// # Errors
+/// A table of boards that can't be read.
+pub fn missing(setup: bool) -> Result<Option<String>> {
+    let target = of_boards("target")?.iter().find_map(|t| target::find(t, setup).err());
+    let emulators = of_boards("emulator")?;
+    let emulators: Vec<&str> = emulators.iter().map(String::as_str).collect();
+    Ok(target.or_else(|| tools::missing(&emulators, setup)))
+}
+
+/// The values of a field in the table of boards, which is read as text, so that no chore waits for the simulator.
+fn of_boards(field: &str) -> Result<BTreeSet<String>> {
+    let table = std::fs::read_to_string(root().join(BOARDS)).with_context(|| BOARDS.to_owned())?;
+    let prefix = format!("{field}: \"");
+    let values = table.lines().filter_map(|line| line.trim().strip_prefix(&prefix)?.split('"').next());
+    let values: BTreeSet<String> = values.map(str::to_owned).collect();
+    ensure!(!values.is_empty(), "{BOARDS}: no board has a line `{field}: \"…\"`");
+    Ok(values)
 }
 
 /// Builds and streams.
@@ -35,7 +45,7 @@ pub fn missing(setup: bool) -> Option<String> {
 /// # Errors
 /// Where a command can't be run or says something else than JSON.
 pub fn run(setup: bool) -> Result<Outcome> {
-    if let Some(missing) = missing(setup) {
+    if let Some(missing) = missing(setup)? {
         return Ok(Outcome::Skipped(missing));
     }
     run_command(sim()?.args(["board", "--all", "--build"]))?;

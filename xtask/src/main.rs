@@ -143,7 +143,7 @@ fn main() -> ExitCode {
 fn run(chore: Chore) -> Result<Outcome> {
     match chore {
         Chore::Ci { setup } => Ok(ci::run(setup)),
-        Chore::Setup => Ok(ci::setup()),
+        Chore::Setup => ci::setup(),
         Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
         Chore::Core { setup } => bare_metal::run(setup),
         Chore::NoPanic { setup } => no_panic::run(setup),

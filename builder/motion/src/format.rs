@@ -127,3 +127,19 @@ pub struct EndingError {
 pub(crate) fn is_gltf(path: &Path) -> bool {
     Format::of(path) == Some(Format::Gltf)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_names_the_endings_names_all_that_are_read() {
+        for place in ["../../docs/COMMANDS.md", "../page/web/index.html"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(place);
+            let text = std::fs::read_to_string(&path).unwrap();
+            let endings = Format::endings_that_are_read();
+            let names_all = |line: &str| endings.split(", ").all(|ending| line.contains(ending));
+            assert!(text.lines().any(names_all), "{place}: no line names {endings}");
+        }
+    }
+}

@@ -340,7 +340,8 @@
     e.preventDefault();
     document.body.classList.remove("over");
     const files = [...(e.dataTransfer?.files || [])];
-    const file = files.find((f) => /\.(bvh|glb|gltf|vrma?|gestus)$/i.test(f.name)) || files[0];
+    const endings = $("open").accept.split(",");
+    const file = files.find((f) => endings.some((e) => f.name.toLowerCase().endsWith(e))) || files[0];
     if (file) openFile(file);
   });
   addEventListener("keydown", (e) => {
