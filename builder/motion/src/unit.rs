@@ -102,8 +102,11 @@ impl UnitGuess {
         };
         let known = Unit::KNOWN.into_iter().find(|known| (known.metres() / metres - 1.0).abs() < 1e-9);
         let taken = known.unwrap_or(Unit::Other(metres));
+        // Three digits of it: it may be any size.
+        let digits = 10f64.powi(2 - height_m.log10().floor() as i32);
+        let tall = (height_m * digits).round() / digits;
         let said = format!(
-            "the body is about {height_m:.2e} m tall in the format's unit, {}: lengths are taken in another, of {} m; if \
+            "the body is about {tall} m tall in the format's unit, {}: lengths are taken in another, of {} m; if \
              that is wrong, give the unit, or export the file in metres",
             unit.name(),
             taken.metres()

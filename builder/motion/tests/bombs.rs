@@ -7,6 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use gestus_motion::{
     binding::{Options, to_clip},
     capture::{self, CaptureError, read_folder},
@@ -16,6 +17,10 @@ use gestus_motion::{
         gltf::{self, GltfErrorKind},
         urdf::{Robot, UrdfError},
     },
+};
+use meshoptimizer_rs::{
+    Workspace,
+    codec::{VertexEncoding, encode_vertex_buffer},
 };
 use serde_json::json;
 
@@ -244,6 +249,66 @@ fn gltf_bombs() {
     assert!(matches!(gltf_error("chain", &text, &[]), GltfErrorKind::TooDeep { .. }));
 }
 
+/// Views that say that they unpack to far more than the file has bytes.
+fn packed_bombs() {
+    // A body whose rotations are packed; a thousand numbers a byte.
+    let packed = |count: usize, stream: &[u8]| {
+        let mut made = overlapping(1, 2);
+        let view = json!({ "buffer": 0, "byteOffset": 8, "byteLength": stream.len(), "byteStride": 4, "count": count,
+            "mode": "ATTRIBUTES" });
+        made["bufferViews"][1] = json!({ "buffer": 1, "byteLength": 4 * count,
+            "extensions": { "KHR_meshopt_compression": view } });
+        made["buffers"] =
+            json!([{ "uri": "keys.bin", "byteLength": 8 + stream.len() }, { "byteLength": 4 * count }]);
+        let times: Vec<u8> = [1f32, 2.0].iter().flat_map(|t| t.to_le_bytes()).collect();
+        (made, [&times[..], stream].concat())
+    };
+    let zeros = vec![0; 400_000_000];
+    let work = &mut Workspace::default();
+    let stream = encode_vertex_buffer(&zeros, zeros.len() / 4, 4, VertexEncoding::DEFAULT, work).unwrap();
+    let all = zeros.len() / 4;
+    drop(zeros);
+    assert!(stream.len() < 500_000);
+    let (made, data) = packed(all, &stream);
+    let said = gltf_error("zeros", &made.to_string(), &data);
+    assert!(matches!(said, GltfErrorKind::Inflates { view: 1, .. }), "{said}");
+    // A promise without bytes, and one that no number holds.
+    for count in [5_000_000, u32::MAX as usize, usize::MAX / 4, usize::MAX] {
+        let (mut made, data) = packed(2, &stream[..40]);
+        made["bufferViews"][1]["extensions"]["KHR_meshopt_compression"]["count"] = json!(count);
+        let said = gltf_error("promise", &made.to_string(), &data);
+        assert!(matches!(said, GltfErrorKind::Inflates { .. } | GltfErrorKind::Packed { .. }), "{said}");
+    }
+    // Many views of the same bytes, each within the limit.
+    let count = 1_600_000;
+    let turn = [0, 0, 0, 255].repeat(count);
+    let part = encode_vertex_buffer(&turn, count, 4, VertexEncoding::DEFAULT, work).unwrap();
+    drop(turn);
+    let (one, data) = packed(count, &part);
+    let mut made = overlapping(50, 2);
+    made["buffers"] = one["buffers"].clone();
+    let views: Vec<_> = (0..50).map(|_| one["bufferViews"][1].clone()).collect();
+    made["bufferViews"] = [one["bufferViews"][0].clone()].into_iter().chain(views).collect();
+    for j in 0..50 {
+        made["accessors"][j]["bufferView"] = json!(j + 1);
+    }
+    made["accessors"][50]["bufferView"] = json!(0);
+    let said = gltf_error("many", &made.to_string(), &data);
+    assert!(matches!(said, GltfErrorKind::Inflates { .. }), "{said}");
+    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
+    made["buffers"][0]["uri"] = json!(uri);
+    let unpacked = |made: &serde_json::Value| {
+        let text = made.to_string();
+        within("unpacked", text.len(), || gltf::unpacked(text.as_bytes(), "bomb.gltf"))
+    };
+    let said = unpacked(&made);
+    assert!(matches!(said.unwrap_err().kind, GltfErrorKind::Inflates { .. }));
+    for view in &mut made["bufferViews"].as_array_mut().unwrap()[2..] {
+        view["extensions"] = json!({});
+    }
+    assert!(unpacked(&made).unwrap().len() > 4 * count);
+}
+
 fn urdf_bombs() {
     let error =
         |what: &str, text: &str| within(what, text.len(), || Robot::parse(text, "bomb.urdf")).unwrap_err();
@@ -316,6 +381,7 @@ fn a_folder_of_traps(folder: &Path) {
 fn no_file_takes_more_than_its_share() {
     bvh_bombs();
     gltf_bombs();
+    packed_bombs();
     urdf_bombs();
     let folder = tempfile::tempdir().unwrap();
     writers(folder.path());

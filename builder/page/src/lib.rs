@@ -59,7 +59,7 @@ pub extern "C" fn data_length() -> usize {
 }
 
 /// Calls a function by its number: 0 [`Page::database`], 1 [`Page::clip`], 2 [`Page::animation`], 3 [`Page::translate`],
-/// 4 [`Page::file`]. Returns 0, or 1 where it failed and the text is the message.
+/// 4 [`Page::file`], 5 [`Page::unpacked`]. Returns 0, or 1 where it failed and the text is the message.
 #[allow(unsafe_code, reason = "the name of an export")]
 #[unsafe(no_mangle)]
 pub extern "C" fn call(function: u32) -> u32 {
@@ -70,6 +70,7 @@ pub extern "C" fn call(function: u32) -> u32 {
             2 => page.animation(),
             3 => page.translate(),
             4 => page.file(),
+            5 => page.unpacked(),
             _ => Err(anyhow::anyhow!("the module has no function {function}")),
         };
         let failed = answer.is_err();

@@ -13,6 +13,7 @@ use gestus_database::stream::{
 use gestus_motion::{
     capture::{Document, documents},
     clip::Clip,
+    formats::gltf,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -117,6 +118,14 @@ impl Page {
         answer["verdict"] = Verdict::of(&database, input, &streamed).json();
         self.streamed = Some(streamed);
         Ok(answer)
+    }
+
+    /// Unpacks the views of the glTF file in the data, whose name is in the text, for those who draw its meshes; the data is
+    /// the file without packing.
+    pub fn unpacked(&mut self) -> Result<Value> {
+        let Named { name } = serde_json::from_slice(&self.text)?;
+        self.data = gltf::unpacked(&std::mem::take(&mut self.data), &name)?;
+        Ok(json!({ "name": name }))
     }
 
     /// Writes the output, in the form of the input's file. Answers with its name; the data is the file.

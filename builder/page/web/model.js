@@ -24,8 +24,9 @@ const MATRIX = {
 };
 
 class Model {
-  // `bytes`: a .glb, or a .gltf whose buffers are data URIs.
-  constructor(bytes) {
+  // `bytes`: a .glb, or a .gltf whose buffers are data URIs. `unpack`: makes one whose data is not packed of one whose data is.
+  constructor(bytes, unpack) {
+    this.unpack = unpack;
     this.read(bytes);
     this.parents = this.json.nodes.map(() => -1);
     this.json.nodes.forEach((node, i) => (node.children || []).forEach((c) => { this.parents[c] = i; }));
@@ -50,6 +51,8 @@ class Model {
     } else {
       this.json = text(bytes);
     }
+    const isPacked = ({ extensions = {} }) => extensions.EXT_meshopt_compression || extensions.KHR_meshopt_compression;
+    if ((this.json.bufferViews || []).some(isPacked)) return this.read(this.unpack(bytes));
     this.buffers = (this.json.buffers || []).map((buffer) => {
       if (!buffer.uri) return bin;
       const data = buffer.uri.split(";base64,")[1];
@@ -83,15 +86,27 @@ class Model {
     const positions = at("POSITION"), count = positions.length / 3;
     const look = this.json.materials?.[material]?.pbrMetallicRoughness || {};
     const picture = this.json.textures?.[look.baseColorTexture?.index];
+    const uvs = at("TEXCOORD_0");
+    if (uvs) Model.place(uvs, look.baseColorTexture?.extensions?.KHR_texture_transform);
     return {
-      node, skin, positions, normals: at("NORMAL") || new Float32Array(3 * count), uvs: at("TEXCOORD_0"),
+      node, skin, positions, normals: at("NORMAL") || new Float32Array(3 * count), uvs,
       joints: at("JOINTS_0"), weights: at("WEIGHTS_0"),
       indices: indices === undefined ? Uint32Array.from({ length: count }, (_, i) => i) : Uint32Array.from(this.numbers(indices)),
       color: look.baseColorFactor || [0.8, 0.8, 0.8, 1],
-      image: this.image(picture?.source),
+      image: this.image(picture?.extensions?.EXT_texture_webp?.source ?? picture?.source),
       outPositions: new Float32Array(3 * count), outNormals: new Float32Array(3 * count),
       binds: skin === undefined ? null : this.binds(this.json.skins[skin]),
     };
+  }
+
+  // Places on a picture as they are meant: files that are packed have them as fractions of a part of it.
+  static place(uvs, { offset: [x, y] = [0, 0], rotation = 0, scale: [sx, sy] = [1, 1] } = {}) {
+    const c = Math.cos(rotation), s = Math.sin(rotation);
+    for (let i = 0; i < uvs.length; i += 2) {
+      const u = uvs[i] * sx, v = uvs[i + 1] * sy;
+      uvs[i] = c * u + s * v + x;
+      uvs[i + 1] = c * v - s * u + y;
+    }
   }
 
   binds({ joints, inverseBindMatrices }) {
@@ -114,6 +129,7 @@ class Model {
   // Takes the animation of that name from another version of the file, with the same nodes.
   animate(bytes, name) {
     const other = Object.create(Model.prototype);
+    other.unpack = this.unpack;
     other.read(bytes);
     const animations = other.json.animations || [];
     const found = animations.find((a, i) => (a.name?.trim() || `animation${i}`) === name) || animations[0];

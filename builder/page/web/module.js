@@ -1,7 +1,7 @@
 "use strict";
 // The wasm module (builder/page/src): calls with JSON and bytes, answers with JSON and bytes.
 
-const FUNCTIONS = ["database", "clip", "animation", "translate", "file"];
+const FUNCTIONS = ["database", "clip", "animation", "translate", "file", "unpacked"];
 
 class Module {
   static async load(wasm) {

@@ -157,7 +157,7 @@
   async function useClip(content, name, told = UNTOLD) {
     const next = load(content, name, told);
     if (/\.(glb|gltf)$/i.test(name)) {
-      const model = new Model(content);
+      const model = new Model(content, (packed) => module.call("unpacked", { name }, packed).bytes);
       for (const part of model.parts) {
         if (part.image && stage.gl) part.texture = await createImageBitmap(part.image).then((image) => stage.texture(image), () => null);
       }

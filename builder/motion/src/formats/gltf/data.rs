@@ -21,7 +21,10 @@ use gltf::{
     buffer::{Buffer, Source, View},
 };
 
-use crate::{files::FileError, formats::gltf::error::GltfErrorKind};
+use crate::{
+    files::{FileError, memory},
+    formats::gltf::{document::Content, error::GltfErrorKind, packed::Packed},
+};
 
 /// Reads a file by its path relative to the glTF file.
 pub type Open<'a> = dyn Fn(&Path) -> Result<Vec<u8>, FileError> + 'a;
@@ -35,17 +38,20 @@ pub const BASE64: GeneralPurpose = GeneralPurpose::new(
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The buffers of a file, each read on first use: those of meshes and images never are.
+/// The buffers of a file, each read on first use, and the views that are packed, each unpacked then: those of meshes and
+/// images never are.
 pub struct Buffers<'a> {
     open: &'a Open<'a>,
-    blob: Option<&'a [u8]>,
+    content: &'a Content<'a>,
     read: Vec<OnceCell<Result<Rc<[u8]>, GltfErrorKind>>>,
+    unpacked: HashMap<usize, OnceCell<Result<Vec<u8>, GltfErrorKind>>>,
     /// Files beside this one, for buffers that share one.
     beside: RefCell<HashMap<PathBuf, Rc<[u8]>>>,
     /// Keys' times by accessor: channels share them.
     times: RefCell<HashMap<usize, Rc<[f64]>>>,
     looked_at: Cell<usize>,
     size: Cell<usize>,
+    taken: Cell<usize>,
 }
 
 /// The vectors of an accessor, in the buffer. Shape `[count][N]`.
@@ -109,28 +115,62 @@ impl<const N: usize> Numbers<'_, N> {
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of a document in `size` bytes, whose binary part is `blob`.
-    pub fn new(document: &gltf::Document, size: usize, blob: Option<&'a [u8]>, open: &'a Open<'a>) -> Self {
+    /// The buffers of a file. `open` reads a file beside it.
+    pub fn new(content: &'a Content<'a>, open: &'a Open<'a>) -> Self {
         Self {
             open,
-            blob,
-            read: document.buffers().map(|_| OnceCell::new()).collect(),
+            content,
+            read: content.document.buffers().map(|_| OnceCell::new()).collect(),
+            unpacked: content.packed.keys().map(|&view| (view, OnceCell::new())).collect(),
             beside: RefCell::default(),
             times: RefCell::default(),
             looked_at: Cell::new(0),
-            size: Cell::new(size),
+            size: Cell::new(content.size),
+            taken: Cell::new(0),
         }
     }
 
-    /// Bytes of the file and of those beside it that were read.
-    pub fn size(&self) -> usize {
-        self.size.get()
+    /// Memory that is left for what is made of the file and of those beside it that were read, bytes.
+    pub fn room(&self) -> usize {
+        memory::most(self.size.get()).saturating_sub(self.taken.get())
+    }
+
+    /// Takes memory from the [room](Self::room) for good.
+    pub fn take(&self, bytes: usize) {
+        self.taken.set(self.taken.get().saturating_add(bytes));
+    }
+
+    /// The unpacked bytes of a view, if it is packed; they stay in memory.
+    fn unpacked(&self, view: usize) -> Option<Result<&[u8], GltfErrorKind>> {
+        let (packed, cell) = (self.content.packed.get(&view)?, self.unpacked.get(&view)?);
+        let unpack = || {
+            let size = packed.size();
+            if size > self.room() {
+                return Err(GltfErrorKind::Inflates { view, megabytes: size >> 20 });
+            }
+            self.take(size);
+            self.unpack(view, packed)
+        };
+        Some(cell.get_or_init(unpack).as_deref().map_err(Clone::clone))
+    }
+
+    /// Unpacks a view.
+    pub fn unpack(&self, view: usize, packed: &Packed) -> Result<Vec<u8>, GltfErrorKind> {
+        let wrong = |what| GltfErrorKind::Packed { view, what };
+        let buffer = self.content.document.buffers().nth(packed.buffer);
+        let data = self.get(&buffer.ok_or_else(|| wrong("its buffer is not there"))?)?;
+        let end = packed.byte_offset.checked_add(packed.byte_length);
+        let data = end.and_then(|end| data.get(packed.byte_offset..end));
+        packed.unpack(data.ok_or_else(|| wrong("it is longer than its buffer"))?).map_err(wrong)
     }
 
     fn get(&self, buffer: &Buffer<'_>) -> Result<&[u8], GltfErrorKind> {
         let index = buffer.index();
         match buffer.source() {
-            Source::Bin => self.blob.ok_or(GltfErrorKind::NoBinary { buffer: index }),
+            // Others without a URI stand for what is packed.
+            Source::Bin => {
+                self.content.bin.filter(|_| index == 0).ok_or(GltfErrorKind::NoBinary { buffer: index })
+            }
             Source::Uri(uri) => {
                 self.read[index].get_or_init(|| self.fetch(index, uri)).as_deref().map_err(Clone::clone)
             }
@@ -159,8 +199,15 @@ impl<'a> Buffers<'a> {
         if let Some(known) = self.times.borrow().get(&accessor.index()) {
             return Ok(Ok(known.clone()));
         }
-        let times = ascending(&self.floats::<1>(accessor)?);
+        let numbers = self.floats::<1>(accessor)?;
+        let size = numbers.len().saturating_mul(size_of::<f64>());
+        if size > self.room() {
+            let what = "it and others hold more times than the file has room for";
+            return Err(GltfErrorKind::Accessor { accessor: accessor.index(), what });
+        }
+        let times = ascending(&numbers);
         if let Ok(times) = &times {
+            self.take(size);
             self.times.borrow_mut().insert(accessor.index(), times.clone());
         }
         Ok(times)
@@ -180,6 +227,9 @@ impl<'a> Buffers<'a> {
             return Err(wrong("it is of another shape than what it is used for"));
         }
         let part = |view: &View<'_>| {
+            if let Some(unpacked) = self.unpacked(view.index()) {
+                return unpacked;
+            }
             let data = self.get(&view.buffer())?;
             let start = view.offset();
             start
@@ -235,7 +285,7 @@ impl<'a> Buffers<'a> {
         let looked_at = self.looked_at.get().saturating_add(count * N * size);
         self.looked_at.set(looked_at);
         let (times, besides) = LOOKED_AT;
-        if looked_at > self.size().saturating_mul(times).saturating_add(besides) {
+        if looked_at > self.size.get().saturating_mul(times).saturating_add(besides) {
             return Err(wrong("it and others name far more numbers than the file holds"));
         }
         let numbers = Numbers { data, count, stride, data_type, others };

@@ -3,7 +3,7 @@
 //! Only what is listed here is kept, so that errors in meshes and materials do not prevent reading the motion, and so that
 //! these take no memory. An index of a list that is not there is an error before any code follows it.
 
-use std::{borrow::Cow, collections::HashMap, fmt};
+use std::{collections::HashMap, fmt};
 
 use gltf::{
     Document,
@@ -18,11 +18,9 @@ use serde::{
     de::{Error, SeqAccess, Visitor},
 };
 
-use super::{container::Chunks, error::GltfErrorKind};
+use super::{container::Chunks, error::GltfErrorKind, packed::Packed};
 use crate::files::memory;
 
-/// Extensions that pack the numbers of animations.
-const PACKED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 /// Most nodes of a file; they are the largest objects.
 const MAX_NODES: usize = 1 << 16;
 /// Memory of an object of the JSON, bytes: an accessor.
@@ -30,24 +28,32 @@ const OBJECT_BYTES: usize = 256;
 /// Memory of a number or text in a list, bytes.
 const ITEM_BYTES: usize = 24;
 
-/// The document of a file, and its binary part.
-type Parsed<'a> = (Document, Option<&'a [u8]>);
+/// What a file holds.
+pub struct Content<'a> {
+    /// Its motion.
+    pub document: Document,
+    /// Views whose bytes are packed, by their numbers.
+    pub packed: HashMap<usize, Packed>,
+    /// Its binary part.
+    pub bin: Option<&'a [u8]>,
+    /// Length of the file, bytes.
+    pub size: usize,
+}
 
 /// Parses and checks a file.
-pub fn document(bytes: &[u8]) -> Result<Parsed<'_>, GltfErrorKind> {
+pub fn content(bytes: &[u8]) -> Result<Content<'_>, GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
     let Chunks { json: text, bin, .. } = Chunks::of(bytes)?;
     let needed = weight(text);
     if needed > memory::most(bytes.len()) {
         return Err(GltfErrorKind::TooMuch { megabytes: needed >> 20 });
     }
-    let motion: Motion = serde_json::from_slice(text).map_err(|e| wrong(&e))?;
-    if let Some(packer) = motion.extensions_required.iter().find(|e| PACKED.contains(&&***e)) {
-        return Err(GltfErrorKind::Packed(packer.to_string()));
-    }
+    let mut motion: Motion = serde_json::from_slice(text).map_err(|e| wrong(&e))?;
+    let views = motion.buffer_views.iter_mut().enumerate();
+    let packed = views.filter_map(|(v, view)| Some((v, view.extensions.packed()?))).collect();
     let root = motion.root().map_err(|place| wrong(&format!("{place}: Index out of bounds")))?;
     valid(&root).map_err(|e| wrong(&e))?;
-    Ok((Document::from_json_without_validation(root), bin))
+    Ok(Content { document: Document::from_json_without_validation(root), packed, bin, size: bytes.len() })
 }
 
 /// Checks the JSON, but for accessors without data: these are zeros, or packed with a mesh as Draco's are.
@@ -78,10 +84,8 @@ fn weight(text: &[u8]) -> usize {
 /// The parts of a file that are about motion.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Motion<'t> {
+struct Motion {
     asset: json::Asset,
-    #[serde(default, borrow)]
-    extensions_required: Vec<Cow<'t, str>>,
     #[serde(default, deserialize_with = "nodes")]
     nodes: Vec<NodeJson>,
     #[serde(default)]
@@ -91,7 +95,7 @@ struct Motion<'t> {
     #[serde(default)]
     accessors: Vec<AccessorJson>,
     #[serde(default)]
-    buffer_views: Vec<json::buffer::View>,
+    buffer_views: Vec<ViewJson>,
     #[serde(default)]
     buffers: Vec<json::Buffer>,
 }
@@ -183,7 +187,33 @@ struct AccessorJson {
     sparse: Option<json::accessor::sparse::Sparse>,
 }
 
-impl Motion<'_> {
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct ViewJson {
+    buffer: json::Index<json::Buffer>,
+    byte_length: json::validation::USize64,
+    byte_offset: Option<json::validation::USize64>,
+    byte_stride: Option<json::buffer::Stride>,
+    #[serde(default)]
+    extensions: ViewExtensions,
+}
+
+/// The extensions that pack views. The second is the first, with one more version of a codec.
+#[derive(Deserialize, Default)]
+struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Packed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Packed>,
+}
+
+impl ViewExtensions {
+    fn packed(&mut self) -> Option<Packed> {
+        self.khr.take().or_else(|| self.ext.take())
+    }
+}
+
+impl Motion {
     /// As the library's own structure; an index that points nowhere is named by its place.
     fn root(self) -> Result<Root, String> {
         let count = self.nodes.len();
@@ -206,7 +236,7 @@ impl Motion<'_> {
                 .map(|(a, animation)| animation.whole(a, count))
                 .collect::<Result<_, _>>()?,
             accessors: self.accessors.into_iter().map(AccessorJson::whole).collect(),
-            buffer_views: self.buffer_views,
+            buffer_views: self.buffer_views.into_iter().map(ViewJson::whole).collect(),
             buffers: self.buffers,
             ..Root::default()
         })
@@ -256,6 +286,21 @@ impl AnimationJson {
         }
         let (name, samplers) = (self.name, self.samplers);
         Ok(json::Animation { name, channels, samplers, extensions: None, extras: json::Extras::default() })
+    }
+}
+
+impl ViewJson {
+    fn whole(self) -> json::buffer::View {
+        json::buffer::View {
+            buffer: self.buffer,
+            byte_length: self.byte_length,
+            byte_offset: self.byte_offset,
+            byte_stride: self.byte_stride,
+            name: None,
+            target: None,
+            extensions: None,
+            extras: json::Extras::default(),
+        }
     }
 }
 

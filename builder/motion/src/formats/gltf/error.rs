@@ -27,8 +27,16 @@ pub enum GltfErrorKind {
         "it is shorter than its header or one of its parts says; the file is damaged, fetch or export it again"
     )]
     Cut,
-    #[error("its data is packed by {0}, which Gestus does not unpack; export it without compression")]
-    Packed(String),
+    #[error(
+        "bufferViews[{view}] is packed by meshoptimizer and can't be unpacked: {what}; the file is damaged, fetch or export \
+         it again"
+    )]
+    Packed { view: usize, what: &'static str },
+    #[error(
+        "bufferViews[{view}] says that it unpacks to {megabytes} MB, which is out of proportion to the file; it is damaged, or \
+         unpack it first, as `gltf-transform copy` does"
+    )]
+    Inflates { view: usize, megabytes: usize },
     #[error(
         "buffer {buffer} is in {uri}: {reason}; export one .glb file that holds it, or put it beside this one"
     )]

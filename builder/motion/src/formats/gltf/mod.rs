@@ -5,6 +5,7 @@
 //!
 //! 1. `document` and `data`: the file's motion; the buffers (inside the file, beside it or in data URIs) and the numbers
 //!    in them. Everything is checked before use.
+//!    `packed`: views that meshoptimizer packed.
 //! 2. `tree`: the nodes of the body: the joints of the skin that the animation moves, or without a skin the nodes that
 //!    it moves, with all nodes between them.
 //! 3. `curve`: steps, lines and cubic splines, evaluated at any time (glTF 2.0, section 3.11 and appendix C).
@@ -25,9 +26,11 @@ mod document;
 mod error;
 mod file;
 mod motion;
+mod packed;
 mod rest;
 mod toy;
 mod tree;
+mod unpacked;
 mod write;
 
 pub use error::{GltfError, GltfErrorKind};
@@ -35,3 +38,4 @@ pub use file::{Gltf, read, read_one};
 pub use motion::parse;
 pub use rest::rest;
 pub use toy::toy;
+pub use unpacked::unpacked;

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use super::{
     curve::Curve,
     data::{Buffers, Open},
-    document::{document, names},
+    document::{content, names},
     error::{GltfError, GltfErrorKind},
     tree::Tree,
 };
@@ -16,7 +16,6 @@ use crate::{
     animation::{Animation as Motion, Joint, Recording},
     binding::ConvertError,
     clip::{FRAME_BYTES, MAX_FRAMES, ROTATION_BYTES},
-    files::memory,
     formats::bvh::{MAX_JOINTS, MOST_LENGTH},
     unit::Unit,
 };
@@ -45,13 +44,14 @@ pub fn animations(
     open: &Open<'_>,
     only: Option<Option<&str>>,
 ) -> Result<Vec<(String, Motion)>, GltfErrorKind> {
-    let (document, blob) = document(bytes)?;
-    let tree = Tree::new(&document)?;
-    let buffers = Buffers::new(&document, bytes.len(), blob, open);
+    let content = content(bytes)?;
+    let document = &content.document;
+    let tree = Tree::new(document)?;
+    let buffers = Buffers::new(&content, open);
     // Animations without rotations, as of cameras, doors and faces, have no skeleton.
     let turns = |a: &Animation<'_>| a.channels().any(|c| c.target().property() == Property::Rotation);
     let mut all: Vec<(Animation<'_>, String)> =
-        document.animations().zip(names(&document)).filter(|(animation, _)| turns(animation)).collect();
+        document.animations().zip(names(document)).filter(|(animation, _)| turns(animation)).collect();
     let alone = all.len() == 1;
     if let Some(wanted) = only {
         let names = || all.iter().map(|(_, name)| name.clone()).collect();
@@ -66,14 +66,11 @@ pub fn animations(
         }
     }
     let mut found = Vec::new();
-    let mut taken = 0;
     for (animation, name) in all {
         let curves = Curves::read(&animation, &name, &tree, &buffers)?;
         let title = if alone { file.to_owned() } else { format!("{file}#{name}") };
-        // What all animations of a file may take together.
-        let room = memory::most(buffers.size()).saturating_sub(taken);
-        let motion = curves.document(&tree, &name, &title, room)?;
-        taken += memory_of(motion.frames(), motion.joints.len());
+        let motion = curves.document(&tree, &name, &title, buffers.room())?;
+        buffers.take(memory_of(motion.frames(), motion.joints.len()));
         found.push((name, motion));
     }
     if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) }
@@ -164,10 +161,7 @@ impl<'b> Curves<'b> {
         let all: Vec<&[f64]> = self.times(nodes).collect();
         let start = all.iter().map(|t| t[0]).fold(f64::INFINITY, f64::min);
         let end = all.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
-        // The median spacing: a stray key between two frames does not matter.
-        let mut spacings: Vec<f64> = all.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
-        spacings.sort_by(f64::total_cmp);
-        let rate = spacings.get(spacings.len() / 2).map_or(RESAMPLED, |s| 1.0 / s);
+        let rate = median_spacing(&all).map_or(RESAMPLED, |s| 1.0 / s);
         let whole = rate.round();
         // Times are written in single precision.
         let rate = if (rate - whole).abs() <= 1e-3 * rate { whole } else { rate };
@@ -262,6 +256,27 @@ impl<'b> Curves<'b> {
         let name = title.to_owned();
         Ok(Motion { name, unit: Some(Unit::Metres), rate_hz, notes: self.notes, joints, poses })
     }
+}
+
+/// The median time between keys, seconds: a stray key between two frames does not matter. Curves share times, of which there
+/// is one copy.
+fn median_spacing(curves: &[&[f64]]) -> Option<f64> {
+    let mut shared: HashMap<*const f64, (&[f64], usize)> = HashMap::new();
+    for &times in curves {
+        shared.entry(times.as_ptr()).or_insert((times, 0)).1 += 1;
+    }
+    let spacings = |(times, curves): (&'_ [f64], usize)| -> Vec<(f64, usize)> {
+        times.windows(2).map(|w| (w[1] - w[0], curves)).collect()
+    };
+    let mut all: Vec<(f64, usize)> = shared.into_values().flat_map(spacings).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = all.iter().map(|(_, curves)| curves).sum::<usize>() / 2;
+    let mut before = 0;
+    let middle = |(_, curves): &&(f64, usize)| {
+        before += curves;
+        before > half
+    };
+    all.iter().find(middle).map(|(spacing, _)| *spacing)
 }
 
 /// The nodes that carry a body.

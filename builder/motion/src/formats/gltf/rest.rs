@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix4, Rotation3, Translation3, UnitQuatern
 
 use super::{
     data::{Buffers, Open},
-    document::document,
+    document::content,
     error::{GltfError, GltfErrorKind},
     file::beside,
     motion::{Curves, Rigging, check},
@@ -49,8 +49,9 @@ pub fn rest(path: &Path) -> Result<Vec<Motion>, GltfError> {
 }
 
 fn poses(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<Motion>, GltfErrorKind> {
-    let (document, blob) = document(bytes)?;
-    let tree = Tree::new(&document)?;
+    let content = content(bytes)?;
+    let document = &content.document;
+    let tree = Tree::new(document)?;
     let skinned: Vec<usize> = document.skins().flat_map(|s| s.joints().map(|j| j.index())).collect();
     // An armature without a mesh has no skin.
     let candidates = if skinned.is_empty() { (0..tree.nodes.len()).collect() } else { skinned };
@@ -77,9 +78,9 @@ fn poses(bytes: &[u8], file: &str, open: &Open<'_>) -> Result<Vec<Motion>, GltfE
     let body: HashMap<usize, usize> = rigging.body.iter().enumerate().map(|(j, &n)| (n, j)).collect();
     let parents: Vec<Option<usize>> =
         rigging.body.iter().map(|&n| tree.nodes[n].parent.and_then(|p| body.get(&p).copied())).collect();
-    let buffers = Buffers::new(&document, bytes.len(), blob, open);
+    let buffers = Buffers::new(&content, open);
     // Whether the mesh was bound before or after a node was mirrored, the file does not say.
-    let matrices = if rigging.is_mirrored() { None } else { bind_matrices(&document, &body, &buffers)? };
+    let matrices = if rigging.is_mirrored() { None } else { bind_matrices(document, &body, &buffers)? };
     let bound = matrices.and_then(|known| bound(&own, &parents, &known));
     let differs = |bound: &Vec<Isometry3<f64>>| {
         bound.iter().zip(&own).any(|(a, b)| {

@@ -23,7 +23,7 @@ use crate::{
         Gltf,
         container::{Container, aligned},
         data::{BASE64, Buffers, fetch},
-        document::{document, names},
+        document::{content, names},
         error::GltfErrorKind,
         file::beside,
         motion::{Curves, Rigging},
@@ -68,13 +68,14 @@ impl Gltf {
         elsewhere: bool,
     ) -> Result<Vec<u8>, GltfErrorKind> {
         binding.check(&self.animation.joints, &self.animation.name, clip).map_err(GltfErrorKind::Convert)?;
-        let (document, blob) = document(&self.bytes)?;
-        let tree = Tree::new(&document)?;
-        let known = names(&document);
+        let content = content(&self.bytes)?;
+        let document = &content.document;
+        let tree = Tree::new(document)?;
+        let known = names(document);
         let index = known.iter().position(|n| *n == self.name).ok_or(GltfErrorKind::NoMotion)?;
         let source = document.animations().nth(index).ok_or(GltfErrorKind::NoMotion)?;
         let open = |name: &std::path::Path| beside(&self.folder, name);
-        let buffers = Buffers::new(&document, self.bytes.len(), blob, &open);
+        let buffers = Buffers::new(&content, &open);
         let curves = Curves::read(&source, &self.name, &tree, &buffers)?;
         let rigging = Rigging::of(&tree, &curves.moved)?;
         let carried: Vec<usize> = rigging.above.iter().chain(&rigging.body).copied().collect();
@@ -336,7 +337,7 @@ impl Accessors<'_> {
 
 impl Container<'_> {
     /// Appends bytes as a new view: to the binary part, or else as a buffer of its own within the JSON.
-    fn append(&mut self, data: Vec<u8>) -> Result<(), GltfErrorKind> {
+    pub(super) fn append(&mut self, data: Vec<u8>) -> Result<(), GltfErrorKind> {
         let length = data.len();
         let own = &mut self.json["buffers"][0];
         let (buffer, offset) = match &mut self.bin {
