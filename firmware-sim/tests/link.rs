@@ -269,6 +269,13 @@ fn a_robot_that_is_not_the_databases_is_refused() {
     let toy = Robot::parse(TOY, "toy.urdf").expect("it is a robot");
     let machine = Machine::new(&database, toy, &RobotMap::default()).expect("it suits the database");
     let mut bytes = machine.bytes().to_vec();
+    let path = Path::new(db).with_file_name("own.gestus");
+    std::fs::write(&path, &bytes).expect("it can be written");
+    for angles in [["0"; 17].join(","), "nan".to_owned()] {
+        let own = [path.to_str().expect("a plain path"), "--robot-at", &angles];
+        let (ok, stdout, stderr) = sim(&[&link[..], &own].concat());
+        assert!(!ok && stdout.is_empty() && stderr.contains("16 hinges"), "{stderr}");
+    }
     // Tables for another skeleton, with a valid checksum.
     let header = [header::SKELETON.start, header::CRC.start, header::CRC.end];
     bytes[header[0]] ^= 1;

@@ -68,7 +68,7 @@ pub struct RobotArgs {
     /// its own rate, and every angle and pulse is compared
     #[arg(long, value_name = "ROBOT.gestus")]
     pub robot: Option<PathBuf>,
-    /// The hinges' angles before the first tick, radians, in the order of the tables; 0 by default
+    /// The hinges' angles before the first tick, radians, in the order of the tables; those that are not given are 0
     #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true)]
     pub robot_at: Vec<f32>,
     /// One request a frame for style and servos: the board steps the pose and makes the robot's ticks that are due. This
@@ -92,7 +92,7 @@ impl RobotArgs {
     /// Opens the robot's tables, which have to fit the database.
     ///
     /// # Errors
-    /// Bytes that are not a robot's tables, and tables made for another database.
+    /// Bytes that are not a robot's tables, tables made for another database, and angles of hinges that it does not have.
     pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let robot = Robot::open(bytes).map_err(|error| match error {
@@ -103,6 +103,13 @@ impl RobotArgs {
             error => anyhow::anyhow!("{}: {error}", path.display()),
         })?;
         robot.fits(database, HINGES).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+        let (most, given) = (robot.hinges(), self.robot_at.len());
+        if given > most || !self.robot_at.iter().all(|angle| angle.is_finite()) {
+            bail!(
+                "--robot-at: give finite angles, at most one for each of the {most} hinges of {}; these are {given}",
+                path.display()
+            );
+        }
         Ok(Some(robot))
     }
 
