@@ -288,6 +288,7 @@ typedef enum GestusParameter {
 } GestusParameter;
 
 // A checked blob. It is in memory that the caller provided, and refers to the blob, which has to stay valid as long.
+// Several threads may use it at once, also to make stylizers and to step them, while none of them closes it.
 typedef struct GestusDatabase GestusDatabase;
 
 // Translates a stream of poses to another style. It is in memory that the caller provided, and refers to the blob,

@@ -17,6 +17,7 @@ use crate::{
 };
 
 /// A checked blob. It is in memory that the caller provided, and refers to the blob, which has to stay valid as long.
+/// Several threads may use it at once, also to make stylizers and to step them, while none of them closes it.
 pub struct GestusDatabase {
     _opaque: [u8; 0],
 }

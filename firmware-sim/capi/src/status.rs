@@ -147,7 +147,7 @@ impl GestusStatus {
             Self::Weights => c"weights must be finite, not negative and not all zero, for 1 to 32 styles, or 1 to 3 for a joint group",
             Self::Parameter => c"a parameter is not finite or out of its range",
             Self::Method => c"the database lacks the data that the method needs (choose another method, or build the database with the models), or the library was built without the method, or the method does not support the setting (linear models style the whole body only)",
-            Self::NoDial => c"the database has no effort dial: build it again with two styles or more",
+            Self::NoDial => c"the database has no effort dial: build it again with two styles or more and `--effort`",
             Self::SettingOther => c"the setting is refused",
         }
     }
