@@ -1,5 +1,5 @@
 //! Clips that nobody prepared, which `cargo xtask foreign` fetches: each translates well, or is refused for a true reason.
-//! Skipped where `GESTUS_FOREIGN` names no folder.
+//! Left to `cargo xtask foreign` where `GESTUS_FOREIGN` names no folder.
 //!
 //! | check | limit |
 //! |---|---|
@@ -304,5 +304,8 @@ fn clips_that_nobody_prepared_come_out_well_or_are_refused_for_a_reason() {
         wrong.push(format!("{}: {said}", row.name()));
     }
     println!("{checked} clips checked, {missing} missing");
+    if missing > 0 {
+        real_clips::skip(&format!("{missing} clips, whose packages are missing"));
+    }
     assert!(wrong.is_empty(), "{} clips:\n{}", wrong.len(), wrong.join("\n"));
 }

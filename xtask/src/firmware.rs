@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::{
     log_lines,
-    shell::{Outcome, json, root, run as run_command, sim},
+    shell::{Outcome, cargo, json, root, run as run_command, sim},
     target, tools,
 };
 
@@ -55,11 +55,15 @@ pub fn run(setup: bool) -> Result<Outcome> {
     }
     let golden = std::fs::read_to_string(root().join(GOLDEN)).with_context(|| GOLDEN.to_owned())?;
     let golden = golden.split_whitespace().last().context("the digest of the long stream")?;
+    // Of the whole workspace, as `cargo test --workspace` has compiled it.
+    run_command(cargo().args(["test", "--workspace", "--test", "boards"]).env("GESTUS_BOARDS", "1"))?;
     // Every board's port, and its counter, over the link.
     run_command(sim()?.args(["board", "--all", "--generated", "--frames", LINKED]))?;
     let figures = json(sim()?.args(["board", "--all", "--long-stream", "--json"]))?;
     let mut wrong = Vec::new();
-    for board in figures["boards"].as_array().context("a list of boards")? {
+    let boards = figures["boards"].as_array().context("a list of boards")?;
+    ensure!(!boards.is_empty(), "the long stream went over no board");
+    for board in boards {
         let name = board["board"].as_str().unwrap_or("?");
         let right = board["bit_exact"] == Value::Bool(true) && board["digest"].as_str() == Some(golden);
         println!(

@@ -122,8 +122,11 @@ pub fn run(setup: bool) -> Result<Outcome> {
     let mut test = cargo();
     // Of the whole workspace, as `cargo test --workspace` has compiled it.
     test.args(["test", "--workspace", "--test", "foreign", "--", "--nocapture"]).env("GESTUS_FOREIGN", &all);
-    if let Some(data) = real_data::folder() {
-        test.env("GESTUS_DATA", data);
+    match real_data::folder() {
+        Some(data) => {
+            test.env("GESTUS_DATA", data);
+        }
+        None => missing.push(real_data::MISSING.into()),
     }
     run_command(&mut test)?;
     Ok(Outcome::passed_but_for(missing))

@@ -12,7 +12,7 @@ use std::{
     thread,
 };
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::{
     shell::{
@@ -30,11 +30,11 @@ const CRATES: [&str; 2] = ["core", "builder"];
 /// # Errors
 /// Where a target finds a crash (cargo-fuzz says how to run it again), does not build, or is not there.
 pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
-    let targets: Vec<(&str, String)> = CRATES
-        .iter()
-        .flat_map(|&c| targets(c).into_iter().map(move |t| (c, t)))
-        .filter(|(_, t)| only.is_none_or(|o| o == t))
-        .collect();
+    let mut targets = Vec::new();
+    for krate in CRATES {
+        targets.extend(self::targets(krate)?.into_iter().map(|target| (krate, target)));
+    }
+    targets.retain(|(_, target)| only.is_none_or(|wanted| wanted == target));
     if let (Some(only), true) = (only, targets.is_empty()) {
         bail!("there is no fuzz target `{only}`: they are the files in */fuzz/fuzz_targets");
     }
@@ -147,14 +147,16 @@ fn write_blobs(files: &[&Path]) -> Result<()> {
 }
 
 /// The targets of a crate: its files in `fuzz/fuzz_targets`.
-fn targets(krate: &str) -> Vec<String> {
-    let Ok(entries) = root().join(krate).join("fuzz/fuzz_targets").read_dir() else { return Vec::new() };
+fn targets(krate: &str) -> Result<Vec<String>> {
+    let folder = root().join(krate).join("fuzz/fuzz_targets");
+    let entries = folder.read_dir().with_context(|| folder.display().to_string())?;
     let mut names: Vec<String> = entries
         .flatten()
         .filter_map(|e| Some(e.file_name().to_str()?.strip_suffix(".rs")?.to_owned()))
         .collect();
     names.sort();
-    names
+    ensure!(!names.is_empty(), "{}: no fuzz target", folder.display());
+    Ok(names)
 }
 
 /// What is missing for fuzzing, after trying to install it where that is wanted.
@@ -175,7 +177,7 @@ fn missing(setup: bool) -> Option<String> {
 mod tests {
     #[test]
     fn finds_the_targets() {
-        assert!(super::targets("builder").contains(&"bvh".to_owned()));
-        assert!(super::targets("no-such-crate").is_empty());
+        assert!(super::targets("builder").unwrap().contains(&"bvh".to_owned()));
+        assert!(super::targets("no-such-crate").is_err());
     }
 }

@@ -1,14 +1,14 @@
 //! `cargo xtask real-data`: the tests that need captured motion: those in files `tests/*real*.rs` of any crate. The
 //! motion is not part of the repository; where it is missing there is nothing to run.
 
-use std::{env, path::PathBuf};
+use std::{
+    env,
+    path::{Path, PathBuf},
+};
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
-use crate::shell::{Outcome, cargo, root, run as run_command};
-
-/// Crates whose integration tests named `*real*` want real clips.
-const CRATES: [&str; 4] = ["builder/motion", "builder/database", "firmware-sim", "tests"];
+use crate::shell::{Outcome, cargo, command, root, run as run_command, run_for_stdout};
 
 /// What to do where there are no real clips.
 pub const MISSING: &str =
@@ -23,12 +23,12 @@ pub fn run() -> Result<Outcome> {
         return Ok(Outcome::Skipped(MISSING.into()));
     };
     // Of the whole workspace, whose features `cargo test --workspace` has built it with.
-    let mut command = cargo();
-    command.args(["test", "--workspace"]).env("GESTUS_DATA", &data);
-    for test in CRATES.into_iter().flat_map(real_tests) {
-        command.args(["--test", &test]);
+    let mut test = cargo();
+    test.args(["test", "--workspace"]).env("GESTUS_DATA", &data);
+    for name in real_tests()? {
+        test.args(["--test", &name]);
     }
-    run_command(&mut command)?;
+    run_command(&mut test)?;
     Ok(Outcome::Passed)
 }
 
@@ -39,16 +39,14 @@ pub fn folder() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// Integration tests of a crate with `real` in their names.
-fn real_tests(path: &str) -> Vec<String> {
-    let Ok(entries) = root().join(path).join("tests").read_dir() else { return Vec::new() };
-    let mut tests: Vec<String> = entries
-        .flatten()
-        .filter_map(|e| Some(e.file_name().to_str()?.strip_suffix(".rs")?.to_owned()))
-        .filter(|name| name.contains("real"))
-        .collect();
-    tests.sort();
-    tests
+/// The integration tests with `real` in their names, of every crate.
+fn real_tests() -> Result<Vec<String>> {
+    let list = run_for_stdout(command("git").args(["ls-files", "*real*.rs"]))?;
+    let is_test = |path: &&Path| path.parent().is_some_and(|folder| folder.ends_with("tests"));
+    let names = list.lines().map(Path::new).filter(is_test).filter_map(Path::file_stem);
+    let names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    ensure!(!names.is_empty(), "no tests are called `real`");
+    Ok(names)
 }
 
 #[cfg(test)]
@@ -56,8 +54,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn finds_the_builders_tests() {
-        assert!(real_tests("builder/motion").contains(&"bvh_real".to_owned()));
-        assert!(real_tests("no-such-crate").is_empty());
+    fn finds_the_tests_of_every_crate_and_no_helper_of_theirs() {
+        let found = real_tests().unwrap();
+        assert!(
+            ["bvh_real", "register_real", "real_models"]
+                .iter()
+                .all(|name| found.contains(&(*name).to_owned()))
+        );
+        assert!(!found.contains(&"real_clips".to_owned()));
     }
 }

@@ -19,8 +19,9 @@ fn gaits_are_covered_by_plausible_cycles() {
         return;
     };
     let actions = ["walk", "run", "walk-turn-left", "walk-turn-right"].map(String::from).to_vec();
-    let loaded = load(&Config { data: Some(folder), actions, ..Config::default() }).unwrap();
+    let loaded = load(&Config { data: Some(folder), actions: actions.clone(), ..Config::default() }).unwrap();
     let corpus = &loaded.corpus;
+    assert_eq!(corpus.actions, actions);
     for note in &loaded.notes {
         println!("{note}");
     }
