@@ -75,7 +75,7 @@ impl ClipArgs {
         let own = output.map(|(option, path)| (option, Some(path)));
         let outputs = std::iter::once(("-o", self.output.as_ref())).chain(own);
         check_outputs([Some(&self.db), Some(&self.input), input], outputs)?;
-        check_clip("-o", self.output.as_ref(), Some(&self.input))
+        Ok(check_clip("-o", self.output.as_ref(), Some(&self.input))?)
     }
 
     /// Reads the bytes of the database.

@@ -136,7 +136,7 @@ pub fn run(
 /// Makes the folder of an output, and refuses one that is any of the inputs.
 fn ready(inputs: &[PathBuf], output: &PathBuf) -> Result<()> {
     open::make_folder(output.parent().unwrap_or(Path::new(".")))?;
-    super::check_outputs(inputs.iter().map(Some), [("-o", Some(output))])
+    Ok(super::check_outputs(inputs.iter().map(Some), [("-o", Some(output))])?)
 }
 
 /// Removes a folder and those above it as far as they are empty, below one that existed before.

@@ -234,7 +234,8 @@ fn check(args: &Args) -> Result<()> {
         [("-o", Some(&common.output)), ("--page", common.page.as_ref()), ("--trace", args.trace.as_ref())]
             .into_iter()
             .chain(robot.outputs()),
-    )
+    )?;
+    Ok(())
 }
 
 /// Translates one clip, and returns the figures, which are also printed for people without `--json`.

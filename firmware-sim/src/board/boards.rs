@@ -1,6 +1,6 @@
 //! The emulated boards.
 
-use anyhow::{Result, bail};
+use thiserror::Error;
 
 /// A board, its emulator, and how its image is built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,6 +163,22 @@ pub const BOARDS: [Board; 8] = [
     },
 ];
 
+/// A name by which no board can be chosen.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BoardError {
+    /// No board has it.
+    #[error("there is no board `{0}`: there are {list}", list = names())]
+    Unknown(String),
+    /// It is the machine of these boards.
+    #[error("`{machine}` is the machine of several boards: give one of {list}", list = listed(.boards))]
+    Several {
+        /// The name.
+        machine: String,
+        /// The boards.
+        boards: Vec<&'static Board>,
+    },
+}
+
 /// The short names of all boards.
 pub fn names() -> String {
     listed(&BOARDS.each_ref())
@@ -172,15 +188,15 @@ pub fn names() -> String {
 ///
 /// # Errors
 /// An unknown name, and a machine of several boards; the message lists the boards.
-pub fn find(name: &str) -> Result<&'static Board> {
+pub fn find(name: &str) -> Result<&'static Board, BoardError> {
     if let Some(board) = BOARDS.iter().find(|b| b.name == name || b.reported == name) {
         return Ok(board);
     }
-    let of_machine: Vec<&Board> = BOARDS.iter().filter(|b| b.machine == name).collect();
+    let of_machine: Vec<&'static Board> = BOARDS.iter().filter(|b| b.machine == name).collect();
     match of_machine[..] {
         [board] => Ok(board),
-        [] => bail!("there is no board `{name}`: there are {}", names()),
-        _ => bail!("`{name}` is the machine of several boards: give one of {}", listed(&of_machine)),
+        [] => Err(BoardError::Unknown(name.to_owned())),
+        _ => Err(BoardError::Several { machine: name.to_owned(), boards: of_machine }),
     }
 }
 
@@ -199,7 +215,8 @@ mod tests {
             assert_eq!(find(board.reported).unwrap(), board);
         }
         assert_eq!(find("mps2-an386").unwrap().name, "m4f");
-        assert!(find("virt").unwrap_err().to_string().contains("rv32imafc, rv32imac"));
-        assert!(find("m5").unwrap_err().to_string().contains("m4f, m7, m33"));
+        let boards = ["rv32imafc", "rv32imac", "rv32imc"].map(|name| find(name).unwrap()).to_vec();
+        assert_eq!(find("virt"), Err(BoardError::Several { machine: "virt".into(), boards }));
+        assert_eq!(find("m5"), Err(BoardError::Unknown("m5".into())));
     }
 }

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, Result, bail};
+use thiserror::Error;
 
 /// Default baud rate of a serial port.
 pub const BAUD: u32 = 921_600;
@@ -120,6 +120,25 @@ impl<L: Line + ?Sized, P: DerefMut<Target = L>> Line for P {
     }
 }
 
+/// A line that can't be opened. The caller adds the name.
+#[derive(Debug, Error)]
+pub enum LineError {
+    /// Nobody listens at the address, or it is none.
+    #[error("can't connect: does the other end listen there?: {0}")]
+    Connect(io::Error),
+    /// What follows the device is no number.
+    #[error("`{baud}` is not a baud rate: write, for example, {device}@115200")]
+    Baud {
+        /// The device.
+        device: String,
+        /// What follows it.
+        baud: String,
+    },
+    /// There is no such serial port, or it can't be opened. The message lists those of this machine.
+    #[error("{0}; {list}", list = ports())]
+    Port(serialport::Error),
+}
+
 /// Opens a line by name:
 ///
 /// - `tcp:HOST:PORT`;
@@ -127,43 +146,36 @@ impl<L: Line + ?Sized, P: DerefMut<Target = L>> Line for P {
 /// - `DEVICE` or `DEVICE@BAUD`, a serial port: `/dev/ttyACM0`, `COM3@115200`.
 ///
 /// # Errors
-/// There is no such line, or it can't be opened; the message lists the serial ports of this machine. The caller adds the
-/// name.
-pub fn open(name: &str) -> Result<Box<dyn Line>> {
+/// There is no such line, or it can't be opened.
+pub fn open(name: &str) -> Result<Box<dyn Line>, LineError> {
     if let Some(address) = name.strip_prefix("tcp:") {
-        let stream =
-            TcpStream::connect(address).context("can't connect: does the other end listen there?")?;
-        stream.set_nodelay(true)?;
-        return Ok(Box::new(Piped::new(stream.try_clone()?, stream)));
+        let stream = TcpStream::connect(address).map_err(LineError::Connect)?;
+        stream.set_nodelay(true).map_err(LineError::Connect)?;
+        return Ok(Box::new(Piped::new(stream.try_clone().map_err(LineError::Connect)?, stream)));
     }
     if let Some(path) = name.strip_prefix("unix:") {
-        return unix(path).context("can't connect: does the other end listen there?");
+        return unix(path).map_err(LineError::Connect);
     }
     let (device, baud) = match name.rsplit_once('@') {
         Some((device, baud)) => {
-            let Ok(baud) = baud.parse() else {
-                bail!("`{baud}` is not a baud rate: write, for example, {device}@115200")
-            };
-            (device, baud)
+            let of = |_| LineError::Baud { device: device.to_owned(), baud: baud.to_owned() };
+            (device, baud.parse().map_err(of)?)
         }
         None => (name, BAUD),
     };
-    let port = match serialport::new(device, baud).timeout(POLL).open() {
-        Ok(port) => port,
-        Err(error) => bail!("{error}; {}", ports()),
-    };
-    Ok(Box::new(Piped::new(port.try_clone()?, port)))
+    let port = serialport::new(device, baud).timeout(POLL).open().map_err(LineError::Port)?;
+    Ok(Box::new(Piped::new(port.try_clone().map_err(LineError::Port)?, port)))
 }
 
 #[cfg(unix)]
-fn unix(path: &str) -> Result<Box<dyn Line>> {
+fn unix(path: &str) -> io::Result<Box<dyn Line>> {
     let stream = std::os::unix::net::UnixStream::connect(path)?;
     Ok(Box::new(Piped::new(stream.try_clone()?, stream)))
 }
 
 #[cfg(not(unix))]
-fn unix(_: &str) -> Result<Box<dyn Line>> {
-    bail!("this system has no Unix sockets: use tcp:HOST:PORT")
+fn unix(_: &str) -> io::Result<Box<dyn Line>> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "this system has no Unix sockets: use tcp:HOST:PORT"))
 }
 
 fn ports() -> String {
@@ -232,10 +244,13 @@ mod tests {
 
     #[test]
     fn a_name_that_is_no_line_is_explained() {
-        let message = |name: &str| format!("{:#}", open(name).err().expect("there is no such line"));
-        assert!(message("/dev/no-such-port").contains("DEVICE[@BAUD]"));
-        assert!(message("/dev/no-such-port@fast").contains("`fast` is not a baud rate"));
-        assert!(message("tcp:127.0.0.1:1").contains("can't connect"));
-        assert!(message("unix:/no/such/socket").contains("/no/such/socket"));
+        let error = |name: &str| open(name).err().expect("there is no such line");
+        assert!(matches!(error("/dev/no-such-port"), LineError::Port(_)));
+        assert!(matches!(error("/dev/no-such-port@fast"), LineError::Baud { baud, .. } if baud == "fast"));
+        for name in ["tcp:127.0.0.1:1", "unix:/no/such/socket"] {
+            assert!(matches!(error(name), LineError::Connect(_)), "{name}");
+        }
+        // The line that a user reads lists what could be meant.
+        assert!(error("/dev/no-such-port").to_string().contains("DEVICE[@BAUD]"));
     }
 }

@@ -13,6 +13,7 @@ use anyhow::{Result, bail};
 use clap::{ArgMatches, Command};
 use same_file::Handle;
 use serde_json::json;
+use thiserror::Error;
 
 use crate::data_folder::config::FILE_NAME;
 use gestus_motion::{
@@ -20,54 +21,86 @@ use gestus_motion::{
     files::NewFile,
 };
 
+/// An output that can't be written as it was asked for.
+#[derive(Debug, PartialEq, Error)]
+#[error("{option} {problem}")]
+pub struct OutputError {
+    /// The option that names the output.
+    pub option: String,
+    /// Why.
+    pub problem: OutputProblem,
+}
+
+/// Why an output can't be written.
+#[derive(Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum OutputProblem {
+    #[error(transparent)]
+    Ending(EndingError),
+    #[error("{}: there is no folder {}: make it first", file.display(), folder.display())]
+    NoFolder { file: PathBuf, folder: PathBuf },
+    #[error("{}: this is a folder: give a file in it", .0.display())]
+    IsFolder(PathBuf),
+    #[error(
+        "{}: it would be written over an input{}: choose another file",
+        file.display(),
+        folder.as_ref().map_or_else(String::new, |folder| format!(" of {}", folder.display()))
+    )]
+    Input { file: PathBuf, folder: Option<PathBuf> },
+    #[error("{}: it is another name (a hard link) of the input {}: choose another file", file.display(), input.display())]
+    Link { file: PathBuf, input: PathBuf },
+    #[error("{}: {other} goes there too: choose another file", file.display())]
+    Taken { file: PathBuf, other: String },
+    #[error("{}: nothing can be written there: {error}", file.display())]
+    Unwritable { file: PathBuf, error: String },
+}
+
 /// Refuses outputs that would overwrite an input or each other, and outputs in folders that do not exist or are read-only.
 /// Call it before any work, so that no input is lost and no time is wasted. An input folder stands for its clips and its `gestus.toml`.
 /// Each output comes with the option that names it, and is `None` if that is not given.
 ///
 /// # Errors
-/// A message with the option and the file.
+/// [`OutputError`] names the option and the file.
 pub fn check_outputs<'a>(
     read: impl IntoIterator<Item = Option<&'a PathBuf>>,
     written: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
-) -> Result<()> {
+) -> Result<(), OutputError> {
     let named: Vec<&PathBuf> = read.into_iter().flatten().collect();
     let read: Vec<PathBuf> = named.iter().filter_map(|p| file_of(p).canonicalize().ok()).collect();
     let mut links = Links::new(&read);
     let mut taken: Vec<(&str, PathBuf)> = Vec::new();
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
+        let refuse = |problem| Err(OutputError { option: option.to_owned(), problem });
+        let file = path.clone();
         // A clip keeps the ending of its input (`check_clip`).
         if Format::of(path) == Some(Format::Gltf)
             && let Some(error) = refused(path, &named)
         {
-            bail!("{option} {error}");
+            return refuse(OutputProblem::Ending(error));
         }
         let Some(place) = place(path) else {
             let folder = if names_folder(path) { path } else { path.parent().unwrap_or(path) };
-            bail!("{option} {}: there is no folder {}: make it first", path.display(), folder.display());
+            return refuse(OutputProblem::NoFolder { file, folder: folder.to_owned() });
         };
         if place.is_dir() {
-            bail!("{option} {}: this is a folder: give a file in it", path.display());
+            return refuse(OutputProblem::IsFolder(file));
         }
         // Devices such as /dev/null may be written to several times.
         if place.exists() && !place.is_file() {
             continue;
         }
         if let Some(input) = read.iter().find(|input| holds(input, &place)) {
-            let of = if input.is_dir() { format!(" of {}", input.display()) } else { String::new() };
-            bail!("{option} {}: it would be written over an input{of}: choose another file", path.display());
+            let folder = input.is_dir().then(|| input.clone());
+            return refuse(OutputProblem::Input { file, folder });
         }
         if let Some(input) = links.holds(&place) {
-            bail!(
-                "{option} {}: it is another name (a hard link) of the input {}: choose another file",
-                path.display(),
-                input.display()
-            );
+            return refuse(OutputProblem::Link { file, input: input.to_owned() });
         }
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
-            bail!("{option} {}: {other} goes there too: choose another file", path.display());
+            return refuse(OutputProblem::Taken { file, other: (*other).to_owned() });
         }
         if let Err(error) = NewFile::create(&place) {
-            bail!("{option} {}: nothing can be written there: {error}", path.display());
+            return refuse(OutputProblem::Unwritable { file, error: error.to_string() });
         }
         taken.push((option, place));
     }
@@ -85,10 +118,16 @@ fn refused(output: &Path, read: &[&PathBuf]) -> Option<EndingError> {
 /// skeleton it is; `None` for a clip on another one.
 ///
 /// # Errors
-/// A message with the option, the file, and the endings that can be written.
-pub fn check_clip(option: &str, output: Option<&PathBuf>, input: Option<&PathBuf>) -> Result<()> {
+/// [`OutputError`] names the option, the file, and the endings that can be written.
+pub fn check_clip(
+    option: &str,
+    output: Option<&PathBuf>,
+    input: Option<&PathBuf>,
+) -> Result<(), OutputError> {
     match output.map(|output| Format::of_output(output, input.map(PathBuf::as_path))) {
-        Some(Err(error)) => bail!("{option} {error}"),
+        Some(Err(error)) => {
+            Err(OutputError { option: option.to_owned(), problem: OutputProblem::Ending(error) })
+        }
         _ => Ok(()),
     }
 }
@@ -292,8 +331,11 @@ mod tests {
         fs::write(&other, "x").unwrap();
         fs::hard_link(&clip, &hard).unwrap();
         for input in [&clip, &data] {
-            let said = check_outputs([Some(input)], [("-o", Some(&hard))]).unwrap_err().to_string();
-            assert!(said.contains("hard link") && said.contains("a.bvh"), "{said}");
+            let error = check_outputs([Some(input)], [("-o", Some(&hard))]).unwrap_err();
+            assert!(
+                matches!(&error.problem, OutputProblem::Link { input, .. } if input.ends_with("a.bvh")),
+                "{error}"
+            );
             check_outputs([Some(input)], [("-o", Some(&other))]).unwrap();
         }
     }
@@ -311,8 +353,12 @@ mod tests {
         let mut permissions = fs::metadata(&file).unwrap().permissions();
         permissions.set_readonly(true);
         fs::set_permissions(&file, permissions).unwrap();
-        let said = check(&file).unwrap_err().to_string();
-        assert!(said.starts_with("--trace ") && said.contains("file: "), "{said}");
+        let error = check(&file).unwrap_err();
+        assert_eq!(error.option, "--trace");
+        assert!(
+            matches!(&error.problem, OutputProblem::Unwritable { file: at, .. } if *at == file),
+            "{error}"
+        );
         assert_eq!(fs::read(&file).unwrap(), b"old");
     }
 
@@ -348,33 +394,35 @@ mod tests {
         let refused = |read: &[&PathBuf], written: &[(&'static str, &PathBuf)]| {
             check_outputs(read.iter().copied().map(Some), written.iter().map(|&(o, p)| (o, Some(p))))
                 .err()
-                .map(|e| e.to_string())
+                .map(|e| (e.option, e.problem))
         };
+        let output = |problem| Some(("-o".to_owned(), problem));
         for (read, written) in
             [(&clip, &clip), (&clip, &inner), (&data, &clip), (&data, &toml), (&data, &inner)]
         {
-            let message = refused(&[&db, read], &[("--page", &new), ("-o", written)]).unwrap();
-            assert!(message.starts_with("-o ") && message.contains("over an input"), "{message}");
+            let folder = read.is_dir().then(|| read.canonicalize().unwrap());
+            let input = OutputProblem::Input { file: written.clone(), folder };
+            assert_eq!(refused(&[&db, read], &[("--page", &new), ("-o", written)]), output(input));
         }
-        let message = refused(&[&db], &[("--page", &new), ("-o", &new)]).unwrap();
-        assert!(message.contains("--page goes there too"), "{message}");
-        let message = refused(&[&db], &[("-o", &folder.join("k.glb"))]).unwrap();
-        assert!(message.contains("glTF is read and not written"), "{message}");
-        let message = refused(&[&db], &[("-o", &folder.join("none/k.bvh"))]).unwrap();
-        assert!(
-            message.contains("there is no folder ") && message.ends_with("none: make it first"),
-            "{message}"
+        let taken = OutputProblem::Taken { file: new.clone(), other: "--page".into() };
+        assert_eq!(refused(&[&db], &[("--page", &new), ("-o", &new)]), output(taken));
+        let ending = refused(&[&db], &[("-o", &folder.join("k.glb"))]);
+        assert!(matches!(ending, Some((_, OutputProblem::Ending(_)))), "{ending:?}");
+        for (file, missing) in [("none/k.bvh", "none"), ("none/", "none/")] {
+            let [file, folder] = [file, missing].map(|name| folder.join(name));
+            let problem = OutputProblem::NoFolder { file: file.clone(), folder };
+            assert_eq!(refused(&[&db], &[("-o", &file)]), output(problem));
+        }
+        assert_eq!(
+            refused(&[&db], &[("--page", &data)]),
+            Some(("--page".into(), OutputProblem::IsFolder(data.clone())))
         );
-        let message = refused(&[&db], &[("-o", &folder.join("none/"))]).unwrap();
-        assert!(message.ends_with("none/: make it first"), "{message}");
-        let message = refused(&[&db], &[("--page", &data)]).unwrap();
-        assert!(message.ends_with("data: this is a folder: give a file in it"), "{message}");
         // Allowed: new files, other files in the folder, and devices.
         // An animation of a file is the file.
         let hero = folder.join("hero.glb");
         fs::write(&hero, "x").unwrap();
-        let message = refused(&[&db, &folder.join("hero.glb#walk")], &[("-o", &hero)]).unwrap();
-        assert!(message.contains("over an input"), "{message}");
+        let input = OutputProblem::Input { file: hero.clone(), folder: None };
+        assert_eq!(refused(&[&db, &folder.join("hero.glb#walk")], &[("-o", &hero)]), output(input));
         let null = PathBuf::from("/dev/null");
         let fresh = data.join("b.bvh");
         let table = data.join("t.csv");

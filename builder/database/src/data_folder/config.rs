@@ -29,7 +29,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::pattern::{Pattern, built_in};
+use super::pattern::{Pattern, PatternError, built_in};
 use crate::{
     build::BuildOptions,
     registration::timeline::Kind,
@@ -152,7 +152,7 @@ pub enum AnnotateError {
     #[error("{file}: {error}")]
     Toml { file: String, error: String },
     #[error("{file}: pattern `{pattern}`: {problem}")]
-    Pattern { file: String, pattern: String, problem: &'static str },
+    Pattern { file: String, pattern: String, problem: PatternError },
     #[error("{file}: `{key}` is {found}; expected {expected}")]
     Value { file: String, key: &'static str, found: String, expected: String },
     #[error(

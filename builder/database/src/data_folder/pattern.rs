@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use gestus_motion::capture::Format;
+use thiserror::Error;
 
 /// The built-in patterns.
 pub fn built_in(name: &str) -> Option<[String; 3]> {
@@ -36,19 +37,39 @@ enum Part {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern(Vec<Part>);
 
+/// What is wrong with a pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "the messages say what they are")]
+pub enum PatternError {
+    #[error("a closing brace without an opening one")]
+    NoOpening,
+    #[error("an opening brace without a closing one")]
+    NoClosing,
+    #[error("expected {{action}}, {{style}}, {{take}} or {{*}} in braces")]
+    Placeholder,
+    #[error("a placeholder other than {{*}} is there twice")]
+    Twice,
+    #[error("two placeholders touch; put a character between them")]
+    Touching,
+    #[error("expected both {{action}} and {{style}}")]
+    Missing,
+    #[error("more than {MAX_HOLES} placeholders")]
+    TooMany,
+}
+
 /// Most placeholders in a pattern: matching tries their lengths in turn.
 const MAX_HOLES: usize = 6;
 
 impl Pattern {
     /// # Errors
-    /// A message about the pattern.
-    pub fn new(text: &str) -> Result<Pattern, &'static str> {
+    /// What is wrong with the pattern.
+    pub fn new(text: &str) -> Result<Pattern, PatternError> {
         let mut parts = Vec::new();
         let mut rest = stem(text);
         while !rest.is_empty() {
             let (before, after) = rest.split_once('{').unwrap_or((rest, ""));
             if before.contains('}') {
-                return Err("a closing brace without an opening one");
+                return Err(PatternError::NoOpening);
             }
             if !before.is_empty() {
                 parts.push(Part::Text(before.to_string()));
@@ -57,29 +78,29 @@ impl Pattern {
                 break;
             }
             let Some((hole, after)) = after.split_once('}') else {
-                return Err("an opening brace without a closing one");
+                return Err(PatternError::NoClosing);
             };
             let hole = Part::Hole(match hole {
                 "action" => Some(0),
                 "style" => Some(1),
                 "take" => Some(2),
                 "*" => None,
-                _ => return Err("expected {action}, {style}, {take} or {*} in braces"),
+                _ => return Err(PatternError::Placeholder),
             });
             if hole != Part::Hole(None) && parts.contains(&hole) {
-                return Err("a placeholder other than {*} is there twice");
+                return Err(PatternError::Twice);
             }
             if matches!(parts.last(), Some(Part::Hole(_))) {
-                return Err("two placeholders touch; put a character between them");
+                return Err(PatternError::Touching);
             }
             parts.push(hole);
             rest = after;
         }
         if !parts.contains(&Part::Hole(Some(0))) || !parts.contains(&Part::Hole(Some(1))) {
-            return Err("expected both {action} and {style}");
+            return Err(PatternError::Missing);
         }
         if parts.iter().filter(|p| matches!(p, Part::Hole(_))).count() > MAX_HOLES {
-            return Err("more than 6 placeholders");
+            return Err(PatternError::TooMany);
         }
         Ok(Pattern(parts))
     }

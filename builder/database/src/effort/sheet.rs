@@ -109,7 +109,10 @@ pub fn caveat(source: Source) -> &'static str {
 mod tests {
     use super::*;
     use crate::{
-        effort::{labels::parse, model::Model},
+        effort::{
+            labels::{LabelError, parse},
+            model::Model,
+        },
         synth,
     };
 
@@ -134,7 +137,8 @@ mod tests {
         assert!(rows.iter().all(|r| r.effort.is_none()));
         let given =
             |rows: &[Row]| Model::given(rows, "sheet.csv", |spans| Library::annotated(&corpus, spans));
-        assert!(given(&rows).unwrap_err().to_string().contains("0 fragments"));
+        let few = given(&rows).unwrap_err();
+        assert!(matches!(few, LabelError::Few { what: "fragments", have: 0, need: 2, .. }), "{few}");
         for (i, row) in rows.iter_mut().enumerate().skip(1) {
             row.effort = Some([i as f64 / 20.0, 1.0, -1.0]);
         }

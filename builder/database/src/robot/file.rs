@@ -104,8 +104,10 @@ pub enum RobotMapError {
     Toml { file: String, error: Box<toml::de::Error> },
     #[error("{file}, joint `{joint}`: `{word}` is not a body part; the parts are {parts}")]
     Part { file: String, joint: String, word: String, parts: String },
-    #[error("{file}: {what}")]
-    Value { file: String, what: String },
+    #[error("{file}: {key} = {found}: {expected}")]
+    Value { file: String, key: String, found: f64, expected: &'static str },
+    #[error("{file}: forward and up: two different axes out of x, y, z, -x, -y, -z")]
+    Axes { file: String },
 }
 
 impl RobotMap {
@@ -137,7 +139,9 @@ impl RobotMap {
                 });
             }
         }
-        let fail = |what: String| Err(RobotMapError::Value { file: file.to_owned(), what });
+        let fail = |key: String, found: f64, expected| {
+            Err(RobotMapError::Value { file: file.to_owned(), key, found, expected })
+        };
         let named = |whose: String, [velocity, acceleration, jerk]: [Option<f64>; 3]| {
             [("velocity", velocity), ("acceleration", acceleration), ("jerk", jerk)]
                 .map(|(key, rate)| (format!("{whose}{key}"), rate))
@@ -151,19 +155,20 @@ impl RobotMap {
             .chain(map.joints.iter().flat_map(of_joint));
         for (key, rate) in rates {
             if let Some(bad) = rate.filter(|v| !(1e-3..=MOST_RATE).contains(v)) {
-                return fail(format!("{key} = {bad}: it is between 0.001 and 1,000,000"));
+                return fail(key, bad, "it is between 0.001 and 1,000,000");
             }
         }
         if let Some((joint, servo)) = map.joints.iter().find_map(|(joint, entry)| {
             Some((joint, entry.servo?)).filter(|(_, servo)| servo.direction.abs() != 1)
         }) {
-            return fail(format!("joint `{joint}`: direction = {}: a servo has 1 or -1", servo.direction));
+            let key = format!("joint `{joint}`: direction");
+            return fail(key, servo.direction.into(), "a servo has 1 or -1");
         }
         if let Some(bad) = map.ankle_m.filter(|m| !(0.0..=2.0).contains(m)) {
-            return fail(format!("ankle_m = {bad}: ankles are 0 to 2 metres above the ground"));
+            return fail("ankle_m".into(), bad, "ankles are 0 to 2 metres above the ground");
         }
         if map.axes().is_none() {
-            return fail("forward and up: two different axes out of x, y, z, -x, -y, -z".to_owned());
+            return Err(RobotMapError::Axes { file: file.to_owned() });
         }
         Ok(map)
     }

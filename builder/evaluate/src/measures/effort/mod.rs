@@ -58,7 +58,7 @@ impl OnClips for Args {
     /// The measure writes `effort.csv`, which is also the name of a sheet: hours of labelling must not be overwritten.
     fn check(&self, output: &Path) -> anyhow::Result<()> {
         let table = output.join("effort.csv");
-        check_outputs([self.labels.as_ref()], [("-o", Some(&table).filter(|_| output.is_dir()))])
+        Ok(check_outputs([self.labels.as_ref()], [("-o", Some(&table).filter(|_| output.is_dir()))])?)
     }
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
