@@ -236,6 +236,35 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     }
 }
 
+/// The index of the link of that name.
+fn link(robot: &urdf_rs::Robot, name: &str) -> Option<usize> {
+    robot.links.iter().position(|link| link.name == name)
+}
+
+/// The joint above each link, `None` for the base. Refuses joints whose links are missing or have another joint.
+fn joints_above<'a>(
+    robot: &'a urdf_rs::Robot,
+    of: &dyn Fn(&urdf_rs::Joint, &str) -> UrdfError,
+) -> Result<Vec<Option<&'a urdf_rs::Joint>>, UrdfError> {
+    let mut above = vec![None; robot.links.len()];
+    for (j, joint) in robot.joints.iter().enumerate() {
+        let Some(below) = link(robot, &joint.child.link) else {
+            return Err(of(joint, &format!("its child `{}` is no link", joint.child.link)));
+        };
+        if link(robot, &joint.parent.link).is_none() {
+            return Err(of(joint, &format!("its parent `{}` is no link", joint.parent.link)));
+        }
+        if above[below].replace(joint).is_some() {
+            return Err(of(joint, &format!("`{}` hangs on two joints", joint.child.link)));
+        }
+        if robot.joints[..j].iter().any(|other| other.name == joint.name) {
+            return Err(of(joint, "two joints have this name"));
+        }
+    }
+    Ok(above)
+}
+
+/// Walks from the base to the ends of a robot.
 fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     let fail = |what: String| UrdfError::Tree { file: file.to_owned(), what };
     let of = |joint: &urdf_rs::Joint, what: &str| UrdfError::Joint {
@@ -243,24 +272,8 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         joint: joint.name.clone(),
         what: what.to_owned(),
     };
-    let link = |name: &str| robot.links.iter().position(|l| l.name == name);
-    let mut parent = vec![None; robot.links.len()];
-    for (j, joint) in robot.joints.iter().enumerate() {
-        let (above, below) = (link(&joint.parent.link), link(&joint.child.link));
-        let Some(below) = below else {
-            return Err(of(joint, &format!("its child `{}` is no link", joint.child.link)));
-        };
-        if above.is_none() {
-            return Err(of(joint, &format!("its parent `{}` is no link", joint.parent.link)));
-        }
-        if parent[below].replace(j).is_some() {
-            return Err(of(joint, &format!("`{}` hangs on two joints", joint.child.link)));
-        }
-        if robot.joints[..j].iter().any(|other| other.name == joint.name) {
-            return Err(of(joint, "two joints have this name"));
-        }
-    }
-    let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| parent[l].is_none()).collect();
+    let above = joints_above(robot, &of)?;
+    let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| above[l].is_none()).collect();
     let &[base] = roots.as_slice() else {
         return Err(fail(format!("{} links hang on nothing; expected one, the base", roots.len())));
     };
@@ -279,7 +292,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     while let Some((l, behind, at)) = open.pop() {
         seen += 1;
         let (mut behind, mut at) = (behind, at);
-        if let Some(joint) = parent[l].map(|j: usize| &robot.joints[j]) {
+        if let Some(joint) = above[l] {
             match hinge(joint, behind, at, &mut read.notes).map_err(|what| of(joint, &what))? {
                 Some(hinge) => {
                     read.hinges.push(hinge);
@@ -300,7 +313,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
             if !numbers.all(|v| v.is_finite() && v.abs() < 100.0) {
                 return Err(of(joint, "its origin is not finite or further than 100 m"));
             }
-            if let Some(below) = link(&joint.child.link) {
+            if let Some(below) = link(robot, &joint.child.link) {
                 open.push((below, behind, origin));
             }
         }
@@ -309,13 +322,11 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         return Err(fail("some joints make a ring, and hang on no base".to_owned()));
     }
     if read.hinges.is_empty() {
-        let why = read.notes.first().map_or_else(
-            || "all joints are fixed".to_owned(),
-            |first| match read.notes.len() {
-                1 => first.clone(),
-                all => format!("{first}; {} more joints are held too", all - 1),
-            },
-        );
+        let why = match &read.notes[..] {
+            [] => "all joints are fixed".to_owned(),
+            [one] => one.clone(),
+            [first, more @ ..] => format!("{first}; {} more joints are held too", more.len()),
+        };
         return Err(fail(format!("no joint turns: {why}; give the joints type and limits of hinges")));
     }
     Ok(read)
