@@ -5,6 +5,7 @@ mod row;
 use gestus_core::{Database, Degraded};
 use gestus_database::{
     build::{BuildError, BuildOptions, build},
+    command_line::progress,
     stream::{Step, Streamed},
 };
 use gestus_motion::{
@@ -35,30 +36,44 @@ pub(crate) struct Fold<'a> {
 }
 
 /// Runs a measure on every fold, with the database that lacks its clips; folds may share one
-/// ([`Experiment::sharing`]).
+/// ([`Experiment::sharing`]). `what` names the measure where progress is shown.
 ///
 /// # Errors
-/// Where the remaining clips make no database, or those of the measure.
-pub(crate) fn each<T: Send, E: From<BuildError> + Send>(
+/// Where the remaining clips make no database.
+pub(crate) fn each<T: Send>(
+    what: &str,
     experiment: &Experiment,
     folds: &[HeldOut],
     options: &BuildOptions,
-    of: impl Fn(HeldOut, &Database<'_>) -> Result<T, E> + Sync,
-) -> Result<Vec<T>, E> {
-    each_with(experiment, folds, options, |_| Ok(()), |held, database, ()| of(held, database))
+    of: impl Fn(HeldOut, &Database<'_>) -> T + Sync,
+) -> Result<Vec<T>, BuildError> {
+    let bar = progress::bar(folds.len(), what);
+    let all = each_with(
+        experiment,
+        folds,
+        options,
+        |_| Ok(()),
+        |held, database, ()| {
+            let found = of(held, database);
+            bar.inc(1);
+            found
+        },
+    );
+    bar.finish_and_clear();
+    all
 }
 
-/// The same, with what else is made of the clips that a database is built from.
+/// The same without progress, with what else is made of the clips that a database is built from.
 ///
 /// # Errors
 /// Those of [`each`].
-pub(crate) fn each_with<T: Send, P: Sync, E: From<BuildError> + Send>(
+pub(crate) fn each_with<T: Send, P: Sync>(
     experiment: &Experiment,
     folds: &[HeldOut],
     options: &BuildOptions,
-    prepare: impl Fn(&Corpus) -> Result<P, E> + Sync,
-    of: impl Fn(HeldOut, &Database<'_>, &P) -> Result<T, E> + Sync,
-) -> Result<Vec<T>, E> {
+    prepare: impl Fn(&Corpus) -> Result<P, BuildError> + Sync,
+    of: impl Fn(HeldOut, &Database<'_>, &P) -> T + Sync,
+) -> Result<Vec<T>, BuildError> {
     let groups: Vec<Vec<T>> = experiment
         .sharing(folds)
         .par_iter()
@@ -66,11 +81,11 @@ pub(crate) fn each_with<T: Send, P: Sync, E: From<BuildError> + Send>(
             let left_out: Vec<usize> = group.iter().flat_map(|f| [f.test, f.truth]).collect();
             let corpus = experiment.corpus.without(&left_out);
             let bytes = build(&corpus, options)?.bytes;
-            let database = Database::open(&bytes).map_err(BuildError::from)?;
+            let database = Database::open(&bytes)?;
             let prepared = prepare(&corpus)?;
-            group.par_iter().map(|&held| of(held, &database, &prepared)).collect()
+            Ok(group.par_iter().map(|&held| of(held, &database, &prepared)).collect())
         })
-        .collect::<Result<_, E>>()?;
+        .collect::<Result<_, BuildError>>()?;
     Ok(groups.into_iter().flatten().collect())
 }
 

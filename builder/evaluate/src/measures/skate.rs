@@ -18,11 +18,7 @@ use crate::{
     plots::{self, Labels},
     report::{html::Figure, table},
 };
-use gestus_database::{
-    build::BuildError,
-    command_line::progress,
-    stream::{Request, Streamed, stream},
-};
+use gestus_database::stream::{Request, Streamed, stream};
 use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Options of `gestus evaluate skate`.
@@ -34,14 +30,10 @@ impl OnClips for Args {
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         let (body, folds) = experiment.folds()?;
-        let bar = progress::bar(folds.len(), "skate");
-        let results = each(experiment, &folds, &experiment.build, |held, database| {
+        let results = each("skate", experiment, &folds, &experiment.build, |held, database| {
             let number = folds.iter().position(|f| *f == held).unwrap_or_default();
-            let result = one(experiment, &body, &held, number, database);
-            bar.inc(1);
-            Ok::<_, BuildError>(result)
+            one(experiment, &body, &held, number, database)
         })?;
-        bar.finish_and_clear();
         let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
         Ok(Evaluation {
             what: "skate",

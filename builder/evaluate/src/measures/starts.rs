@@ -14,10 +14,7 @@
 //! is counted from the pose that leaps.
 
 use gestus_core::{Config, Database, Method, Pose, Stylizer, blob::layout::MAX_JOINTS};
-use gestus_database::{
-    command_line::progress,
-    stream::{MOST_CLASSES, from_pose, to_pose},
-};
+use gestus_database::stream::{MOST_CLASSES, from_pose, to_pose};
 use gestus_motion::{
     body::Body,
     clip::{Frame, Skeleton},
@@ -106,19 +103,16 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         let corpus = &experiment.corpus;
         let (body, folds) = experiment.folds()?;
-        let bar = progress::bar(folds.len(), "starts");
         let options = if self.method == Method::Mar {
             experiment.build.clone()
         } else {
             experiment.build_with_models()
         };
         let config = Config::new().method(self.method);
-        let starts = each(experiment, &folds, &options, |held, database| {
-            let starts = Run { experiment, body: &body, database, held, config }.starts()?;
-            bar.inc(1);
-            anyhow::Ok(starts)
+        let starts = each("starts", experiment, &folds, &options, |held, database| {
+            Run { experiment, body: &body, database, held, config }.starts()
         })?;
-        bar.finish_and_clear();
+        let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
         let starts: Vec<Start> = starts.into_iter().flatten().collect();
         let method = if self.method == Method::Mar { "mixture" } else { self.method.name() };
         let mut rows = Vec::new();

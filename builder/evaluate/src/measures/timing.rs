@@ -15,7 +15,7 @@ use crate::{
     report::{html::Figure, table},
 };
 use gestus_database::{
-    command_line::{progress, stylizer_args::bounds},
+    command_line::stylizer_args::bounds,
     stream::{Request, Streamed, stream},
 };
 use gestus_motion::corpus::Corpus;
@@ -56,17 +56,15 @@ impl OnClips for Args {
 fn evaluate(experiment: &Experiment, bounds: Bounds) -> Result<Evaluation> {
     let corpus = &experiment.corpus;
     let (body, folds) = experiment.folds()?;
-    let bar = progress::bar(folds.len(), "timing");
-    let results = each(experiment, &folds, &experiment.build, |held, database| {
+    let results = each("timing", experiment, &folds, &experiment.build, |held, database| {
         let fold = Fold::of(experiment, &body, held);
         let request = Request { bounds: Some(bounds), ..Request::style(held.style as u16) };
-        bar.inc(1);
         let streamed = stream(database, &corpus.examples[held.test].clip, &request, &mut ())
             .with_context(|| format!("--lead {} --lag {}", bounds.lead_s, bounds.lag_s))?;
         let rows = rows(corpus, &fold, held.style, &streamed, bounds);
         anyhow::Ok((rows, figure(corpus, held.test, held.style, &streamed)))
     })?;
-    bar.finish_and_clear();
+    let results = results.into_iter().collect::<Result<Vec<_>>>()?;
     let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
     Ok(Evaluation {
         what: "timing",

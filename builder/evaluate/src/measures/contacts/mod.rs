@@ -21,8 +21,6 @@ use crate::{
     report::{html::Figure, table},
 };
 use gestus_database::{
-    build::BuildError,
-    command_line::progress,
     registration::contact::contacts,
     stream::{Request, Streamed, stream},
 };
@@ -42,8 +40,7 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         let corpus = &experiment.corpus;
         let (body, folds) = experiment.folds()?;
-        let bar = progress::bar(folds.len(), "contacts");
-        let rows = each(experiment, &folds, &experiment.build, |fold, database| {
+        let rows = each("contacts", experiment, &folds, &experiment.build, |fold, database| {
             let mut rows = Vec::new();
             // One row a clip: the same one is in several folds, and would count as often.
             for clip in [fold.test, fold.truth] {
@@ -53,10 +50,8 @@ impl OnClips for Args {
                 }
             }
             rows.extend(other_style(corpus, &body, database, &fold));
-            bar.inc(1);
-            Ok::<_, BuildError>(rows)
+            rows
         })?;
-        bar.finish_and_clear();
         let mut rows: Vec<table::Row> = rows.into_iter().flatten().collect();
         let figures = vec![by_action(corpus, &rows)];
         rows.extend(generated::rows()?);

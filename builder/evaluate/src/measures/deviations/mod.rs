@@ -10,7 +10,6 @@ use std::time::Instant;
 
 use gestus_core::{Config, Database, Method};
 use gestus_database::{
-    build::BuildError,
     command_line::progress,
     models::lti::{Model, clip::blend},
     stream::{Request, stream},
@@ -76,7 +75,7 @@ impl OnClips for Args {
         let found = each_with(experiment, &folds, &options, paper, |held, database, paper| {
             let found = Run { experiment, body: &body, database, held, paper }.found();
             bar.inc(1);
-            Ok::<_, BuildError>(found)
+            found
         })?;
         bar.finish_and_clear();
         let (rows, distances): (Vec<_>, Vec<_>) = found.into_iter().unzip();

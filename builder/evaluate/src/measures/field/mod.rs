@@ -10,8 +10,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Result;
 use gestus_core::{Config, Database, Method};
 use gestus_database::{
-    build::BuildError,
-    command_line::progress,
     registration::contact::legs,
     stream::{Request, stream},
 };
@@ -59,14 +57,10 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
         let corpus = &experiment.corpus;
         let (body, folds) = experiment.folds()?;
-        let bar = progress::bar(folds.len(), "field");
-        let judged: Vec<Vec<Judged>> =
-            each(experiment, &folds, &experiment.build_with_models(), |fold, database| {
-                let outputs = outputs(corpus, &body, database, fold);
-                bar.inc(1);
-                Ok::<_, BuildError>(outputs)
-            })?;
-        bar.finish_and_clear();
+        let options = experiment.build_with_models();
+        let judged: Vec<Vec<Judged>> = each("field", experiment, &folds, &options, |fold, database| {
+            outputs(corpus, &body, database, fold)
+        })?;
         let judged: Vec<Judged> = judged.into_iter().flatten().collect();
         // No clip that is judged, and no truth, has taught the judges.
         let held: BTreeSet<usize> = folds.iter().flat_map(|f| [f.test, f.truth]).collect();

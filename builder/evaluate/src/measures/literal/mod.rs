@@ -18,11 +18,7 @@ mod timing;
 
 use anyhow::Result;
 use gestus_core::{Config, Database};
-use gestus_database::{
-    build::BuildError,
-    command_line::progress,
-    stream::{Request, stream},
-};
+use gestus_database::stream::{Request, stream};
 use gestus_motion::body::Body;
 
 use crate::{
@@ -43,17 +39,14 @@ impl OnClips for Args {
 
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
         let (body, folds) = experiment.folds()?;
-        let bar = progress::bar(folds.len(), "literal");
-        let rows = each(experiment, &folds, &experiment.build, |held, database| {
+        let rows = each("literal", experiment, &folds, &experiment.build, |held, database| {
             let mut rows = labelled(experiment, &body, held, database);
             // Contacts do not depend on the output style: one row a test clip.
             if folds.iter().find(|f| f.test == held.test) == Some(&held) {
                 rows.extend(contacts::rows(experiment, &body, database, held.test));
             }
-            bar.inc(1);
-            Ok::<_, BuildError>(rows)
+            rows
         })?;
-        bar.finish_and_clear();
         Ok(Evaluation {
             what: "literal",
             about: "What the core does otherwise than Xia 2015, beside what the paper says, with the paper's constants (K 40, or the class's cap) \

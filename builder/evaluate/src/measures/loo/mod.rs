@@ -161,7 +161,7 @@ pub(super) fn run_folds(
     let rows = each_with(experiment, folds, &options, paper, |held, database, paper| {
         let rows = fold(experiment, body, held, methods, (database, paper.as_ref()));
         progress();
-        Ok::<_, BuildError>(rows)
+        rows
     })?;
     Ok(rows.into_iter().flatten().collect())
 }
