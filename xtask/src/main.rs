@@ -56,7 +56,7 @@ enum Chore {
         /// Seconds for each target
         #[arg(long, default_value_t = 60)]
         seconds: u32,
-        /// One target; all of them unless told
+        /// One target; all of them unless given
         target: Option<String>,
     },
     /// Build gestus-core alone for a Cortex-M4F, with each of its features

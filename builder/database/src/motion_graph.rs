@@ -1,8 +1,8 @@
 //! Motion graphs (Kovar, Gleicher and Pighin 2002): long streams of many actions from short clips, as Xia 2015 (sections 1
 //! and 7.1) makes its inputs.
 //!
-//! A node is a frame of a clip. From every frame the clip goes on, or there is a transition to a frame of another clip: the
-//! two clips are blended over a third of a second. A transition costs the mean squared distance of the features that the
+//! A node is a frame of a clip. From every frame the clip continues, or there is a transition to a frame of another clip:
+//! the two clips are blended over a third of a second. A transition costs the mean squared distance of the features that the
 //! search compares (Xia 2015, eq. 1) at the start, in the middle and at the end of the blend. A walk stays in a clip for a
 //! while, then goes to a class that it has visited least, by the cheapest transition there is.
 //!
@@ -263,7 +263,7 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Goes on by velocities in a frame's heading, metres and radians a second: what [`Body::clip_dofs`] takes apart.
+    /// Continues by velocities in a frame's heading, metres and radians a second: the inverse of [`Body::clip_dofs`].
     fn advance(&mut self, forward: f64, left: f64, yaw: f64) {
         if self.frames.is_empty() {
             return;

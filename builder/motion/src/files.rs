@@ -25,7 +25,7 @@ pub mod memory {
     /// Bytes of memory a byte of the file, besides the file itself.
     const TIMES: usize = 5;
 
-    /// Most memory for the content of a file of so many bytes.
+    /// Most memory for the content of a file of that size.
     pub fn most(file: usize) -> usize {
         BASE.saturating_add(file.saturating_mul(TIMES))
     }
@@ -61,7 +61,7 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Reads a regular file of at most so many bytes.
+/// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// [`FileError`]; nothing is read in that case.
@@ -96,7 +96,7 @@ pub fn head(path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
     Ok(head)
 }
 
-/// Reads a regular file of at most so many bytes as UTF-8.
+/// Reads a regular file of at most `most` bytes as UTF-8.
 ///
 /// # Errors
 /// [`FileError`].

@@ -32,7 +32,7 @@ formats! {
     Bvh: ["bvh"];
     /// glTF. VRM and its animations are glTF by another name.
     Gltf: ["glb", "gltf", "vrm", "vrma"];
-    /// FBX, which is told from others to say how to convert it.
+    /// FBX, which is recognised only to say how to convert it.
     Fbx: ["fbx"];
 }
 

@@ -8,23 +8,23 @@ use gestus_database::{
 };
 use serde::Deserialize;
 
-/// An animation of the file, and what is told about it, with the meaning and the defaults of the options of
+/// An animation of the file, and what the user states about it, with the meaning and the defaults of the options of
 /// `gestus translate`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Animation {
     /// Its number in the file.
     pub index: usize,
-    /// Unit of its lengths; found where not told.
+    /// Unit of its lengths; found where not given.
     #[serde(default)]
     unit: Option<String>,
-    /// Height of the floor, metres; found where not told.
+    /// Height of the floor, metres; found where not given.
     #[serde(default)]
     floor: Option<f64>,
-    /// Up: `x`, `y`, `z`, `-x`, `-y` or `-z`; found where not told.
+    /// Up: `x`, `y`, `z`, `-x`, `-y` or `-z`; found where not given.
     #[serde(default)]
     up: Option<String>,
-    /// `in-place` or `motion`; found where not told.
+    /// `in-place` or `motion`; found where not given.
     #[serde(default)]
     root: Option<String>,
     /// Whether it is a loop.
@@ -33,7 +33,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// What is told about it.
+    /// What the user states about it.
     ///
     /// # Errors
     /// An unknown unit or axis, a floor that is too far away, or a root of another name.

@@ -87,7 +87,7 @@ fn output_name(name: &Path, input: &Path) -> PathBuf {
 }
 
 /// Translates clips into a folder, each by `one`, which takes input and output and returns the figures. A clip that is
-/// refused is told and counted.
+/// refused is reported and counted.
 ///
 /// # Errors
 /// An output folder that can't be used, and clips that were refused.

@@ -101,7 +101,7 @@ impl Crc32c {
     #[inline(never)]
     fn add_blocks(&mut self, blocks: &[[u8; BLOCK]], last: &[u8; BLOCK]) {
         let mut quotient = [0; WORDS];
-        // What is known of the checksum is added to the first word.
+        // The checksum of the bytes before is added to the first word.
         quotient[0] = core::mem::take(&mut self.0);
         let words = Cell::from_mut(quotient.as_mut_slice()).as_slice_of_cells();
         let mut division = Division { near: 0, middle: 0 };
@@ -173,7 +173,7 @@ impl Division {
                     first.set(quotient[0]);
                     second.set(quotient[1]);
                 }
-                // What is read earlier than here takes more registers than there are.
+                // Without the fence the compiler reads ahead, and needs more registers than there are.
                 compiler_fence(Ordering::SeqCst);
             };
             // Written out, because the images that the budgets are for do not unroll a loop as long as this.

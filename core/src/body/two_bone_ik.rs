@@ -125,7 +125,7 @@ fn hinge(upper: Vector, lower: Vector, side: Vector) -> Vector {
 }
 
 /// Two bones that reach for a point: the fold of the lower one about the unit `axis`, and the swing of the whole limb that
-/// follows it, both in the world. `wanted` is seen from the limb's beginning; what is further than `reach` is pointed at.
+/// follows it, both in the world. `wanted` is relative to the limb's beginning; at a point further than `reach` the limb only points.
 /// `None` where there is nothing to reach with or for.
 ///
 /// With `u` and `l` the bones and `k` the axis, the fold by θ brings the limb's end to the distance d where
@@ -175,7 +175,8 @@ pub fn distance(a: Vector, b: Vector) -> f32 {
 
 /// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.
 pub(crate) fn arc(a: Vector, b: Vector) -> Quaternion {
-    // Of any length: what is too short for a direction is only told where both are of length 1.
+    // Works for vectors of any length. One that is too short to have a direction is recognised only where both have
+    // length 1.
     let inverse = 1.0 / sqrt(dot(a, a) * dot(b, b));
     let [x, y, z] = cross(a, b).map(|c| c * inverse);
     quaternion::normalize([x, y, z, dot(a, b) * inverse + 1.0]).unwrap_or(IDENTITY)

@@ -41,7 +41,7 @@ impl Config {
         Self::new().k(40).prune(0.01).ridge(Ridge::Normalised).lambda(0.1).feedback(30.0).kappa(4.0).rho(0.7)
     }
 
-    /// Checks every parameter, for a stylizer that has room for so many neighbors.
+    /// Checks every parameter, for a stylizer with a capacity of that many neighbors.
     #[inline]
     pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
         let have = neighbors.min(POOL);

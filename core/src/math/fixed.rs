@@ -137,7 +137,7 @@ pub struct InverseSqrt {
 }
 
 impl InverseSqrt {
-    /// Of `value / 2^29`; what is not in 1..2^29 is held within. Exact to a 2^23rd part.
+    /// Of `value / 2^29`; `value` is clamped to 1..2^29. Relative error 2^-23.
     #[inline(never)]
     pub fn new(value: i32) -> Self {
         let value = value.clamp(1, (1 << BITS) - 1);
@@ -162,8 +162,8 @@ impl InverseSqrt {
         self.power
     }
 
-    /// `value`, of 30 bits at most, times the inverse square root, held within ±`most`. What is rounded down is a part of
-    /// the mantissa's product.
+    /// `value`, of 30 bits at most, times the inverse square root, clamped to ±`most`. The product with the mantissa is
+    /// rounded down, before it is shifted.
     #[inline]
     pub fn of(self, value: i32, most: i32) -> i32 {
         let most = most >> (self.power & 31);
@@ -199,7 +199,7 @@ impl Fraction {
         product(value, self.0, FRACTION_BITS)
     }
 
-    /// That part of `value` with so many bits behind the point, rounded down and held within 31 bits.
+    /// That part of `value` with `bits` bits behind the point, rounded down and clamped to 31 bits.
     #[inline]
     pub fn finely_of(self, value: i32, bits: u32) -> i32 {
         held((i64::from(value) * i64::from(self.0)) >> (FRACTION_BITS - bits), i32::MAX)

@@ -75,7 +75,7 @@ pub fn multiply(a: Quaternion, b: Quaternion) -> Quaternion {
     float(product(fixed(a), fixed(b)))
 }
 
-// May wrap if an argument is not a unit quaternion; the result is none either.
+// May wrap if an argument is not a unit quaternion; then the result is not one either.
 #[inline(always)]
 fn product(a: Fixed, b: Fixed) -> Fixed {
     let [ax, ay, az, aw] = a;

@@ -37,8 +37,8 @@ pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
 /// Number of frames, spread over the class, from which a restarted search begins.
 const SPREAD_SEEDS: usize = 48;
-/// Without a graph, one visit of so many is of rows spread over the class, to find neighbors that do not follow the last
-/// ones.
+/// Without a graph, one visit in `OVERVIEW` is to a row from all over the class, to find neighbors that do not follow the
+/// last ones.
 const OVERVIEW: usize = 4;
 /// Greatest number of frames over which neighbors are followed. The search of a class restarts after a longer pause.
 pub const MAX_FOLLOWED: usize = 32;

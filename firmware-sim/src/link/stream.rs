@@ -80,7 +80,7 @@ impl Linked {
     }
 }
 
-/// Streams a clip, which has to be at the database's rate and on its joints. With `pace_hz` so many frames are sent a
+/// Streams a clip, which has to be at the database's rate and on its joints. With `pace_hz` that many frames are sent a
 /// second, otherwise each as soon as the previous one is answered. `progress` is called after each frame.
 ///
 /// # Errors

@@ -18,7 +18,7 @@ pub(super) struct Estimated<'a> {
 }
 
 impl<'a> Estimated<'a> {
-    /// Estimates with at most so many features.
+    /// Estimates with at most that many features.
     pub fn new(source: &'a Source<'a>, features: usize) -> Self {
         let Source { clips, frames, paired, .. } = source;
         let features = Features::new(clips, features);

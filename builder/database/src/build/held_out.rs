@@ -15,9 +15,9 @@ use crate::{
     search::graph::{ClassFeatures, exact_knn},
 };
 
-/// One cycle of so many is held out.
+/// One cycle in this many is held out.
 const EVERY: usize = 5;
-/// One frame of so many of a held-out cycle is translated.
+/// One frame in this many of a held-out cycle is translated.
 const STEP: usize = 3;
 
 /// The held-out cycles of a corpus.

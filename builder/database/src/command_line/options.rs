@@ -48,7 +48,7 @@ pub struct ClipArgs {
 }
 
 impl ClipArgs {
-    /// What is told about the clip.
+    /// What the user states about the clip.
     ///
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.
@@ -72,7 +72,7 @@ pub struct GroundArgs {
 }
 
 impl GroundArgs {
-    /// What is told about a clip, with a file that says which joint is which body part. Options win over the file.
+    /// What the user states about a clip, with a file that says which joint is which body part. Options win over the file.
     ///
     /// # Errors
     /// A map file that can't be read, and a floor that is too far away.

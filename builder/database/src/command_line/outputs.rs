@@ -203,8 +203,8 @@ pub fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// A text with the characters escaped that command a terminal or change the order of its text. They stay what they are in
-/// JSON, whose escapes these are.
+/// A text with those characters escaped that control a terminal or change the order of its text. The escapes are those of
+/// JSON, where the text therefore stays the same.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     let commands = |c: char| {
         (c.is_control() && !matches!(c, '\n' | '\t'))
@@ -247,7 +247,8 @@ pub fn exit_code(outcome: Result<()>) -> ExitCode {
     }
 }
 
-/// True once standard output has something: a command that fails after its results were printed has told them.
+/// True once something was printed to standard output: a command that fails after its results does not add an error to
+/// them.
 static HAS_SAID: AtomicBool = AtomicBool::new(false);
 
 /// Prints an error as the one object on standard output, where a command was asked for JSON and has not printed its own.
@@ -371,7 +372,7 @@ mod tests {
         assert_eq!(read, json);
     }
 
-    /// A clip whose name is mistyped is missed when it is read, not told as an output that can't be written.
+    /// A clip whose name is mistyped is reported when it is read, not as an output that can't be written.
     #[test]
     fn a_clip_that_is_not_there_has_the_format_of_its_name() {
         let [clip, output] = ["none.glb", "out.glb"].map(|name| std::env::temp_dir().join(name));

@@ -264,7 +264,7 @@ impl Config {
         self.rig_unit.as_deref().and_then(|unit| unit.parse().ok())
     }
 
-    /// The height of a file's floor, metres, if told.
+    /// The height of a file's floor, metres, if given.
     pub fn floor(&self, path: &Path) -> Option<f64> {
         let [whole, name] = file_names(path);
         self.floors.get(&whole).or_else(|| self.floors.get(&name)).copied().or(self.floor)

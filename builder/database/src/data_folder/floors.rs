@@ -1,7 +1,7 @@
 //! The floors of a folder's clips. A database is on a floor at zero, so a clip on another is moved there.
 //!
-//! The clips have one skeleton, so that its unknown soles shift what is found in all of them alike: heights are told from
-//! those of the clips that are on a floor at zero already. Clips on one floor stay together: they are moved by the median of
+//! The clips have one skeleton, so that its unknown soles shift what is found in all of them alike: heights are
+//! relative to those of the clips that are on a floor at zero already. Clips on one floor stay together: they are moved by the median of
 //! what was found for each. Clips whose floor is within 4 cm of zero stay as they are: calibrations differ (over the 561
 //! clips of the two Bandai-Namco folders the heights found differ by 2.5 cm). So do clips in which nothing stands.
 //!
@@ -20,7 +20,7 @@ use gestus_motion::{
 /// Most clips that a message names.
 const NAMED: usize = 3;
 
-/// Moves each clip onto a floor at zero, from the height that is told for it or found. Returns by how much each was
+/// Moves each clip onto a floor at zero, from the height that is given for it or found. Returns by how much each was
 /// lowered, metres.
 pub(super) fn lower(clips: &mut [(&mut Clip, Option<f64>)]) -> Vec<f64> {
     let Some(marks) = clips.first().and_then(|(clip, _)| Landmarks::find(&clip.skeleton).ok()) else {

@@ -1,8 +1,8 @@
 //! Which way is up in a folder's clips: a database has Y up, so clips in another world are turned.
 //!
-//! A BVH file does not say it; its body shows it ([`up`]), also that of a glTF file that was exported with another up. Clips
-//! in which it does not, as of a body that rolls, are taken to be like most of the others. Heights of floors are told along
-//! the clip's own up.
+//! A BVH file does not state it, but its body shows it ([`up`]); so does the body in a glTF file that was exported with
+//! another axis up. A clip whose body does not show it, because it rolls for example, is taken to be like most of the
+//! others. Heights of floors are measured along the clip's own up.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub(super) enum Up {
 }
 
 impl Up {
-    /// What the format of a clip says, or its body shows. A body that walks is believed where its format says otherwise.
+    /// What the format of a clip says, or its body shows. A body that walks decides, even against the format.
     pub fn of(document: &Document, clip: &Clip) -> Self {
         match up::believed(clip, &MapFile::default().of_document(document)) {
             Some((axis, sign)) => Self::Shown(axis, sign > 0.0),

@@ -81,7 +81,7 @@ enum View {
 struct Scales {
     /// Of z.
     plain: Vec<(f64, f64)>,
-    /// Of the components and Efforts of a fragment, whichever of the two it is.
+    /// Of the components and Efforts of a fragment, the first or the second.
     halves: Vec<(f64, f64)>,
 }
 

@@ -97,7 +97,7 @@ pub fn align(pairs: &Pairs<'_>, from: usize, style: usize) -> Vec<Aligned> {
             row.push(slope.clamp(1.0 / SLOPE, SLOPE).ln());
             stretch.inputs.push(input.dofs[t].clone());
             stretch.outputs.push(row);
-            // A prototype has no contacts of its own: content stands where content stands.
+            // A prototype has no contacts: the output's feet stand where the input's do.
             let of = |c: &[[bool; 2]], at: usize| c.get(at.min(c.len().saturating_sub(1))).copied();
             let stands = match clip {
                 Some(clip) => of(pairs.contacts[clip], positions[k].round().max(0.0) as usize),

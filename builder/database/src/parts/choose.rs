@@ -81,7 +81,7 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// Chooses a database for a part. `build` builds it in at most so many bytes, or whole for 0.
+/// Chooses a database for a part. `build` builds it in at most the given number of bytes, or whole for 0.
 ///
 /// # Errors
 /// [`FitError`] if none suits the part.

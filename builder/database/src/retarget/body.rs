@@ -213,7 +213,7 @@ pub(crate) fn check_floor(floor_m: f64, body_m: f64) -> Result<(), MapError> {
     Ok(())
 }
 
-/// The floor of a clip whose world is turned to Y up by `world`: the one that is told, or else found.
+/// The floor of a clip whose world is turned to Y up by `world`: as given, or else found.
 pub(super) fn floor_of(
     clip: &Clip,
     world: &UnitQuaternion<f64>,

@@ -20,7 +20,7 @@ use gestus_motion::{
     files::{self, FileError, MOST_SETTINGS},
 };
 
-/// Heights of a floor that can be told, metres: as far as a clip can be from its origin.
+/// Heights of a floor that can be given, metres: as far as a clip can be from its origin.
 pub const FLOORS_M: RangeInclusive<f64> = -1e7..=1e7;
 
 /// [`FLOORS_M`] in words, for messages.

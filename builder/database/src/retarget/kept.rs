@@ -13,7 +13,7 @@ use crate::retarget::body::Body;
 pub struct Kept(Option<Vec<usize>>);
 
 impl Kept {
-    /// All joints of a body that has at most so many, or else those that are needed.
+    /// All joints of a body that has at most that many, or else those that are needed.
     pub fn of(body: &Body, most: usize) -> Self {
         let skeleton = &body.skeleton;
         if skeleton.joints() <= most { Self(None) } else { Self::needed(body, &[]) }

@@ -5,11 +5,11 @@
 //!    limbs in pairs: they hang on one joint, equally many joints below it, and are alike in both bones. A thing in one
 //!    hand, or things of unlike length in both, are no limbs.
 //! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
-//! 3. Head: of what is left, the end that is highest.
-//! 4. Forward is where feet and knees point, left follows from it. Where they tell nothing, names do, and else the way that
-//!    the body goes. If nothing does, the sides are not guessed: exchanged, they would turn the body around.
+//! 3. Head: the highest of the ends that are left.
+//! 4. Forward is where feet and knees point, left follows from it. Where they do not show it, names do, or else the direction in
+//!    which the body moves. If nothing does, the sides are not guessed: exchanged, they would turn the body around.
 //!
-//! Averages over the clip are pose enough: a body that walks stands on its legs, whatever its rest pose is.
+//! Averages over the clip suffice: a body that walks stands on its legs, whatever its rest pose is.
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -92,7 +92,7 @@ struct Pair {
 /// Finds the parts of a skeleton from some of its poses, Y up.
 ///
 /// # Errors
-/// [`ShapeError`] says what it is not, or what is not to be seen.
+/// [`ShapeError`] names the part that the skeleton lacks, or that its poses do not show.
 pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> {
     if frames.is_empty() {
         return Err(ShapeError::NoPose);

@@ -176,8 +176,8 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
     result
 }
 
-/// By the tree: the two lowest chains are legs, the two widest of the others arms. Chains of which a name told a part
-/// stay as they are. True where something was assigned.
+/// By the tree: the two lowest chains are legs, the two widest of the others arms. Chains whose part
+/// a name has given stay as they are. True where something was assigned.
 fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) -> bool {
     let Some(axes) = map.axes() else { return false };
     let places = robot.places(&vec![0.0; robot.hinges.len()]);

@@ -1,7 +1,7 @@
 //! The robot map, in TOML: corrections to the assignment, and data that URDF lacks.
 //!
 //! ```toml
-//! tick_hz = 50                 # how often the robot is told where to go
+//! tick_hz = 50                 # how often the robot gets a new target
 //! forward = "x"                # where the robot looks with all hinges at zero, in its base's axes
 //! up = "z"
 //! ankle_m = 0.035              # height of the ankles above the ground when it stands
@@ -189,7 +189,7 @@ impl RobotMap {
         Some(UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(columns)))
     }
 
-    /// What the file says of a joint's part: `None` nothing, `Some(None)` that it is not driven.
+    /// The part that the file gives a joint: `None` where it gives none, `Some(None)` for a joint that is not driven.
     pub fn part(&self, joint: &str) -> Option<Option<Part>> {
         let word = self.joints.get(joint)?.part.as_ref()?;
         Some(Part::named(word))

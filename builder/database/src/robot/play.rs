@@ -50,8 +50,8 @@ pub fn play(machine: &Machine, clip: &Clip) -> Played {
     play_frames(machine, &clip.frames)
 }
 
-/// Drives a clip that is at the robot's ticks; `contacts` of the left and right foot, one pair a tick, to be told with the
-/// motion.
+/// Drives a clip that is at the robot's ticks. `contacts` are those of the left and right foot, one pair a tick; they are
+/// written with the motion.
 pub fn play_standing(machine: &Machine, clip: &Clip, contacts: &[[bool; 2]]) -> Played {
     let mut played = play_frames(machine, &clip.frames);
     for (tick, &feet) in played.ticks.iter_mut().zip(contacts) {

@@ -203,7 +203,7 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             *slot += *shift as f32;
         }
     }
-    // What the root has not taken, the legs do; around the plants it fades.
+    // The legs take the part of the offsets that the root does not; it fades out around the plants.
     for side in [0, 1] {
         let own: Vec<Option<Vector3<f64>>> =
             plants.iter().zip(&shifts).map(|(p, s)| p[side].map(|p| p - s)).collect();

@@ -29,7 +29,7 @@ use crate::retarget::body::is_brief;
 /// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
 /// as much at most.
 const MIN_SPEED_M_S: f64 = 0.2;
-/// Speed of a foot that nobody runs at, m/s: such a frame is wrong, or the body leaps.
+/// Speed of a foot beyond any run, m/s: such a frame is wrong, or the body leaps.
 const LEAP_M_S: f64 = 15.0;
 /// Least speed of their mean velocity, in their mean speed: walks have 0.87 and more, acts on the spot 0.77 and less.
 const MIN_DIRECTEDNESS: f64 = 0.8;
@@ -45,8 +45,8 @@ const LOW_M: f64 = 0.015;
 const LEVEL_M_S: f64 = 0.15;
 /// The same in the foot's horizontal speed, where that is more: between two poses a fast foot comes down and leaves.
 const LEVEL_RATIO: f64 = 0.12;
-/// Speed below which feet have no direction, m/s: what is left of a body that stands is noise of rounding, which
-/// differs from machine to machine.
+/// Speed below which feet have no direction, m/s: the rest in a body that stands is rounding, which differs from
+/// machine to machine.
 const STILL_M_S: f64 = 0.01;
 /// Differences of heights, metres, and of speeds, m/s, that are noise of rounding.
 const ROUNDING: f64 = 1e-6;

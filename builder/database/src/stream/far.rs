@@ -1,8 +1,8 @@
 //! Clips far from their file's origin.
 //!
 //! The core's poses are single-precision numbers: ten kilometres from the origin a body moves in steps of a millimetre, and
-//! nothing is like a database any more. So a clip is mapped and streamed about a place near its body, in whole steps of
-//! `STEP_M`, and what is written is put back. Nearer than half a step that place is zero.
+//! is like no database any more. So a clip is mapped and streamed relative to a place near its body, a multiple of
+//! `STEP_M`, and the output is moved back. For a body nearer than half a step that place is zero.
 //!
 //! A file can itself be too coarse, as glTF is, whose numbers are single-precision too. Its grain is the least second
 //! difference of the root's path along an axis: all are multiples of it, and a path of finer numbers has a smaller one.
@@ -66,13 +66,13 @@ impl Place {
     }
 }
 
-/// A clip moved by so much.
+/// A clip moved by that vector.
 pub fn moved(clip: &Clip, by: &Vector3<f64>) -> Clip {
     let frames = clip.frames.iter().map(|frame| moved_frame(frame, by)).collect();
     Clip { frames, ..clip.clone() }
 }
 
-/// A frame moved by so much.
+/// A frame moved by that vector.
 pub fn moved_frame(frame: &Frame, by: &Vector3<f64>) -> Frame {
     Frame { root: frame.root + by, rotations: frame.rotations.clone() }
 }

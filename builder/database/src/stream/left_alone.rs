@@ -61,7 +61,7 @@ pub fn leave_moments_alone(frames: &mut [Frame], inputs: &[Frame], passed: &[f64
     if !replaced.contains(&true) {
         return;
     }
-    // The path over the ground, step by step: what comes after a moment is moved by what the moment was slower.
+    // The path over the ground, step by step: every change of a step moves all frames after it.
     let old: Vec<_> = frames.iter().map(|frame| frame.root).collect();
     for t in 1..count {
         let from = if replaced[t] || replaced[t - 1] {

@@ -83,7 +83,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Some actions and styles, with so many clips of each.
+    /// Some actions and styles, with `clips` clips of each.
     pub fn of(actions: &[&str], styles: &[&str], clips: usize, seconds: f64) -> Self {
         let list = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
         Self { actions: list(actions), styles: list(styles), clips, seconds, ..Self::default() }

@@ -100,7 +100,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The parts of tables with so many knots, over so many features and dofs.
+    /// The parts of tables with these numbers of knots, features and dofs.
     pub const fn of(
         feature_knots: usize,
         dof_knots: usize,

@@ -1,5 +1,5 @@
-//! Per class: how near input of its kind is, and how fast it goes. What is beyond is not of the database's kind. And how
-//! fast its joints turn: an output of the class that begins is no faster.
+//! Per class: how near input of its kind is to the class's frames, and how fast it goes. Input beyond that is not of the
+//! database's kind. And how fast the class's joints turn, which limits the first second of an output in its style.
 
 use core::ops::Range;
 

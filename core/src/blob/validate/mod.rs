@@ -44,8 +44,8 @@ impl<'db> Database<'db> {
         checked(bytes, sections(bytes))
     }
 
-    /// Opens a blob, without its checks where it has the mark: header, section table and the places of sections are still
-    /// checked, not what is in them. A blob without the mark is opened as by [`open`](Self::open), so the first start
+    /// Opens a blob that has been checked before. Where its mark is `mark`, only header, section table and the places of
+    /// sections are checked, not their contents. A blob without the mark is opened as by [`open`](Self::open), so the first start
     /// may pass [`Mark::from_bits`]`(0)`; afterwards store [`mark`](Self::mark).
     ///
     /// With the mark the time does not depend on the size of the sections. Flash that has changed since then is not found: a
@@ -65,8 +65,8 @@ impl<'db> Database<'db> {
     }
 }
 
-/// What was found in the bytes, once it is checked too.
-// Taken and given back as a whole, which is then one on the stack, not three.
+/// Checks the contents of the sections that were found.
+// Takes and returns the whole result, so that the stack holds one copy of the database, not three.
 #[inline]
 fn checked<'db>(bytes: &[u8], found: Result<Database<'db>, BlobError>) -> Result<Database<'db>, BlobError> {
     let fault = match &found {
@@ -80,7 +80,7 @@ fn checked<'db>(bytes: &[u8], found: Result<Database<'db>, BlobError>) -> Result
 }
 
 /// Finds the sections and checks header, table and lengths.
-// None of the passes is inlined: what they need on the stack is not needed at the same time.
+// None of the passes is inlined, so that their stack frames are not needed at the same time.
 #[inline(never)]
 fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;

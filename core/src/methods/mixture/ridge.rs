@@ -63,8 +63,8 @@ impl System {
     }
 }
 
-/// Three numbers times 2 to the power of their scale, all times 2 to the power that the second value tells: so that the
-/// largest has so many bits.
+/// Three numbers, each times 2 to the power of its scale, brought to one common scale in which the largest has `bits`
+/// bits. The second value is the binary logarithm of the factor that they have been multiplied by.
 fn balanced(values: [i32; 3], scales: [i32; 3], bits: i32) -> ([i32; 3], i32) {
     let longest = |i: usize| bit_length(values[i]) + scales[i];
     let power = bits - longest(0).max(longest(1)).max(longest(2));

@@ -40,12 +40,12 @@ const KERNEL_WIDTH: f32 = 12.0;
 const DISTANCE_GAIN: f32 = 0.2;
 /// Frames from one comparison of a far class to the next.
 const FAR_INTERVAL: u8 = 2;
-/// Gain of the filter of a far class's distance: that of so many frames, 1 - (1 - 0.2)².
+/// Gain of the filter of a far class's distance: that of `FAR_INTERVAL` frames, 1 - (1 - `DISTANCE_GAIN`)².
 const FAR_DISTANCE_GAIN: f32 = 0.36;
 /// How much further a far class is than all classes that have weight, whitened square units.
 const FAR_MARGIN: f32 = 0.5 * KERNEL_WIDTH;
-/// A frame counts as at most so many times as far as the frames before it, and `KERNEL_WIDTH`. A wrong frame may be so far
-/// from every class that the filter would need seconds to forget it.
+/// A frame's distance counts as at most this many times the sum of the filtered one and `KERNEL_WIDTH`. A wrong frame may be
+/// so far from every class that the filter would need seconds to forget it.
 const MAX_RISE_RATIO: f32 = 10.0;
 /// Half-life of the mean forward speed and yaw rate, seconds.
 const DRIFT_HALF_LIFE_S: f32 = 0.25;

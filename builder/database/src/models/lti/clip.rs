@@ -82,7 +82,7 @@ impl Model {
     }
 }
 
-/// How much of the input is blended in where a dof is so many standard deviations from its mean (Hsu 2005, eqs. 7 and 8).
+/// How much of the input is blended in where a dof is that many standard deviations from its mean (Hsu 2005, eqs. 7 and 8).
 pub fn blend(deviations: f64, (kc, kp): (f64, f64)) -> f64 {
     libm::erf(deviations.abs() / (kc * std::f64::consts::SQRT_2)).powf(kp)
 }

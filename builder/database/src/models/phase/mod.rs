@@ -277,7 +277,7 @@ fn output(source: &Source<'_>, classes: &[Class<'_>], target: usize) -> Sampled 
         let found: Vec<Sampled> = outputs
             .map(|(own, output)| {
                 let (cycle, dofs, clip) = pairing.output(source.cycles, output);
-                // A prototype has no contacts of its own: content stands where content stands.
+                // A prototype has no contacts: the output's feet stand where the input's do.
                 let (steps, clip) = clip.map_or((own.cycle, own.clip), |clip| (cycle, clip));
                 sampled(source.rate_hz, cycle, dofs, contacts(steps, source.contacts[clip], kind), kind)
             })

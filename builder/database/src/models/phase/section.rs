@@ -5,8 +5,8 @@ use gestus_core::blob::layout::phase::{self, Parts, tables};
 use super::{ClassTables, Tables};
 use crate::models::numbers::floats;
 
-/// Least step of a dof, m, rad, m/s or rad/s: what is finer is not seen, and a pose that is far from the tables stays
-/// within the integers of the core.
+/// Least step of a dof, m, rad, m/s or rad/s. A finer one is not visible, and would take a pose that is far from the tables
+/// beyond the integers of the core.
 const LEAST_STEP: f64 = 1e-3;
 /// Most steps of a dof for one step of its slope: the core holds the slopes to a change by four times its inverse.
 const MOST_SLOPE_STEP: f64 = 1.0;

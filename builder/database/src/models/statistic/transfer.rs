@@ -66,7 +66,7 @@ pub struct Options {
     pub literal: bool,
     /// Take foot skate out at the end.
     pub clean_up: bool,
-    /// Height of the source's floor, metres; found where not told.
+    /// Height of the source's floor, metres; found where not given.
     pub floor_m: Option<f64>,
 }
 

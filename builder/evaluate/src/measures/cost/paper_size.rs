@@ -34,7 +34,7 @@ pub(in crate::measures) fn experiment() -> Result<Experiment> {
     Ok(Experiment::new(corpus(&FRAMES, TOTAL)?, build))
 }
 
-/// Clips of each action until it has about so many frames, one of each style at least; the first action fills up the
+/// Clips of each action until it has about that many frames, one of each style at least; the first action fills up the
 /// total. Clip 000 in neutral style is more than that, for a stream that the database has not seen.
 fn corpus(wanted: &[(&str, usize)], total: usize) -> Result<Corpus> {
     let mut all: Option<Corpus> = None;
@@ -54,7 +54,7 @@ fn corpus(wanted: &[(&str, usize)], total: usize) -> Result<Corpus> {
     all.ok_or_else(|| anyhow::anyhow!("no action is wanted"))
 }
 
-/// Keeps clips of a corpus of one action until they have about so many frames, clip after clip in all styles, and clip 000
+/// Keeps clips of a corpus of one action until they have about that many frames, clip after clip in all styles, and clip 000
 /// in neutral style. Returns the frames of the former.
 fn choose(corpus: &mut Corpus, most: usize) -> usize {
     let neutral = corpus.plain_style();

@@ -46,7 +46,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// With estimated Efforts and so many random splits.
+    /// With estimated Efforts and that many random splits.
     pub(super) const fn estimated(splits: usize) -> Self {
         Self { labels: None, splits }
     }
