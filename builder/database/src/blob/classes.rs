@@ -52,3 +52,8 @@ fn record(c: &ClassRows, searchable: usize, entries: &[u16]) -> [u8; class::LENG
     }
     record
 }
+
+/// Encodes the clips: first row and number of rows.
+pub fn encode_clips(clips: &[(usize, usize)]) -> Vec<u8> {
+    clips.iter().flat_map(|&(first, rows)| [first as u32, rows as u32]).flat_map(u32::to_le_bytes).collect()
+}

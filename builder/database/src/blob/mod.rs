@@ -3,11 +3,11 @@
 pub mod assemble;
 pub(crate) mod classes;
 pub mod cut;
-pub(crate) mod cycles;
 pub(crate) mod dofs;
 pub mod export;
 pub(crate) mod feet;
 pub(crate) mod manifest;
+pub(crate) mod pairs;
 pub mod rows;
 pub(crate) mod search;
 pub(crate) mod skeleton;

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::blob::{
     assemble::{Section, assemble},
-    classes, cycles, dofs, feet, manifest, search, skeleton, timing, trust,
+    classes, dofs, feet, manifest, pairs, search, skeleton, timing, trust,
 };
 use crate::models;
 
@@ -51,17 +51,17 @@ pub(super) fn encode(
         cycles: index.cycles.len(),
         clips: index.clips.len(),
     };
-    let (cycle_bytes, knot_bytes) = cycles::encode(&index.cycles, &index.clips);
+    let (cycle_bytes, knot_bytes) = pairs::encode_cycles(&index.cycles, &index.clips);
     let required = Required {
         manifest: manifest::encode(corpus, examples, groups, pairing.prototypes.len(), options),
         skeleton: skeleton::encode(body, groups),
         dofs: dofs::encode(&shared.steps, &shared.scales),
         query: space.section(&groups.of_joint),
         classes: classes::encode(&frames.classes, &index.searchable, &index.graphs),
-        clips: cycles::encode_clips(&index.clips),
+        clips: classes::encode_clips(&index.clips),
         cycles: cycle_bytes,
         knots: knot_bytes,
-        pairs: cycles::encode_pairs(pairing, index.cycles.len(), corpus.styles.len()),
+        pairs: pairs::encode(pairing, index.cycles.len(), corpus.styles.len()),
         blocks: index.packed.blocks.iter().flat_map(|b| b.to_le_bytes()).collect(),
         rows: index.packed.bytes,
         features: search::encode_features(&index.codes),

@@ -1,17 +1,12 @@
-//! The sections of clips, of cycles with their knots, and of their outputs.
+//! The sections of cycles with their knots, and of their outputs.
 
 use gestus_core::blob::layout::{NONE, cycle};
 use gestus_motion::corpus::Cycle;
 
 use crate::pairing::Pairing;
 
-/// Encodes the clips: first row and number of rows.
-pub fn encode_clips(clips: &[(usize, usize)]) -> Vec<u8> {
-    clips.iter().flat_map(|&(first, rows)| [first as u32, rows as u32]).flat_map(u32::to_le_bytes).collect()
-}
-
 /// Encodes the cycles, each with its clip and timeline, and their knots.
-pub fn encode(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u8>, Vec<u8>) {
+pub fn encode_cycles(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u8>, Vec<u8>) {
     let (mut bytes, mut knots) = (Vec::new(), Vec::new());
     for (clip, timeline) in cycles {
         let (first_row, rows) = clips[*clip];
@@ -28,7 +23,7 @@ pub fn encode(cycles: &[(usize, Cycle)], clips: &[(usize, usize)]) -> (Vec<u8>, 
 }
 
 /// Encodes the outputs of every cycle in every style, then the second outputs if there are any.
-pub fn encode_pairs(pairing: &Pairing, cycles: usize, styles: usize) -> Vec<u8> {
+pub fn encode(pairing: &Pairing, cycles: usize, styles: usize) -> Vec<u8> {
     // A first output may be missing; the second table has no missing entries.
     let tables = [(&pairing.outputs, true), (&pairing.second, false)];
     let pairs = tables.into_iter().filter(|(table, _)| !table.is_empty()).flat_map(|(table, may_lack)| {
