@@ -1,4 +1,5 @@
-//! The command `gestus`, as somebody calls it: what it refuses before it does anything.
+//! The command `gestus`, as somebody calls it: what it refuses before it does anything. Messages are compared by their
+//! words, which are what its user reads.
 
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;

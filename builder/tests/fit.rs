@@ -1,4 +1,4 @@
-//! `gestus build --fit BOARD`, as somebody calls it.
+//! `gestus build --fit BOARD`, as somebody calls it. Messages are compared by their words, which are what its user reads.
 
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;

@@ -1,4 +1,5 @@
-//! Files that nobody prepared, as somebody gives them to the command.
+//! Files that nobody prepared, as somebody gives them to the command. Messages are compared by their words, which are what
+//! its user reads.
 
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;

@@ -1,4 +1,5 @@
 //! The folder that `gestus page` writes. What the page does in a browser is tried by `cargo xtask wasm`.
+//! Messages are compared by their words, which are what the user of the command reads.
 
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;

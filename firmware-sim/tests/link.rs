@@ -1,4 +1,5 @@
-//! The command `gestus-sim link`, run as a program.
+//! The command `gestus-sim link`, run as a program. Messages are compared by their words, which
+//! are what its user reads.
 
 mod common;
 

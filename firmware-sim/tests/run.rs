@@ -1,4 +1,5 @@
-//! The command `gestus-sim run`, run as a program: parts and faults.
+//! The command `gestus-sim run`, run as a program: parts and faults. Messages are compared by their words, which
+//! are what its user reads.
 
 mod common;
 

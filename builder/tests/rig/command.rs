@@ -1,4 +1,5 @@
-//! The command: what it writes and says, what it then takes as it is, and what it refuses.
+//! The command: what it writes and says, what it then takes as it is, and what it refuses. Messages are compared by their
+//! words, which are what its user reads.
 
 use std::{
     fs,

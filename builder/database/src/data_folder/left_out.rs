@@ -236,6 +236,7 @@ mod tests {
         let groups = Group::all(&list);
         let counts: Vec<_> = groups.iter().map(|g| (g.reason, g.clips.len())).collect();
         assert_eq!(counts, [(Reason::Unlabelled, 1), (Reason::NoCycle, 3)]);
+        // The lines that the user reads.
         let said = groups[1].to_string();
         assert!(
             said.starts_with("3 without a gait cycle (stretch_a_1, slow walk_a_1, stretch_b_1):"),

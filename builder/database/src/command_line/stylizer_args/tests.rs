@@ -1,3 +1,5 @@
+//! Messages about options are compared by their words, which are what the user of a command reads.
+
 use clap::Parser;
 
 use super::*;
