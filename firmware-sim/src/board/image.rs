@@ -68,7 +68,8 @@ pub fn crate_folder() -> PathBuf {
 
 /// Folder in which images are built.
 pub fn target_folder() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = own.parent().unwrap_or(own);
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
     target.join("firmware")
 }
@@ -236,11 +237,30 @@ pub fn write_flash(database: &[u8], appended: &[u8], name: &str) -> Result<PathB
 /// A file that can't be read, or is not an ELF file.
 pub fn flash_bytes(image: &Path) -> Result<u64> {
     let bytes = fs::read(image).with_context(|| format!("{} can't be read", image.display()))?;
-    let file = object::File::parse(&*bytes).with_context(|| image.display().to_string())?;
+    let file = object::File::parse(&*bytes)
+        .with_context(|| format!("{} is no image: give an ELF file for the board", image.display()))?;
     let loaded = |flags: SectionFlags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
     Ok(file
         .sections()
         .filter(|s| s.kind() != SectionKind::UninitializedData && loaded(s.flags()))
         .map(|s| s.size())
         .sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_no_image_is_refused_by_its_name() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+        let error = flash_bytes(&path).expect_err("it is a text").to_string();
+        assert!(error.contains("Cargo.toml is no image"), "{error}");
+    }
+
+    /// Paths of images are printed, for a debugger.
+    #[test]
+    fn images_are_in_a_plain_path() {
+        assert!(!target_folder().components().any(|part| part.as_os_str() == ".."), "{:?}", target_folder());
+    }
 }
