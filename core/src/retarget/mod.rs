@@ -216,25 +216,9 @@ fn convert<const A: usize, const B: usize>(
     // A position in the source's space, scaled to the target's.
     let scaled =
         |p: Vector| -> Vector { [scale * p[0], to.ankle + scale * (p[1] - from.ankle), scale * p[2]] };
-    let mut world = World { orientations: [IDENTITY; B], positions: [[0.0; 3]; B] };
-    let stays = orient(to, &source, like, &mut world);
-    // The root: the midpoint of the hip joints moves as the source's does.
-    let middle = scaled(add(input.position, quaternion::rotate(source.orientation(0), from.hips)));
-    let position = subtract(middle, quaternion::rotate(world.orientation(0), to.hips));
-    set_positions(to, &mut world, position);
-    let bends = bends(limbs, &source, &world, scaled);
-    set_rotations(to, &stays, &bends, &mut world, output);
-    output.position = position;
-}
 
-/// Orients the target's joints as the source's that they follow. Returns the local rotations of those that follow none:
-/// these stay as they are.
-fn orient<const A: usize, const B: usize>(
-    to: &Side<'_>,
-    source: &World<A>,
-    like: Option<&Pose<B>>,
-    world: &mut World<B>,
-) -> [Option<Quaternion>; B] {
+    // 1. Orientations.
+    let mut world = World { orientations: [IDENTITY; B], positions: [[0.0; 3]; B] };
     let mut stays = [None; B];
     for (j, stay) in stays.iter_mut().enumerate().take(to.joints) {
         let bytes = Record::of(to.records, j, record::LENGTH);
@@ -255,23 +239,20 @@ fn orient<const A: usize, const B: usize>(
         };
         world.set(j, turn, [0.0; 3]);
     }
-    stays
-}
 
-/// The turns of both segments of each limb that bring its end to where the source's is, in the target's proportions.
-fn bends<const A: usize, const B: usize>(
-    limbs: &[Option<Pair>],
-    source: &World<A>,
-    world: &World<B>,
-    scaled: impl Fn(Vector) -> Vector,
-) -> [[Quaternion; 2]; layout::MAX_LIMBS] {
-    // Legs are listed from left to right; a straight knee bends about the line from one to the other.
+    // 2. The root: the midpoint of the hip joints moves as the source's does.
+    let middle = scaled(add(input.position, quaternion::rotate(source.orientation(0), from.hips)));
+    let position = subtract(middle, quaternion::rotate(world.orientation(0), to.hips));
+    set_positions(to, &mut world, position);
+
+    // 3. Limbs. Legs are listed from left to right; a straight knee bends about the line from one to the other.
     let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| world.position(pair.to[0]));
     let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
     let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
     for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
-        let source_limb = pair.from.map(|j| source.position(j));
-        let target_limb = pair.to.map(|j| world.position(j));
+        let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
+        let source_limb = ends(&|j| source.position(j), pair.from);
+        let target_limb = ends(&|j| world.position(j), pair.to);
         let goal = if pair.arm {
             limb::scaled_reach(source_limb, target_limb)
         } else {
@@ -285,17 +266,8 @@ fn bends<const A: usize, const B: usize>(
             goal,
         );
     }
-    bends
-}
 
-/// Bends the limbs, and writes each joint's rotation relative to its parent.
-fn set_rotations<const B: usize>(
-    to: &Side<'_>,
-    stays: &[Option<Quaternion>; B],
-    bends: &[[Quaternion; 2]; layout::MAX_LIMBS],
-    world: &mut World<B>,
-    output: &mut Pose<B>,
-) {
+    // 4. Local rotations.
     for (j, stay) in stays.iter().enumerate().take(to.joints) {
         let (parent, segment, _) = to.joint(j);
         let before = parent.map(|p| world.orientation(p));
@@ -316,6 +288,7 @@ fn set_rotations<const B: usize>(
             *slot = quaternion::normalize(local).unwrap_or(IDENTITY);
         }
     }
+    output.position = position;
 }
 
 /// Computes the joints' positions from their orientations.
