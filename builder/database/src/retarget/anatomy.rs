@@ -136,6 +136,11 @@ impl Measure<'_> {
         self.worlds.iter().map(of).sum::<Vector3<f64>>() / self.worlds.len().max(1) as f64
     }
 
+    /// Mean of a number over the sample.
+    fn average(&self, of: impl Fn(&World) -> f64) -> f64 {
+        self.worlds.iter().map(of).sum::<f64>() / self.worlds.len().max(1) as f64
+    }
+
     /// Mean of a vector of the world, as a joint sees it.
     fn seen(&self, joint: usize, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
         self.mean(|w| w.turns[joint].inverse() * of(w))
@@ -168,9 +173,13 @@ impl Measure<'_> {
                 }),
             };
             // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
-            // a joint of no length above it tilt back, and then its own axes say nothing about the spine.
+            // a joint of no length above it tilt back, and then its own axes say nothing about the spine. And upwards
+            // where the body is upright: the root of some rigs lies above the first joint of the spine.
+            let end = chain.last().copied().unwrap_or(j);
             let next = chain[i + 1..].iter().copied().find(|&n| {
-                self.mean(|w| Vector3::repeat((w.places[n] - w.places[j]).norm())).x > 0.02 * self.body.leg_m
+                let to = |w: &World, n: usize| w.places[n] - w.places[j];
+                self.average(|w| to(w, n).norm()) > 0.02 * self.body.leg_m
+                    && self.average(|w| to(w, n).y * to(w, end).y) >= 0.0
             });
             let up = match (next, self.zero) {
                 (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),
