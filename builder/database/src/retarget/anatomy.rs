@@ -14,7 +14,7 @@
 //!
 //! Axes: X left, Y up, Z ahead for the trunk; Y along the bone and X across for limbs.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, iter::Sum, ops::Div};
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -132,13 +132,8 @@ struct Measure<'a> {
 
 impl Measure<'_> {
     /// Mean over the sample.
-    fn mean(&self, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
-        self.worlds.iter().map(of).sum::<Vector3<f64>>() / self.worlds.len().max(1) as f64
-    }
-
-    /// Mean of a number over the sample.
-    fn average(&self, of: impl Fn(&World) -> f64) -> f64 {
-        self.worlds.iter().map(of).sum::<f64>() / self.worlds.len().max(1) as f64
+    fn mean<T: Sum + Div<f64, Output = T>>(&self, of: impl Fn(&World) -> T) -> T {
+        self.worlds.iter().map(of).sum::<T>() / self.worlds.len().max(1) as f64
     }
 
     /// Mean of a vector of the world, as a joint sees it.
@@ -178,8 +173,8 @@ impl Measure<'_> {
             let end = chain.last().copied().unwrap_or(j);
             let next = chain[i + 1..].iter().copied().find(|&n| {
                 let to = |w: &World, n: usize| w.places[n] - w.places[j];
-                self.average(|w| to(w, n).norm()) > 0.02 * self.body.leg_m
-                    && self.average(|w| to(w, n).y * to(w, end).y) >= 0.0
+                self.mean(|w| to(w, n).norm()) > 0.02 * self.body.leg_m
+                    && self.mean(|w| to(w, n).y * to(w, end).y) >= 0.0
             });
             let up = match (next, self.zero) {
                 (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),
