@@ -1,14 +1,12 @@
 //! `cargo xtask real-data`: the tests that need captured motion: those in files `tests/*real*.rs` of any crate. The
 //! motion is not part of the repository; where it is missing there is nothing to run.
 
-use std::{
-    env,
-    path::{Path, PathBuf},
-};
+use std::{env, path::PathBuf};
 
 use anyhow::{Result, ensure};
+use walkdir::{DirEntry, WalkDir};
 
-use crate::shell::{Outcome, cargo, command, root, run as run_command, run_for_stdout};
+use crate::shell::{Outcome, cargo, root, run as run_command};
 
 /// What to do where there are no real clips.
 pub const MISSING: &str =
@@ -41,10 +39,15 @@ pub fn folder() -> Option<PathBuf> {
 
 /// The integration tests with `real` in their names, of every crate.
 fn real_tests() -> Result<Vec<String>> {
-    let list = run_for_stdout(command("git").args(["ls-files", "*real*.rs"]))?;
-    let is_test = |path: &&Path| path.parent().is_some_and(|folder| folder.ends_with("tests"));
-    let names = list.lines().map(Path::new).filter(is_test).filter_map(Path::file_stem);
-    let names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    // Not by git: a source archive has no repository.
+    let is_source = |entry: &DirEntry| entry.file_name() != "target" && entry.file_name() != ".git";
+    let mut names = Vec::new();
+    for entry in WalkDir::new(root()).sort_by_file_name().into_iter().filter_entry(is_source) {
+        let entry = entry?;
+        let name = entry.file_name().to_str().and_then(|name| name.strip_suffix(".rs"));
+        let is_test = entry.path().parent().is_some_and(|folder| folder.ends_with("tests"));
+        names.extend(name.filter(|name| is_test && name.contains("real")).map(str::to_owned));
+    }
     ensure!(!names.is_empty(), "no tests are called `real`");
     Ok(names)
 }
