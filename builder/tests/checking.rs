@@ -22,7 +22,7 @@ fn figures(text: &str) -> (&str, f64) {
 /// The second program printed 2.2e-01 where the page said 3.1e-03: the core had learnt to settle tables by phase and to
 /// expect a place in whole clips, and the page had not.
 #[test]
-#[ignore = "needs Python with NumPy, and the demo, which takes a minute without --release"]
+#[ignore = "needs Python with NumPy: `cargo xtask checking`"]
 fn the_programs_print_what_the_page_says() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("checking");
     let gestus = || Command::new(env!("CARGO_BIN_EXE_gestus"));

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::{
-    bare_metal, budget, capi, firmware, foreign, fuzz, no_panic, real_data,
+    bare_metal, budget, capi, checking, firmware, foreign, fuzz, no_panic, real_data,
     shell::{Outcome, cargo, in_ci, run as run_command},
     structure, tools, wasm,
 };
@@ -28,7 +28,9 @@ struct Step {
 /// As [`firmware::missing`].
 pub fn setup() -> Result<Outcome> {
     tools::install_all();
-    Ok(Outcome::passed_but_for(firmware::missing(true)?.into_iter().chain(wasm::missing(true))))
+    let missing =
+        firmware::missing(true)?.into_iter().chain(wasm::missing(true)).chain(checking::missing(true));
+    Ok(Outcome::passed_but_for(missing))
 }
 
 /// Cargo's arguments for the tests of the feature micromath.
@@ -68,6 +70,7 @@ pub fn run(setup: bool) -> Outcome {
     step("no panic", &|| no_panic::run(setup));
     step("C interface", &|| capi::run(setup));
     step("wasm", &|| wasm::run(setup));
+    step("checking", &|| checking::run(setup));
     step("foreign", &|| foreign::run(setup));
     step("fuzz", &|| fuzz::run(setup, FUZZ_SECONDS, None));
     summary(&steps)

@@ -8,6 +8,7 @@ mod bare_metal;
 mod browser;
 mod budget;
 mod capi;
+mod checking;
 mod ci;
 mod firmware;
 mod foreign;
@@ -98,6 +99,12 @@ enum Chore {
         #[arg(long)]
         setup: bool,
     },
+    /// The programs of docs/CHECKING.md, which recompute a stream in Python
+    Checking {
+        /// Install Python, and NumPy in a virtual environment under target
+        #[arg(long)]
+        setup: bool,
+    },
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
     /// Clips that nobody prepared, of public packages: each translates well, or is refused for a true reason
@@ -151,6 +158,7 @@ fn run(chore: Chore) -> Result<Outcome> {
         Chore::Firmware { setup } => firmware::run(setup),
         Chore::Budget { setup, record } => budget::run(setup, record),
         Chore::Wasm { setup } => wasm::run(setup),
+        Chore::Checking { setup } => checking::run(setup),
         Chore::RealData => real_data::run(),
         Chore::Foreign { setup } => foreign::run(setup),
         Chore::Same { base, quick } => same::run(&base, quick),

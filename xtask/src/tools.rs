@@ -14,7 +14,7 @@ enum Source {
 use Source::{Crate, Packages};
 
 /// Programs by name. The names of a browser are alternatives: see [`BROWSERS`].
-const TOOLS: [(&str, Source); 10] = [
+const TOOLS: [(&str, Source); 11] = [
     ("cc", Packages(&["gcc", "libc6-dev"])),
     ("valgrind", Packages(&["valgrind"])),
     ("arm-none-eabi-gcc", Packages(&["gcc-arm-none-eabi"])),
@@ -22,6 +22,7 @@ const TOOLS: [(&str, Source); 10] = [
     ("qemu-system-riscv32", Packages(&["qemu-system-misc"])),
     ("node", Packages(&["nodejs"])),
     ("chromium", Packages(&["chromium", "fonts-dejavu-core"])),
+    ("python3", Packages(&["python3", "python3-venv"])),
     ("cbindgen", Crate),
     ("defmt-print", Crate),
     ("cargo-fuzz", Crate),
@@ -38,6 +39,8 @@ pub fn browser() -> Option<&'static str> {
 pub fn has(program: &str) -> bool {
     match program {
         "chromium" => browser().is_some(),
+        // Debian's own has no virtual environments.
+        "python3" => stdout_of(command("python3").args(["-c", "import ensurepip, venv"])).is_some(),
         // Without a subcommand's arguments it takes `--version` for an error.
         "cargo-fuzz" => stdout_of(cargo().args(["fuzz", "--version"])).is_some(),
         program => can_start(program),
