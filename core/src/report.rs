@@ -1,9 +1,11 @@
 //! The report of a step.
 
+use core::fmt;
+
 use crate::methods::weights::Shares;
 
 /// The ways in which a frame was degraded; a set of flags.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Degraded(u16);
 
@@ -66,6 +68,19 @@ impl Degraded {
         if value {
             self.0 |= other.0;
         }
+    }
+}
+
+/// The names of the flags, as in `{far, spike}`.
+impl fmt::Debug for Degraded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut names = f.debug_set();
+        for (flag, name) in Self::NAMES {
+            if self.contains(flag) {
+                names.entry(&format_args!("{name}"));
+            }
+        }
+        names.finish()
     }
 }
 

@@ -318,6 +318,7 @@ fn a_glitch_that_comes_again_is_no_news() {
     glitch.position[0] += 5.0;
     let mut degraded = |number| stylizer.tick(Some((&glitch, number)), &mut output).degraded;
     assert_eq!(degraded(60), Degraded::LEAP);
+    assert_eq!(format!("{:?} {:?}", Degraded::LEAP, Degraded::default()), "{leap} {}");
     for _ in 0..9 {
         assert_eq!(degraded(60), Degraded::ORDER);
     }
