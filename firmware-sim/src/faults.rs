@@ -21,7 +21,7 @@ use crate::link::noise::PROBABILITY;
 pub const RECOVERED_M: f64 = 0.01;
 
 /// The probability of each fault in a frame. Parsed from `drop=0.01,repeat=0.02,delay=0.05:3,corrupt=0.01,seed=7`; the
-/// parts may come in any order and default to 0:
+/// parts may come in any order and default to 0, and one has to be a fault:
 ///
 /// | part | effect on a frame |
 /// |---|---|
@@ -65,6 +65,10 @@ impl FromStr for Faults {
                 "seed" => faults.seed = item.number(.., "a whole number")?,
                 _ => return Err(item.unknown("drop, repeat, delay, corrupt and seed")),
             }
+        }
+        if list::items(text).all(|item| item.name == "seed") {
+            let expected = "drop, repeat, delay and corrupt".into();
+            return Err(ListError::Nothing { list: text.to_owned(), expected });
         }
         Ok(faults)
     }
@@ -286,6 +290,9 @@ mod tests {
                 matches!(error, ListError::Value { name, value, .. } if text.starts_with(&format!("{name}=")) && value == bad)
             );
         }
+        for text in ["", "seed=7"] {
+            assert!(matches!(text.parse::<Faults>(), Err(ListError::Nothing { list, .. }) if list == text));
+        }
         assert!(matches!("dorp=0.1".parse::<Faults>(), Err(ListError::Name { name, .. }) if name == "dorp"));
     }
 
@@ -294,7 +301,7 @@ mod tests {
         let run = |text: &str| text.parse::<Faults>().expect("it is right").arrivals(1000, 21);
         let frames = |a: &Arrivals| a.all.iter().map(|a| a.frame).collect::<Vec<_>>();
         let plain: Vec<usize> = (0..1000).collect();
-        assert_eq!(frames(&run("seed=1")), plain);
+        assert_eq!(frames(&run("drop=0,seed=1")), plain);
         let dropped = run("drop=0.1,seed=1");
         assert_eq!(dropped.all.len(), 1000 - dropped.dropped);
         assert!((60..140).contains(&dropped.dropped) && frames(&dropped).is_sorted());

@@ -23,7 +23,7 @@ fn figures(more: &[&str]) -> Value {
 #[test]
 fn a_stream_without_faults_is_as_it_was() {
     let plain = figures(&[]);
-    let none = figures(&["--faults", "seed=3"]);
+    let none = figures(&["--faults", "drop=0,seed=3"]);
     assert_eq!(plain["digest"], none["digest"]);
     let faults = &none["faults"];
     assert_eq!(
@@ -114,6 +114,7 @@ fn what_is_wrong_is_explained() {
         (&["--board", "z80"][..], "rp2040"),
         (&["--faults", "drop=2"], "drop is `2`, not a probability"),
         (&["--faults", "dorp=0.1"], "the names are drop, repeat, delay, corrupt and seed"),
+        (&["--faults", "seed=7"], "`seed=7` has no effect"),
         (&["--faults", "drop=1"], "no frame arrives"),
     ] {
         let (ok, stdout, stderr) = run(more);

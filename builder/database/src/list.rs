@@ -14,6 +14,8 @@ pub enum ListError {
     Value { name: String, value: String, expected: String },
     #[error("there is no `{name}`; the names are {expected}")]
     Name { name: String, expected: String },
+    #[error("`{list}` has no effect: give one of {expected}")]
+    Nothing { list: String, expected: String },
 }
 
 /// One item of a list.
