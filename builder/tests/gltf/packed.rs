@@ -1,6 +1,6 @@
 //! Files that meshoptimizer packed: their motion is read, and what is kept of them stays as it was.
 
-use std::path::Path;
+use std::{env, fs, path::Path};
 
 use gestus_motion::{
     binding::{Binding, Options},
@@ -52,6 +52,20 @@ fn a_packed_file_keeps_its_views_when_it_is_written() {
     assert_eq!(new["extensionsRequired"], old["extensionsRequired"]);
     let off = apart(&turned, &clip(&one(&written).unwrap()));
     assert!(off < 2e-6, "{off} m");
+}
+
+/// A seed of the fuzz target `gltf`, and the clip that `cargo xtask wasm` drops on the page. `GESTUS_RECORD=1` writes both.
+#[test]
+fn stored_packed_files_are_as_packed_here() {
+    let leg = hinge(&[0.0, 0.5, 1.0], &[0.0, 45.0, 90.0], "LINEAR");
+    for (name, made) in [("fuzz/seeds/gltf/leg-packed.glb", leg), ("page/walk-packed.glb", walk())] {
+        let packed = made.packed(EXTENSIONS[0], 0).glb();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        if env::var_os("GESTUS_RECORD").is_some() {
+            fs::write(&path, &packed).unwrap();
+        }
+        assert!(one(&fs::read(&path).unwrap()).unwrap() == one(&packed).unwrap(), "{name}");
+    }
 }
 
 #[test]
