@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(Method::of(&cut), Method::Lti);
         let digest = recording.digest(&cut).unwrap();
         assert_ne!(digest, recording.digest(&whole).unwrap());
-        // It has no clips to show.
+        // It has no clips to show: the words name the option that helps.
         let error = Recording::sample(&cut, Settings::style(1), 4.0).unwrap_err().to_string();
         assert!(error.contains("--input"), "{error}");
     }

@@ -203,6 +203,7 @@ mod tests {
         assert_eq!(names(std::slice::from_ref(&folder)).unwrap().unwrap(), ["a/x.bvh", "a/y.glb", "x.bvh"]);
         assert_eq!(names(&[folder.join("a/*.glb")]).unwrap().unwrap(), ["y.glb"]);
         assert_eq!(names(&[x.clone(), folder.join("a/y.glb")]).unwrap().unwrap(), ["x.bvh", "y.glb"]);
+        // What the words have to name: the clip, and the option.
         assert!(names(&[x, folder.join("a/x.bvh")]).unwrap_err().contains("x.bvh"));
         assert!(names(&[folder.join("*.fbx")]).is_err());
         assert!(
