@@ -7,7 +7,10 @@ mod common;
 use std::{fs, path::Path, process::Command};
 
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
-use gestus_motion::{binding::to_clip, capture::read};
+use gestus_motion::{
+    binding::to_clip,
+    capture::{Format, read},
+};
 
 #[test]
 fn the_folder_is_complete_and_needs_no_network() {
@@ -28,6 +31,8 @@ fn the_folder_is_complete_and_needs_no_network() {
 
     // Everything that the page asks for lies beside it.
     let html = fs::read_to_string(site.join("index.html")).unwrap();
+    let accepted = format!("accept=\"{}, .gestus\"", Format::endings_that_are_read());
+    assert!(html.contains(&accepted), "{accepted}");
     let named = html.split(['"']).filter(|word| word.ends_with(".js") || word.ends_with(".css"));
     let named: Vec<&str> = named.collect();
     assert_eq!(named.len(), 7, "{named:?}");

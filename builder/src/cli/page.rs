@@ -11,7 +11,7 @@ use gestus_database::{
     effort::dial::doubt,
     synth::{self, Options},
 };
-use gestus_motion::formats::gltf::toy;
+use gestus_motion::{capture::Format, formats::gltf::toy};
 use serde_json::json;
 
 use super::open;
@@ -31,6 +31,8 @@ const FILES: [(&str, &str); 7] = [
     ("page.js", include_str!("../../page/web/page.js")),
 ];
 
+/// Stands for the endings of the clips that are read.
+const ENDINGS: &str = "ENDINGS";
 /// Seconds of generated motion: of each clip of the database, and of the sample.
 const SECONDS: f64 = 8.0;
 
@@ -65,7 +67,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let sample = sample()?;
     for (name, text) in FILES {
-        open::write(&args.output.join(name), text)?;
+        open::write(&args.output.join(name), text.replace(ENDINGS, &Format::endings_that_are_read()))?;
     }
     open::write(&args.output.join("sample.glb"), &sample)?;
     let data = json!({
