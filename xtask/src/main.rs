@@ -39,21 +39,23 @@ struct Arguments {
     chore: Chore,
 }
 
+#[derive(clap::Args)]
+struct Setup {
+    /// Install what is missing: programs, targets or their sources, the nightly toolchain
+    #[arg(long)]
+    setup: bool,
+}
+
 #[derive(Subcommand)]
 enum Chore {
     /// All that CI runs beyond `cargo test --workspace`: each step, its time, and a summary
-    Ci {
-        /// Install what is missing: the nightly toolchain, cargo-fuzz, a target or its sources
-        #[arg(long)]
-        setup: bool,
-    },
+    Ci(Setup),
     /// Install every program and target that any chore needs
     Setup,
     /// Fuzz every target, or one, for a while
     Fuzz {
-        /// Install the nightly toolchain and cargo-fuzz where they are missing
-        #[arg(long)]
-        setup: bool,
+        #[command(flatten)]
+        setup: Setup,
         /// Seconds for each target
         #[arg(long, default_value_t = 60)]
         seconds: u32,
@@ -61,58 +63,29 @@ enum Chore {
         target: Option<String>,
     },
     /// Build gestus-core alone for a Cortex-M4F, with each of its features
-    Core {
-        /// Install the target, or the sources that it is built from
-        #[arg(long)]
-        setup: bool,
-    },
+    Core(Setup),
     /// Prove, by linking, that neither the core nor the C interface can reach a panic
-    NoPanic {
-        /// Install the targets, or the sources that they are built from
-        #[arg(long)]
-        setup: bool,
-    },
+    NoPanic(Setup),
     /// The C interface: its tests, its header, and its example on this machine and on an emulated Cortex-M4F
-    Capi {
-        /// Install cbindgen, compilers, valgrind and QEMU
-        #[arg(long)]
-        setup: bool,
-    },
+    Capi(Setup),
     /// The firmware for every emulated board, and a long stream that has to give the same bits on all of them
-    Firmware {
-        /// Install the targets, QEMU and defmt-print
-        #[arg(long)]
-        setup: bool,
-    },
+    Firmware(Setup),
     /// What the core costs on boards, against budgets.toml
     Budget {
-        /// Install the targets and QEMU
-        #[arg(long)]
-        setup: bool,
+        #[command(flatten)]
+        setup: Setup,
         /// Write today's figures into budgets.toml
         #[arg(long)]
         record: bool,
     },
     /// The core as a wasm module, for node and for the pages of `gestus-sim view`
-    Wasm {
-        /// Install the target, node and Chromium
-        #[arg(long)]
-        setup: bool,
-    },
+    Wasm(Setup),
     /// The programs of docs/CHECKING.md, which recompute a stream in Python
-    Checking {
-        /// Install Python, and NumPy in a virtual environment under target
-        #[arg(long)]
-        setup: bool,
-    },
+    Checking(Setup),
     /// Tests on real clips: GESTUS_DATA, or shared/data beside the repository
     RealData,
     /// Clips that nobody prepared, of public packages: each translates well, or is refused for a true reason
-    Foreign {
-        /// Fetch the packages that tests/foreign/clips.toml names
-        #[arg(long)]
-        setup: bool,
-    },
+    Foreign(Setup),
     /// Prove that `gestus` and `gestus-sim` write the same as those of another revision
     Same {
         /// The revision to compare with, such as `main`
@@ -149,18 +122,18 @@ fn main() -> ExitCode {
 
 fn run(chore: Chore) -> Result<Outcome> {
     match chore {
-        Chore::Ci { setup } => Ok(ci::run(setup)),
+        Chore::Ci(Setup { setup }) => Ok(ci::run(setup)),
         Chore::Setup => ci::setup(),
-        Chore::Fuzz { setup, seconds, target } => fuzz::run(setup, seconds, target.as_deref()),
-        Chore::Core { setup } => bare_metal::run(setup),
-        Chore::NoPanic { setup } => no_panic::run(setup),
-        Chore::Capi { setup } => capi::run(setup),
-        Chore::Firmware { setup } => firmware::run(setup),
-        Chore::Budget { setup, record } => budget::run(setup, record),
-        Chore::Wasm { setup } => wasm::run(setup),
-        Chore::Checking { setup } => checking::run(setup),
+        Chore::Fuzz { setup, seconds, target } => fuzz::run(setup.setup, seconds, target.as_deref()),
+        Chore::Core(Setup { setup }) => bare_metal::run(setup),
+        Chore::NoPanic(Setup { setup }) => no_panic::run(setup),
+        Chore::Capi(Setup { setup }) => capi::run(setup),
+        Chore::Firmware(Setup { setup }) => firmware::run(setup),
+        Chore::Budget { setup, record } => budget::run(setup.setup, record),
+        Chore::Wasm(Setup { setup }) => wasm::run(setup),
+        Chore::Checking(Setup { setup }) => checking::run(setup),
         Chore::RealData => real_data::run(),
-        Chore::Foreign { setup } => foreign::run(setup),
+        Chore::Foreign(Setup { setup }) => foreign::run(setup),
         Chore::Same { base, quick } => same::run(&base, quick),
         Chore::Structure => structure::run(),
         Chore::Golden { blob } => golden(blob),
