@@ -49,6 +49,21 @@ pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
     ascending.get((share * ascending.len().saturating_sub(1) as f64) as usize).copied()
 }
 
+/// Least and greatest value; infinities where there are no values.
+pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
+
+/// Inner product.
+pub fn dot<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Item = &'a f64>) -> f64 {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Squared distance of two rows of numbers.
+pub fn distance2(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
 /// Pearson's correlation; 0 where one side does not vary.
 pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (ma, mb) = (mean_or_zero(a.iter().copied()), mean_or_zero(b.iter().copied()));

@@ -4,7 +4,7 @@ use gestus_motion::{
     body::row_at,
     clip::Clip,
     corpus::{Cycle, Example},
-    statistics::moments,
+    statistics::{distance2, moments},
 };
 
 use super::{clips::Clips, frames::Frames, medoids::medoids};
@@ -36,7 +36,7 @@ impl Choices {
         let shapes = shapes(&frames.cycles);
         let distance = |a: &Vec<usize>, b: &Vec<usize>| {
             let pairs = a.iter().zip(b);
-            pairs.map(|(&a, &b)| difference(&shapes[a], &shapes[b])).sum::<f64>().sqrt()
+            pairs.map(|(&a, &b)| distance2(&shapes[a], &shapes[b])).sum::<f64>().sqrt()
         };
         let items = match clips.options.pairing {
             Scheme::Take => by_take(frames, allowed),
@@ -115,10 +115,6 @@ fn shapes(cycles: &[CycleData<'_>]) -> Vec<Vec<f64>> {
         shape.push(duration(cycle) / spread * (PHASES as f64).sqrt());
     }
     shapes
-}
-
-fn difference(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 /// The kept cycles, each in a clip of its own or with those next to it.

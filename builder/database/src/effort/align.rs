@@ -5,6 +5,8 @@
 //! [`warp::dtw`](crate::registration::warp::dtw), a diagonal step counts once, as in the paper. Cost: O(m n D) time,
 //! O(m n) memory.
 
+use gestus_motion::statistics::distance2;
+
 /// The best path of two fragments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
@@ -25,11 +27,6 @@ impl Alignment {
 /// Default distance below which fragments have the same content, radians.
 pub const THRESHOLD_RAD: f64 = 0.25;
 
-/// Squared distance of two poses.
-pub fn square(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
-}
-
 /// Aligns two fragments, `[frames][C]` each.
 ///
 /// # Panics
@@ -48,7 +45,7 @@ pub fn align(a: &[Vec<f64>], b: &[Vec<f64>]) -> Alignment {
                     came[i * n + j] = k as u8;
                 }
             }
-            best[i * n + j] = least + square(&a[i], &b[j]);
+            best[i * n + j] = least + distance2(&a[i], &b[j]);
         }
     }
     let (mut i, mut j) = (m - 1, n - 1);
@@ -77,7 +74,7 @@ mod tests {
 
     /// Every path, one after the other.
     fn least(a: &[Vec<f64>], b: &[Vec<f64>], i: usize, j: usize) -> f64 {
-        let here = square(&a[i], &b[j]);
+        let here = distance2(&a[i], &b[j]);
         let before = [(1, 1), (1, 0), (0, 1)]
             .into_iter()
             .filter(|&(di, dj)| i >= di && j >= dj)
@@ -91,7 +88,7 @@ mod tests {
         let (a, b) = (signal(6, |x| (5.0 * x).sin()), signal(8, |x| (5.0 * x * x).sin() + 0.1));
         let alignment = align(&a, &b);
         assert!((alignment.ssd - least(&a, &b, 5, 7)).abs() < 1e-12);
-        let along: f64 = alignment.path.iter().map(|&(i, j)| square(&a[i], &b[j])).sum();
+        let along: f64 = alignment.path.iter().map(|&(i, j)| distance2(&a[i], &b[j])).sum();
         assert!((alignment.ssd - along).abs() < 1e-12);
         assert_eq!((alignment.path[0], alignment.path[alignment.path.len() - 1]), ((0, 0), (5, 7)));
     }

@@ -4,7 +4,10 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::effort::fragment::Fragment;
-use gestus_motion::{body::row_at, statistics::mean};
+use gestus_motion::{
+    body::row_at,
+    statistics::{dot, mean},
+};
 
 /// Frames of a resampled fragment.
 pub const LENGTH: usize = 32;
@@ -41,7 +44,6 @@ impl Components {
         let mean: Vec<f64> = (0..width).map(|c| mean(rows.iter().map(|r| r[c]))).collect();
         let centred: Vec<Vec<f64>> =
             rows.iter().map(|r| r.iter().zip(&mean).map(|(v, m)| v - m).collect()).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let gram = DMatrix::from_fn(count, count, |i, j| dot(&centred[i], &centred[j]));
         let eigen = SymmetricEigen::new(gram);
         let mut order: Vec<usize> = (0..count).collect();

@@ -18,6 +18,7 @@ use gestus_core::{Database, blob::layout::effort};
 use nalgebra::{DMatrix, DVector};
 
 use crate::effort::{Factors, POLE, Source};
+use gestus_motion::statistics::extent;
 
 /// Nodes along each axis.
 pub const NODES: usize = 9;
@@ -133,9 +134,7 @@ impl Dial {
         let used: Vec<usize> = (0..styles.len()).filter(|&s| styles[s].is_some()).collect();
         let efforts: Vec<Factors> = styles.iter().flatten().copied().collect();
         let axes = std::array::from_fn(|k| {
-            let values = efforts.iter().map(|e| e[k]);
-            let (low, high) =
-                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = extent(efforts.iter().map(|e| e[k]));
             // An axis along which no style differs still needs a length.
             let margin = (0.5 * (SHORTEST - (high - low))).max(0.0);
             (low - margin, high + margin)

@@ -38,7 +38,7 @@ use gestus_motion::{
     clip::Clip,
     corpus::{Corpus, Example},
     landmarks::LandmarkError,
-    statistics::mean_or_zero,
+    statistics::{extent, mean_or_zero},
 };
 
 /// Inputs, at most: one an action, then a second.
@@ -261,8 +261,7 @@ fn ends(vertices: &[Vec<Factors>], middle: &[Factors]) -> Vec<Vec<f64>> {
     let efforts: Vec<Factors> = vertices.iter().map(|v| mean(v)).collect();
     let centre = mean(middle);
     let range: Factors = std::array::from_fn(|k| {
-        let values = efforts.iter().map(|e| e[k]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        let (low, high) = extent(efforts.iter().map(|e| e[k]));
         (high - low).max(0.05)
     });
     (0..3)

@@ -6,7 +6,7 @@
 //! F needs no fit of its own: with `C = K + λ I` the residuals are `(C⁻¹_FF)⁻¹ (C⁻¹ y)_F`, so that a whole
 //! cross-validation costs one factor and its inverse. Cost: O(n³) for each γ and λ, 0.7 n³ multiplications.
 
-use gestus_motion::statistics::mean_or_zero;
+use gestus_motion::statistics::{distance2, dot, mean_or_zero};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Folds of a cross-validation.
@@ -49,11 +49,11 @@ impl Kernel {
     /// Its value for two inputs.
     pub fn of(self, a: &[f64], b: &[f64]) -> f64 {
         match self {
-            Self::Linear => a.iter().zip(b).map(|(a, b)| a * b).sum(),
-            Self::Radial(gamma) => (-gamma * super::align::square(a, b)).exp(),
+            Self::Linear => dot(a, b),
+            Self::Radial(gamma) => (-gamma * distance2(a, b)).exp(),
             Self::Between(gamma) => {
                 let far: f64 = turned(a).zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-                let near = super::align::square(a, b);
+                let near = distance2(a, b);
                 0.5 * between(a) * between(b) * ((-gamma * near).exp() + (-gamma * far).exp())
             }
         }
@@ -113,7 +113,6 @@ pub fn fit(kernel: Kernel, lambda: f64, z: &[Vec<f64>], y: &[f64]) -> Machine {
 /// contiguous memory, since it is what a cross-validation spends its time in. `None` where it has none.
 fn inverse_factor(kernel: &DMatrix<f64>, lambda: f64) -> Option<Vec<f64>> {
     let n = kernel.nrows();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut factor = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..=i {
@@ -153,7 +152,7 @@ pub fn cross_validate(kernel: Kernel, matrix: &DMatrix<f64>, lambda: f64, target
     let columns: Vec<Vec<f64>> = (0..n).map(|i| (i..n).map(|k| factor[k * n + i]).collect()).collect();
     let entry = |i: usize, j: usize| -> f64 {
         let (low, high) = (i.min(j), i.max(j));
-        columns[low][high - low..].iter().zip(&columns[high]).map(|(a, b)| a * b).sum()
+        dot(&columns[low][high - low..], &columns[high])
     };
     let folds: Vec<_> = (0..FOLDS.min(n))
         .map(|fold| {

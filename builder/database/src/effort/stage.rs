@@ -8,9 +8,8 @@
 //!
 //! [`align`]: super::align
 
+use gestus_motion::statistics::distance2;
 use rayon::prelude::*;
-
-use crate::effort::align::square;
 
 /// A stretch of the input and the fragment that it was recognised as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +85,7 @@ fn advance(column: &mut Column, fragment: &[Vec<f64>], frame: &[f64], p: usize, 
         if q == 0 && before < best.0 {
             best = (before, p);
         }
-        let here = (best.0 + square(frame, pose), best.1);
+        let here = (best.0 + distance2(frame, pose), best.1);
         (column.cost[q], column.entered[q]) = here;
         (diagonal, below) = (level, here);
     }
@@ -102,7 +101,7 @@ mod tests {
 
     /// The least cost of all ways to cut and warp, by recursion over cells.
     fn least(input: &[Vec<f64>], words: &[&[Vec<f64>]], p: usize, q: usize, i: usize) -> f64 {
-        let here = square(&input[p], &words[i][q]);
+        let here = distance2(&input[p], &words[i][q]);
         let mut best = f64::INFINITY;
         if q == 0 {
             if p == 0 {

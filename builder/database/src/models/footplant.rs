@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use gestus_motion::statistics::moments;
+use gestus_motion::statistics::{dot, moments};
 
 /// A projection and its boundary: a foot is in contact if the projection is greater.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ pub fn fit(features: &[Vec<f64>], stands: &[bool]) -> Footplant {
             .iter()
             .zip(stands)
             .filter(|(_, s)| **s == which)
-            .map(|(row, _)| row.iter().zip(w.iter()).map(|(a, b)| a * b).sum())
+            .map(|(row, _)| dot(row, w.iter()))
             .collect();
         moments(values.into_iter(), 1e-9)
     };
@@ -86,7 +86,7 @@ mod tests {
     fn f1(plant: &Footplant, features: &[Vec<f64>], stands: &[bool]) -> f64 {
         let (mut hit, mut missed, mut wrong) = (0.0, 0.0, 0.0);
         for (row, &stands) in features.iter().zip(stands) {
-            let value: f64 = row.iter().zip(&plant.projection).map(|(a, b)| a * b).sum();
+            let value = dot(row, &plant.projection);
             match (value > plant.boundary, stands) {
                 (true, true) => hit += 1.0,
                 (false, true) => missed += 1.0,

@@ -37,11 +37,6 @@ pub(super) fn at(cycle: &CycleData<'_>, phase: f64) -> Vec<f64> {
     row_at(cycle.dofs, cycle.cycle.position(phase))
 }
 
-/// Squared distance of two rows of numbers.
-pub(super) fn distance2(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
-}
-
 /// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in
 /// every style and are divided by their standard deviations over the database. The last is mostly the swing of the hips,
 /// which depends on style: it is standardised within the class.

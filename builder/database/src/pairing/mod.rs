@@ -20,7 +20,7 @@
 //! An average is nearer to a real cycle than another real cycle is, but moves less: every step becomes the same step.
 //! `gestus evaluate ablation` measures both.
 
-use gestus_motion::corpus::Cycle;
+use gestus_motion::{corpus::Cycle, statistics::distance2};
 
 mod cycles;
 mod prototypes;
@@ -33,7 +33,7 @@ pub use cycles::{ClassName, CycleData};
 pub use prototypes::Prototype;
 pub use scheme::Scheme;
 
-use cycles::{distance2, standardised_content};
+use cycles::standardised_content;
 
 /// Output cycles of every cycle.
 #[derive(Debug, Clone)]

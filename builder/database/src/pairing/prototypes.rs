@@ -1,9 +1,9 @@
 //! Averaged output cycles.
 
-use gestus_motion::corpus::Cycle;
+use gestus_motion::{corpus::Cycle, statistics::distance2};
 
 use crate::pairing::{
-    cycles::{CONTENT, CycleData, at, distance2},
+    cycles::{CONTENT, CycleData, at},
     scheme::Scheme,
 };
 

@@ -11,9 +11,9 @@
 //!
 //! On captured walks, runs and turns the ratio is 1.4 between walk and turns, and at least 4.4 between these and a run.
 
-use crate::pairing::cycles::{ClassName, CycleData, at, distance2};
+use crate::pairing::cycles::{ClassName, CycleData, at};
 use crate::registration::{timeline::Kind, warp};
-use gestus_motion::statistics::mean;
+use gestus_motion::statistics::{distance2, mean};
 
 /// Greatest ratio of distances for similar actions.
 const SIMILAR: f64 = 2.0;

@@ -14,7 +14,7 @@
 //!
 //! which is error diffusion as in printing. Deterministic. Cost: one distance per pair of cycles.
 
-use crate::pairing::cycles::distance2;
+use gestus_motion::statistics::distance2;
 
 /// Candidate output cycles of each input cycle. 4 and 12 work about as well; see `docs/experiments/pairing.md`.
 const NEAREST: usize = 8;

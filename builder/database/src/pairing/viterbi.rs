@@ -1,6 +1,8 @@
 //! The sequence of real output cycles with the best fit and continuity (Viterbi's algorithm).
 
-use crate::pairing::cycles::{CycleData, at, distance2};
+use gestus_motion::statistics::distance2;
+
+use crate::pairing::cycles::{CycleData, at};
 
 /// Weight of a discontinuity between consecutive output cycles, relative to the fit. Joint errors on real labelled gaits:
 /// 2.40 cm for 0, 2.39 for 1, 2.28 for 10, 2.29 for 30, 2.34 for 100.

@@ -45,22 +45,16 @@ impl Links {
             let upright = this.places[last].rotation.inverse() * axes;
             this.frames[last] = Some(upright);
         }
-        for side in Side::BOTH {
-            for (arm, chain) in [
-                (false, [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)]),
-                (true, [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)]),
-            ] {
-                let (Some(upper), Some(lower)) = (group(chain[0]), group(chain[1])) else { continue };
-                let tip = this.tip(robot, lower, group(chain[2]), upper);
-                this.tips.insert(chain[2], tip);
-                this.limb(robot, upper, lower, tip, arm, axes);
-                // A hand lies as its lower arm does.
-                if let (true, Some(hand)) = (arm, group(chain[2])) {
-                    let (from, to) =
-                        (lower.hinges[lower.hinges.len() - 1], hand.hinges[hand.hinges.len() - 1]);
-                    let relative = this.places[to].rotation.inverse() * this.places[from].rotation;
-                    this.frames[to] = this.frames[from].map(|f| relative * f);
-                }
+        for (leg, chain) in chains() {
+            let (Some(upper), Some(lower)) = (group(chain[0]), group(chain[1])) else { continue };
+            let tip = this.tip(robot, lower, group(chain[2]), upper);
+            this.tips.insert(chain[2], tip);
+            this.limb(robot, upper, lower, tip, !leg, axes);
+            // A hand lies as its lower arm does.
+            if let (false, Some(hand)) = (leg, group(chain[2])) {
+                let (from, to) = (lower.hinges[lower.hinges.len() - 1], hand.hinges[hand.hinges.len() - 1]);
+                let relative = this.places[to].rotation.inverse() * this.places[from].rotation;
+                this.frames[to] = this.frames[from].map(|f| relative * f);
             }
         }
         this
@@ -137,37 +131,42 @@ fn frame(bone: Vector3<f64>, across: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
 }
 
+/// Whether a limb is a leg, and its parts from the body on: each leg before its side's arm.
+fn chains() -> impl Iterator<Item = (bool, [Part; 3])> {
+    Side::BOTH.into_iter().flat_map(|side| {
+        [
+            (true, [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)]),
+            (false, [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)]),
+        ]
+    })
+}
+
 /// The limbs that both have, each a single chain of hinges.
 pub(super) fn limbs(body: &Body, robot: &Robot, assignment: &Assignment, links: &Links) -> Vec<Limb> {
     let group = |part: Part| assignment.groups.iter().find(|g| g.part == part);
     let mut limbs = Vec::new();
-    for side in Side::BOTH {
-        for (leg, chain) in [
-            (true, [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side)]),
-            (false, [Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)]),
-        ] {
-            let (Some(upper), Some(lower)) = (group(chain[0]), group(chain[1])) else { continue };
-            let (Some(from), Some(to)) = (body.parts.get(chain[0]), body.parts.get(chain[2])) else {
-                continue;
-            };
-            let (first, last) = (upper.hinges[0], lower.hinges[lower.hinges.len() - 1]);
-            let chained = (first + 1..=last).all(|h| robot.hinges[h].parent == Some(h - 1));
-            if !chained || last - first >= MAX_CHAIN {
-                continue;
-            }
-            let tip = links.tips[&chain[2]];
-            let elbow = links.places[lower.hinges[0]].translation.vector;
-            let length = (elbow - links.places[first].translation.vector).norm() + (tip - elbow).norm();
-            let whole = if leg { body.anatomy.leg_m } else { body.anatomy.arm_m };
-            let tip = links.places[last].inverse_transform_point(&tip.into()).coords;
-            limbs.push(Limb {
-                joints: (from, to),
-                hinges: (first, last),
-                scale: length / whole.max(1e-6),
-                tip,
-                leg,
-            });
+    for (leg, chain) in chains() {
+        let (Some(upper), Some(lower)) = (group(chain[0]), group(chain[1])) else { continue };
+        let (Some(from), Some(to)) = (body.parts.get(chain[0]), body.parts.get(chain[2])) else {
+            continue;
+        };
+        let (first, last) = (upper.hinges[0], lower.hinges[lower.hinges.len() - 1]);
+        let chained = (first + 1..=last).all(|h| robot.hinges[h].parent == Some(h - 1));
+        if !chained || last - first >= MAX_CHAIN {
+            continue;
         }
+        let tip = links.tips[&chain[2]];
+        let elbow = links.places[lower.hinges[0]].translation.vector;
+        let length = (elbow - links.places[first].translation.vector).norm() + (tip - elbow).norm();
+        let whole = if leg { body.anatomy.leg_m } else { body.anatomy.arm_m };
+        let tip = links.places[last].inverse_transform_point(&tip.into()).coords;
+        limbs.push(Limb {
+            joints: (from, to),
+            hinges: (first, last),
+            scale: length / whole.max(1e-6),
+            tip,
+            leg,
+        });
     }
     limbs
 }

@@ -7,7 +7,7 @@ use gestus_core::{
 };
 use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
-use gestus_motion::{body::Body, clip::Clip};
+use gestus_motion::{body::Body, clip::Clip, statistics::dot};
 
 /// A window of joint positions, oldest frame first: shape `[window · joints]`, metres.
 pub type Cloud = Vec<Vector3<f64>>;
@@ -115,7 +115,7 @@ impl FeatureSpace {
     pub fn feature(&self, cloud: &Cloud) -> Vec<f64> {
         let flat: Vec<f64> =
             self.aligned(cloud).iter().zip(&self.mean).flat_map(|(p, m)| (p - m).data.0[0]).collect();
-        self.components.iter().map(|c| c.iter().zip(&flat).map(|(a, b)| a * b).sum()).collect()
+        self.components.iter().map(|c| dot(c, &flat)).collect()
     }
 
     /// A [`feature`](Self::feature) as stored.

@@ -221,8 +221,7 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             }
         }
     }
-    poses.iter_mut().for_each(|pose| lift_feet(limbs, pose));
-    poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
+    lifted(limbs, poses)
 }
 
 /// The poses with their ankles where those of other poses are, as far as legs reach; the feet keep their orientation.
@@ -294,7 +293,10 @@ fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offse
 
 /// The poses with no foot further than `DEEP_M` below where it stands: those that are, are lifted by their legs.
 pub fn above_floor(limbs: &Limbs, frames: &[Frame]) -> Vec<Frame> {
-    let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
+    lifted(limbs, frames.iter().map(to_pose).collect())
+}
+
+fn lifted(limbs: &Limbs, mut poses: Vec<Pose<MAX_JOINTS>>) -> Vec<Frame> {
     poses.iter_mut().for_each(|pose| lift_feet(limbs, pose));
     poses.iter().map(|p| from_pose(p, limbs.parents.len())).collect()
 }

@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use gestus_motion::statistics::extent;
 use plotters::{
     coord::{Shift, types::RangedCoordf64},
     prelude::*,
@@ -71,9 +72,7 @@ fn colours(i: usize) -> (RGBColor, Option<RGBColor>) {
 /// Range of the finite values with a margin; 0 to 1 where there are none. The range is wide enough that the labels of the
 /// axis differ.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = extent(values.filter(|v| v.is_finite()));
     if low > high {
         return (0.0, 1.0);
     }

@@ -14,7 +14,11 @@ mod cuts;
 mod error;
 mod walk;
 
-use gestus_motion::{body::Body, corpus::Corpus, statistics::mean};
+use gestus_motion::{
+    body::Body,
+    corpus::Corpus,
+    statistics::{dot, mean},
+};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 pub use cuts::{Cut, SPEEDS, aligned, at_quantile, by_speed, cuts};
@@ -85,7 +89,6 @@ impl Bilinear {
             .iter()
             .map(|row| row.iter().map(|v| v.iter().zip(&mean).map(|(a, b)| a - b).collect()).collect())
             .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let by_style = DMatrix::from_fn(styles, styles, |a, b| {
             (0..speeds).map(|v| dot(&centred[a][v], &centred[b][v])).sum()
         });

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::models::lti::Model;
-use gestus_motion::statistics::mean;
+use gestus_motion::statistics::{dot, mean};
 
 /// Bounds of the logarithm of the time warp, as in the core.
 const LOG_STEP: f64 = 1.386_294_4;
@@ -74,7 +74,7 @@ impl Model {
                 states.iter().flat_map(|s| s.iter().copied().collect::<Vec<_>>()).collect();
             out.contacts.push([0, 1].map(|side| {
                 let foot = &self.feet[side];
-                features.iter().zip(&foot.projection).map(|(a, b)| a * b).sum::<f64>() > foot.boundary
+                dot(&features, &foot.projection) > foot.boundary
             }));
             out.passed.push(passed);
         }

@@ -23,7 +23,7 @@ use crate::{
     pairing::{CycleData, Pairing},
     registration::timeline::Kind,
 };
-use gestus_motion::{body::row_at, corpus::Cycle};
+use gestus_motion::{body::row_at, corpus::Cycle, statistics::distance2};
 
 /// Numbers of knots of a table.
 struct Knots {
@@ -134,7 +134,7 @@ impl Tables {
                     .features
                     .iter()
                     .flat_map(|cycle| cycle.iter().zip(&features))
-                    .map(|(f, mean)| white(f).iter().zip(mean).map(|(a, b)| (a - b).powi(2)).sum())
+                    .map(|(f, mean)| distance2(&white(f), mean))
                     .collect();
                 distances.sort_by(f64::total_cmp);
                 let far = distances[((distances.len() - 1) as f64 * FAR_QUANTILE) as usize];

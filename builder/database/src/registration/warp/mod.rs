@@ -12,7 +12,7 @@
 
 pub use error::WarpError;
 use gestus_core::blob::layout::dof;
-use gestus_motion::statistics::{smooth, variance};
+use gestus_motion::statistics::{distance2, smooth, variance};
 
 pub mod demo;
 pub mod dtw;
@@ -88,8 +88,7 @@ pub(crate) fn check(u: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(), WarpError> {
 
 /// Squared distances of all pairs of frames, [frames of u x frames of y].
 pub(crate) fn costs(u: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-    u.iter().map(|a| y.iter().map(|b| square(a, b)).collect()).collect()
+    u.iter().map(|a| y.iter().map(|b| distance2(a, b)).collect()).collect()
 }
 
 /// The same, but 0 where the slope limit rules out a match.

@@ -1,5 +1,7 @@
 //! Minimisation by L-BFGS.
 
+use gestus_motion::statistics::dot;
+
 /// Minimises a function by L-BFGS (Nocedal 1980) with backtracking, and gives the least value too. The function returns
 /// its value and its gradient, or `None` where it is not defined.
 pub(super) fn minimise(
@@ -7,7 +9,6 @@ pub(super) fn minimise(
     evaluations: usize,
     f: impl Fn(&[f64]) -> Option<(f64, Vec<f64>)>,
 ) -> (Vec<f64>, f64) {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let Some((mut value, mut gradient)) = f(&at) else { return (at, f64::INFINITY) };
     let mut memory: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     let mut used = 1;
