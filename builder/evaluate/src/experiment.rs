@@ -11,6 +11,7 @@ use gestus_database::{
         config::AnnotateError,
         split::{Set, Split},
     },
+    pairing::Scheme,
 };
 use gestus_motion::{
     body::Body,
@@ -68,6 +69,12 @@ impl Experiment {
         let from = corpus.plain_style();
         let to = (0..corpus.styles.len()).filter(|&s| s != from).collect();
         Self { corpus, from, to, folds: 1, among: None, build, truth: Truth::NearestContent }
+    }
+
+    /// The same experiment on pairs from the first style to the second that belong together by take.
+    pub(crate) fn on_pairs(&self, corpus: Corpus) -> Self {
+        let build = BuildOptions { pairing: Scheme::Take, ..self.build.clone() };
+        Self { corpus, from: 0, to: vec![1], build, truth: Truth::SameTake, ..self.clone() }
     }
 
     /// The same experiment on one set of a split: test and truth clips are of that set, all of them are test clips, and for
@@ -304,13 +311,21 @@ mod tests {
     use super::*;
     use crate::measures::loo::{self, Methods};
     use gestus_database::synth;
+
+    impl Experiment {
+        /// On generated clips, with databases that have no linear models unless a measure needs them.
+        pub(crate) fn generated(actions: &[&str], styles: &[&str], clips: usize, seconds: f64) -> Self {
+            let corpus = synth::corpus(&synth::Options::of(actions, styles, clips, seconds)).unwrap();
+            Self::new(corpus, BuildOptions { models: false, ..BuildOptions::default() })
+        }
+    }
+
     /// Walks, and punches of which one neutral clip is left.
     fn sparse() -> Experiment {
-        let corpus =
-            synth::corpus(&synth::Options::of(&["walk", "punch"], &["neutral", "proud"], 2, 4.0)).unwrap();
+        let Experiment { corpus, build, .. } =
+            Experiment::generated(&["walk", "punch"], &["neutral", "proud"], 2, 4.0);
         let (punch, neutral) = (corpus.action("punch").unwrap(), corpus.style("neutral").unwrap());
         let one = corpus.examples.iter().position(|e| (e.action, e.style) == (punch, neutral)).unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
         Experiment::new(corpus.without(&[one]), build)
     }
 
@@ -329,14 +344,12 @@ mod tests {
 
     #[test]
     fn a_split_hides_the_test_set_from_development_and_shares_databases() {
-        let actions = synth::Options::of(&["walk", "run"], &["neutral", "proud"], 4, 4.0);
-        let corpus = synth::corpus(&actions).unwrap();
+        let new = || Experiment::generated(&["walk", "run"], &["neutral", "proud"], 4, 4.0);
         let text = r#"
             development = ["{action}_{style}_000", "{action}_{style}_001"]
             test = ["{action}_{style}_002", "{action}_{style}_003"]
         "#;
         let split = Split::parse(text, "split").unwrap();
-        let new = || Experiment::new(corpus.clone(), BuildOptions::default());
         for (set, takes, clips) in [(Set::Development, ["000", "001"], 8), (Set::Test, ["002", "003"], 16)] {
             let experiment = new().on(&split, set).unwrap();
             assert_eq!(experiment.corpus.examples.len(), clips, "{set:?}");
@@ -355,13 +368,13 @@ mod tests {
                 assert_eq!(actions.len(), 2);
             }
         }
-        assert_eq!(new().sharing(&new().held_out(&Body::of(&corpus).unwrap()).0).len(), 2);
+        assert_eq!(new().sharing(&new().held_out(&Body::of(&new().corpus).unwrap()).0).len(), 2);
     }
 
     #[test]
     fn queries_leave_the_database_a_clip_of_each_class() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 2, 4.0)).unwrap();
-        let mut experiment = Experiment { folds: 5, ..Experiment::new(corpus, BuildOptions::default()) };
+        let walks = Experiment::generated(&["walk"], &["neutral", "proud"], 2, 4.0);
+        let mut experiment = Experiment { folds: 5, ..walks };
         let tests = experiment.test_clips();
         assert_eq!(tests.len(), 2);
         assert_eq!(experiment.spared(), (vec![tests[0]], vec![tests[1]]));

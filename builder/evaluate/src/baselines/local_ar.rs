@@ -1,35 +1,9 @@
 //! The local autoregressive model of Xia 2015 (eqs. 2, 6 and 7) in `f64`, over neighbors that any search may have found.
 
-use gestus_core::{Config, Database, blob::layout::flag};
+use gestus_core::Config;
 use nalgebra::{Matrix4, Vector4};
 
-use super::outputs::{Outputs, output, row};
-
-/// The variables of a row that the search may return.
-pub struct Example {
-    /// Row of the database.
-    pub row: usize,
-    /// `x[t]`.
-    pub x: Vec<f64>,
-    /// `x[t-1]`.
-    pub x_prev: Vec<f64>,
-    /// `y[t]`.
-    pub y: Vec<f64>,
-    /// `y[t-1]`.
-    pub y_prev: Vec<f64>,
-}
-
-/// The examples of a class for a style, in the order of their rows.
-pub fn examples(database: &Database<'_>, class: usize, style: usize) -> Vec<Example> {
-    let record = database.class(class);
-    (record.first_row..record.first_row + record.rows)
-        .filter(|&r| database.flags(r) & flag::SEARCHABLE != 0)
-        .filter_map(|r| {
-            let (y, y_prev) = output(database, class, r, style, Outputs::Mean)?;
-            Some(Example { row: r, x: row(database, r), x_prev: row(database, r - 1), y, y_prev })
-        })
-        .collect()
-}
+use super::outputs::Example;
 
 /// Translates `x`, shape `[frames][D]`: each frame by a model that is fitted to its own neighbors, `y[t-1]` fed back.
 /// The first goes on from its neighbors' mean.

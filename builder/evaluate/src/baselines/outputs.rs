@@ -2,7 +2,7 @@
 
 use gestus_core::{
     Database,
-    blob::{Counterpart, Moment},
+    blob::{Counterpart, Moment, layout::flag},
     search::found::Found,
 };
 
@@ -30,9 +30,7 @@ impl Record {
     pub fn of(database: &Database<'_>) -> Self {
         Self { first_rows: database.classes().map(|c| c.first_row).collect(), ..Self::default() }
     }
-}
 
-impl Record {
     /// A function of each frame's neighbors; where it is `None`, the value of the frame before, or the input.
     pub fn each(&self, of: impl Fn(&[ClassNeighbors]) -> Option<Vec<f64>>) -> Vec<Vec<f64>> {
         let mut rows: Vec<Vec<f64>> = Vec::new();
@@ -116,6 +114,32 @@ pub fn output(
     (!found.is_empty()).then(|| (mean(&|c| c.now), mean(&|c| c.before)))
 }
 
+/// The variables of a row that the search may return.
+pub struct Example {
+    /// Row of the database.
+    pub row: usize,
+    /// `x[t]`.
+    pub x: Vec<f64>,
+    /// `x[t-1]`.
+    pub x_prev: Vec<f64>,
+    /// `y[t]`.
+    pub y: Vec<f64>,
+    /// `y[t-1]`.
+    pub y_prev: Vec<f64>,
+}
+
+/// The examples of a class for a style, in the order of their rows.
+pub fn examples(database: &Database<'_>, class: usize, style: usize, outputs: Outputs) -> Vec<Example> {
+    let record = database.class(class);
+    (record.first_row..record.first_row + record.rows)
+        .filter(|&r| database.flags(r) & flag::SEARCHABLE != 0)
+        .filter_map(|r| {
+            let (y, y_prev) = output(database, class, r, style, outputs)?;
+            Some(Example { row: r, x: row(database, r), x_prev: row(database, r - 1), y, y_prev })
+        })
+        .collect()
+}
+
 /// The output in a style that neighbors are interpolated to, by the inverse of their distances: the `most` nearest of
 /// those classes together, nearest first. `None` where none has an output.
 pub fn interpolated(
@@ -176,13 +200,7 @@ impl GlobalModel {
         let dofs = database.counts().dofs;
         let mut sums = vec![(Matrix4::<f64>::identity() * 0.1, Vector4::<f64>::zeros()); dofs];
         for &class in classes {
-            let record = database.class(class);
-            for r in record.first_row..record.first_row + record.rows {
-                if database.flags(r) & gestus_core::blob::layout::flag::SEARCHABLE == 0 {
-                    continue;
-                }
-                let (x, x_prev) = (row(database, r), row(database, r - 1));
-                let Some((y, y_prev)) = output(database, class, r, style, outputs) else { continue };
+            for Example { x, x_prev, y, y_prev, .. } in examples(database, class, style, outputs) {
                 for d in 0..dofs {
                     let u = variables.of(x_prev[d], y_prev[d], x[d]);
                     sums[d].0 += u * u.transpose();

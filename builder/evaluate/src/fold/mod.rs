@@ -226,7 +226,6 @@ mod tests {
     use gestus_database::{
         registration::contact,
         stream::{Request, stream},
-        synth,
     };
 
     use super::*;
@@ -236,8 +235,7 @@ mod tests {
     };
 
     fn walks() -> Experiment {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 3, 5.0)).unwrap();
-        Experiment::new(corpus, BuildOptions { models: false, ..BuildOptions::default() })
+        Experiment::generated(&["walk"], &["neutral", "proud"], 3, 5.0)
     }
 
     #[test]

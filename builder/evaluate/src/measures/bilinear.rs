@@ -36,8 +36,7 @@ impl OnClips for Args {
         let body = Body::of(corpus)?;
         let mut rows = Vec::new();
         for action in 0..corpus.actions.len() {
-            let mut cycles = corpus.examples.iter().filter(|e| e.action == action).flat_map(|e| &e.cycles);
-            if !cycles.all(|c| Kind::of_cycle(c) == Kind::Gait) {
+            if !is_gait(corpus, action) {
                 continue;
             }
             let all = (0..corpus.styles.len()).map(|style| by_speed(corpus, &body, action, style)).collect();
@@ -150,6 +149,12 @@ impl Gait<'_> {
         }
         Ok(rows)
     }
+}
+
+/// Whether all cycles of an action are those of a gait.
+pub(super) fn is_gait(corpus: &Corpus, action: usize) -> bool {
+    let mut cycles = corpus.examples.iter().filter(|e| e.action == action).flat_map(|e| &e.cycles);
+    cycles.all(|c| Kind::of_cycle(c) == Kind::Gait)
 }
 
 fn duration_s(cut: &Cut, rate_hz: f64) -> f64 {

@@ -11,20 +11,17 @@ use serde_json::json;
 use crate::{
     evaluation::{Evaluation, row},
     experiment::Experiment,
-    measures::{OnClips, Uses},
+    measures::{OnClips, Uses, bilinear::is_gait},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 use gestus_database::{
     models::bilinear::{Cut, SPEEDS, cuts},
-    registration::{
-        timeline::Kind,
-        warp::{
-            self, Warp, WarpError,
-            demo::{self, KnownPair, generated_pair, known_pair},
-            dtw::{Constraint, dtw},
-            imw::{Config, imw},
-        },
+    registration::warp::{
+        self, Warp, WarpError,
+        demo::{self, KnownPair, generated_pair, known_pair},
+        dtw::{Constraint, dtw},
+        imw::{Config, imw},
     },
     synth::STYLES,
 };
@@ -120,8 +117,7 @@ fn known_pairs() -> Vec<table::Row> {
 fn gaits(corpus: &Corpus, body: &Body, from: usize) -> (Vec<table::Row>, Vec<String>) {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     for action in 0..corpus.actions.len() {
-        let mut cycles = corpus.examples.iter().filter(|e| e.action == action).flat_map(|e| &e.cycles);
-        if !cycles.all(|c| Kind::of_cycle(c) == Kind::Gait) {
+        if !is_gait(corpus, action) {
             continue;
         }
         let mut of = |style: usize| {

@@ -199,12 +199,7 @@ fn harm(rows: &[table::Row]) -> Figure {
     let means = table::means(rows, &["method", "database", "action"]);
     let name =
         |r: &table::Row| format!("{} < {}", table::text(r.get("database")), table::text(r.get("action")));
-    let mut pairs: Vec<String> = Vec::new();
-    for pair in means.iter().filter(|r| r.contains_key("over_unchanged")).map(name) {
-        if !pairs.contains(&pair) {
-            pairs.push(pair);
-        }
-    }
+    let pairs = table::distinct(means.iter().filter(|r| r.contains_key("over_unchanged")).map(name));
     let of = |method: &str, pair: &String| {
         let row = means.iter().find(|r| r["method"] == method && name(r) == *pair);
         row.and_then(|r| r.get("over_unchanged")?.as_f64()).unwrap_or(0.0)
@@ -224,15 +219,11 @@ fn harm(rows: &[table::Row]) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn each_action_goes_through_a_database_of_the_other() {
-        let corpus =
-            synth::corpus(&synth::Options::of(&["walk", "run"], &["neutral", "proud"], 2, 4.0)).unwrap();
-        let experiment = Experiment::new(corpus, BuildOptions::default());
+        let experiment = Experiment::generated(&["walk", "run"], &["neutral", "proud"], 2, 4.0);
         let rows = Args { unseen: None }.evaluate(&experiment).unwrap().rows;
         let of = |database: &str, part: &str| {
             let is =

@@ -135,25 +135,20 @@ impl OnDatabase for Args {
 /// # Errors
 /// Where nothing in the folder can be mapped, or its `gestus.toml` can't be read.
 pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
-    let config = Config::of_folder(folder)?;
+    let (config, files) = (Config::of_folder(folder)?, read_folder(folder)?);
     let options = Options { unit: config.unit(), ..Options::default() };
-    let files = read_folder(folder)?;
     let target = Body::of_database(database)?;
     let mut rows: Vec<table::Row> = Vec::new();
     let mut notes: Vec<String> = files.skipped.iter().map(ToString::to_string).collect();
     let bar = progress::bar(files.documents.len(), "retarget");
     for (path, document) in &files.documents {
         bar.inc(1);
-        let clip = Binding::new(document, &options).and_then(|b| b.to_clip(document));
-        let clip = match clip {
-            Ok(clip) => clip,
-            Err(e) => {
-                notes.push(format!("{}: {e}", path.display()));
-                continue;
-            }
+        let mapped = || -> Result<_> {
+            let clip = Binding::new(document, &options).and_then(|b| b.to_clip(document))?;
+            Ok((Retarget::onto(database, target.clone(), &clip, &MapFile::default())?, clip))
         };
-        match Retarget::onto(database, target.clone(), &clip, &MapFile::default()) {
-            Ok(retarget) => {
+        match mapped() {
+            Ok((retarget, clip)) => {
                 rows.extend(compare(database, &retarget, &clip, config.class(folder, path).unzip()));
             }
             Err(e) => notes.push(format!("{}: {e}", path.display())),

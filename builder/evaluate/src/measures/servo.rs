@@ -150,8 +150,7 @@ fn plots(machine: &Machine, played: &Played, clip: &str) -> Vec<Figure> {
     let range = |i: usize, h: usize, l: &gestus_core::robot::limits::Limits| {
         f64::from((played.ticks[i].motions[h].position - l.low) / (l.high - l.low))
     };
-    let mut positions: Vec<_> = shown.iter().map(|&h| of(h, &|i, l| range(i, h, l))).collect();
-    positions.truncate(8);
+    let positions: Vec<_> = shown.iter().map(|&h| of(h, &|i, l| range(i, h, l))).collect();
     let jerks: Vec<_> = shown
         .iter()
         .map(|&h| {

@@ -292,13 +292,11 @@ fn fastest_place(skeleton: &Skeleton, of: &Performance) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn a_real_clip_is_no_faster_than_the_fastest_one() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 3, 5.0)).unwrap();
+        let corpus = Experiment::generated(&["walk"], &["neutral", "proud"], 3, 5.0).corpus;
         let body = Body::of(&corpus).unwrap();
         let fastest = Fastest::of(&corpus, &body, 0, 1);
         let clips = || corpus.examples.iter().filter(|e| e.style == 1);
@@ -325,9 +323,8 @@ mod tests {
 
     #[test]
     fn every_event_is_streamed_from_its_frame_on() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 3, 5.0)).unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let rows = Args { method: Method::Mar }.evaluate(&Experiment::new(corpus, build)).unwrap().rows;
+        let walks = Experiment::generated(&["walk"], &["neutral", "proud"], 3, 5.0);
+        let rows = Args { method: Method::Mar }.evaluate(&walks).unwrap().rows;
         for (name, starts) in
             [("clip", 1), ("stride", 3), ("reset", 1), ("leap", 1), ("style", 1), ("labels", 1)]
         {

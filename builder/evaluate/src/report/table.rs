@@ -7,15 +7,20 @@ use gestus_motion::statistics::{mean, quantile, sorted, variance};
 /// A row: names and values, in order.
 pub type Row = Map<String, Value>;
 
-/// Names of all columns, in order of their first use.
-pub fn columns(rows: &[Row]) -> Vec<&str> {
-    let mut names: Vec<&str> = Vec::new();
-    for name in rows.iter().flat_map(Map::keys) {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
+/// Each value once, in order of its first use.
+pub fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
         }
     }
-    names
+    found
+}
+
+/// Names of all columns, in order of their first use.
+pub fn columns(rows: &[Row]) -> Vec<&str> {
+    distinct(rows.iter().flat_map(Map::keys).map(String::as_str))
 }
 
 /// A value as text: numbers with four decimals, and nothing for a missing value.

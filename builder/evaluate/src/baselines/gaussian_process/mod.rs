@@ -26,10 +26,10 @@ mod process;
 
 use std::time::Instant;
 
-use gestus_core::{Database, blob::layout::flag};
+use gestus_core::Database;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::baselines::outputs::{Outputs, output, row};
+use crate::baselines::outputs::{Example, Outputs, examples};
 use process::{Process, even, standard};
 
 pub use process::{Options, STARTS};
@@ -75,13 +75,7 @@ impl Pairs {
         let mut pairs = Self::default();
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         for &class in classes {
-            let record = database.class(class);
-            for r in record.first_row..record.first_row + record.rows {
-                if database.flags(r) & flag::SEARCHABLE == 0 {
-                    continue;
-                }
-                let (x, x_prev) = (row(database, r), row(database, r - 1));
-                let Some((y, y_prev)) = output(database, class, r, style, outputs) else { continue };
+            for Example { x, x_prev, y, y_prev, .. } in examples(database, class, style, outputs) {
                 pairs.differences.push([less(&y, &x), less(&y_prev, &x_prev)]);
                 pairs.inputs.push([x, x_prev]);
             }

@@ -18,19 +18,14 @@ use serde_json::json;
 
 use crate::{
     evaluation::{self, Evaluation},
-    experiment::{Experiment, Truth, only},
+    experiment::{Experiment, only},
     measures::{
         OnClips, Uses,
         loo::{self, Methods, exact_pairs},
     },
     report::table,
 };
-use gestus_database::{
-    build::{BuildError, BuildOptions},
-    command_line::progress,
-    pairing::Scheme,
-    synth,
-};
+use gestus_database::{build::BuildError, command_line::progress, synth};
 
 /// Generated clips of an action in a style.
 const GENERATED: usize = 8;
@@ -79,16 +74,7 @@ fn sets(experiment: &Experiment) -> Result<Vec<(&'static str, Experiment)>, Buil
         let options = synth::Options::of(actions, &["neutral", "old"], GENERATED, 6.0);
         // The generator knows all of these names.
         let corpus = synth::corpus(&options).map_err(|e| BuildError::Unpaired(e.to_string()))?;
-        let build = BuildOptions { pairing: Scheme::Take, ..experiment.build.clone() };
-        Ok::<_, BuildError>(Experiment {
-            corpus,
-            from: 0,
-            to: vec![1],
-            among: None,
-            build,
-            truth: Truth::SameTake,
-            ..experiment.clone()
-        })
+        Ok::<_, BuildError>(Experiment { among: None, ..experiment.on_pairs(corpus) })
     };
     let corpus = &experiment.corpus;
     let walk = corpus.action("walk").unwrap_or(0);

@@ -201,16 +201,12 @@ fn by_stage(rows: &[table::Row]) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn stages_add_up_to_the_frame_and_the_search_of_all_classes_costs_more() {
-        let corpus =
-            synth::corpus(&synth::Options::of(&["walk", "run"], &["neutral", "old"], 2, 4.0)).unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let rows = Args::default().evaluate(&Experiment::new(corpus, build)).unwrap().rows;
+        let experiment = Experiment::generated(&["walk", "run"], &["neutral", "old"], 2, 4.0);
+        let rows = Args::default().evaluate(&experiment).unwrap().rows;
         let of = |method: &str, component: &str, key: &str| {
             let rows = rows.iter().filter(|r| r["method"] == method && r["component"] == component);
             let values: Vec<f64> = rows.map(|r| r[key].as_f64().unwrap()).collect();

@@ -287,15 +287,11 @@ fn blends() -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn the_blend_keeps_what_the_model_does_not_know_and_all_recover() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "old"], 4, 6.0)).unwrap();
-        let experiment = Experiment::new(corpus, BuildOptions::default());
-        let found = Args.evaluate(&experiment).unwrap();
+        let found = Args.evaluate(&Experiment::generated(&["walk"], &["neutral", "old"], 4, 6.0)).unwrap();
         let of = |method: &str, deviation: &str, key: &str| {
             let row =
                 found.rows.iter().find(|r| r["method"] == method && r["deviation"] == deviation).unwrap();
@@ -322,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_change_like_the_inputs_is_kept_and_one_that_stays_is_not_recovered() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral"], 1, 6.0)).unwrap();
+        let corpus = Experiment::generated(&["walk"], &["neutral"], 1, 6.0).corpus;
         let (body, example) = (Body::of(&corpus).unwrap(), &corpus.examples[0]);
         let made = deviating(&body, example, make::Deviation::Duck).unwrap();
         let plain: Vec<Positions> =

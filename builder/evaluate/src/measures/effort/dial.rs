@@ -259,20 +259,13 @@ pub(super) fn dial_figure(curves: &[Curve]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::{super::estimated, *};
-    use gestus_database::{
-        build::BuildOptions,
-        effort::{POLE, labels, sheet::sheet},
-        synth,
-    };
+    use gestus_database::effort::{POLE, labels, sheet::sheet};
 
     /// Labels of the very clips that are tested are not held out, and an action that lacks a style costs its own rows alone.
     #[test]
     fn a_dial_says_whether_its_tests_were_held_out() {
-        let options = synth::Options::of(&["walk", "run"], &["neutral", "angry"], 2, 4.0);
-        let mut corpus = synth::corpus(&options).unwrap();
-        corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let experiment = Experiment::new(corpus, build);
+        let mut experiment = Experiment::generated(&["walk", "run"], &["neutral", "angry"], 2, 4.0);
+        experiment.corpus.examples.retain(|e| (e.action, e.style) != (1, 1));
         let corpus = &experiment.corpus;
         let tests = experiment.test_clips();
         assert!(tests.len() == 2 && spare(corpus, &tests));

@@ -251,15 +251,11 @@ fn recognised(rows: &[table::Row]) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn real_clips_are_recognised_and_the_input_has_its_own_style() {
-        let options = synth::Options::of(&["walk", "run"], &["neutral", "proud", "old"], 4, 6.0);
-        let corpus = synth::corpus(&options).unwrap();
-        let experiment = Experiment::new(corpus, BuildOptions { models: false, ..BuildOptions::default() });
+        let experiment = Experiment::generated(&["walk", "run"], &["neutral", "proud", "old"], 4, 6.0);
         let rows = Args.evaluate(&experiment).unwrap().rows;
         let means = table::means(&rows, &["method"]);
         let of = |method: &str, key: &str| {

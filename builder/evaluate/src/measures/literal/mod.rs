@@ -22,7 +22,7 @@ use gestus_database::stream::{Request, stream};
 use gestus_motion::body::Body;
 
 use crate::{
-    baselines::{local_ar::examples, outputs::Record},
+    baselines::outputs::{Outputs, Record, examples},
     evaluation::Evaluation,
     experiment::{Experiment, HeldOut},
     fold::{Fold, class_of, each},
@@ -73,7 +73,7 @@ fn labelled(experiment: &Experiment, body: &Body, held: HeldOut, database: &Data
     };
     let mut record = Record::of(database);
     let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { return Vec::new() };
-    let examples = examples(database, class, fold.style);
+    let examples = examples(database, class, fold.style, Outputs::Mean);
     let mut rows = search::rows(&fold, database, class, &examples, &record);
     rows.extend(timing::rows(&fold, database, class, &examples, (&record, &streamed)));
     rows
@@ -81,15 +81,12 @@ fn labelled(experiment: &Experiment, body: &Body, held: HeldOut, database: &Data
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn the_literal_search_finds_what_the_core_does_and_its_model_errs_as_much() {
-        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 3, 5.0)).unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let rows = Args.evaluate(&Experiment::new(corpus, build)).unwrap().rows;
+        let walks = Experiment::generated(&["walk"], &["neutral", "proud"], 3, 5.0);
+        let rows = Args.evaluate(&walks).unwrap().rows;
         let of = |part: &str, method: &str, option: &str, key: &str| {
             let mut found =
                 rows.iter().filter(|r| r["part"] == part && r["method"] == method && r["option"] == option);

@@ -9,8 +9,8 @@ use super::names::named;
 use crate::{
     baselines::{
         clouds::{CloudSearch, Comparison},
-        local_ar::{Example, translate},
-        outputs::{Outputs, Record, interpolated},
+        local_ar::translate,
+        outputs::{Example, Outputs, Record, interpolated},
     },
     fold::{Fold, own_dofs},
     report::table,

@@ -7,7 +7,7 @@ use gestus_motion::statistics::{mean, variance};
 
 use super::names::named;
 use crate::{
-    baselines::{local_ar::Example, outputs::Record},
+    baselines::outputs::{Example, Record},
     fold::Fold,
     report::table,
 };

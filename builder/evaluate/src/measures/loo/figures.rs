@@ -18,42 +18,26 @@ use crate::{
     measures::METHODS,
     metrics::matched,
     plots::{self, Labels},
-    report::html::Figure,
+    report::{html::Figure, table::distinct},
 };
 
 fn methods_of(results: &[Row]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for row in results {
-        if !names.contains(&row.method) {
-            names.push(row.method.clone());
-        }
-    }
-    names
+    distinct(results.iter().map(|row| row.method.clone()))
 }
 
 fn finite_mean(values: impl Iterator<Item = f64>) -> f64 {
     mean(values.filter(|v| v.is_finite()))
 }
 
+/// Methods whose errors are drawn.
+const SHOWN: &str =
+    "unchanged other-clip global-affine nearest knn local-ar mixture mixture-paper lti statistic";
+
 /// Errors of each method by action (Xia 2015, Figure 6).
 pub(super) fn error_bars(corpus: &Corpus, results: &[Row]) -> Figure {
     let series: Vec<(String, Vec<f64>)> = methods_of(results)
         .into_iter()
-        .filter(|m| {
-            [
-                "unchanged",
-                "other-clip",
-                "global-affine",
-                "nearest",
-                "knn",
-                "local-ar",
-                "mixture",
-                "mixture-paper",
-                "lti",
-                "statistic",
-            ]
-            .contains(&m.as_str())
-        })
+        .filter(|m| SHOWN.split(' ').any(|shown| shown == m))
         .map(|m| {
             let of = |a| {
                 finite_mean(

@@ -10,15 +10,14 @@ use crate::{
         outputs::{ClassNeighbors, GlobalModel, Outputs, Record, Variables, interpolated},
     },
     evaluation::Evaluation,
-    experiment::{Experiment, HeldOut, Truth},
+    experiment::{Experiment, HeldOut},
     fold::{Fold, Row, class_of, classes_of, each_with, own_dofs},
     measures::{OnClips, Uses, growth},
     report::table,
 };
 use gestus_database::{
-    build::{BuildError, BuildOptions},
+    build::BuildError,
     command_line::progress,
-    pairing::Scheme,
     stream::{Request, stream},
     synth::affine,
 };
@@ -98,15 +97,7 @@ impl OnClips for ExactArgs {
 /// Pairs made by rule from the clips of the input style: the true answer is known.
 pub(super) fn exact_pairs(experiment: &Experiment) -> Result<Experiment, BuildError> {
     let pairs = affine::pairs(&experiment.corpus, experiment.from, &affine::Options::default())?;
-    let build = BuildOptions { pairing: Scheme::Take, ..experiment.build.clone() };
-    Ok(Experiment {
-        corpus: pairs.corpus,
-        from: 0,
-        to: vec![1],
-        build,
-        truth: Truth::SameTake,
-        ..experiment.clone()
-    })
+    Ok(experiment.on_pairs(pairs.corpus))
 }
 
 /// Runs the evaluation and draws its plots.

@@ -48,13 +48,13 @@ impl OnClips for Args {
         for table in self.chosen() {
             note(format_args!("papers: {}", table.name));
             let start = Instant::now();
-            if table.run.long && !self.all {
+            if table.long && !self.all {
                 rows.push(absent(table, "not run: it takes long; give --all"));
                 continue;
             }
-            match (table.run.run)(experiment) {
+            match (table.run)(experiment) {
                 Ok(found) => {
-                    rows.extend(figures_of(table, table.run.keys, &found));
+                    rows.extend(figures_of(table, &found));
                     figures.extend(found.figures.into_iter().map(|f| Figure {
                         name: format!("{}-{}", found.what, f.name),
                         caption: format!("{}: {}", table.name, f.caption),
@@ -99,19 +99,20 @@ fn absent(table: &Table, why: &str) -> table::Row {
 }
 
 /// One row for each figure of a measure's means.
-fn figures_of(table: &Table, (names, keys): (&[&str], &[&str]), found: &Evaluation) -> Vec<table::Row> {
-    let means = table::means(&found.rows, names);
-    let errors = table::standard_errors(&found.rows, names);
+fn figures_of(table: &Table, found: &Evaluation) -> Vec<table::Row> {
+    let names: Vec<&str> = table.keys.0.split(' ').collect();
+    let means = table::means(&found.rows, &names);
+    let errors = table::standard_errors(&found.rows, &names);
     let mut rows = Vec::new();
     for (mean, error) in means.iter().zip(&errors) {
         let parts: Vec<String> =
             names.iter().map(|n| table::text(mean.get(*n))).filter(|part| !part.is_empty()).collect();
         let of = parts.join(" ");
-        for key in keys {
-            let Some(ours) = mean.get(*key).filter(|v| v.is_number()) else { continue };
-            let theirs = table.numbers.iter().find(|n| n.1 == *key && of.ends_with(n.0)).map(|n| n.2);
+        for key in table.keys.1.split(' ') {
+            let Some(ours) = mean.get(key).filter(|v| v.is_number()) else { continue };
+            let theirs = table.numbers.iter().find(|n| n.1 == key && of.ends_with(n.0)).map(|n| n.2);
             rows.push(row(json!({
-                "table": table.name, "of": of, "key": key, "ours": ours, "error": error.get(*key).unwrap_or(&Value::Null),
+                "table": table.name, "of": of, "key": key, "ours": ours, "error": error.get(key).unwrap_or(&Value::Null),
                 "theirs": theirs, "rows": mean.get("rows"), "missing": null, "paper": table.paper,
                 "differs": table.differs,
             })));
@@ -147,16 +148,12 @@ fn database(experiment: &Experiment) -> Vec<table::Row> {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn tables_are_measured_or_said_to_be_missing() {
-        let corpus =
-            synth::corpus(&synth::Options::of(&["walk", "run"], &["neutral", "proud"], 3, 4.0)).unwrap();
-        let frames: usize = corpus.examples.iter().map(|e| e.clip.frames.len()).sum();
-        let experiment = Experiment::new(corpus, BuildOptions::default());
+        let experiment = Experiment::generated(&["walk", "run"], &["neutral", "proud"], 3, 4.0);
+        let frames: usize = experiment.corpus.examples.iter().map(|e| e.clip.frames.len()).sum();
         let only = ["correspondence", "bilinear", "components"].map(String::from).to_vec();
         let found = Args { all: false, only }.evaluate(&experiment).unwrap();
         let of = |table: &str| -> Vec<&table::Row> {
@@ -176,7 +173,6 @@ mod tests {
     #[test]
     fn the_papers_numbers_stand_beside_their_method_and_factor() {
         let torresani = TABLES.iter().find(|t| t.name.contains("Torresani")).unwrap();
-        let keys = torresani.run.keys;
         let rows = ["kernel-ridge", "kernel-ridge-pair"].map(|method| {
             row(json!({ "part": "regression", "corpus": "data", "factor": "flow", "method": method, "mse": 0.4 }))
         });
@@ -187,7 +183,7 @@ mod tests {
             rows: rows.to_vec(),
             figures: vec![],
         };
-        let rows = figures_of(torresani, keys, &found);
+        let rows = figures_of(torresani, &found);
         assert_eq!((rows.len(), &rows[0]["theirs"], &rows[1]["theirs"]), (2, &json!(0.5), &Value::Null));
     }
 }

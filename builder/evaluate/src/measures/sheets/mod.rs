@@ -83,15 +83,8 @@ mod tests {
 
     #[test]
     fn corners_are_their_styles_and_neighbors_of_an_unknown_action_are_further() {
-        let corpus = synth::corpus(&synth::Options::of(
-            &["walk", "run"],
-            &["neutral", "proud", "old", "angry"],
-            2,
-            4.0,
-        ))
-        .unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let found = drawn(&Experiment::new(corpus, build)).unwrap();
+        let styles = ["neutral", "proud", "old", "angry"];
+        let found = drawn(&Experiment::generated(&["walk", "run"], &styles, 2, 4.0)).unwrap();
         let of = |sheet: &str| -> Vec<&Row> { found.rows.iter().filter(|r| r["sheet"] == sheet).collect() };
         let number = |row: &Row, key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key}: {row:?}"));
         // Three corners, three edges, the centre.

@@ -131,14 +131,11 @@ fn table_1(experiment: &Experiment, body: &Body) -> Result<Vec<table::Row>> {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     #[test]
     fn the_literal_warp_is_near_ours_and_four_pairs_are_timed() {
-        let options = synth::Options::of(&["walk", "run"], &["neutral", "proud", "old"], 3, 4.0);
-        let experiment = Experiment::new(synth::corpus(&options).unwrap(), BuildOptions::default());
+        let experiment = Experiment::generated(&["walk", "run"], &["neutral", "proud", "old"], 3, 4.0);
         let rows = Args.evaluate(&experiment).unwrap().rows;
         let of = |part: &str, method: &str| {
             rows.iter().filter(|r| r["part"] == part && r["method"] == method).cloned().collect::<Vec<_>>()

@@ -118,13 +118,8 @@ fn costs(rows: &[table::Row]) -> Figure {
 }
 
 fn recognised(rows: &[table::Row]) -> Figure {
-    let mut names: Vec<String> = Vec::new();
-    for row in rows.iter().filter(|r| r["part"] == "recognition") {
-        let name = table::text(row.get("action"));
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let of_part = rows.iter().filter(|r| r["part"] == "recognition");
+    let names = table::distinct(of_part.map(|r| table::text(r.get("action"))));
     let bars = ["action_right", "style_right"].map(|key| series(rows, "recognition", "action", &names, key));
     let labels = Labels { title: "Recognition", x: "action", y: "share of the frames" };
     Figure {
@@ -136,15 +131,11 @@ fn recognised(rows: &[table::Row]) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use gestus_database::{build::BuildOptions, synth};
-
     use super::*;
 
     fn measured() -> Vec<table::Row> {
-        let options = synth::Options::of(&["walk", "run", "kick"], &["neutral", "old"], 4, 6.0);
-        let corpus = synth::corpus(&options).unwrap();
-        let build = BuildOptions { models: false, ..BuildOptions::default() };
-        let experiment = Experiment { folds: 2, ..Experiment::new(corpus, build) };
+        let all = Experiment::generated(&["walk", "run", "kick"], &["neutral", "old"], 4, 6.0);
+        let experiment = Experiment { folds: 2, ..all };
         assert_eq!(held_out(&experiment).len(), 12);
         Args { seconds: 60.0, seed: 1, stay: 1.5 }.evaluate(&experiment).unwrap().rows
     }
