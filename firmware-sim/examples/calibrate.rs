@@ -18,6 +18,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use gestus_core::{Config, Database, Method, Stage};
 use gestus_database::{
+    command_line::blob,
     parts::{
         calibration::Isa,
         cost::{STAGE_OF, TERMS, UnitCosts, Units, units},
@@ -50,8 +51,9 @@ fn main() -> Result<()> {
     let [db, clip, action, input_style, style, names @ ..] = &arguments[..] else {
         bail!("give m0, or DB.gestus CLIP.bvh ACTION INPUT_STYLE STYLE [BOARD...]");
     };
-    let bytes = std::fs::read(db).with_context(|| db.clone())?;
-    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{db}: {e}"))?;
+    let db = Path::new(db);
+    let bytes = blob::read(db)?;
+    let database = blob::open(db, &bytes)?;
     let mut clip = Input::read(Path::new(clip), &database)?.mapped;
     clip.frames.truncate(FRAMES);
     let manifest = database.manifest()?;
@@ -70,15 +72,14 @@ fn main() -> Result<()> {
     // Bytes of models, joints and knots hardly differ within one database, so a second one tells them apart.
     let (generated_path, mut generated_clip) =
         (generated::REFERENCE.database()?, generated::REFERENCE.clip(12.0)?);
-    let generated_bytes = std::fs::read(&generated_path)?;
-    let generated =
-        Database::open(&generated_bytes).map_err(|e| anyhow::anyhow!("{}: {e}", generated_path.display()))?;
+    let generated_bytes = blob::read(&generated_path)?;
+    let generated = blob::open(&generated_path, &generated_bytes)?;
     generated_clip.frames.truncate(FRAMES);
     let of_generated = other_methods(&Request::style(1), Request { action: Some(0), ..Request::style(1) });
     let all: Vec<String> = ["m4f", "rv32imafc", "rv32imac", "armv6m"].map(str::to_owned).to_vec();
     for name in if names.is_empty() { &all[..] } else { names } {
         let board = boards::find(name)?;
-        let mut samples = count(board, Path::new(db), database, &clip, &requests)?;
+        let mut samples = count(board, db, database, &clip, &requests)?;
         samples.extend(count(board, &generated_path, generated, &generated_clip, &of_generated)?);
         report(name, &samples);
     }
@@ -117,8 +118,8 @@ fn other_methods(base: &Request, labelled: Request) -> Vec<Request> {
 /// Prints the largest ratios of counted to modelled instructions on worst-case streams.
 fn worst(board: &'static boards::Board) -> Result<()> {
     let path = generated::REFERENCE.database()?;
-    let bytes = std::fs::read(&path)?;
-    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
+    let bytes = blob::read(&path)?;
+    let database = blob::open(&path, &bytes)?;
     let image = image::build(board, image::Options { blob: Some(&path), ..image::Options::default() })?;
     let base = Request::style(1);
     let requests = [
@@ -134,12 +135,8 @@ fn worst(board: &'static boards::Board) -> Result<()> {
     for mut clip in [generated::REFERENCE.clip(12.0)?, generated::REFERENCE.leaping(12.0)?] {
         clip.frames.truncate(2 * FRAMES);
         for request in &requests {
-            let measured = measure(
-                board,
-                &image,
-                Job { path: &path, database, clip: &clip, request, robot: None },
-                || (),
-            )?;
+            let job = Job { path: &path, database, clip: &clip, request, robot: None };
+            let measured = measure(board, &image, job, || ())?;
             for (step, stages) in measured.linked.streamed.steps.iter().zip(&measured.linked.stages) {
                 // The first frame unpacks the nearest class twice, which its report does not count.
                 let units = units(&database, request, &step.report);
@@ -164,8 +161,8 @@ fn worst(board: &'static boards::Board) -> Result<()> {
 fn compare_m0() -> Result<()> {
     let board = boards::find("m0")?;
     let path = generated::SMALL.database()?;
-    let bytes = std::fs::read(&path)?;
-    let database = Database::open(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
+    let bytes = blob::read(&path)?;
+    let database = blob::open(&path, &bytes)?;
     let clip = generated::SMALL.clip(2.0)?;
     let request = Request::style(1);
     let unit_costs = Isa::Armv6M.calibration().unit_costs;
