@@ -57,6 +57,29 @@ fn what_is_unlike_the_database_is_passed_on() {
     assert!(apart(&styled[120], &input[120]) > 0.1);
 }
 
+/// From the third frame on, within a quarter of a second.
+#[test]
+fn what_is_far_from_every_class_is_passed_on_early() {
+    let input = &unlike(150)[30..90];
+    for method in [Method::Mar, Method::Phase] {
+        let (_, reports) = streamed(Config::new().method(method), input);
+        assert!(reports[10..].iter().all(|r| is_far(r) && r.passed == 1.0), "{method:?}");
+        assert!(reports[..2].iter().all(|r| r.passed == 0.0), "{method:?}");
+    }
+}
+
+/// Search windows and filters are not full yet. That makes no walk unlike a walk, wherever in its stride it begins.
+#[test]
+fn a_start_in_mid_stride_is_not_passed_on() {
+    let walk = walk(90);
+    for method in Method::ALL {
+        for start in (0..60).step_by(3) {
+            let (_, reports) = streamed(Config::new().method(method), &walk[start..start + 30]);
+            assert!(reports.iter().all(|r| r.passed == 0.0), "{method:?}, from frame {start}");
+        }
+    }
+}
+
 #[test]
 fn what_is_like_it_is_not() {
     for method in Method::ALL {

@@ -138,7 +138,7 @@ fn settings() {
         "a database for a stylizer": (database, rho, v) => S::Handle;
         "as it should be": (s, rho, v) => S::Ok;
     }
-    assert_eq!(value, 0.5, "the shipped rho, after all that was refused");
+    assert_eq!(value, 0.7, "the shipped rho, after all that was refused");
     try_all! { table, gestus_stylizer_reset,
         "no stylizer": (null) => S::Null;
         "stylizer misaligned": (bad) => S::Misaligned;
