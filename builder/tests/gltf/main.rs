@@ -376,9 +376,15 @@ fn what_is_wrong_is_said_with_its_place() {
     }
     let more = [&whole[..], b"and more"].concat();
     assert_eq!(one(&more), one(&whole));
-    let mut old = whole;
-    old[4] = 1;
-    assert!(matches!(one(&old).unwrap_err().kind, GltfErrorKind::NotGltf(_)));
+    let mut other = whole;
+    other[4] = 3;
+    assert!(matches!(one(&other).unwrap_err().kind, GltfErrorKind::NotGltf(_)));
+    // glTF 1.0, whose lists are objects, and a list that is damaged.
+    other[4] = 1;
+    assert_eq!(one(&other).unwrap_err().kind, GltfErrorKind::FirstVersion);
+    let nodes = |version| format!(r#"{{"asset": {{"version": "{version}"}}, "nodes": {{"hip": {{}}}}}}"#);
+    assert_eq!(one(nodes("1.0").as_bytes()).unwrap_err().kind, GltfErrorKind::FirstVersion);
+    assert!(matches!(one(nodes("2.0").as_bytes()).unwrap_err().kind, GltfErrorKind::NotGltf(_)));
     let nan = hinge(&[0.0, 1.0], &[0.0, f64::NAN], "LINEAR").glb();
     assert!(matches!(one(&nan).unwrap_err().kind, GltfErrorKind::Accessor { accessor: 1, .. }));
 }

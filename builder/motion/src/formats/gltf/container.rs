@@ -32,8 +32,10 @@ impl<'a> Chunks<'a> {
         }
         let cut = || GltfErrorKind::Cut;
         let version = bytes.get(4..8).and_then(number).ok_or_else(cut)?;
-        if version != VERSION as usize {
-            return Err(GltfErrorKind::NotGltf(format!("its version is {version}")));
+        match version {
+            2 => {}
+            1 => return Err(GltfErrorKind::FirstVersion),
+            _ => return Err(GltfErrorKind::NotGltf(format!("its version is {version}"))),
         }
         // What comes after the length that it states is not of the file.
         let mut rest =

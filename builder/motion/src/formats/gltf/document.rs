@@ -48,12 +48,24 @@ pub fn content(bytes: &[u8]) -> Result<Content<'_>, GltfErrorKind> {
     if needed > memory::most(bytes.len()) {
         return Err(GltfErrorKind::TooMuch { megabytes: needed >> 20 });
     }
-    let mut motion: Motion = serde_json::from_slice(text).map_err(|e| wrong(&e))?;
+    let mut motion: Motion = serde_json::from_slice(text).map_err(|e| match first_version(text) {
+        true => GltfErrorKind::FirstVersion,
+        false => wrong(&e),
+    })?;
     let views = motion.buffer_views.iter_mut().enumerate();
     let packed = views.filter_map(|(v, view)| Some((v, view.extensions.packed()?))).collect();
     let root = motion.root().map_err(|place| wrong(&format!("{place}: Index out of bounds")))?;
     valid(&root).map_err(|e| wrong(&e))?;
     Ok(Content { document: Document::from_json_without_validation(root), packed, bin, size: bytes.len() })
+}
+
+/// Whether a JSON text says that it is glTF 1.0, whose lists are objects.
+fn first_version(text: &[u8]) -> bool {
+    #[derive(Deserialize)]
+    struct Stated {
+        asset: json::Asset,
+    }
+    serde_json::from_slice::<Stated>(text).is_ok_and(|stated| stated.asset.version.starts_with("1."))
 }
 
 /// Checks the JSON, but for accessors without data: these are zeros, or packed with a mesh as Draco's are.

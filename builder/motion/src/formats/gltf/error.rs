@@ -24,6 +24,11 @@ pub enum GltfErrorKind {
     #[error("{0}; this is not a glTF 2.0 file, or it is damaged: export it again")]
     NotGltf(String),
     #[error(
+        "it is glTF 1.0, and only glTF 2.0 is read; export it again as glTF 2.0, or convert it: `npx gltf-pipeline -i \
+         OLD.gltf -o NEW.glb`"
+    )]
+    FirstVersion,
+    #[error(
         "it is shorter than its header or one of its parts says; the file is damaged, fetch or export it again"
     )]
     Cut,
