@@ -168,6 +168,41 @@ fn a_clip_takes_the_style_of_another_skeleton() {
         let joints = a.rotations.iter().zip(&b.rotations).skip(1);
         assert!(joints.map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max) < 0.01);
     }
+
+    // What is told wins, of either clip, and a doubt names the option.
+    let told = |more: &[&str]| gestus(&[&call[..], more].concat());
+    let (ok, _, stderr) = told(&["--up", "z", "--reference-up", "y"]);
+    assert!(ok && !stderr.contains("if it does not lie"), "{stderr}");
+    assert_eq!(poses(&out), there);
+    let (_, _, stderr) = told(&["--up", "y", "--reference-up", "-z"]);
+    let doubts: Vec<&str> = stderr.lines().filter(|line| line.contains("if it does not lie")).collect();
+    assert!(doubts.len() == 2 && doubts[0].contains("say --up z"), "{stderr}");
+    assert!(doubts[1].contains("say --reference-up y"), "{stderr}");
+    assert_ne!(poses(&out), there);
+    let (ok, _, stderr) = told(&["--up", "north"]);
+    assert!(!ok && stderr.contains("x, y, z, -x, -y or -z"), "{stderr}");
+}
+
+/// The clips' up is stated where their bodies do not show it, or show another.
+#[test]
+fn the_up_of_a_folder_is_stated_in_its_configuration() {
+    let folder = folder("up");
+    let (clips, out) = (folder.join("clips"), folder.join("out.gestus"));
+    for (example, name) in common::corpus().examples.iter().zip(["a", "b", "c", "d"]) {
+        let class = if example.style == common::corpus().examples[0].style { "neutral" } else { "proud" };
+        write(&clips.join(format!("walk_{class}_{name}.bvh")), &example.clip);
+    }
+    let build = |up: &str| {
+        fs::write(clips.join("gestus.toml"), format!("licence = \"mine\"\nup = \"{up}\"\n")).unwrap();
+        gestus(&["build", "--data", shown(&clips), "-o", shown(&out), "--no-models"])
+    };
+    let (ok, _, stderr) = build("y");
+    assert!(ok && !stderr.contains("turned to y"), "{stderr}");
+    let (_, _, stderr) = build("-z");
+    assert!(stderr.contains("4 clips have -z up: turned to y"), "{stderr}");
+    let (ok, _, stderr) = build("north");
+    let words = ["gestus.toml", "line 2", "`north` is no axis: x, y, z, -x, -y or -z"];
+    assert!(!ok && words.iter().all(|word| stderr.contains(word)), "{stderr}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
-    retarget::Retarget,
+    retarget::{MapFile, Retarget, axis, up},
     stream::{cleanup::Limbs, far::Place},
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
@@ -36,6 +36,12 @@ pub struct Args {
     /// Height of the floor in the clip, metres. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     floor: Option<f64>,
+    /// Up in the clip: x, y, z, -x, -y or -z. Default: y in glTF, unless the body walks otherwise; in BVH found by the body
+    #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
+    up: Option<(usize, f64)>,
+    /// Up in the reference, as --up
+    #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
+    reference_up: Option<(usize, f64)>,
     /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
     #[arg(long, default_value_t = 0)]
     rounds: usize,
@@ -59,7 +65,17 @@ pub struct Args {
     report: ReportArgs,
 }
 
-fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
+/// A clip that was read.
+struct Read {
+    document: Document,
+    binding: Binding,
+    /// Near the origin, with Y up.
+    clip: Clip,
+    place: Place,
+}
+
+/// Reads a clip; `option` states its up.
+fn read(path: &Path, unit: Option<Unit>, option: &str, up: Option<(usize, f64)>) -> Result<Read> {
     let document = capture::read(path)?;
     let name = path.display();
     let options = Options { unit, ..Options::default() };
@@ -67,7 +83,13 @@ fn read(path: &Path, unit: Option<Unit>) -> Result<(Document, Binding, Clip)> {
     for note in binding.notes() {
         super::note(format_args!("{name}: {note}"));
     }
-    Ok((document, binding, clip))
+    let file = MapFile { up, ..MapFile::default() }.of_document(&document);
+    super::tell(
+        path,
+        up::doubt(&clip, &file).map(|doubt| format!("doubt: {}", doubt.replace("--up", option))),
+    );
+    let place = Place::of(&clip, &file);
+    Ok(Read { document, binding, clip: place.near(&clip), place })
 }
 
 /// Mean speed on the ground of feet that stand in the output, cm/s; none where none stands.
@@ -86,10 +108,8 @@ pub fn run(args: &Args) -> Result<()> {
     super::check_clip("-o", Some(&args.output), Some(&args.input))?;
     super::check_animation(args.animation.as_deref(), &args.output)?;
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
-    let (document, binding, source) = read(&args.input, args.unit.unit)?;
-    let (theirs, _, reference) = read(&args.reference, args.unit.unit)?;
-    let place = Place::of(&document, &source);
-    let (source, reference) = (place.near(&source), Place::of(&theirs, &reference).near(&reference));
+    let Read { document, binding, clip: source, place } = read(&args.input, args.unit.unit, "--up", args.up)?;
+    let reference = read(&args.reference, args.unit.unit, "--reference-up", args.reference_up)?.clip;
     let retargeted = source.skeleton.names != reference.skeleton.names;
     let reference = match retargeted {
         false => reference,

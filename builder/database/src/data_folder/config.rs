@@ -33,7 +33,10 @@ use super::pattern::{Pattern, PatternError, built_in};
 use crate::{
     build::BuildOptions,
     registration::timeline::Kind,
-    retarget::file::{FLOORS_M, expected_floor},
+    retarget::{
+        axis,
+        file::{FLOORS_M, expected_floor},
+    },
 };
 use gestus_motion::{
     files::{self, MOST_SETTINGS},
@@ -90,6 +93,9 @@ pub struct Config {
     pub licence: String,
     /// Unit of length (m, cm, mm, inch, cmu, or metres a unit); guessed a file if absent.
     pub unit: Option<String>,
+    /// Up in the clips' world: axis and sign; found a clip if absent.
+    #[serde(with = "axis")]
+    pub up: Option<(usize, f64)>,
     /// Height of the clips' floor, metres; found a clip if absent.
     pub floor: Option<f64>,
     /// Heights of the floors of single files, by name or path below the folder, metres.
@@ -126,6 +132,7 @@ impl Default for Config {
             kind: BTreeMap::new(),
             licence: String::new(),
             unit: None,
+            up: None,
             floor: None,
             floors: BTreeMap::new(),
             rig: None,

@@ -376,7 +376,7 @@ fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Resu
     let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
     let has_cycles = has_cycles(&clip, annotation.kind);
     let floor_m = config.floor(below);
-    let up = Up::of(document, &clip);
+    let up = Up::of(document, &clip, config.up);
     let below = steps.join("/");
     Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, up, has_cycles, clip }))
 }

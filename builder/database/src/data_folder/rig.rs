@@ -142,8 +142,8 @@ impl Rig {
             clips.par_iter_mut().for_each(|clip| **clip = clip_on(clip, &joints, target));
             return Ok(Vec::new());
         }
-        let file = MapFile { up: Some((1, 1.0)), floor_m: Some(0.0), ..MapFile::default() };
-        let (source, _) = Body::of_clip(&pooled(clips), &file)?;
+        let file = MapFile { floor_m: Some(0.0), ..MapFile::default() };
+        let source = Body::of_upright(&pooled(clips), &file)?;
         let doubts = source.doubts().cloned().collect();
         clips.par_iter_mut().try_for_each(|clip| {
             let map = Retarget::of_bodies(source.clone(), self.body.clone(), origin_of(clip))?;

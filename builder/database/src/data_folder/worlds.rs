@@ -15,17 +15,18 @@ use crate::retarget::{MapFile, axis, up};
 pub(super) enum Up {
     /// The format says that it is Y.
     Stated,
-    /// The body shows that axis, with that sign.
-    Shown(usize, bool),
+    /// The configuration says that axis, or the body shows it, with that sign.
+    Known(usize, bool),
     /// The body shows none.
     Unknown,
 }
 
 impl Up {
-    /// What the format of a clip says, or its body shows. A body that walks decides, even against the format.
-    pub fn of(document: &Document, clip: &Clip) -> Self {
-        match up::believed(clip, &MapFile::default().of_document(document)) {
-            Some((axis, sign)) => Self::Shown(axis, sign > 0.0),
+    /// What the configuration or the format of a clip says, or its body shows. A body that walks decides, even against the
+    /// format.
+    pub fn of(document: &Document, clip: &Clip, told: Option<(usize, f64)>) -> Self {
+        match told.or_else(|| up::believed(clip, &MapFile::default().of_document(document))) {
+            Some((axis, sign)) => Self::Known(axis, sign > 0.0),
             None if document.has_y_up() => Self::Stated,
             None => Self::Unknown,
         }
@@ -33,7 +34,7 @@ impl Up {
 
     fn axis(self) -> Option<(usize, bool)> {
         match self {
-            Self::Shown(axis, positive) => Some((axis, positive)),
+            Self::Known(axis, positive) => Some((axis, positive)),
             _ => None,
         }
     }

@@ -20,6 +20,7 @@ use crate::{
     registration::floor::{self, Floor, Supports},
     retarget::{
         anatomy::{Anatomy, Standing},
+        axis::to_y,
         file::MapFile,
         identify::{IdentifyError, Parts},
         parts::{Part, Side},
@@ -110,21 +111,37 @@ impl Body {
     /// # Errors
     /// [`MapError`] if it can't be identified.
     pub fn of_clip(clip: &Clip, file: &MapFile) -> Result<(Self, UnitQuaternion<f64>), MapError> {
+        let world = up::upright(clip, file);
+        let mut body = Self::in_world(clip, &world, file)?;
+        body.parts.doubts.extend(up::doubt(clip, file));
+        Ok((body, world))
+    }
+
+    /// An incoming body, measured on a clip with Y up.
+    ///
+    /// # Errors
+    /// As [`of_clip`](Self::of_clip).
+    pub fn of_upright(clip: &Clip, file: &MapFile) -> Result<Self, MapError> {
+        Self::in_world(clip, &UnitQuaternion::identity(), file)
+    }
+
+    /// An incoming body, measured on a clip whose world is turned to Y up by `world`.
+    fn in_world(clip: &Clip, world: &UnitQuaternion<f64>, file: &MapFile) -> Result<Self, MapError> {
         if clip.frames.is_empty() {
             return Err(MapError::Empty);
         }
         let skeleton = clip.skeleton.clone();
-        let raw = sample(clip);
-        let world = up::upright(clip, file);
-        let frames: Vec<Frame> = raw.iter().map(|f| lifted(f, &world)).collect();
-        let mut parts = Parts::find(&skeleton, &frames, file).map_err(MapError::Source)?;
-        parts.doubts.extend(up::doubt(clip, file));
+        let poses = |world| sample(clip).iter().map(|f| lifted(f, world)).collect::<Vec<Frame>>();
+        let frames = poses(world);
+        // By shape, legs are what is low: one that lies is looked at as it would stand.
+        let as_it_stands = up::shown(clip, file).map_or(*world, to_y);
+        let parts = Parts::find(&skeleton, &poses(&as_it_stands), file).map_err(MapError::Source)?;
         let standing = if is_brief(clip) { Standing::OneFootAtLeast } else { Standing::BothFeet };
         let mut anatomy = Anatomy::of(&skeleton, &parts, &frames, file.upright, standing);
-        let floor = floor_of(clip, &world, &parts, anatomy.leg_m, file)?;
+        let floor = floor_of(clip, world, &parts, anatomy.leg_m, file)?;
         anatomy.stand_on(floor.height_m);
         let rest = (0..skeleton.joints()).map(|j| frames[frames.len() / 2].rotations[j]).collect();
-        Ok((Self { skeleton, parts, anatomy, floor, rest }.checked("clip")?, world))
+        Self { skeleton, parts, anatomy, floor, rest }.checked("clip")
     }
 
     pub(super) fn checked(self, which: &'static str) -> Result<Self, MapError> {

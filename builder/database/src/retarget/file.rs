@@ -53,8 +53,6 @@ pub enum MapFileError {
     Toml { file: String, error: Box<toml::de::Error> },
     #[error("{file}: `{word}` is not a body part; the parts are {parts}")]
     Part { file: String, word: String, parts: String },
-    #[error("{file}: up = \"{word}\": x, y, z, -x, -y or -z")]
-    Up { file: String, word: String },
     #[error("{file}: rest = \"{word}\": zero or motion")]
     Rest { file: String, word: String },
     #[error("{file}: floor = {metres}: {}", expected_floor())]
@@ -65,7 +63,8 @@ pub enum MapFileError {
 #[serde(deny_unknown_fields)]
 struct Raw {
     floor: Option<f64>,
-    up: Option<String>,
+    #[serde(default, deserialize_with = "axis::deserialize")]
+    up: Option<(usize, f64)>,
     rest: Option<String>,
     #[serde(default)]
     joints: BTreeMap<String, String>,
@@ -104,9 +103,6 @@ impl MapFile {
             };
             joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
         }
-        let named =
-            |word: String| axis::of_name(&word).map_err(|_| MapFileError::Up { file: file.clone(), word });
-        let up = raw.up.map(named).transpose()?;
         let upright = match raw.rest.as_deref() {
             None => None,
             Some("zero") => Some(true),
@@ -116,7 +112,7 @@ impl MapFile {
         if let Some(metres) = raw.floor.filter(|metres| !FLOORS_M.contains(metres)) {
             return Err(MapFileError::Floor { file, metres });
         }
-        Ok(Self { joints, floor_m: raw.floor, up, upright, has_y_up: false })
+        Ok(Self { joints, floor_m: raw.floor, up: raw.up, upright, has_y_up: false })
     }
 }
 
@@ -141,7 +137,7 @@ mod tests {
     fn what_is_wrong_is_named_with_its_file() {
         for (text, words) in [
             ("[joints]\ntail = \"x\"", vec!["m.toml", "tail", "left-foot"]),
-            ("up = \"north\"", vec!["m.toml", "north"]),
+            ("\nup = \"north\"", vec!["m.toml", "line 2", "north", "-z"]),
             ("rest = \"bed\"", vec!["m.toml", "bed"]),
             ("turn = 3", vec!["m.toml", "turn"]),
             ("floor = nan", vec!["m.toml", "NaN", "10000000"]),

@@ -92,29 +92,25 @@ impl Retarget {
         Self::of(0, source, target, UnitQuaternion::identity(), origin)
     }
 
-    /// A clip on the skeleton and in the world of another one, without a database; and the doubts about the map.
+    /// A clip on the skeleton of another one, both with Y up, without a database; and the doubts about the map.
     ///
     /// # Errors
     /// [`MapError`] says what could not be found or does not fit.
     pub fn between(clip: &Clip, like: &Clip) -> Result<(Clip, Vec<String>), MapError> {
         let file = MapFile::default();
-        let (whole, up) = Body::of_clip(like, &file)?;
+        let whole = Body::of_upright(like, &file)?;
         let kept = Kept::of(&whole, MAX_JOINTS);
         let target = kept.body(&whole);
         let have = target.skeleton.joints();
         if !(2..=MAX_JOINTS).contains(&have) {
             return Err(MapError::Joints { have, most: MAX_JOINTS });
         }
-        let (source, world) = Body::of_clip(clip, &file)?;
-        // Of no database: the map is used here and goes to no board.
-        let map = Self::of(0, source, target, world, origin_of(clip))?;
+        let map = Self::of_bodies(Body::of_upright(clip, &file)?, target, origin_of(clip))?;
         let mut mapped = map.to_target(clip);
         mapped.skeleton = like.skeleton.clone();
         let rest = Frame { root: Vector3::zeros(), rotations: whole.rest };
         for frame in &mut mapped.frames {
             *frame = kept.put(frame.clone(), &rest);
-            frame.root = up.inverse() * frame.root;
-            frame.rotations[0] = up.inverse() * frame.rotations[0];
         }
         Ok((mapped, map.doubts()))
     }

@@ -7,10 +7,7 @@
 //! A file can itself be too coarse, as glTF is, whose numbers are single-precision too. Its grain is the least second
 //! difference of the root's path along an axis: all are multiples of it, and a path of finer numbers has a smaller one.
 
-use gestus_motion::{
-    capture::Document,
-    clip::{Clip, Frame},
-};
+use gestus_motion::clip::{Clip, Frame};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::retarget::{MapFile, up};
@@ -40,10 +37,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// That of a clip of a document.
-    pub fn of(document: &Document, clip: &Clip) -> Self {
-        let world = up::upright(clip, &MapFile::default().of_document(document));
-        Self { origin: origin_of(clip), world }
+    /// That of a clip of which the map file says up.
+    pub fn of(clip: &Clip, file: &MapFile) -> Self {
+        Self { origin: origin_of(clip), world: up::upright(clip, file) }
     }
 
     /// The clip near the origin, with Y up.

@@ -36,13 +36,14 @@ fn tables_come_before_patterns_and_patterns_before_what_is_built_in() {
             names.w = "walk"
             kind.turn-around = "whole"
             unit = "cmu"
+            up = "-z"
             styles = ["old"]
         "#;
     let config = Config::parse(text, "gestus.toml").unwrap();
     assert_eq!(of(&config, "a/OLD-1.bvh"), is("walk", "old", "1", Kind::Gait));
     assert_eq!(of(&config, "w_proud_x_y_3.bvh"), is("walk", "proud", "3", Kind::Gait));
     assert_eq!(of(&config, "turn-around_old.bvh"), is("turn-around", "old", "", Kind::Whole));
-    assert_eq!(config.unit(), Some(Unit::Cmu));
+    assert_eq!((config.unit(), config.up), (Some(Unit::Cmu), Some((2, -1.0))));
     assert!(config.wants(&config.annotate("kick_old.bvh".as_ref()).unwrap()));
     assert!(!config.wants(&config.annotate("kick_sad.bvh".as_ref()).unwrap()));
     let back = Config::parse(&toml::to_string(&config).unwrap(), "again").unwrap();
@@ -77,9 +78,12 @@ fn what_cannot_be_used_is_named_by_its_key() {
         assert_eq!(Config::parse(&format!("patterns = ['{pattern}']"), "my.toml"), Err(error));
     }
     // What the file's parser refuses has its words alone.
-    for (text, words) in
-        [("ratee = 3", "unknown field `ratee`"), ("build.pairing = 'best'", "unknown variant `best`")]
-    {
+    for (text, words) in [
+        ("ratee = 3", "unknown field `ratee`"),
+        ("build.pairing = 'best'", "unknown variant `best`"),
+        ("unit = 'm'\nup = 'north'", "line 2"),
+        ("unit = 'm'\nup = 'north'", "`north` is no axis: x, y, z, -x, -y or -z"),
+    ] {
         let error = Config::parse(text, "my.toml").expect_err(text);
         let AnnotateError::Toml { error: said, .. } = &error else { panic!("{text}: {error}") };
         assert!(said.contains(words), "{text}: {said}");
