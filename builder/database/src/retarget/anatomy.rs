@@ -16,9 +16,10 @@
 
 use std::{collections::BTreeMap, iter::Sum, ops::Div};
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::retarget::{
+    axis::{any_across, axes},
     identify::Parts,
     parts::{Part, Side},
 };
@@ -325,21 +326,6 @@ fn world(skeleton: &Skeleton, frame: &Frame) -> World {
         turns.push(skeleton.parents[j].map_or(frame.rotations[j], |p| turns[p] * frame.rotations[j]));
     }
     World { turns, places: frame.positions(skeleton) }
-}
-
-/// Axes with Y along `up` and X as near to `left` as possible; the reverse if `left` is more reliable.
-fn axes(up: Vector3<f64>, left: Vector3<f64>, left_first: bool) -> UnitQuaternion<f64> {
-    let (first, second) = if left_first { (left, up) } else { (up, left) };
-    let a = first.try_normalize(1e-9).unwrap_or_else(Vector3::y);
-    let b = (second - a * a.dot(&second)).try_normalize(1e-6).unwrap_or_else(|| any_across(&a));
-    let (y, x) = if left_first { (b, a) } else { (a, b) };
-    let matrix = Matrix3::from_columns(&[x, y, x.cross(&y)]);
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
-}
-
-fn any_across(v: &Vector3<f64>) -> Vector3<f64> {
-    let other = if v.x.abs() < 0.7 * v.norm() { Vector3::x() } else { Vector3::z() };
-    v.cross(&other).normalize()
 }
 
 fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lower: fn(Side) -> Part) -> f64 {
