@@ -16,9 +16,9 @@
 //!
 //! p is the part of the input that is passed through. It approaches p* within [`CHANGE_S`]; the strength of every joint
 //! group is multiplied by 1 - p. The first [`LEAD_S`] of a stream, and of what follows a leap, are left out of both means,
-//! because the search window is not full yet. Until 0.3 s more were measured, only the distance to a class
-//! counts, against 2.5 R and from the third frame, when the window shows that the body moves: held-out clips
-//! begin at up to 1.6 R, other actions at 3 to 11 R.
+//! because the search window is not full yet. Until 0.3 s more were measured, only the distance to a class counts, against
+//! 2.5 R and from the third frame, when the window shows that the body moves: held-out clips begin at up to 1.6 R, other
+//! actions at 3 to 11 R.
 
 use crate::{
     blob::Database,
@@ -89,6 +89,7 @@ impl Trust {
         // Bounded, since the mean would never recover from infinity.
         let ratio = clamp(ratio, 0.0, 4.0 * max_ratio);
         let ratio = if self.age_s > 0.0 { self.smooth(ratio, velocity, seconds) } else { ratio };
+        // Half a frame keeps rounding out of it.
         let is_judged = self.age_s + LEAD_S > (UNKNOWN_FRAMES + 0.5) * seconds;
         let target = if max_ratio <= 0.0 {
             0.0

@@ -91,9 +91,9 @@ pub enum GestusParameter {
     StillSpeed = 25,
     /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
     /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part
-    /// from here and whole from half as much more on, and the report says `FAR`. In the first half second only 2.5
-    /// times the distance counts. 0 gives every input the style. Less passes unusual motion of known actions on, more
-    /// gives unknown actions a style that spoils them. 1 to 100, or 0 for none. Default 6.
+    /// from here and whole from half as much more on, and the report says `FAR`. In the first half second it takes 2.5
+    /// times this distance, and the speed does not count. 0 gives every input the style. Less passes unusual motion of
+    /// known actions on, more gives unknown actions a style that spoils them. 1 to 100, or 0 for none. Default 6.
     Trust = 26,
     /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how
     /// much clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier
