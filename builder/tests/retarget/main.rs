@@ -5,5 +5,6 @@ mod checks;
 #[path = "../common/mod.rs"]
 mod common;
 mod foreign;
+mod lying;
 mod names;
 mod shapes;

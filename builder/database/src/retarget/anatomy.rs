@@ -6,11 +6,11 @@
 //! | part | frame, in the joint's axes |
 //! |---|---|
 //! | upper and lower arms and legs | Y along the bone; X is the axis about which elbow or knee bend in the motion |
-//! | feet | Y is the floor's normal during contact; Z towards the toes |
+//! | feet | Y is the floor's normal during contact, the shin if the body lies throughout; Z towards the toes |
 //! | hands, collarbones | the average orientation relative to lower arm and chest |
 //! | toes | as the foot during contact |
 //! | trunk | Y along the bones of the spine; X left at rest if zero rotations give an upright body, else the lines of hips and shoulders |
-//! | head | upright at rest, or level on average without an upright rest pose |
+//! | head | upright at rest; without an upright rest pose level on average, along the neck if the body lies throughout |
 //!
 //! Axes: X left, Y up, Z ahead for the trunk; Y along the bone and X across for limbs.
 
@@ -104,7 +104,10 @@ impl Anatomy {
             upright: upright_axes.is_some(),
             doubts: Vec::new(),
         };
-        let mut measure = Measure { parts, worlds: &worlds, zero: upright_axes, body: &mut this };
+        let up: Vec<&World> = worlds.iter().filter(|w| is_up(w, parts, this.leg_m)).collect();
+        let lies = up.len() * 50 < worlds.len();
+        let up = if lies { worlds.iter().collect() } else { up };
+        let mut measure = Measure { parts, worlds: &worlds, up, lies, zero: upright_axes, body: &mut this };
         measure.hips();
         measure.trunk();
         let stands = measure.ankles(standing);
@@ -127,6 +130,10 @@ impl Anatomy {
 struct Measure<'a> {
     parts: &'a Parts,
     worlds: &'a [World],
+    /// Those in which the body does not lie; all of them, if it lies throughout.
+    up: Vec<&'a World>,
+    /// Whether it lies throughout.
+    lies: bool,
     zero: Option<UnitQuaternion<f64>>,
     body: &'a mut Anatomy,
 }
@@ -160,6 +167,10 @@ impl Measure<'_> {
         chain.extend(&self.parts.spine);
         let chest = *chain.last().unwrap_or(&0);
         chain.extend(&self.parts.neck);
+        let end = *chain.last().unwrap_or(&0);
+        let ankles = Side::BOTH.map(|side| self.parts.get(Part::Foot(side)).unwrap_or(0));
+        let tall = |w: &World| w.places[end] - (w.places[ankles[0]] + w.places[ankles[1]]) / 2.0;
+        let straight = self.worlds.iter().max_by(|a, b| tall(a).norm().total_cmp(&tall(b).norm()));
         for (i, &j) in chain.iter().enumerate() {
             let share = if chest == 0 { 1.0 } else { (i as f64 / self.parts.spine.len() as f64).min(1.0) };
             let left = match self.zero {
@@ -169,19 +180,19 @@ impl Measure<'_> {
                 }),
             };
             // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
-            // a joint of no length above it tilt back, and then its own axes say nothing about the spine. And upwards
-            // where the body is upright: the root of some rigs lies above the first joint of the spine.
-            let end = chain.last().copied().unwrap_or(j);
+            // a joint of no length above it tilt back, and then its own axes say nothing about the spine. And towards
+            // the head where the body is straight: the root of some rigs lies above the first joint of the spine.
             let next = chain[i + 1..].iter().copied().find(|&n| {
-                let to = |w: &World, n: usize| w.places[n] - w.places[j];
-                self.mean(|w| to(w, n).norm()) > 0.02 * self.body.leg_m
-                    && self.mean(|w| to(w, n).y * to(w, end).y) >= 0.0
+                let to = |w: &World| w.places[n] - w.places[j];
+                self.mean(|w| to(w).norm()) > 0.02 * self.body.leg_m
+                    && straight.is_none_or(|w| to(w).dot(&tall(w)) >= 0.0)
             });
             let up = match (next, self.zero) {
                 (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),
                 (None, Some(axes)) => axes * Vector3::y(),
+                (None, None) if self.lies && j != chest => self.seen(j, |w| w.places[j] - w.places[chest]),
                 // Heads are held level, on average.
-                (None, None) => self.seen(j, |_| Vector3::y()),
+                (None, None) => seen_in(&self.up, j, |_| Vector3::y()),
             };
             self.body.frames.insert(j, axes(up, left, i == 0));
         }
@@ -252,9 +263,9 @@ impl Measure<'_> {
         part * self.body.leg_m.max(0.1)
     }
 
-    /// Quantile of a joint's height.
+    /// Quantile of a joint's height, where the body does not lie.
     fn height(&self, joint: usize, share: f64) -> f64 {
-        quantile(&sorted(self.worlds.iter().map(|w| w.places[joint].y)), share).unwrap_or(0.0)
+        quantile(&sorted(self.up.iter().map(|w| w.places[joint].y)), share).unwrap_or(0.0)
     }
 
     /// Height of a joint where it is low.
@@ -278,46 +289,56 @@ impl Measure<'_> {
         [left - right < lifted, right - left < lifted]
     }
 
-    /// Foot and toes: level while they stand, or at rest if the foot stands nowhere.
+    /// Foot and toes: level while they stand, at rest if it stands nowhere, else as if the shin stood on it.
     fn foot(&mut self, side: Side, stands: bool) {
-        let Some(ankle) = self.parts.get(Part::Foot(side)) else { return };
+        let both = [Part::LowerLeg(side), Part::Foot(side)].map(|part| self.parts.get(part));
+        let [Some(knee), Some(ankle)] = both else { return };
         let toes = self.parts.get(Part::Toes(side));
-        let height = |w: &World, j: usize| w.places[j].y;
         if self.worlds.is_empty() {
             return;
         }
         let slack = self.small(0.02);
         let (ankle_low, toes_low) = (self.low(ankle), toes.map(|t| self.low(t)));
-        if let Some(rest) = self.zero.filter(|_| !stands) {
+        if let Some(rest) = self.zero.filter(|_| self.lies || !stands) {
             let frame = axes(rest * Vector3::y(), rest * Vector3::x(), false);
             self.body.frames.extend(toes.into_iter().chain([ankle]).map(|joint| (joint, frame)));
             return;
         }
         let stands = |w: &&World| {
-            height(w, ankle) < ankle_low + slack
-                && toes.zip(toes_low).is_none_or(|(t, l)| height(w, t) < l + slack)
+            w.places[ankle].y < ankle_low + slack
+                && toes.zip(toes_low).is_none_or(|(t, l)| w.places[t].y < l + slack)
         };
-        let standing: Vec<&World> = self.worlds.iter().filter(stands).collect();
-        let sample: Vec<&World> =
-            if standing.len() * 50 < self.worlds.len() { self.worlds.iter().collect() } else { standing };
-        let count = sample.len().max(1) as f64;
-        let seen = |joint: usize, of: &dyn Fn(&World) -> Vector3<f64>| {
-            sample.iter().map(|w| w.turns[joint].inverse() * of(w)).sum::<Vector3<f64>>() / count
-        };
-        let up = seen(ankle, &|_| Vector3::y());
+        let standing: Vec<&World> = self.up.iter().copied().filter(stands).collect();
+        let sample = if standing.len() * 50 < self.up.len() { &self.up } else { &standing };
+        let shin = |w: &World| w.places[knee] - w.places[ankle];
+        let up = seen_in(sample, ankle, |w| if self.lies { shin(w) } else { Vector3::y() });
         let ahead = |w: &World| match toes {
             Some(t) => w.places[t] - w.places[ankle],
-            None => self.left(w, Part::UpperLeg).cross(&Vector3::y()),
+            None => self.left(w, Part::UpperLeg).cross(&if self.lies { shin(w) } else { Vector3::y() }),
         };
-        let forward = seen(ankle, &ahead);
-        let left = up.cross(&forward);
-        let frame = axes(up, left, false);
+        let frame = axes(up, up.cross(&seen_in(sample, ankle, ahead)), false);
         self.body.frames.insert(ankle, frame);
         if let Some(toes) = toes {
             let relative = sample.iter().map(|w| w.turns[toes].inverse() * w.turns[ankle]);
             self.body.frames.insert(toes, mean_rotation(relative) * frame);
         }
     }
+}
+
+/// Mean of a vector of the world in some poses, as a joint sees it.
+fn seen_in(worlds: &[&World], joint: usize, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
+    let seen = worlds.iter().map(|w| w.turns[joint].inverse() * of(w));
+    seen.sum::<Vector3<f64>>() / worlds.len().max(1) as f64
+}
+
+/// Whether a body stands, sits or squats: its hips are high over a foot, or its trunk and a shin are upright.
+fn is_up(w: &World, parts: &Parts, leg_m: f64) -> bool {
+    Side::BOTH.into_iter().any(|side| {
+        let limb = [Part::UpperArm, Part::UpperLeg, Part::LowerLeg, Part::Foot];
+        let [arm, hip, knee, ankle] = limb.map(|part| w.places[parts.get(part(side)).unwrap_or(0)]);
+        let upright = |bone: Vector3<f64>| bone.y > 0.5 * bone.norm();
+        hip.y - ankle.y > 0.6 * leg_m || (upright(arm - hip) && upright(knee - ankle))
+    })
 }
 
 fn world(skeleton: &Skeleton, frame: &Frame) -> World {

@@ -1,6 +1,9 @@
 //! Which way is up in a clip's world: BVH files do not say it, and some glTF files, in which it is Y, are exported otherwise.
 
-use gestus_motion::clip::{Clip, Frame, Skeleton};
+use gestus_motion::{
+    clip::{Clip, Frame, Skeleton},
+    statistics::{quantile, sorted},
+};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::retarget::{
@@ -32,6 +35,12 @@ const STEPS: f64 = 0.12;
 /// Greatest part of the way from ankles to toes along up, of feet that stand on their soles.
 const FLAT: f64 = 0.8;
 
+/// Of a body that lies, in its length: greatest height of its lowest joint over the floor, its greatest thickness, and least
+/// distance of its feet from zero along the axis on which one that stands has its floor.
+const NEAR: f64 = 0.15;
+const THICK: f64 = 0.45;
+const OFF: f64 = 0.1;
+
 /// The rotation of the clip's up axis to Y: that of the map file, or that which the clip shows. A body that rolls shows
 /// none; Y is then up.
 pub fn upright(clip: &Clip, file: &MapFile) -> UnitQuaternion<f64> {
@@ -52,26 +61,45 @@ pub fn believed(clip: &Clip, file: &MapFile) -> Option<(usize, f64)> {
     shown(clip, file).filter(|shown| is_believed(clip, file, *shown))
 }
 
-/// Where a clip's format has Y up, a body has to walk to be believed, since it may lie.
+/// A body that does not walk may lie: where its format has Y up, or it is low over Y.
 fn is_believed(clip: &Clip, file: &MapFile, shown: (usize, f64)) -> bool {
-    !file.has_y_up || walks(clip, file, shown)
+    !(file.has_y_up || (shown != Y && lies(clip, shown))) || walks(clip, file, shown)
 }
 
-/// What to tell about a body that shows another up than is stated: it lies throughout, or its file is wrong.
+/// What to tell about a body that shows another up than is taken: it lies throughout, or its file is wrong.
 pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
-    let stated = file.up.or(file.has_y_up.then_some(Y))?;
-    let shown = shown(clip, file).filter(|shown| *shown != stated)?;
-    let turned = axis(clip, file, Some(shown)) == shown;
-    let (shown, stated) = (name(shown), name(stated));
-    Some(if turned {
-        format!(
-            "it walks with {shown} up, where its format has {stated} up: turned upright; --up {stated} leaves it"
-        )
+    let shown = shown(clip, file)?;
+    let up = axis(clip, file, Some(shown));
+    let turned = file.up.is_none() && file.has_y_up && shown != Y;
+    let (shown, up) = (name(shown), name(up));
+    if shown != up {
+        Some(format!(
+            "its feet are off the hips along {shown} throughout, and up is {up}: if it does not lie, say --up {shown}"
+        ))
     } else {
-        format!(
-            "its feet are off the hips along {shown} throughout, and up is {stated}: if it does not lie, say --up {shown}"
-        )
-    })
+        turned.then(|| {
+            format!("it walks with {shown} up, where its format has y up: turned upright; --up y leaves it")
+        })
+    }
+}
+
+/// Whether a body that shows an axis lies on a floor at Y zero: it is flat and just over it, and its feet are at no floor
+/// along that axis.
+fn lies(clip: &Clip, (axis, sign): (usize, f64)) -> bool {
+    let heights = sample(clip).into_iter().map(|frame| {
+        let p = frame.positions(&clip.skeleton);
+        let range = |along: &dyn Fn(&Vector3<f64>) -> f64| {
+            p.iter().map(along).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)])
+        };
+        [range(&|p| p.y), range(&|p| sign * p[axis])]
+    });
+    let heights: Vec<[[f64; 2]; 2]> = heights.collect();
+    let middle =
+        |of: &dyn Fn(&[[f64; 2]; 2]) -> f64| quantile(&sorted(heights.iter().map(of)), 0.5).unwrap_or(0.0);
+    let tall = middle(&|[_, [low, high]]| high - low);
+    let (low, thick) = (middle(&|[[low, _], _]| *low), middle(&|[[low, high], _]| high - low));
+    let feet = middle(&|[_, [low, _]]| *low);
+    (0.0..NEAR * tall).contains(&low) && thick < THICK * tall && feet.abs() > OFF * tall
 }
 
 /// Whether a body walks along an axis as its up: its feet are flat, the lower one is always at about the same height, and
@@ -195,6 +223,16 @@ mod tests {
             assert!(doubt(&clip, &gltf).is_some());
             // Of a BVH file it is all that tells up.
             assert_eq!(upright(&clip, &MapFile::default()), to_y((2, 1.0)));
+            assert_eq!(doubt(&clip, &MapFile::default()), None);
+            // But for one that is low over Y, and whose feet are at no floor along Z.
+            let mut lies = clip.clone();
+            for frame in &mut lies.frames {
+                frame.root = Vector3::new(0.3, 0.0, 0.0);
+                let places = frame.positions(&lies.skeleton);
+                frame.root.y = 0.05 - places.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+            }
+            assert_eq!(upright(&lies, &MapFile::default()), UnitQuaternion::identity());
+            assert!(doubt(&lies, &MapFile::default()).is_some_and(|doubt| doubt.contains("up is y")));
         }
     }
 
