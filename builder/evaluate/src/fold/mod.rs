@@ -249,7 +249,7 @@ mod tests {
         let legs = contact::legs(&[&experiment.corpus.examples[0]], &body.landmarks);
         let skate = feet::skate_cm_s(&body.skeleton, &legs, &real);
         assert!(found.error_cm < 1e-9, "{found:?}");
-        for ratio in [Some(found.third_difference), found.variability, found.speed] {
+        for ratio in [Some(found.third_difference), found.amplitude, found.variability, found.speed] {
             assert!((ratio.unwrap() - 1.0).abs() < 1e-3, "{found:?}");
         }
         // Its own contacts, where cycles are; and a way made of velocities is the clip's own.

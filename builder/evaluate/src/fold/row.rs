@@ -56,6 +56,8 @@ impl Row {
             "speed": p.speed,
             "delivered_variability": d.variability,
             "variability": p.variability,
+            "delivered_amplitude": d.amplitude,
+            "amplitude": p.amplitude,
             "delivered_third_difference": d.third_difference,
             "third_difference": p.third_difference,
             "delivered_step_error_ms": d.step_error_ms,

@@ -10,7 +10,7 @@ use gestus_motion::{
 use nalgebra::Vector3;
 
 use crate::metrics::{
-    centred,
+    amplitude, centred,
     feet::{skate_cm_s, stillest_cm_s},
     joint_distance, matched,
     performance::Performance,
@@ -32,6 +32,8 @@ pub struct Figures {
     pub duration: Option<f64>,
     /// Third difference, relative to the truth's.
     pub third_difference: f64,
+    /// How far joints swing, relative to the truth's; of clips that last long enough.
+    pub amplitude: Option<f64>,
     /// Cycle-to-cycle variability relative to the truth's; of clips with two cycles or more.
     pub variability: Option<f64>,
     /// Mean speed on the ground relative to the truth's; of clips that move.
@@ -69,6 +71,7 @@ pub(crate) struct Reference {
     /// Which feet of the truth stand there; none outside of cycles. Shape `[frames]`.
     pub(crate) stands: Vec<[bool; 2]>,
     third_difference: f64,
+    amplitude: Option<f64>,
     variability: Option<f64>,
     ground_speed: f64,
 }
@@ -97,6 +100,7 @@ impl Reference {
             poses: at.iter().map(|p| p.map(|p| centred(body, &row_at(rows, p)))).collect(),
             stands: at.iter().map(|p| p.as_ref().and_then(stands_at).unwrap_or_default()).collect(),
             third_difference: third_difference(&all),
+            amplitude: amplitude(&all, truth.clip.rate_hz),
             variability: variability(body, rows, &truth.cycles),
             ground_speed: ground_speed(&Performance::of_clip(&truth.clip, body), &inside),
             at,
@@ -144,14 +148,15 @@ impl Reference {
             }
         }
         let resampled = of.timed.then(|| at_times(&of.rows, &of.performance.times(), rate));
+        let timely = poses(resampled.as_deref().unwrap_or(&of.rows));
         let inside: Vec<bool> = self.at.iter().map(Option::is_some).collect();
         let (skeleton, feet) = (&self.body.skeleton, &of.performance);
         Figures {
             error_cm: 100.0 * error / count,
             step_error_ms: (steps > 0.0).then(|| 1000.0 * step_error / steps),
             duration: (theirs > 0.0).then(|| ours / theirs),
-            third_difference: third_difference(&poses(resampled.as_deref().unwrap_or(&of.rows)))
-                / self.third_difference,
+            third_difference: third_difference(&timely) / self.third_difference,
+            amplitude: amplitude(&timely, rate).zip(self.amplitude).map(|(a, b)| a / b),
             variability: variability(&self.body, &of.rows, &self.cycles)
                 .zip(self.variability)
                 .map(|(a, b)| a / b),

@@ -64,6 +64,24 @@ pub fn third_difference(poses: &[Vec<Vector3<f64>>]) -> f64 {
     sum / f64::from(count.max(1))
 }
 
+/// Time on either side of a frame whose mean place a joint swings about, seconds.
+const SWING_S: f64 = 0.75;
+
+/// How far joints swing: root mean square distance of each from its mean place in the second and a half around, over joints
+/// and frames, metres. `None` of a motion that is shorter.
+pub fn amplitude(poses: &[Vec<Vector3<f64>>], rate_hz: f64) -> Option<f64> {
+    let reach = (SWING_S * rate_hz).round() as usize;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for window in poses.windows(2 * reach + 1) {
+        for (j, now) in window[reach].iter().enumerate() {
+            let place = window.iter().map(|pose| pose[j]).sum::<Vector3<f64>>() / window.len() as f64;
+            sum += (now - place).norm_squared();
+            count += 1.0;
+        }
+    }
+    (count > 0.0).then(|| (sum / count).sqrt())
+}
+
 /// Cycle-to-cycle variability: root mean square distance of the joints from the mean cycle, at equal phases, metres.
 /// `None` of fewer than two cycles.
 pub fn variability(body: &Body, rows: &[Vec<f64>], cycles: &[Cycle]) -> Option<f64> {
@@ -83,4 +101,26 @@ pub fn variability(body: &Body, rows: &[Vec<f64>], cycles: &[Cycle]) -> Option<f
         }
     }
     Some((sum / count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint that swings by `size` at 2 Hz while its place moves on.
+    fn swinging(size: f64) -> Vec<Vec<Vector3<f64>>> {
+        let place = |t: usize| {
+            let seconds = t as f64 / 30.0;
+            vec![Vector3::new(0.2 * seconds, 1.0, size * (std::f64::consts::TAU * 2.0 * seconds).sin())]
+        };
+        (0..300).map(place).collect()
+    }
+
+    #[test]
+    fn an_amplitude_is_that_of_the_swing_and_not_of_the_way() {
+        let swing = amplitude(&swinging(0.1), 30.0).unwrap();
+        assert!((swing - 0.1 / 2f64.sqrt()).abs() < 0.002, "{swing}");
+        assert!(amplitude(&swinging(0.0), 30.0).unwrap() < 1e-9);
+        assert_eq!(amplitude(&swinging(0.1)[..40], 30.0), None, "shorter than a second and a half");
+    }
 }
