@@ -349,15 +349,9 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
     for share in &frame.report.classes {
         let class = usize::from(share.class);
         let proportion = f64::from(share.proportion);
-        let rows: Vec<usize> = frame
-            .searched
-            .iter()
-            .find(|s| s.class == class)
-            .expect("a kept class was searched")
-            .neighbors
-            .iter()
-            .map(|n| db.class(class).first_row + usize::from(n.0))
-            .collect();
+        let timed = frame.timed.iter().find(|t| t.class == class).expect("a kept class was timed");
+        let rows: Vec<usize> =
+            timed.rows.iter().map(|&row| db.class(class).first_row + usize::from(row)).collect();
         let examples: Vec<Example> = rows.iter().map(|&r| example(db, class, r, &p.styles)).collect();
         let part = part_kept(db, class, p);
         let mut y = vec![0.0; counts.dofs];

@@ -32,6 +32,7 @@ impl Config {
             .trust(0.0)
             .liveliness(0.0)
             .settle_s(0.0)
+            .follow(0.0)
     }
 
     /// The ridge on normalised variables, for pairs that were recorded or made as pairs. A small λ lets the slopes among

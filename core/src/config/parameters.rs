@@ -230,6 +230,11 @@ parameters! {
     /// of tables by phase, so it settles in 0.4 of the time. A gait that has all the weight takes a quarter of it. More is
     /// smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
     28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar, Method::Phase];
+    /// How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
+    /// multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart, whose
+    /// outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that the body is elsewhere in
+    /// them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does.
+    29 FOLLOW follow: f32 = 1.0, [0 or 0.01 to 100.0], &[Method::Mar];
 }
 
 impl Parameter {

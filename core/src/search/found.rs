@@ -70,7 +70,7 @@ impl<'a> Found<'a> {
 }
 
 /// Mean squared distance, in units of the metric; 0 without neighbors.
-pub(super) fn mean(neighbors: &[Neighbor]) -> f32 {
+pub(crate) fn mean(neighbors: &[Neighbor]) -> f32 {
     let sum: u64 = neighbors.iter().map(|n| u64::from(n.distance2.saturating_sub(BIAS))).sum();
     sum as f32 / neighbors.len().max(1) as f32
 }

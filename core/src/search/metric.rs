@@ -149,7 +149,7 @@ impl Metric {
     /// Squared distance to a captured frame, units, with the bias.
     // Not inlined: searches measure nearly all frames by `distance2_in`.
     #[inline(never)]
-    pub(super) fn distance2(&self, database: &Database<'_>, row: usize) -> u32 {
+    pub(crate) fn distance2(&self, database: &Database<'_>, row: usize) -> u32 {
         self.distance2_to(database.feature(row), database.feature_norm2(row))
     }
 
@@ -199,7 +199,7 @@ impl Metric {
 
     /// Weighted square metres in a unit.
     #[inline]
-    pub(super) fn unit2(&self) -> f32 {
+    pub(crate) fn unit2(&self) -> f32 {
         self.weights.unit2 * (1u32 << self.shift) as f32
     }
 

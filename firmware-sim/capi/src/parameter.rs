@@ -105,4 +105,10 @@ pub enum GestusParameter {
     /// quarter of it. More is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as
     /// Xia 2015 does. 0.01 to 10, or 0 for none. Default 0.1.
     Settle = 28,
+    /// How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
+    /// multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart,
+    /// whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that the body is
+    /// elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100, or 0 for
+    /// none. Default 1.
+    Follow = 29,
 }

@@ -3,13 +3,13 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes that do not depend on the capacities.
-pub const FIXED_BYTES: usize = 2796;
+pub const FIXED_BYTES: usize = 2800;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 645;
 /// Bytes that a neighbor adds.
-pub const NEIGHBOR_BYTES: usize = 100;
+pub const NEIGHBOR_BYTES: usize = 102;
 /// Bytes that a class adds, besides its neighbors.
-pub const CLASS_BYTES: usize = 9;
+pub const CLASS_BYTES: usize = 13;
 /// Bytes that a neighbor adds in each class.
 pub const ROW_BYTES: usize = 2;
 

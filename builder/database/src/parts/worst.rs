@@ -84,7 +84,7 @@ mod tests {
     fn the_bound_grows_with_the_settings_and_falls_with_labels() {
         let size = |joints: f64| Size { joints, dofs: 3.0 * joints + 4.0, features: 32.0, window: 5.0 };
         let most = |joints: f64, config: &Config, classes: usize, mixes: u32, outputs: u32| {
-            let work = Work::of_mixture(config, std::iter::repeat_n(1000, classes), mixes, outputs);
+            let work = Work::of_mixture(config, std::iter::repeat_n(1000, classes), 0, mixes, outputs);
             bound_of(Isa::Armv7MFpu, &size(joints), &work).expect("it was calibrated")
         };
         let config = Config::new().k(40);
@@ -100,7 +100,7 @@ mod tests {
             assert!(more > all, "{more} {all}");
         }
         assert!(most(21.0, &config, 2, 1, 2) < 0.7 * all);
-        let work = Work::of_mixture(&config, std::iter::repeat_n(1000, 28), 1, 2);
+        let work = Work::of_mixture(&config, std::iter::repeat_n(1000, 28), 0, 1, 2);
         assert!(bound_of(Isa::Armv6M, &size(21.0), &work).is_none());
     }
 }

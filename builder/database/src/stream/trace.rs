@@ -120,6 +120,7 @@ fn config(database: &Database<'_>, request: &Request) -> serde_json::Value {
         "output_kappa": config.output_kappa,
         "liveliness": config.liveliness,
         "settle_s": config.settle_s,
+        "follow": config.follow,
         "delta": config.delta,
         "kappa": config.kappa,
         "rho": config.rho,

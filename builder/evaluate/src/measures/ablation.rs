@@ -38,7 +38,7 @@ pub struct Args {
 }
 
 /// What can be varied.
-const PARAMETERS: [&str; 12] = [
+const PARAMETERS: [&str; 13] = [
     "bias",
     "kappa-rho",
     "k",
@@ -46,6 +46,7 @@ const PARAMETERS: [&str; 12] = [
     "ridge",
     "delta",
     "settle",
+    "follow",
     "liveliness",
     "lti-kc",
     "pairing",
@@ -156,6 +157,9 @@ fn variants(experiment: &Experiment) -> Vec<Variant> {
     }
     for settle_s in [0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.3] {
         add("settle", settle_s.to_string(), base.settle_s(settle_s), None, 1);
+    }
+    for follow in [0.0, 0.5, 1.0, 2.0, 4.0, 8.0] {
+        add("follow", follow.to_string(), base.follow(follow), None, 1);
     }
     for liveliness in [0.8, 1.0, 1.2, 1.4, 1.6] {
         add("liveliness", liveliness.to_string(), base.liveliness(liveliness), None, 1);

@@ -14,9 +14,11 @@
 //! need not repeat it equally often, and the slope of their warp says little of the output's pace. So a step of a
 //! whole-clip action is half of that way, and half of what both cycles' durations say.
 
+use core::ops::Range;
+
 use crate::{
     blob::{
-        Database,
+        Class, Database,
         layout::{NONE, cycle},
         read::{Record, u16_at},
     },
@@ -190,6 +192,34 @@ impl<'db> Database<'db> {
             (there, now, before, rows * seconds)
         };
         Some(Counterpart { now: there.moment(now), before: there.moment(before), step_s })
+    }
+
+    /// The rows of a cycle of `class`.
+    #[inline]
+    pub(crate) fn cycle_rows(&self, class: &Class, cycle: usize) -> Range<usize> {
+        let next = cycle + 1;
+        let is_last = next >= class.first_cycle + class.cycles;
+        self.cycle_start(cycle)..if is_last { class.first_row + class.rows } else { self.cycle_start(next) }
+    }
+
+    /// Rows from a cycle's first knot to its last: above 0.
+    #[inline]
+    pub(crate) fn cycle_duration(&self, cycle: usize) -> f32 {
+        self.cycle(cycle).duration()
+    }
+
+    /// Canonical time of a row in a cycle: 0 at its first knot, 1 at its last.
+    #[inline(never)]
+    pub(crate) fn cycle_time(&self, cycle: usize, row: usize) -> f32 {
+        let cycle = self.cycle(cycle);
+        cycle.canonical(row.saturating_sub(cycle.first_row) as f32) / cycle.segments as f32
+    }
+
+    /// The row nearest to a canonical time of a cycle, 0 to 1.
+    #[inline(never)]
+    pub(crate) fn row_at(&self, cycle: usize, time: f32) -> usize {
+        let cycle = self.cycle(cycle);
+        cycle.moment(cycle.position(time * cycle.segments as f32) + 0.5).row
     }
 
     /// True if the cycle has an output in every style.

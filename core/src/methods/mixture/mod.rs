@@ -3,6 +3,7 @@
 pub mod candidates;
 pub mod contact_votes;
 pub(crate) mod examples;
+mod places;
 pub mod regression;
 pub mod ridge;
 mod settle;

@@ -17,6 +17,7 @@ use super::{
     candidates::ClassDistances,
     contact_votes::{self, Votes},
     examples,
+    places::{self, Places},
     regression::{Parameters, Regression},
     settle::{Settled, output_rho},
     step_time::Steps,
@@ -48,6 +49,9 @@ pub(crate) struct Mixture<const J: usize, const K: usize, const C: usize> {
     /// Neighbors of each class in the last frame, nearest first.
     neighbors: [Vec<u16, K>; C],
     class_distances: ClassDistances<C>,
+    places: Places<C>,
+    /// The rows of the class at hand that its examples are read from, nearest first.
+    rows: Vec<u16, K>,
     examples: Examples<J>,
     /// The aligned window while the query is made, afterwards the batch of examples.
     scratch: Scratch<J>,
@@ -61,6 +65,8 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
         searcher: Searcher::new(),
         neighbors: [const { Vec::new() }; C],
         class_distances: ClassDistances::NEW,
+        places: Places::NEW,
+        rows: Vec::new(),
         examples: Examples::new(),
         scratch: Scratch::NEW,
         steps: Steps::new(),
@@ -89,6 +95,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
     fn forget_window(&mut self) {
         self.window.clear();
         self.class_distances.restart_warmup();
+        self.places.clear();
     }
 
     fn reset(&mut self) {
@@ -197,8 +204,10 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         // In place: new arrays would be on the stack first.
         context.signals.x_prev.fill([0.0; 4]);
         context.signals.y_prev.fill([0.0; 4]);
+        self.places.clear();
         let Frame { database, config, settings, .. } = context.frame;
         let Some(&nearest) = context.report.classes.first() else { return };
+        self.take_nearest(usize::from(nearest.class));
         for mix in (0..=database.counts().groups).filter(|&mix| settings.uses_mix(database, mix)) {
             // An estimate that the next frame replaces, so a quarter of the neighbors is enough.
             let most = usize::from(config.k).div_ceil(4);
@@ -220,7 +229,37 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         }
     }
 
-    /// Unpacks the nearest `most` neighbors of a class, with outputs in a mix of styles. Adds them to the regression and the
+    /// Takes the nearest rows of a class.
+    fn take_nearest(&mut self, class: usize) {
+        self.rows.clear();
+        for &row in self.neighbors.get(class).into_iter().flatten() {
+            // There is room for as many.
+            let _ = self.rows.push(row);
+        }
+    }
+
+    /// Takes the rows that a class is fitted to: its nearest ones, or of whole actions those that follow the last ones.
+    #[inline(never)]
+    fn take_rows(
+        &mut self,
+        context: &mut Context<'_, '_, J, impl Observer<J>>,
+        metric: &Metric,
+        class: usize,
+    ) {
+        self.take_nearest(class);
+        let Context { frame: Frame { database, config, .. }, report, observer, .. } = context;
+        if config.follow <= 0.0 || database.is_gait(class) {
+            return;
+        }
+        observer.stage(Stage::Search);
+        let limits = places::Limits { distance2: self.class_distances.last(class).0, follow: config.follow };
+        let distances = self.places.follow(database, class, metric, limits, &mut self.rows);
+        report.visits += distances;
+        report.bytes_read += distances * metric.bytes() as u32;
+        observer.stage(Stage::Rest);
+    }
+
+    /// Unpacks `most` of the rows taken of a class, with outputs in a mix of styles. Adds them to the regression and the
     /// timing, and the votes of the nearest to `votes`.
     #[inline(never)]
     fn load_examples(
@@ -240,10 +279,9 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let dofs = database.counts().dofs;
         let mix = settings.mix(mix);
         let active = examples::active_styles(mix, database.counts().styles);
-        let neighbors = self.neighbors.get(class).map_or(&[][..], |rows| rows);
         self.examples.clear((0..dofs).map(|d| [database.step(d), database.scale(d)]));
         self.steps.clear();
-        for (i, &row) in neighbors.iter().enumerate().take(most) {
+        for (i, &row) in self.rows.iter().enumerate().take(most) {
             let row = first_row + usize::from(row);
             observer.stage(Stage::Decode);
             let example = self.examples.next_slot(&mut self.scratch).as_flattened_mut();
@@ -333,6 +371,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         while let Some(&share) = context.report.classes.get(i) {
             i += 1;
             let class = usize::from(share.class);
+            self.take_rows(context, metric, class);
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
@@ -341,8 +380,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             let (y, y_prev) = (context.signals.scratch.as_flattened(), context.signals.y_prev.as_flattened());
             step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
             context.observer.stage(Stage::Rest);
-            let rows = self.neighbors.get(class).map_or(&[][..], |rows| rows);
-            context.observer.timed(class, rows, self.steps.weights());
+            context.observer.timed(class, &self.rows, self.steps.weights());
             for mix in 0..=database.counts().groups {
                 if mix == root_mix || !settings.uses_mix(database, mix) {
                     continue;
@@ -352,6 +390,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                 self.predict_class(context, share, mix, &parameters);
             }
         }
+        self.places.retain(&context.report.classes);
         self.settled.settle(context);
         context.report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {

@@ -7,7 +7,7 @@ use crate::{
         layout::{DEGREE, block},
     },
     methods::{
-        mixture::contact_votes::MOST_VOTERS,
+        mixture::{contact_votes::MOST_VOTERS, places::MOST_DISTANCES},
         weights::{MAX_KEPT_FRESH, most_kept},
         work::{Load, Work, as_u32},
     },
@@ -29,11 +29,19 @@ const ROWS_OUTPUT: u32 = 4;
 impl Work {
     /// The most work of a step of the mixture, but for the bytes that it reads.
     ///
-    /// `rows` are those of each class that is searched, `mixes` and `outputs` as in [`Work`]. With C classes of more rows
+    /// `rows` are those of each class that is searched, `whole` is the number of those that are no gaits, `mixes` and
+    /// `outputs` as in [`Work`]. With C classes of more rows
     /// than `V = config.visits`, a step computes at most `C V + 448` distances: after a jump a class is searched again,
     /// with the visits that the others have not used and 448 more. Smaller classes are compared whole, once. Of the
-    /// classes `config.classes` are unpacked, at most; in a stream's first frame two, and the nearest once more.
-    pub fn of_mixture(config: &Config, rows: impl Iterator<Item = usize>, mixes: u32, outputs: u32) -> Self {
+    /// classes `config.classes` are unpacked, at most; in a stream's first frame two, and the nearest once more. Following a
+    /// whole action takes 56 distances for each class that is unpacked.
+    pub fn of_mixture(
+        config: &Config,
+        rows: impl Iterator<Item = usize>,
+        whole: u32,
+        mixes: u32,
+        outputs: u32,
+    ) -> Self {
         let visits = u32::from(config.visits);
         let (mut searched, mut large, mut distances) = (0_u32, 0_u32, 0_u32);
         for rows in rows {
@@ -47,10 +55,11 @@ impl Work {
         let kept = most_kept(config, searched);
         let first = if searched > 0 { kept.min(MAX_KEPT_FRESH as u32) + 1 } else { 0 };
         let classes = kept.max(first);
+        let followed = if config.follow > 0.0 { kept.min(whole) } else { 0 };
         let examples = classes * u32::from(config.k);
         Self {
             searched,
-            distances: distances + spare.min(large * visits),
+            distances: distances + spare.min(large * visits) + followed * MOST_DISTANCES,
             // A search clears its visited set twice at most.
             collisions: 2 * large * u32::from(PATIENCE),
             followed: large * u32::from(config.k) * MAX_FOLLOWED as u32,
@@ -68,8 +77,9 @@ impl Work {
 pub(super) fn worst_step(database: &Database<'_>, config: &Config, load: &Load) -> Work {
     let counts = database.counts();
     let rows = load.classes(database).map(|(_, class)| class.rows);
+    let whole = as_u32(load.classes(database).filter(|&(class, _)| !database.is_gait(class)).count());
     let outputs = load.styles * as_u32(database.outputs());
-    let work = Work::of_mixture(config, rows, load.mixes, outputs);
+    let work = Work::of_mixture(config, rows, whole, load.mixes, outputs);
     let row_bytes = as_u32(block::header(counts.dofs) + (counts.dofs * block::MAX_WIDTH).div_ceil(8));
     let rows = work.examples * (ROWS_INPUT * work.mixes + ROWS_OUTPUT * work.outputs);
     // Every frame that is measured may be expanded.
@@ -85,7 +95,7 @@ mod tests {
     #[test]
     fn the_work_follows_from_classes_and_settings() {
         let config = Config::new().k(40).classes(8);
-        let work = |config: &Config, rows: &[usize]| Work::of_mixture(config, rows.iter().copied(), 1, 2);
+        let work = |config: &Config, rows: &[usize]| Work::of_mixture(config, rows.iter().copied(), 0, 1, 2);
         let all = work(&config, &[1000; 28]);
         assert_eq!((all.searched, all.distances), (28, 28 * 256 + 448));
         assert_eq!((all.classes, all.examples, all.voters), (8, 320, MOST_VOTERS as u32));
@@ -94,6 +104,8 @@ mod tests {
         // A class of 100 rows is compared whole. Its other visits go to the large one, which uses as many again as its own.
         let small = work(&config, &[100, 1000]);
         assert_eq!((small.distances, small.collisions), (100 + 2 * 256, 2 * u32::from(PATIENCE)));
+        let whole = Work::of_mixture(&config, [1000; 2].into_iter(), 1, 1, 2);
+        assert_eq!(whole.distances, labelled.distances + 56, "one class is followed");
         assert_eq!(work(&config, &[]), Work { mixes: 1, outputs: 2, ..Work::default() });
     }
 }

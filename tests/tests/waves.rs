@@ -1,0 +1,95 @@
+//! Gestures that repeat themselves: a quick wave with many repetitions becomes a slow one with few.
+
+use std::f64::consts::TAU;
+
+use gestus_core::{Config, Database, Pose, Stylizer};
+use gestus_database::{
+    build::{BuildOptions, build},
+    stream::{from_pose, to_pose},
+};
+use gestus_motion::{
+    clip::{Clip, Frame},
+    corpus::{Corpus, Cycle, Example},
+};
+use gestus_tests::motion::{RATE_HZ, skeleton};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// The forearm that waves, and the upper arm that is raised for it.
+const FOREARM: usize = 7;
+const STYLES: [&str; 2] = ["quick", "slow"];
+/// How often the hand goes to and fro in a clip of each style, and the frames that it takes.
+const REPETITIONS: [f64; 2] = [8.0, 3.0];
+const FRAMES: [f64; 2] = [150.0, 190.0];
+/// How far the forearm turns to either side, radians.
+const SWING: [f64; 2] = [0.4, 0.6];
+
+/// A take: an arm that is raised, waves, and is lowered. Takes differ in tempo and in where in the clip the waves lie.
+fn example(style: usize, take: usize) -> Example {
+    let take_s = take as f64;
+    let frames = (FRAMES[style] * (1.0 + 0.06 * (2.3 * take_s).sin())) as usize;
+    let pose = |t: usize| {
+        let part = t as f64 / (frames - 1) as f64;
+        let raised = (5.0 * part.min(1.0 - part)).min(1.0);
+        let raised = raised * raised * (3.0 - 2.0 * raised);
+        let phase = REPETITIONS[style] * part + 0.1 * take_s;
+        let turn = |x: f64, y: f64, z: f64| UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
+        let mut rotations = vec![UnitQuaternion::identity(); skeleton().names.len()];
+        rotations[FOREARM - 1] = turn(0.0, 0.0, 1.7 * raised - 1.2);
+        rotations[FOREARM] = turn(0.0, 0.0, raised * (0.5 + SWING[style] * (TAU * phase).sin()));
+        rotations[10] = turn(0.0, 0.0, 1.2);
+        Frame { root: Vector3::new(0.0, 0.88, 0.0), rotations }
+    };
+    let last = (frames - 1) as f64;
+    let name = format!("wave-{}-{take}", STYLES[style]);
+    let clip = Clip { name, skeleton: skeleton(), rate_hz: RATE_HZ, frames: (0..frames).map(pose).collect() };
+    Example {
+        clip,
+        action: 0,
+        style,
+        contacts: vec![[true; 2]; frames],
+        // The clip whole, at equal steps.
+        cycles: vec![Cycle { knots: (0..=8).map(|i| last * f64::from(i) / 8.0).collect() }],
+        take: String::new(),
+        licence: "generated".to_owned(),
+    }
+}
+
+/// How far the forearm turns about its mean direction in the waving part of a motion: root mean square, radians.
+fn swing(frames: &[Frame]) -> f64 {
+    let waving = &frames[frames.len() / 4..frames.len() * 3 / 4];
+    let angles: Vec<f64> = waving.iter().map(|f| f.rotations[FOREARM].scaled_axis().z).collect();
+    let mean = angles.iter().sum::<f64>() / angles.len() as f64;
+    (angles.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / angles.len() as f64).sqrt()
+}
+
+/// The swing of a quick wave in the slow style, over that of real slow ones.
+fn kept(config: Config) -> f64 {
+    let names = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+    let corpus = Corpus {
+        skeleton: skeleton(),
+        rate_hz: RATE_HZ,
+        actions: names(&["wave"]),
+        styles: names(&STYLES),
+        examples: (0..2).flat_map(|style| (0..3).map(move |take| example(style, take))).collect(),
+    };
+    let blob = build(&corpus, &BuildOptions::default()).expect("the corpus is complete").bytes;
+    let mut stylizer = Stylizer::<21, 40, 2>::new(Database::open(&blob).unwrap(), config).unwrap();
+    stylizer.set_style(&[(1, 1.0)]).unwrap();
+    let (mut output, input) = (Pose::IDENTITY, example(0, 7).clip);
+    let step = |frame: &Frame| {
+        let _ = stylizer.step(&to_pose(frame), &mut output);
+        from_pose(&output, 21)
+    };
+    let delivered: Vec<Frame> = input.frames.iter().map(step).collect();
+    let real = (0..3).map(|take| swing(&example(1, take).clip.frames)).sum::<f64>() / 3.0;
+    swing(&delivered) / real
+}
+
+#[test]
+fn a_wave_still_waves_in_a_style_that_repeats_it_less_often() {
+    let (followed, nearest) = (kept(Config::new()), kept(Config::new().follow(0.0)));
+    assert!(
+        followed > 0.7 && nearest < 0.8 * followed,
+        "{followed} followed, {nearest} by the nearest frames"
+    );
+}
