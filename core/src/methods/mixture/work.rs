@@ -30,11 +30,10 @@ impl Work {
     /// The most work of a step of the mixture, but for the bytes that it reads.
     ///
     /// `rows` are those of each class that is searched, `whole` is the number of those that are no gaits, `mixes` and
-    /// `outputs` as in [`Work`]. With C classes of more rows
-    /// than `V = config.visits`, a step computes at most `C V + 448` distances: after a jump a class is searched again,
-    /// with the visits that the others have not used and 448 more. Smaller classes are compared whole, once. Of the
-    /// classes `config.classes` are unpacked, at most; in a stream's first frame two, and the nearest once more. Following a
-    /// whole action takes 56 distances for each class that is unpacked.
+    /// `outputs` as in [`Work`]. With C classes of more rows than `V = config.visits`, a step computes at most `C V + 448`
+    /// distances: after a jump a class is searched again, with the visits that the others have not used and 448 more.
+    /// Smaller classes are compared whole, once. Of the classes `config.classes` are unpacked, at most; in a stream's
+    /// first frame two, and the nearest once more. Each of them that is no gait takes 56 distances more to be followed.
     pub fn of_mixture(
         config: &Config,
         rows: impl Iterator<Item = usize>,
