@@ -75,8 +75,8 @@ pub struct Step {
     pub predicted: Vec<f64>,
     /// The prediction before strength: what is fed back.
     pub fed_back: Vec<f64>,
-    /// The output before strength, which the next step goes on from.
-    pub settled: Vec<f64>,
+    /// The output before strength, and its step from the one before, which the next step goes on from.
+    pub settled: [Vec<f64>; 2],
     /// The output, with strength; the ground velocities are without the correction of a body that stands still.
     pub output: Vec<f64>,
     /// The predicted time step, seconds.
@@ -337,13 +337,13 @@ fn leg_distance2(db: &Database<'_>, leg: &Leg, [x, x_prev]: [&[f64]; 2], example
 }
 
 /// The step of a frame, given the neighbors that the core found, the classes that it kept, and the last output before
-/// strength.
-pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Option<&[f64]>) -> Step {
+/// strength with its own step. Nothing has jumped: the classes are gaits.
+pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Option<&[Vec<f64>; 2]>) -> Step {
     let counts = db.counts();
     let wide = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| f64::from(v)).collect() };
     let (x, x_prev, y_prev) = (wide(&frame.x), wide(&frame.x_prev), wide(&frame.y_prev));
     let (mut predictions, mut held) = (vec![0.0; counts.dofs], vec![0.0; counts.dofs]);
-    let mut settled = last.map_or_else(|| y_prev.clone(), <[f64]>::to_vec);
+    let mut lead = vec![0.0; counts.dofs];
     let (mut step_s, mut stands, mut total) = (0.0, [0.0; 2], [0.0; 2]);
     let mut timing_weights = Vec::new();
     for share in &frame.report.classes {
@@ -361,7 +361,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
             *y = prediction;
             predictions[d] += proportion * prediction;
             held[d] += proportion * inside;
-            settled[d] += proportion * change;
+            lead[d] += proportion * change;
         }
         let weights = timing(db, &examples, [&x, &x_prev, &y, &y_prev], p.timing_width);
         step_s += proportion * weights.iter().zip(&examples).map(|(w, e)| w * e.step_s).sum::<f64>();
@@ -381,9 +381,28 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
     let parts = frame.report.classes.iter().map(|s| (f64::from(s.proportion), part(s.class)));
     let (sum, most) =
         parts.fold((0.0, 0.0), |(sum, most), (share, part)| (sum + share * part, share.max(most)));
-    let settle_s = p.settle_s * (sum + 1.0 - most).min(1.0);
-    let left = if settle_s > 0.0 { (-1.0 / (settle_s * f64::from(db.rate_hz()))).exp() } else { 0.0 };
-    settled.iter_mut().zip(&held).for_each(|(settled, held)| *settled = held + left * (*settled - held));
+    let ratio = (sum + 1.0 - most).min(1.0);
+    let gesture = |class: u16| f64::from(u8::from(!db.is_gait(usize::from(class))));
+    let second =
+        0.5 * frame.report.classes.iter().map(|s| f64::from(s.proportion) * gesture(s.class)).sum::<f64>();
+    let pole = |part: f64| {
+        let time = part * ratio * p.settle_s;
+        if time > 0.0 { (-1.0 / (time * f64::from(db.rate_hz()))).exp() } else { 0.0 }
+    };
+    let (a, b) = (pole(1.0 - second), pole(second));
+    let (before, last_step) = match last {
+        Some([output, step]) => (output.clone(), step.clone()),
+        None => (y_prev.clone(), lead.clone()),
+    };
+    // A recurrence of the distance from the prediction with the roots a and b, about a moving prediction.
+    let settled: Vec<f64> = (0..counts.dofs)
+        .map(|d| {
+            let distance = before[d] + lead[d] - held[d];
+            let one_before = distance - (last_step[d] - lead[d]);
+            held[d] + (a + b) * distance - a * b * one_before
+        })
+        .collect();
+    let settled_step = settled.iter().zip(&before).map(|(now, before)| now - before).collect();
     // The heading is the input's.
     let mut held = settled.clone();
     (predictions[6], held[6]) = (x[6], x[6]);
@@ -394,7 +413,7 @@ pub fn step(db: &Database<'_>, frame: &trace::Frame, p: &Parameters, last: Optio
     Step {
         predicted,
         fed_back: predictions,
-        settled,
+        settled: [settled, settled_step],
         output,
         step_s,
         timing_weights,

@@ -245,7 +245,7 @@ fn check_step(
     t: usize,
     frame: &Frame,
     p: &Parameters,
-    last: Option<&[f64]>,
+    last: Option<&[Vec<f64>; 2]>,
 ) -> Step {
     let step = reference::step(db, frame, p, last);
     for (d, (&core, &own)) in frame.predicted.iter().zip(&step.predicted).enumerate() {
@@ -279,7 +279,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
     assert_eq!(trace.frames.len(), clip.frames.len());
     let p = case.parameters(db);
     let mut recall = Recall::default();
-    let (mut fed_back, mut settled): (Option<Vec<f64>>, Option<Vec<f64>>) = (None, None);
+    let (mut fed_back, mut settled): (Option<Vec<f64>>, Option<[Vec<f64>; 2]>) = (None, None);
     for (t, frame) in trace.frames.iter().enumerate() {
         check_search(db, case, t, frame, &p, &mut recall);
         check_mixture(case, t, frame, &p);
@@ -296,7 +296,7 @@ fn check(db: &Database<'_>, clip: &Clip, case: &Case) -> Recall {
             }
             assert_eq!(frame.x_prev, trace.frames[t - 1].x, "{}, frame {t}", case.name);
         }
-        let step = check_step(db, case, t, frame, &p, settled.as_deref());
+        let step = check_step(db, case, t, frame, &p, settled.as_ref());
         check_pose(db, case, t, &step, &streamed.steps[t].frame);
         if t > 0 {
             let [before, now] = [t - 1, t].map(|t| streamed.steps[t].frame.root);

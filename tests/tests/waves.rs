@@ -22,6 +22,7 @@ const REPETITIONS: [f64; 2] = [8.0, 3.0];
 const FRAMES: [f64; 2] = [150.0, 190.0];
 /// How far the forearm turns to either side, radians.
 const SWING: [f64; 2] = [0.4, 0.6];
+const PLAIN: Config = Config::new().contacts(false).speed_limit(0.0);
 
 /// A take: an arm that is raised, waves, and is lowered. Takes differ in tempo and in where in the clip the waves lie.
 fn example(style: usize, take: usize) -> Example {
@@ -62,8 +63,8 @@ fn swing(frames: &[Frame]) -> f64 {
     (angles.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / angles.len() as f64).sqrt()
 }
 
-/// The swing of a quick wave in the slow style, over that of real slow ones.
-fn kept(config: Config) -> f64 {
+/// Streams quick waves to the slow style.
+fn delivered(config: Config, input: &[Frame]) -> Vec<Frame> {
     let names = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
     let corpus = Corpus {
         skeleton: skeleton(),
@@ -75,14 +76,33 @@ fn kept(config: Config) -> f64 {
     let blob = build(&corpus, &BuildOptions::default()).expect("the corpus is complete").bytes;
     let mut stylizer = Stylizer::<21, 40, 2>::new(Database::open(&blob).unwrap(), config).unwrap();
     stylizer.set_style(&[(1, 1.0)]).unwrap();
-    let (mut output, input) = (Pose::IDENTITY, example(0, 7).clip);
+    let mut output = Pose::IDENTITY;
     let step = |frame: &Frame| {
         let _ = stylizer.step(&to_pose(frame), &mut output);
         from_pose(&output, 21)
     };
-    let delivered: Vec<Frame> = input.frames.iter().map(step).collect();
+    input.iter().map(step).collect()
+}
+
+/// The swing of a quick wave in the slow style, over that of real slow ones.
+fn kept(config: Config) -> f64 {
     let real = (0..3).map(|take| swing(&example(1, take).clip.frames)).sum::<f64>() / 3.0;
-    swing(&delivered) / real
+    swing(&delivered(config, &example(0, 7).clip.frames)) / real
+}
+
+/// Largest change of the turn that a joint of the arm makes in a frame, radians.
+fn jerk(frames: &[Frame]) -> f64 {
+    let turns = |joint: usize| {
+        let turn = move |pair: &[Frame]| {
+            (pair[0].rotations[joint].inverse() * pair[1].rotations[joint]).scaled_axis()
+        };
+        frames.windows(2).map(turn).collect::<Vec<_>>()
+    };
+    let changes = [FOREARM - 1, FOREARM].map(turns);
+    changes
+        .iter()
+        .flat_map(|turns| turns.windows(2).map(|pair| (pair[1] - pair[0]).norm()))
+        .fold(0.0, f64::max)
 }
 
 #[test]
@@ -92,4 +112,15 @@ fn a_wave_still_waves_in_a_style_that_repeats_it_less_often() {
         followed > 0.7 && nearest < 0.8 * followed,
         "{followed} followed, {nearest} by the nearest frames"
     );
+}
+
+#[test]
+fn an_arm_that_falls_early_sets_off_gently() {
+    // Three of the eight waves are left out: the arm is lowered while the clips of the database still wave.
+    let take = example(0, 7).clip.frames;
+    let at = |part: f64| (part * (take.len() - 1) as f64) as usize;
+    let input = [&take[..at(0.44)], &take[at(0.44 + 3.0 / REPETITIONS[0])..]].concat();
+    let [plain, gentle] = [0.0, 0.1].map(|settle_s| jerk(&delivered(PLAIN.settle_s(settle_s), &input)));
+    // An output that keeps 72% of its distance in a frame, and no velocity, has a third of the jerk.
+    assert!(gentle < 0.2 * plain, "{gentle} of {plain} rad");
 }

@@ -6,8 +6,19 @@
 //! proportions p:
 //!
 //! ```text
-//! τ  = time min(1, Σ p r + 1 - max p)       r: 1/4 of a gait, otherwise 1
-//! y' = y + e^(-Δt / τ) (y'_led - y)         y: the prediction; y'_led: where the output of the frame before leads
+//! ratio = min(1, Σ p r + 1 - max p)                    r: 1/4 of a gait, otherwise 1
+//! τ     = time ratio
+//! y'    = y + e^(-Δt / τ) (y'_led - y)                 y: the prediction; y'_led: where the output of the frame before leads
+//! ```
+//!
+//! That output sets off at once, which is seen in an arm that falls from a wave. Where gestures take part, it keeps its
+//! velocity too, as a damped spring does that is pulled to the prediction. Its two time constants sum to τ:
+//!
+//! ```text
+//! τ  = time (ratio + 3/2 jump)                         jump: 1 where the body is found elsewhere in the clip, 0 after 0.3 s
+//! s  = 1/2 Σ p over the classes that are no gaits      0 of gaits, 1/2 of gestures
+//! a  = e^(-Δt / ((1 - s) τ)),  b = e^(-Δt / (s τ))
+//! y' = y + (a + b - a b) (y'_led - y) + a b (w - v)    w: last step of the output, y'[t-1] - y'[t-2]; v: the one that leads
 //! ```
 
 use crate::{
@@ -20,11 +31,83 @@ const GAIT_RATIO: f32 = 0.25;
 /// Distance from the prediction at which the last output is discarded (m, rad, m/s, rad/s).
 const MAX_DEVIATION: f32 = 100.0;
 
+/// Additional time after a jump, as a multiple of the time.
+const JUMP_RATIO: f32 = 1.5;
+/// Time after which a jump no longer adds to the time, seconds.
+const JUMP_S: f32 = 0.3;
+
 /// Part of the distance from the prediction that is left after a frame of `seconds`: 0 to below 1. `time` is in seconds, for
 /// classes that are no gaits. `shares` begins with the largest.
 pub(super) fn part_left(seconds: f32, time: f32, shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
-    let time = time * time_ratio(shares, is_gait);
+    pole(seconds, time * time_ratio(shares, is_gait))
+}
+
+/// `e^(-seconds / time)`, 0 where there is no time.
+fn pole(seconds: f32, time: f32) -> f32 {
     if time > 0.0 { exp(-seconds / time) } else { 0.0 }
+}
+
+/// A spring that pulls outputs to their predictions, as it acts in one frame. [`NONE`](Self::NONE) puts out the prediction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spring {
+    /// Part of the distance from the prediction that is left: `a + b - a b`.
+    distance: f32,
+    /// Part of the velocity beyond the one that leads that is left: `a b`.
+    velocity: f32,
+}
+
+impl Spring {
+    /// A spring that leaves nothing of the past.
+    pub const NONE: Self = Self { distance: 0.0, velocity: 0.0 };
+
+    /// The spring in a frame of `seconds`. `time` is in seconds, for classes that are no gaits; `shares` begins with the
+    /// largest; `jump` is 1 where the body has jumped, and falls to 0.
+    pub fn new(
+        seconds: f32,
+        time: f32,
+        jump: f32,
+        shares: &[Share],
+        is_gait: impl Fn(usize) -> bool + Copy,
+    ) -> Self {
+        let time = time * (time_ratio(shares, is_gait) + JUMP_RATIO * jump);
+        let gestures = shares.iter().filter(|share| !is_gait(usize::from(share.class)));
+        let second = clamp(0.5 * gestures.map(|share| share.proportion).sum::<f32>(), 0.0, 0.5);
+        let [a, b] = [(1.0 - second) * time, second * time].map(|time| pole(seconds, time));
+        Self { distance: a + b - a * b, velocity: a * b }
+    }
+
+    /// The same for an output whose last step is the one that leads.
+    pub fn at_rest(self) -> Self {
+        Self { velocity: 0.0, ..self }
+    }
+
+    /// What a correction of the prediction and the step that leads are multiplied with before they are added to an output.
+    /// Both are linear, so those of several classes can be added up, each by its `proportion`.
+    pub fn parts(self, proportion: f32) -> [f32; 2] {
+        [proportion * (1.0 - self.distance), proportion * (self.distance - self.velocity)]
+    }
+
+    /// The output after the `last` two, the latest one first. `added` is the sum of corrections and steps by their
+    /// [`parts`](Self::parts). Deviations that no motion has, and those that are no numbers, are dropped.
+    #[inline]
+    pub fn pull(self, last: [f32; 2], prediction: f32, added: f32) -> f32 {
+        let deviation = last[0] - prediction;
+        if !is_of_motion(deviation) {
+            return prediction;
+        }
+        let led = prediction + self.distance * deviation + added;
+        // Gaits keep no velocity.
+        if self.velocity <= 0.0 {
+            return led;
+        }
+        let step = last[0] - last[1];
+        if is_of_motion(step) { led + self.velocity * step } else { led }
+    }
+}
+
+/// The `jump` of a [`Spring`] a frame of `seconds` later.
+pub(super) fn after_jump(jump: f32, seconds: f32) -> f32 {
+    clamp(jump - seconds / JUMP_S, 0.0, 1.0)
 }
 
 /// Part of the time that applies to a mixture of these classes.
@@ -39,8 +122,13 @@ fn time_ratio(shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
 #[inline]
 pub(super) fn settled(led: f32, target: f32, part_left: f32) -> f32 {
     let deviation = led - target;
-    // Also false for NaN.
-    if abs(deviation) < MAX_DEVIATION { target + part_left * deviation } else { target }
+    if is_of_motion(deviation) { target + part_left * deviation } else { target }
+}
+
+/// False for a difference that no motion has, and for NaN.
+#[inline]
+fn is_of_motion(difference: f32) -> bool {
+    abs(difference) < MAX_DEVIATION
 }
 
 #[cfg(test)]
@@ -60,11 +148,78 @@ mod tests {
         assert_eq!(ratio(&[]), 0.0);
     }
 
+    const GAIT: [Share; 1] = [Share { class: 0, proportion: 1.0 }];
+    const GESTURE: [Share; 1] = [Share { class: 2, proportion: 1.0 }];
+
+    /// Outputs after 0, 1, … frames that are led to stay where they are, but pulled to 1. The time is a tenth of a second.
+    fn step_response(shares: &[Share], mut jump: f32) -> Vec<f32> {
+        let (mut last, mut outputs) = ([0.0; 2], vec![0.0]);
+        for _ in 0..60 {
+            let spring = Spring::new(1.0 / 30.0, 0.1, jump, shares, |class| class < 2);
+            // Half of the target is a correction.
+            let now = spring.pull(last, 0.5, spring.parts(0.5)[0]);
+            (last, jump) = ([now, last[0]], after_jump(jump, 1.0 / 30.0));
+            outputs.push(now);
+        }
+        outputs
+    }
+
+    #[test]
+    fn a_gait_sets_off_at_once_and_a_gesture_as_a_spring() {
+        let gait = step_response(&GAIT, 0.0);
+        for (t, output) in gait.iter().enumerate() {
+            let expected = 1.0 - (-4.0 / 3.0 * t as f64).exp();
+            assert!((f64::from(*output) - expected).abs() < 1e-6, "frame {t}: {output}");
+        }
+        // Two equal time constants of 0.05 s each, discretely: 1 - (1 + (1 - a) t) a^t.
+        let a = (-2.0 / 3.0_f64).exp();
+        for (t, output) in step_response(&GESTURE, 0.0).iter().enumerate() {
+            let expected = 1.0 - (1.0 + (1.0 - a) * t as f64) * a.powi(t as i32);
+            assert!((f64::from(*output) - expected).abs() < 1e-5, "frame {t}: {output}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn what_has_jumped_settles_slowly_and_arrives() {
+        let [plain, jumped] = [0.0, 1.0].map(|jump| step_response(&GESTURE, jump));
+        assert!(jumped[1] < 0.3 * plain[1], "{} of {}", jumped[1], plain[1]);
+        let rises = |outputs: &[f32]| outputs.windows(2).all(|pair| pair[0] <= pair[1] + 1e-6);
+        assert!(rises(&plain) && rises(&jumped), "it does not overshoot");
+        assert!(jumped[15] > 0.95, "after half a second: {}", jumped[15]);
+        assert!((after_jump(1.0, 0.1) - 2.0 / 3.0).abs() < 1e-6);
+        assert_eq!(after_jump(1.0, 0.3), 0.0);
+    }
+
+    #[test]
+    fn what_is_led_right_stays_on_the_prediction() {
+        let spring = Spring::new(1.0 / 30.0, 0.1, 1.0, &GESTURE, |_| false);
+        for t in 1..10 {
+            let [before, last, now] = [t - 1, t, t + 1].map(|t| 0.3 * t as f32);
+            let output = spring.pull([last, before], now, 0.3 * spring.parts(1.0)[1]);
+            assert!((output - now).abs() < 1e-6, "frame {t}: {output}");
+            let begun = spring.at_rest();
+            let output = begun.pull([last, 7.0], now, 0.3 * begun.parts(1.0)[1]);
+            assert!((output - now).abs() < 1e-6, "its last step is not known");
+        }
+    }
+
+    #[test]
+    fn no_time_settles_at_once() {
+        for (shares, jump) in [(GAIT, 0.0), (GESTURE, 1.0)] {
+            let spring = Spring::new(1.0 / 30.0, 0.0, jump, &shares, |class| class < 2);
+            let [correction, lead] = spring.parts(1.0);
+            assert_eq!(spring.pull([3.0, 2.0], 1.0, 0.5 * correction + 9.0 * lead), 1.5);
+        }
+    }
+
     #[test]
     fn an_output_that_no_motion_has_is_dropped() {
         assert_eq!(settled(3.0, 1.0, 0.5), 2.0);
         for led in [f32::NAN, f32::INFINITY, 101.5, -99.5] {
             assert_eq!(settled(led, 1.0, 0.5), 1.0, "{led}");
+            let spring = Spring { distance: 0.5, velocity: 0.25 };
+            assert_eq!(spring.pull([led, led], 1.0, 0.5), 1.0, "{led}");
+            assert_eq!(spring.pull([3.0, 2.0 * led], 1.0, 0.5), 2.5, "a step from twice {led}");
         }
     }
 }

@@ -3,9 +3,9 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes that do not depend on the capacities.
-pub const FIXED_BYTES: usize = 2800;
+pub const FIXED_BYTES: usize = 2816;
 /// Bytes that a joint adds.
-pub const JOINT_BYTES: usize = 645;
+pub const JOINT_BYTES: usize = 661;
 /// Bytes that a neighbor adds.
 pub const NEIGHBOR_BYTES: usize = 102;
 /// Bytes that a class adds, besides its neighbors.

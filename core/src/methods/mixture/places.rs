@@ -12,7 +12,8 @@
 //!
 //! N takes the place of the nearest frames as long as `mean d²(N) <= mean d²(nearest) + follow · far`: it may be as much
 //! further as the clips that the builder left out are ([`TrustLimits::far`](crate::blob::TrustLimits)). Beyond that the
-//! body is elsewhere in the clip. The nearest frames are then used, and u begins anew at the nearest of them.
+//! body is elsewhere in the clip. The nearest frames are then used, and u begins anew at the nearest of them: the body has
+//! jumped, and the output takes longer to settle.
 //!
 //! The distances of classes, and so their proportions and the trust in them, are those of the nearest frames.
 //!
@@ -21,6 +22,7 @@
 use heapless::Vec;
 
 use crate::{
+    Report,
     blob::{Class, Database, layout::flag},
     math::clamp,
     methods::weights::Share,
@@ -76,7 +78,8 @@ impl<const C: usize> Places<C> {
     }
 
     /// Follows the body in a class of whole actions. `rows` has those that the search has found, nearest first. It gets
-    /// those that follow the last place, unless they are too far. Returns the number of distances computed.
+    /// those that follow the last place, unless they are too far. Returns true if the body has jumped: its place was known,
+    /// and it is elsewhere.
     pub fn follow<const K: usize>(
         &mut self,
         database: &Database<'_>,
@@ -84,9 +87,10 @@ impl<const C: usize> Places<C> {
         metric: &Metric,
         limits: Limits,
         rows: &mut Vec<u16, K>,
-    ) -> u32 {
-        let Some(place) = self.0.get_mut(class) else { return 0 };
-        let mut found = Vec::new();
+        report: &mut Report,
+    ) -> bool {
+        let Some(place) = self.0.get_mut(class) else { return false };
+        let (was_known, mut found) = (*place >= 0.0, Vec::new());
         let distances = follow(database, class, metric, limits, rows, place, &mut found);
         if !found.is_empty() {
             rows.clear();
@@ -95,14 +99,16 @@ impl<const C: usize> Places<C> {
                 let _ = rows.push(neighbor.row);
             }
         }
-        distances
+        report.visits += distances;
+        report.bytes_read += distances * metric.bytes() as u32;
+        was_known && found.is_empty()
     }
 }
 
 /// Room for the best frames of every clip.
 type Near = Vec<Neighbor, { MOST_CLIPS * MOST_OF_CLIP }>;
 
-/// See [`Places::follow`]. Leaves `found` empty where the nearest rows are to be used.
+/// See [`Places::follow`]. Leaves `found` empty where the nearest rows are to be used. Returns the number of distances computed.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn follow(

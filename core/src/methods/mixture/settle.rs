@@ -15,16 +15,16 @@
 //!
 //! **Settling.** Neighbors change from frame to frame. Each has the posture of its own output clip, so the prediction
 //! jumps by the difference. The output follows the mean *change* of the neighbors' outputs, in which the postures
-//! cancel out, and settles on the prediction over time:
+//! cancel out, and a spring pulls it to the prediction ([`settling`](crate::methods::settling)):
 //!
 //! ```text
-//! v  = mean (y[t] - y[t-1]) + ρ_out (x[t] - x[t-1] - mean (x[t] - x[t-1]))       means over the neighbors
-//! y' = y + e^(-Δt / τ) (y'[t-1] + v - y)                                         τ: see `methods::settling`, from
-//! ```                                                                            Config::settle_s
+//! v     = mean (y[t] - y[t-1]) + ρ_out (x[t] - x[t-1] - mean (x[t] - x[t-1]))       means over the neighbors
+//! y_led = y'[t-1] + v
+//! ```
 //!
 //! A plain low-pass filter would lag behind the motion; this one does not, because v leads it.
 //!
-//! Cost: some 40 operations a dof and frame, and a pass over the labels of all classes for each class kept.
+//! Cost: some 45 operations a dof and frame, and a pass over the labels of all classes for each class kept.
 
 use crate::{
     Config, Observer,
@@ -34,7 +34,7 @@ use crate::{
     math::{clamp, sqrt},
     methods::{
         context::{Context, Frame},
-        settling::{part_left, settled},
+        settling::{Spring, after_jump},
     },
     stylizer::style_mix::Mix,
 };
@@ -65,41 +65,63 @@ pub(super) fn output_rho(database: &Database<'_>, config: &Config, class: usize,
     clamp(config.rho * config.liveliness * ratio, 0.0, 1.0)
 }
 
-/// The output before strength, `[dofs]`.
+/// The output before strength.
 #[derive(Debug, Clone)]
-pub(super) struct Settled<const J: usize>(Dofs<J>);
+pub(super) struct Settled<const J: usize> {
+    /// The last output, `[dofs]`.
+    last: Dofs<J>,
+    /// The one before it, `[dofs]`.
+    before: Dofs<J>,
+    /// 1 where the body has jumped to another place of a clip, then falls to 0.
+    jump: f32,
+    spring: Spring,
+}
 
 impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
-    pub const NEW: Self = Self([[0.0; 4]; J]);
+    pub const NEW: Self =
+        Self { last: [[0.0; 4]; J], before: [[0.0; 4]; J], jump: 0.0, spring: Spring::NONE };
 
-    /// Begins a stream with the mean last output of the neighbors.
-    pub fn begin(&mut self, y_prev: &Dofs<J>) {
-        self.0 = *y_prev;
+    /// Begins a frame. `has_jumped` is true if the body is at another place of the nearest class's clip than the last frames
+    /// led to.
+    #[inline(never)]
+    pub fn begin(&mut self, context: &Context<'_, '_, J, impl Observer<J>>, has_jumped: bool) {
+        let Frame { database, config, first, .. } = context.frame;
+        let seconds = 1.0 / database.rate_hz();
+        self.jump = if has_jumped { 1.0 } else { after_jump(self.jump, seconds) };
+        if first {
+            // A stream begins with the mean last output of the neighbors, and moves as they do.
+            (self.last, self.jump) = (context.signals.y_prev, 0.0);
+        }
+        let is_gait = |class| database.is_gait(class);
+        let spring = Spring::new(seconds, config.settle_s, self.jump, &context.report.classes, is_gait);
+        self.spring = if first { spring.at_rest() } else { spring };
     }
 
-    /// The dofs, to which the change of each class is added by its proportion.
-    pub fn dofs(&mut self) -> &mut [f32] {
-        self.0.as_flattened_mut()
+    /// What a class's correction, and the change that leads, are multiplied with before they are added to
+    /// `signals.correction`.
+    pub fn parts(&self, proportion: f32) -> [f32; 2] {
+        self.spring.parts(proportion)
     }
 
-    /// Settles on the corrected prediction, after the changes of all classes were added. `signals.correction` is then the
-    /// difference between output and prediction.
+    /// Settles on the prediction, after corrections and changes of all classes were added up in `signals.correction`. That
+    /// is then the difference between output and prediction.
     #[inline(never)]
     pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
-        let Context { frame: Frame { database, config, settings, .. }, signals, report, .. } = context;
-        let seconds = 1.0 / database.rate_hz();
-        let left = part_left(seconds, config.settle_s, &report.classes, |class| database.is_gait(class));
+        let Context { frame: Frame { database, config, settings, .. }, signals, .. } = context;
+        let spring = core::mem::replace(&mut self.spring, Spring::NONE);
         let predicted = signals.predicted.as_flattened();
-        let slots = signals.correction.as_flattened_mut().iter_mut().zip(self.0.as_flattened_mut());
-        for (d, ((correction, output), &predicted)) in
-            slots.zip(predicted).enumerate().take(database.counts().dofs)
+        let corrections = signals.correction.as_flattened_mut();
+        let outputs = self.last.as_flattened_mut().iter_mut().zip(self.before.as_flattened_mut());
+        for (d, ((correction, (last, before)), &predicted)) in
+            corrections.iter_mut().zip(outputs).zip(predicted).enumerate().take(database.counts().dofs)
         {
-            *output = settled(*output, predicted + *correction, left);
+            let now = spring.pull([*last, *before], predicted, *correction);
+            (*before, *last) = (*last, now);
             *correction = if d == dof::YAW && config.yaw == Yaw::Input {
                 0.0
             } else {
-                settings.strength_of(database.group_of_dof(d)) * (*output - predicted)
+                settings.strength_of(database.group_of_dof(d)) * (now - predicted)
             };
         }
         signals.is_corrected = true;

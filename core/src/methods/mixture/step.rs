@@ -137,10 +137,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let (mut count, mut restarts) = (0, 0);
         let mut candidates = self.class_distances.candidates(*frame, metric.is_whole());
         while let Some(class) = candidates.next() {
-            let Some((neighbors, restarted)) = self.neighbors.get_mut(class).zip(restarted.get_mut(class))
-            else {
-                break;
-            };
+            let state = self.neighbors.get_mut(class).zip(restarted.get_mut(class));
+            let Some((neighbors, restarted)) = state else { break };
             limits.cutoff_distance2 = candidates.cutoff_distance2();
             let found = self.searcher.search(
                 database,
@@ -238,25 +236,25 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         }
     }
 
-    /// Takes the rows that a class is fitted to: its nearest ones, or of whole actions those that follow the last ones.
+    /// Takes the rows that a class is fitted to: its nearest ones, or of whole actions those that follow the last ones. Returns
+    /// true if the body has jumped to another place of a clip.
     #[inline(never)]
     fn take_rows(
         &mut self,
         context: &mut Context<'_, '_, J, impl Observer<J>>,
         metric: &Metric,
         class: usize,
-    ) {
+    ) -> bool {
         self.take_nearest(class);
         let Context { frame: Frame { database, config, .. }, report, observer, .. } = context;
         if config.follow <= 0.0 || database.is_gait(class) {
-            return;
+            return false;
         }
         observer.stage(Stage::Search);
         let limits = places::Limits { distance2: self.class_distances.last(class).0, follow: config.follow };
-        let distances = self.places.follow(database, class, metric, limits, &mut self.rows);
-        report.visits += distances;
-        report.bytes_read += distances * metric.bytes() as u32;
+        let jumped = self.places.follow(database, class, metric, limits, &mut self.rows, report);
         observer.stage(Stage::Rest);
+        jumped
     }
 
     /// Unpacks `most` of the rows taken of a class, with outputs in a mix of styles. Adds them to the regression and the
@@ -322,11 +320,11 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             (signals.x.as_flattened(), signals.x_prev.as_flattened(), signals.y_prev.as_flattened());
         let inputs = x_prev.iter().zip(y_prev).zip(x);
         let corrections = signals.correction.as_flattened_mut();
-        let settled = self.settled.dofs();
         let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
-        let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums.zip(settled));
+        let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums);
         let regression = Regression::new(parameters, self.examples.count());
-        for (d, ((class_output, ((predicted, correction), settled)), ((&x_prev, &y_prev), &x))) in
+        let [of_correction, of_change] = self.settled.parts(share.proportion);
+        for (d, ((class_output, (predicted, correction)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
             let (step, scale) = (database.step(d), database.scale(d));
@@ -334,8 +332,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             *class_output = prediction.y;
             if settings.mix_of(database.group_of_dof(d)) == mix {
                 *predicted += share.proportion * prediction.y;
-                *correction += share.proportion * prediction.correction;
-                *settled += share.proportion * prediction.change;
+                *correction += of_correction * prediction.correction + of_change * prediction.change;
             }
         }
     }
@@ -364,14 +361,14 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let mut step_s = 0.0;
         context.signals.predicted.fill([0.0; 4]);
         context.signals.correction.fill([0.0; 4]);
-        if context.frame.first {
-            self.settled.begin(&context.signals.y_prev);
-        }
         let mut i = 0;
         while let Some(&share) = context.report.classes.get(i) {
             i += 1;
             let class = usize::from(share.class);
-            self.take_rows(context, metric, class);
+            let jumped = self.take_rows(context, metric, class);
+            if i == 1 {
+                self.settled.begin(context, jumped);
+            }
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
