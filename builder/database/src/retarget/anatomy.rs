@@ -22,6 +22,7 @@ use crate::retarget::{
     axis::{any_across, axes},
     identify::Parts,
     parts::{Part, Side},
+    world::{World, mean_in, seen_in},
 };
 use gestus_motion::{
     body::mean_rotation,
@@ -47,12 +48,6 @@ pub struct Anatomy {
     pub upright: bool,
     /// What a person should look at.
     pub doubts: Vec<String>,
-}
-
-/// World positions and orientations of one frame.
-struct World {
-    turns: Vec<UnitQuaternion<f64>>,
-    places: Vec<Vector3<f64>>,
 }
 
 /// Least mean bend of an elbow or knee that determines its axis: sine of 4 degrees.
@@ -88,7 +83,7 @@ impl Anatomy {
         upright: Option<bool>,
         standing: Standing,
     ) -> Self {
-        let worlds: Vec<World> = sample.iter().map(|f| world(skeleton, f)).collect();
+        let worlds: Vec<World> = sample.iter().map(|f| World::of(skeleton, f)).collect();
         let zero = zero_axes(skeleton, parts);
         let upright_axes = match upright {
             Some(true) => zero.or(Some(UnitQuaternion::identity())),
@@ -104,7 +99,7 @@ impl Anatomy {
             upright: upright_axes.is_some(),
             doubts: Vec::new(),
         };
-        let up: Vec<&World> = worlds.iter().filter(|w| is_up(w, parts, this.leg_m)).collect();
+        let up: Vec<&World> = worlds.iter().filter(|w| w.is_up(parts, this.leg_m)).collect();
         let lies = up.len() * 50 < worlds.len();
         let up = if lies { worlds.iter().collect() } else { up };
         let mut measure = Measure { parts, worlds: &worlds, up, lies, zero: upright_axes, body: &mut this };
@@ -141,12 +136,12 @@ struct Measure<'a> {
 impl Measure<'_> {
     /// Mean over the sample.
     fn mean<T: Sum + Div<f64, Output = T>>(&self, of: impl Fn(&World) -> T) -> T {
-        self.worlds.iter().map(of).sum::<T>() / self.worlds.len().max(1) as f64
+        mean_in(self.worlds, of)
     }
 
     /// Mean of a vector of the world, as a joint sees it.
     fn seen(&self, joint: usize, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
-        self.mean(|w| w.turns[joint].inverse() * of(w))
+        seen_in(self.worlds, joint, of)
     }
 
     fn hips(&mut self) {
@@ -192,7 +187,7 @@ impl Measure<'_> {
                 (None, Some(axes)) => axes * Vector3::y(),
                 (None, None) if self.lies && j != chest => self.seen(j, |w| w.places[j] - w.places[chest]),
                 // Heads are held level, on average.
-                (None, None) => seen_in(&self.up, j, |_| Vector3::y()),
+                (None, None) => seen_in(self.up.iter().copied(), j, |_| Vector3::y()),
             };
             self.body.frames.insert(j, axes(up, left, i == 0));
         }
@@ -311,42 +306,18 @@ impl Measure<'_> {
         let standing: Vec<&World> = self.up.iter().copied().filter(stands).collect();
         let sample = if standing.len() * 50 < self.up.len() { &self.up } else { &standing };
         let shin = |w: &World| w.places[knee] - w.places[ankle];
-        let up = seen_in(sample, ankle, |w| if self.lies { shin(w) } else { Vector3::y() });
+        let up = seen_in(sample.iter().copied(), ankle, |w| if self.lies { shin(w) } else { Vector3::y() });
         let ahead = |w: &World| match toes {
             Some(t) => w.places[t] - w.places[ankle],
             None => self.left(w, Part::UpperLeg).cross(&if self.lies { shin(w) } else { Vector3::y() }),
         };
-        let frame = axes(up, up.cross(&seen_in(sample, ankle, ahead)), false);
+        let frame = axes(up, up.cross(&seen_in(sample.iter().copied(), ankle, ahead)), false);
         self.body.frames.insert(ankle, frame);
         if let Some(toes) = toes {
             let relative = sample.iter().map(|w| w.turns[toes].inverse() * w.turns[ankle]);
             self.body.frames.insert(toes, mean_rotation(relative) * frame);
         }
     }
-}
-
-/// Mean of a vector of the world in some poses, as a joint sees it.
-fn seen_in(worlds: &[&World], joint: usize, of: impl Fn(&World) -> Vector3<f64>) -> Vector3<f64> {
-    let seen = worlds.iter().map(|w| w.turns[joint].inverse() * of(w));
-    seen.sum::<Vector3<f64>>() / worlds.len().max(1) as f64
-}
-
-/// Whether a body stands, sits or squats: its hips are high over a foot, or its trunk and a shin are upright.
-fn is_up(w: &World, parts: &Parts, leg_m: f64) -> bool {
-    Side::BOTH.into_iter().any(|side| {
-        let limb = [Part::UpperArm, Part::UpperLeg, Part::LowerLeg, Part::Foot];
-        let [arm, hip, knee, ankle] = limb.map(|part| w.places[parts.get(part(side)).unwrap_or(0)]);
-        let upright = |bone: Vector3<f64>| bone.y > 0.5 * bone.norm();
-        hip.y - ankle.y > 0.6 * leg_m || (upright(arm - hip) && upright(knee - ankle))
-    })
-}
-
-fn world(skeleton: &Skeleton, frame: &Frame) -> World {
-    let mut turns: Vec<UnitQuaternion<f64>> = Vec::with_capacity(skeleton.joints());
-    for j in 0..skeleton.joints() {
-        turns.push(skeleton.parents[j].map_or(frame.rotations[j], |p| turns[p] * frame.rotations[j]));
-    }
-    World { turns, places: frame.positions(skeleton) }
 }
 
 fn mean_length(skeleton: &Skeleton, parts: &Parts, upper: fn(Side) -> Part, lower: fn(Side) -> Part) -> f64 {

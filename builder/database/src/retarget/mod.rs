@@ -23,6 +23,7 @@ pub mod parts;
 mod rest;
 pub mod shape;
 pub mod up;
+mod world;
 
 pub use body::MapError;
 pub use file::{MapFile, MapFileError};
