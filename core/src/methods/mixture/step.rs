@@ -366,6 +366,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             i += 1;
             let class = usize::from(share.class);
             let jumped = self.take_rows(context, metric, class);
+            // The nearest class comes first.
             if i == 1 {
                 self.settled.begin(context, jumped);
             }
