@@ -82,23 +82,28 @@ impl Frame {
 
     /// World positions of all joints, metres, by forward kinematics. Shape `[joints]`.
     pub fn positions(&self, skeleton: &Skeleton) -> Vec<Vector3<f64>> {
-        let mut world = Vec::with_capacity(skeleton.joints());
+        self.world(skeleton).0
+    }
+
+    /// World positions of all joints, metres, and their orientations, by forward kinematics. Shapes `[joints]`.
+    pub fn world(&self, skeleton: &Skeleton) -> (Vec<Vector3<f64>>, Vec<UnitQuaternion<f64>>) {
+        let mut orientations = Vec::with_capacity(skeleton.joints());
         let mut positions = Vec::with_capacity(skeleton.joints());
         for j in 0..skeleton.joints() {
             match skeleton.parents[j] {
                 None => {
-                    world.push(self.rotations[j]);
+                    orientations.push(self.rotations[j]);
                     positions.push(self.root);
                 }
                 Some(p) => {
-                    let position: Vector3<f64> = positions[p] + world[p] * skeleton.offsets[j];
-                    let rotation: UnitQuaternion<f64> = world[p] * self.rotations[j];
-                    world.push(rotation);
+                    let position: Vector3<f64> = positions[p] + orientations[p] * skeleton.offsets[j];
+                    let orientation: UnitQuaternion<f64> = orientations[p] * self.rotations[j];
+                    orientations.push(orientation);
                     positions.push(position);
                 }
             }
         }
-        positions
+        (positions, orientations)
     }
 }
 

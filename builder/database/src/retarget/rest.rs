@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use gestus_motion::clip::{Clip, Frame, Skeleton};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use crate::retarget::{
     anatomy::{Anatomy, Standing},
@@ -54,12 +54,8 @@ impl Body {
 
 /// The skeleton with every joint's axes as the world's in that pose, and the orientations of the joints in it.
 fn in_axes_of_the_world(skeleton: &Skeleton, pose: &Frame) -> (Skeleton, Vec<UnitQuaternion<f64>>) {
-    let mut turns: Vec<UnitQuaternion<f64>> = Vec::with_capacity(skeleton.joints());
-    let mut offsets: Vec<Vector3<f64>> = Vec::with_capacity(skeleton.joints());
-    for (j, rotation) in pose.rotations.iter().enumerate() {
-        let parent = skeleton.parents[j].map(|p| turns[p]);
-        offsets.push(parent.map_or(skeleton.offsets[j], |turn| turn * skeleton.offsets[j]));
-        turns.push(parent.map_or(*rotation, |turn| turn * rotation));
-    }
+    let (_, turns) = pose.world(skeleton);
+    let bones = skeleton.offsets.iter().zip(&skeleton.parents);
+    let offsets = bones.map(|(offset, parent)| parent.map_or(*offset, |p| turns[p] * offset)).collect();
     (Skeleton { offsets, ..skeleton.clone() }, turns)
 }

@@ -19,11 +19,8 @@ pub(super) struct World {
 impl World {
     /// Poses a skeleton.
     pub fn of(skeleton: &Skeleton, frame: &Frame) -> Self {
-        let mut turns: Vec<UnitQuaternion<f64>> = Vec::with_capacity(skeleton.joints());
-        for j in 0..skeleton.joints() {
-            turns.push(skeleton.parents[j].map_or(frame.rotations[j], |p| turns[p] * frame.rotations[j]));
-        }
-        Self { turns, places: frame.positions(skeleton) }
+        let (places, turns) = frame.world(skeleton);
+        Self { turns, places }
     }
 
     /// Whether the body stands, sits or squats: its hips are high over a foot, or its trunk and a shin are upright.
