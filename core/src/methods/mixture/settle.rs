@@ -74,18 +74,16 @@ pub(super) struct Settled<const J: usize> {
     before: Dofs<J>,
     /// 1 where the body has jumped to another place of a clip, then falls to 0.
     jump: f32,
-    spring: Spring,
 }
 
 impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
-    pub const NEW: Self =
-        Self { last: [[0.0; 4]; J], before: [[0.0; 4]; J], jump: 0.0, spring: Spring::NONE };
+    pub const NEW: Self = Self { last: [[0.0; 4]; J], before: [[0.0; 4]; J], jump: 0.0 };
 
-    /// Begins a frame. `has_jumped` is true if the body is at another place of the nearest class's clip than the last frames
-    /// led to.
+    /// Begins a frame, and returns its spring. `has_jumped` is true if the body is at another place of the nearest class's
+    /// clip than the last frames led to.
     #[inline(never)]
-    pub fn begin(&mut self, context: &Context<'_, '_, J, impl Observer<J>>, has_jumped: bool) {
+    pub fn begin(&mut self, context: &Context<'_, '_, J, impl Observer<J>>, has_jumped: bool) -> Spring {
         let Frame { database, config, first, .. } = context.frame;
         let seconds = 1.0 / database.rate_hz();
         self.jump = if has_jumped { 1.0 } else { after_jump(self.jump, seconds) };
@@ -95,21 +93,14 @@ impl<const J: usize> Settled<J> {
         }
         let is_gait = |class| database.is_gait(class);
         let spring = Spring::new(seconds, config.settle_s, self.jump, &context.report.classes, is_gait);
-        self.spring = if first { spring.at_rest() } else { spring };
+        if first { spring.at_rest() } else { spring }
     }
 
-    /// What a class's correction, and the change that leads, are multiplied with before they are added to
-    /// `signals.correction`.
-    pub fn parts(&self, proportion: f32) -> [f32; 2] {
-        self.spring.parts(proportion)
-    }
-
-    /// Settles on the prediction, after corrections and changes of all classes were added up in `signals.correction`. That
-    /// is then the difference between output and prediction.
+    /// Settles on the prediction, after corrections and changes of all classes were added up in `signals.correction` by the
+    /// [`parts`](Spring::parts) of the spring. That is then the difference between output and prediction.
     #[inline(never)]
-    pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>) {
+    pub fn settle(&mut self, context: &mut Context<'_, '_, J, impl Observer<J>>, spring: Spring) {
         let Context { frame: Frame { database, config, settings, .. }, signals, .. } = context;
-        let spring = core::mem::replace(&mut self.spring, Spring::NONE);
         let predicted = signals.predicted.as_flattened();
         let corrections = signals.correction.as_flattened_mut();
         let outputs = self.last.as_flattened_mut().iter_mut().zip(self.before.as_flattened_mut());

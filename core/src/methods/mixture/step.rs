@@ -30,6 +30,7 @@ use crate::{
     math::clamp,
     methods::{
         context::{Context, Frame, Needs, Translate},
+        settling::Spring,
         weights::{self, Share, Width},
         work::{Load, Work},
     },
@@ -313,6 +314,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         share: Share,
         mix: usize,
         parameters: &Parameters,
+        spring: Spring,
     ) {
         let Context { frame: Frame { database, settings, .. }, signals, .. } = context;
         let signals = &mut **signals;
@@ -323,7 +325,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let sums = signals.predicted.as_flattened_mut().iter_mut().zip(corrections);
         let outputs = signals.scratch.as_flattened_mut().iter_mut().zip(sums);
         let regression = Regression::new(parameters, self.examples.count());
-        let [of_correction, of_change] = self.settled.parts(share.proportion);
+        let [of_correction, of_change] = spring.parts(share.proportion);
         for (d, ((class_output, (predicted, correction)), ((&x_prev, &y_prev), &x))) in
             outputs.zip(inputs).enumerate().take(database.counts().dofs)
         {
@@ -361,19 +363,19 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let mut step_s = 0.0;
         context.signals.predicted.fill([0.0; 4]);
         context.signals.correction.fill([0.0; 4]);
-        let mut i = 0;
+        let (mut i, mut spring) = (0, Spring::NONE);
         while let Some(&share) = context.report.classes.get(i) {
             i += 1;
             let class = usize::from(share.class);
             let jumped = self.take_rows(context, metric, class);
             // The nearest class comes first.
             if i == 1 {
-                self.settled.begin(context, jumped);
+                spring = self.settled.begin(context, jumped);
             }
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
-            self.predict_class(context, share, root_mix, &parameters);
+            self.predict_class(context, share, root_mix, &parameters, spring);
             context.observer.stage(Stage::Timing);
             let (y, y_prev) = (context.signals.scratch.as_flattened(), context.signals.y_prev.as_flattened());
             step_s += share.proportion * self.steps.predict(y, y_prev, config.timing_width);
@@ -385,11 +387,11 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
                 }
                 self.load_examples(context, metric, share, mix, K, None);
                 parameters.output_rho = output_rho(database, config, class, settings.mix(mix));
-                self.predict_class(context, share, mix, &parameters);
+                self.predict_class(context, share, mix, &parameters, spring);
             }
         }
         self.places.retain(&context.report.classes);
-        self.settled.settle(context);
+        self.settled.settle(context, spring);
         context.report.contact_likelihood = votes.likelihood();
         if step_s > 0.0 {
             context.report.predicted_step_s = step_s;
