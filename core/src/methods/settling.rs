@@ -15,7 +15,7 @@
 //! velocity too, as a damped spring does that is pulled to the prediction. Its two time constants sum to τ:
 //!
 //! ```text
-//! τ  = time (ratio + 3/2 jump)                         jump: 1 where the body is found elsewhere in the clip, 0 after 0.3 s
+//! τ  = time (ratio + 3/2 jump)                         jump: 1 after a [`Jump`], 0 after 0.3 s
 //! s  = 1/2 Σ p over the classes that are no gaits      0 of gaits, 1/2 of gestures
 //! a  = e^(-Δt / ((1 - s) τ)),  b = e^(-Δt / (s τ))
 //! y' = y + (a + b - a b) (y'_led - y) + a b (w - v)    w: last step of the output, y'[t-1] - y'[t-2]; v: the one that leads
@@ -33,14 +33,10 @@ const MAX_DEVIATION: f32 = 100.0;
 
 /// Additional time after a jump, as a multiple of the time.
 const JUMP_RATIO: f32 = 1.5;
+/// Proportion from which on a class is clearly the nearest.
+const CLEAR: f32 = 0.6;
 /// Time after which a jump no longer adds to the time, seconds.
 const JUMP_S: f32 = 0.3;
-
-/// Part of the distance from the prediction that is left after a frame of `seconds`: 0 to below 1. `time` is in seconds, for
-/// classes that are no gaits. `shares` begins with the largest.
-pub(super) fn part_left(seconds: f32, time: f32, shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
-    pole(seconds, time * time_ratio(shares, is_gait))
-}
 
 /// `e^(-seconds / time)`, 0 where there is no time.
 fn pole(seconds: f32, time: f32) -> f32 {
@@ -105,8 +101,42 @@ impl Spring {
     }
 }
 
+/// How long ago the body has jumped: where it is elsewhere in the clip of the nearest class than the frames before lead to,
+/// and where another action becomes clearly the nearest, unless both are gaits.
+#[derive(Debug, Clone)]
+pub(super) struct Jump {
+    /// 1 in the frame of a jump, then falls to 0.
+    left: f32,
+    /// The class that was clearly the nearest the last time.
+    nearest: u16,
+}
+
+impl Jump {
+    /// Before the first frame.
+    pub const NEW: Self = Self { left: 0.0, nearest: 0 };
+
+    /// The `jump` of the [`Spring`] of a frame of `seconds`. `is_elsewhere` is true if the body is elsewhere in the clip;
+    /// `gesture` is the action of a class, `None` for gaits.
+    pub fn follow(
+        &mut self,
+        (first, seconds): (bool, f32),
+        shares: &[Share],
+        is_elsewhere: bool,
+        gesture: impl Fn(usize) -> Option<u16>,
+    ) -> f32 {
+        let last = self.nearest;
+        // Classes that share the weight take turns as the nearest, without a jump.
+        let clear = shares.first().filter(|share| first || share.proportion > CLEAR);
+        self.nearest = clear.map_or(last, |share| share.class);
+        let is_another = gesture(usize::from(last)) != gesture(usize::from(self.nearest));
+        let later = if first { 0.0 } else { after_jump(self.left, seconds) };
+        self.left = if is_elsewhere || is_another && !first { 1.0 } else { later };
+        self.left
+    }
+}
+
 /// The `jump` of a [`Spring`] a frame of `seconds` later.
-pub(super) fn after_jump(jump: f32, seconds: f32) -> f32 {
+fn after_jump(jump: f32, seconds: f32) -> f32 {
     clamp(jump - seconds / JUMP_S, 0.0, 1.0)
 }
 
@@ -115,14 +145,6 @@ fn time_ratio(shares: &[Share], is_gait: impl Fn(usize) -> bool) -> f32 {
     let part = |share: &Share| if is_gait(usize::from(share.class)) { GAIT_RATIO } else { 1.0 };
     let others = 1.0 - shares.first().map_or(1.0, |share| share.proportion);
     clamp(others + shares.iter().map(|share| share.proportion * part(share)).sum::<f32>(), 0.0, 1.0)
-}
-
-/// The output `led` by that of the frame before, after it has moved towards the `target`. A deviation that no motion has,
-/// and one that is no number, is dropped.
-#[inline]
-pub(super) fn settled(led: f32, target: f32, part_left: f32) -> f32 {
-    let deviation = led - target;
-    if is_of_motion(deviation) { target + part_left * deviation } else { target }
 }
 
 /// False for a difference that no motion has, and for NaN.
@@ -191,6 +213,27 @@ mod tests {
     }
 
     #[test]
+    fn another_gesture_is_a_jump_and_another_gait_is_none() {
+        // Classes 0 and 1 are gaits, 2 and 3 one gesture in two styles, 4 another gesture.
+        let gesture = |class| [None, None, Some(7), Some(7), Some(8)][class];
+        let mut jump = Jump { left: 1.0, nearest: 4 };
+        let mut follow = |first, class, proportion, is_elsewhere| {
+            jump.follow((first, 0.1), &[Share { class, proportion }], is_elsewhere, gesture)
+        };
+        assert_eq!(follow(true, 0, 0.5, false), 0.0, "a stream begins");
+        assert_eq!(follow(false, 1, 0.9, false), 0.0, "another gait");
+        assert_eq!(follow(false, 2, 0.6, false), 0.0, "a gesture that is not clear");
+        assert_eq!(follow(false, 2, 0.7, false), 1.0, "a gesture after a gait");
+        assert!((follow(false, 3, 0.7, false) - 2.0 / 3.0).abs() < 1e-6, "another style of it");
+        assert_eq!(follow(false, 3, 0.7, true), 1.0, "elsewhere in its clip");
+        assert!(follow(false, 4, 0.5, false) < 1.0, "another one that is not clear");
+        assert_eq!(follow(false, 4, 1.0, false), 1.0, "another one");
+        assert!(follow(false, 4, 1.0, false) < 1.0, "the same again");
+        assert_eq!(follow(false, 0, 1.0, false), 1.0, "a gait after a gesture");
+        assert_eq!(follow(true, 4, 1.0, true), 1.0, "a stream that begins with a jump");
+    }
+
+    #[test]
     fn what_is_led_right_stays_on_the_prediction() {
         let spring = Spring::new(1.0 / 30.0, 0.1, 1.0, &GESTURE, |_| false);
         for t in 1..10 {
@@ -214,9 +257,7 @@ mod tests {
 
     #[test]
     fn an_output_that_no_motion_has_is_dropped() {
-        assert_eq!(settled(3.0, 1.0, 0.5), 2.0);
         for led in [f32::NAN, f32::INFINITY, 101.5, -99.5] {
-            assert_eq!(settled(led, 1.0, 0.5), 1.0, "{led}");
             let spring = Spring { distance: 0.5, velocity: 0.25 };
             assert_eq!(spring.pull([led, led], 1.0, 0.5), 1.0, "{led}");
             assert_eq!(spring.pull([3.0, 2.0 * led], 1.0, 0.5), 2.5, "a step from twice {led}");

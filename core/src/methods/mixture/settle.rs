@@ -34,7 +34,7 @@ use crate::{
     math::{clamp, sqrt},
     methods::{
         context::{Context, Frame},
-        settling::{Spring, after_jump},
+        settling::{Jump, Spring},
     },
     stylizer::style_mix::Mix,
 };
@@ -72,13 +72,12 @@ pub(super) struct Settled<const J: usize> {
     last: Dofs<J>,
     /// The one before it, `[dofs]`.
     before: Dofs<J>,
-    /// 1 where the body has jumped to another place of a clip, then falls to 0.
-    jump: f32,
+    jump: Jump,
 }
 
 impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
-    pub const NEW: Self = Self { last: [[0.0; 4]; J], before: [[0.0; 4]; J], jump: 0.0 };
+    pub const NEW: Self = Self { last: [[0.0; 4]; J], before: [[0.0; 4]; J], jump: Jump::NEW };
 
     /// Begins a frame, and returns its spring. `has_jumped` is true if the body is at another place of the nearest class's
     /// clip than the last frames led to.
@@ -86,13 +85,14 @@ impl<const J: usize> Settled<J> {
     pub fn begin(&mut self, context: &Context<'_, '_, J, impl Observer<J>>, has_jumped: bool) -> Spring {
         let Frame { database, config, first, .. } = context.frame;
         let seconds = 1.0 / database.rate_hz();
-        self.jump = if has_jumped { 1.0 } else { after_jump(self.jump, seconds) };
         if first {
             // A stream begins with the mean last output of the neighbors, and moves as they do.
-            (self.last, self.jump) = (context.signals.y_prev, 0.0);
+            self.last = context.signals.y_prev;
         }
-        let is_gait = |class| database.is_gait(class);
-        let spring = Spring::new(seconds, config.settle_s, self.jump, &context.report.classes, is_gait);
+        let (is_gait, shares) = (|class| database.is_gait(class), &context.report.classes);
+        let gesture = |class| (!is_gait(class)).then(|| database.class(class).action);
+        let jump = self.jump.follow((first, seconds), shares, has_jumped, gesture);
+        let spring = Spring::new(seconds, config.settle_s, jump, shares, is_gait);
         if first { spring.at_rest() } else { spring }
     }
 

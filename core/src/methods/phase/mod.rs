@@ -3,5 +3,6 @@
 
 mod curve;
 mod mix;
+mod settle;
 pub(crate) mod step;
 mod track;

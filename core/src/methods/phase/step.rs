@@ -2,8 +2,8 @@
 //!
 //! The window of poses becomes a feature. Every class that the labels allow is compared with it, which gives a distance
 //! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / 12)`, where D is its smoothed distance. The
-//! weighted classes make the output ([`super::mix`]), whose change of the input settles over time
-//! ([`settling`](crate::methods::settling)), so that it does not jump with the phase of a gesture or the weights of classes.
+//! weighted classes make the output ([`super::mix`]), whose change of the input settles over time ([`super::settle`]), so
+//! that it does not jump with the phase of a gesture or the weights of classes.
 //!
 //! Smoothed distances change slowly. A class that is further than all those that have weight is compared in every other
 //! frame, with the gain of two frames.
@@ -12,6 +12,7 @@
 
 use super::{
     mix::{CyclePoint, Mix},
+    settle::Settled,
     track::{MAX_EXPECTED_KNOTS, Track, WhitenedQuery},
 };
 use crate::{
@@ -23,7 +24,6 @@ use crate::{
     math::{abs, clamp, exp},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        settling::{part_left, settled},
         weights::{self, Share, Width, most_kept},
         work::{Load, Work, as_u32},
     },
@@ -53,9 +53,6 @@ const DRIFT_HALF_LIFE_S: f32 = 0.25;
 const SLOPE_GAIN: f32 = 0.5;
 /// Distance of a class that the labels do not allow.
 const NOT_TRACKED: f32 = -1.0;
-/// Part of [`Config::settle_s`] in which the change of the input settles. No motion of neighbors leads it, so it lags behind
-/// what the tables say.
-const SETTLE_RATIO: f32 = 0.4;
 /// Ratio of the distance of a stream from a class to that of the class's own cycles.
 const STREAM_DISTANCE_RATIO: f32 = 2.0;
 /// Mean speed above which a class moves from place to place, m/s.
@@ -76,6 +73,7 @@ pub(crate) struct Phase<const J: usize, const C: usize> {
     farthest_kept: f32,
     /// Mean forward speed, m/s, and yaw rate, rad/s.
     drift: [f32; 2],
+    settled: Settled<J>,
     /// Frames since the stream began or leapt; from 255 it goes back by [`FAR_INTERVAL`].
     age: u8,
 }
@@ -89,6 +87,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         distances: [0.0; C],
         farthest_kept: 0.0,
         drift: [0.0; 2],
+        settled: Settled::NEW,
         age: 0,
     };
     const NEEDS: Needs = Needs { labelled_class: true, whole_body: false };
@@ -132,8 +131,8 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         let all = gain > DISTANCE_GAIN || frame.config.prune <= 0.0;
         let far = if all { f32::INFINITY } else { self.farthest_kept + FAR_MARGIN };
         let schedule = Schedule { gain, turn: self.age % FAR_INTERVAL, far };
-        self.farthest_kept =
-            track(frame, &query, schedule, &mut self.tracks, &mut self.distances, context.report);
+        let tracked = track(frame, &query, schedule, &mut self.tracks, &mut self.distances, context.report);
+        self.farthest_kept = tracked.farthest_kept;
         for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
             if distance >= 0.0 {
                 context.observer.searched(class, &Found::no_frames(distance));
@@ -144,7 +143,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             self.init_history(frame, context.signals, context.report);
         }
         self.follow_drift(frame, context.signals.x.as_flattened());
-        self.mix(frame, context.signals, context.report);
+        self.mix(frame, context.signals, context.report, tracked.has_jumped || self.age == 0);
         context.observer.stage(Stage::Rest);
     }
 
@@ -176,8 +175,15 @@ impl Schedule {
     }
 }
 
-/// Distance and phase of every class that the labels allow, and their proportions. Returns the smoothed distance of the
-/// farthest class that has weight.
+/// What the comparison with all classes found.
+struct Tracked {
+    /// Smoothed distance of the farthest class that has weight.
+    farthest_kept: f32,
+    /// Whether the body is elsewhere in the clip of the nearest class than the last frame led to.
+    has_jumped: bool,
+}
+
+/// Distance and phase of every class that the labels allow, and their proportions.
 // Of no capacity: it is compiled with the core, for speed, however its caller is.
 #[inline(never)]
 fn track(
@@ -187,8 +193,9 @@ fn track(
     tracks: &mut [Track],
     distances: &mut [f32],
     report: &mut Report,
-) -> f32 {
+) -> Tracked {
     let Frame { database, config, settings, first } = frame;
+    let (mut least, mut has_jumped) = (f32::INFINITY, false);
     let rate_hz = database.rate_hz();
     let classes = database.counts().classes;
     let tables_of = database.all_phase_tables();
@@ -219,6 +226,9 @@ fn track(
             track.follow(&tables, found.phase, rate_hz);
             *distance += schedule.gain * rise;
         }
+        if *distance < least {
+            (least, has_jumped) = (*distance, !found.is_expected);
+        }
         report.bytes_read += tables.parts().input as u32;
     }
     let distances = distances.get(..classes).unwrap_or(&[]);
@@ -235,7 +245,7 @@ fn track(
         share.and_then(|s| distances.get(usize::from(s.class))).copied().unwrap_or(0.0)
     };
     report.distance2 = distance_of(report.classes.first());
-    distance_of(report.classes.last())
+    Tracked { farthest_kept: distance_of(report.classes.last()), has_jumped }
 }
 
 impl<const J: usize, const C: usize> Phase<J, C> {
@@ -263,9 +273,10 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         }
     }
 
-    /// The mix of the classes' outputs, the time step and the contacts.
+    /// The mix of the classes' outputs, the time step and the contacts. `has_jumped` is that of [`Tracked`], and true where a
+    /// stream begins or leaps.
     #[inline(never)]
-    fn mix(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report) {
+    fn mix(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report, has_jumped: bool) {
         let Frame { database, settings, .. } = frame;
         let dofs = database.counts().dofs;
         let x = signals.x.as_flattened().get(..dofs).unwrap_or(&[]);
@@ -316,11 +327,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             }
         }
         mixed.finish(x, predicted);
-        if !frame.first {
-            let time = SETTLE_RATIO * frame.config.settle_s;
-            let left = part_left(input_step, time, &report.classes, |c| database.phase_tables(c).is_cyclic);
-            settle(left, x, [&signals.x_prev, &signals.y_prev].map(|last| last.as_flattened()), predicted);
-        }
+        self.settled.settle(frame, signals, &report.classes, has_jumped);
         report.contact_likelihood = likelihood;
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
@@ -328,20 +335,12 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         report.distance_ratio =
             if far > 0.0 { report.distance2 / (STREAM_DISTANCE_RATIO * far) } else { 0.0 };
         // A body that stands goes nowhere.
+        let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
         for d in [dof::FORWARD, dof::LEFT] {
             if let Some((predicted, x)) = predicted.get_mut(d).zip(x.get(d)) {
                 *predicted += stands * (x - *predicted);
             }
         }
-    }
-}
-
-/// The change of the input settles on the one that was predicted: `y' = x + c'`, with
-/// `c' = c + left (y[t-1] - x[t-1] - c)` and `c = y - x`. `last` is `x[t-1]`, `y[t-1]`; all are `[dofs]`.
-#[inline(never)]
-fn settle(left: f32, x: &[f32], last: [&[f32]; 2], predicted: &mut [f32]) {
-    for (((y, &x), &x_prev), &y_prev) in predicted.iter_mut().zip(x).zip(last[0]).zip(last[1]) {
-        *y = settled(x + (y_prev - x_prev), *y, left);
     }
 }
 

@@ -69,6 +69,8 @@ pub struct Projection {
     pub phase: f32,
     /// Squared distance to it, whitened square units. Scaled up to all features where a mask leaves some out.
     pub distance2: f32,
+    /// False if the nearest knot is none of those at which the body was expected.
+    pub is_expected: bool,
 }
 
 impl WhitenedQuery {
@@ -147,9 +149,11 @@ impl WhitenedQuery {
     #[inline(never)]
     pub fn project(&self, tables: &PhaseTables<'_>, expected: Option<Range<usize>>) -> Projection {
         let (mut nearest, mut least) = self.nearest(tables, 0..tables.feature_knots);
+        let mut is_expected = true;
         if let Some(range) = expected {
             let near = self.nearest(tables, range);
-            if (near.1 - least) as f32 * self.unit2 < MIN_JUMP {
+            is_expected = (near.1 - least) as f32 * self.unit2 < MIN_JUMP;
+            if is_expected {
                 (nearest, least) = near;
             }
         }
@@ -179,7 +183,7 @@ impl WhitenedQuery {
         let phase = at / knots.max(1) as f32;
         let phase = if phase >= 1.0 && tables.is_cyclic { phase - 1.0 } else { phase };
         let best = if best > 0.0 { best } else { 0.0 };
-        Projection { phase, distance2: best * self.unit2 }
+        Projection { phase, distance2: best * self.unit2, is_expected }
     }
 }
 
