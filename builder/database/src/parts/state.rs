@@ -3,7 +3,7 @@
 use gestus_core::link::buffer_length;
 
 /// Bytes that do not depend on the capacities.
-pub const FIXED_BYTES: usize = 2808;
+pub const FIXED_BYTES: usize = 2812;
 /// Bytes that a joint adds.
 pub const JOINT_BYTES: usize = 661;
 /// Bytes that a neighbor adds.
