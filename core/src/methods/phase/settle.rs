@@ -13,7 +13,6 @@
 
 use crate::{
     blob::layout::dof,
-    math::clamp,
     methods::{
         context::{Frame, Signals},
         settling::{Jump, Spring},
@@ -59,25 +58,25 @@ impl<const J: usize> Settled<J> {
             return;
         }
         let spring = Spring::new(seconds, RATIO * config.settle_s, jump, shares, is_gait);
-        let [x, x_prev, y_prev] = [&signals.x, &signals.x_prev, &signals.y_prev].map(|of| of.as_flattened());
-        let predicted = signals.predicted.as_flattened_mut();
-        let mut pull = |d: usize, step: Option<&mut i16>| {
-            let at = |of: &[f32]| of.get(d).copied().unwrap_or(0.0);
-            let (x, before) = (at(x), at(y_prev) - at(x_prev));
-            let Some(predicted) = predicted.get_mut(d) else { return };
-            let velocity = step.as_ref().map_or(0.0, |step| f32::from(**step) * (1.0 / CODES));
-            let now = spring.pull([before, before - velocity], *predicted - x, 0.0);
-            *predicted = x + now;
-            if let Some(step) = step {
-                *step = clamp((now - before) * CODES, -32_767.0, 32_767.0) as i16;
-            }
-        };
-        for d in [dof::HEIGHT, dof::FORWARD, dof::LEFT, dof::YAW] {
-            pull(d, None);
-        }
-        let rotations = (dof::TILT..dof::FORWARD).chain(dof::JOINTS..database.counts().dofs);
-        for (d, step) in rotations.zip(self.steps.as_flattened_mut()) {
-            pull(d, Some(step));
+        settle(spring, signals, database.counts().dofs, self.steps.as_flattened_mut());
+    }
+}
+
+/// Settles the first `dofs` of `signals.predicted`. `steps` has those of the rotations.
+#[inline]
+fn settle<const J: usize>(spring: Spring, signals: &mut Signals<J>, dofs: usize, steps: &mut [i16]) {
+    let [x, x_prev, y_prev] = [&signals.x, &signals.x_prev, &signals.y_prev].map(|of| of.as_flattened());
+    let last = x_prev.iter().zip(y_prev).map(|(x, y)| y - x);
+    let frame = signals.predicted.as_flattened_mut().iter_mut().zip(x).zip(last).take(dofs);
+    let mut steps = steps.iter_mut();
+    for (d, ((predicted, &x), last)) in frame.enumerate() {
+        let is_rotation = d >= dof::JOINTS || (dof::TILT..dof::FORWARD).contains(&d);
+        let step = if is_rotation { steps.next() } else { None };
+        let velocity = step.as_ref().map_or(0.0, |step| f32::from(**step) * (1.0 / CODES));
+        let now = spring.pull([last, last - velocity], *predicted - x, 0.0);
+        *predicted = x + now;
+        if let Some(step) = step {
+            *step = (((now - last) * CODES) as i32).clamp(-32_767, 32_767) as i16;
         }
     }
 }
