@@ -227,9 +227,9 @@ parameters! {
     27 LIVELINESS liveliness: f32 = 0.0, [0 or 0.01 to 4.0], &[Method::Mar];
     /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or classes
     /// take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. Nothing leads that
-    /// of tables by phase, so it settles in half of the time. A gait that has all the weight takes a quarter of it. Where the
-    /// body jumps to another part of a clip, the time is longer. More is smoother, and takes longer to take up a change; 0
-    /// puts the prediction out as it is, as Xia 2015 does.
+    /// of tables by phase, so it settles in half of the time. A gait that has all the weight takes a quarter of it. The time
+    /// is longer where the body jumps to another part of a clip or begins another action. More is smoother, and takes longer
+    /// to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
     28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar, Method::Phase];
     /// How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
     /// multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart, whose
