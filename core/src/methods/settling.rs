@@ -33,10 +33,10 @@ const MAX_DEVIATION: f32 = 100.0;
 
 /// Additional time after a jump, as a multiple of the time.
 const JUMP_RATIO: f32 = 1.5;
-/// Proportion from which on a class is clearly the nearest.
-const CLEAR: f32 = 0.6;
 /// Time after which a jump no longer adds to the time, seconds.
 const JUMP_S: f32 = 0.3;
+/// Proportion above which a class is clearly the nearest.
+const CLEAR: f32 = 0.6;
 
 /// `e^(-seconds / time)`, 0 where there is no time.
 fn pole(seconds: f32, time: f32) -> f32 {

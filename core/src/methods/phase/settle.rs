@@ -38,8 +38,8 @@ impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = Self { steps: [[0; 3]; J], jump: Jump::NEW };
 
-    /// Settles `signals.predicted`. `has_jumped` is true if the stream leaps, or the body is elsewhere in the clip of the
-    /// nearest class than the last frame led to.
+    /// Settles `signals.predicted`. `has_jumped` is true if the stream begins or leaps, or the body is elsewhere in the
+    /// clip of the nearest class than the last frame led to.
     #[inline(never)]
     pub fn settle(
         &mut self,
