@@ -40,7 +40,7 @@ fn no_input_is_written_over() {
         ([&translate[..], &["-o", "out.glb"]].concat(), "-o out.glb: glTF is read and not written"),
         (vec!["export", db, "-o", clip], "this is a file: give a folder"),
         (vec!["build", "--data", data, "-o", "k.glb"], "glTF is read and not written"),
-        ([&translate[..], &["-o", page, "--page", page]].concat(), "goes there too"),
+        ([&translate[..], &["-o", page, "--page", page]].concat(), "is written there too"),
         ([&translate[..], &["-o", page, "--robot", robot, "--csv", robot]].concat(), "--csv "),
         ([&translate[..], &["-o", page, "--robot", robot]].concat(), "--robot has no output"),
         ([&translate[..], &["-o", new, "--k", "0"]].concat(), "k.gestus: --k 0: from 1 to 64"),
@@ -107,7 +107,7 @@ fn a_whole_clip_takes_no_options_of_streams() {
     }
     assert!(!Path::new(angles).exists() && !Path::new(out).exists());
     let (ok, stderr) = gestus(&whole);
-    assert!(!ok && stderr.contains("say which with --effort"), "{stderr}");
+    assert!(!ok && stderr.contains("needs a target: give --effort"), "{stderr}");
     let plain = ["translate", "--db", db, "--input", clip, "-o", out, "--style", "proud", "--labels", angles];
     let (ok, stderr) = gestus(&plain);
     assert!(!ok && stderr.contains("--labels does nothing without --method effort"), "{stderr}");

@@ -65,7 +65,7 @@ impl fmt::Display for BlobError {
         match *self {
             Self::Truncated { need, have } => {
                 let advice = match have > need {
-                    true => "leave out what follows it",
+                    true => "leave out the bytes after its end",
                     false => "copy it again, whole",
                 };
                 write!(f, "the blob has {have} bytes and needs {need}: {advice}")

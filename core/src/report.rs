@@ -19,8 +19,8 @@ impl Degraded {
     pub const CLASSES: Self = Self(4);
     /// A prediction was not finite or far out of range: the input was passed through in its place.
     pub const PREDICTION: Self = Self(8);
-    /// A class that has weight was searched anew: the input has jumped, or is so far from the data that what is nearest
-    /// changes from frame to frame.
+    /// A class that has weight was searched from the start: the input has jumped, or is so far from the data that its
+    /// nearest frames change from frame to frame.
     pub const JUMP: Self = Self(16);
 
     /// No input has arrived; the output follows the safety policy.
@@ -29,7 +29,7 @@ impl Degraded {
     pub const ORDER: Self = Self(64);
     /// The input moved faster than any body; the output follows the safety policy.
     pub const LEAP: Self = Self(128);
-    /// The input is unlike the database: at least half of it is passed on unchanged
+    /// The input is unlike the database: at least half of it is passed through unchanged
     /// ([`Config::trust`](crate::Config::trust)).
     pub const FAR: Self = Self(256);
     /// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
@@ -95,11 +95,11 @@ pub struct Report {
     /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
     /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
-    /// The same over what input of the database's kind has, about 1 at most. Mixture and tables by phase: what frames of
-    /// the nearest class have that the builder left out; 0 where the blob does not say it. Linear models and statistics: a
-    /// constant of the method, in variances.
+    /// `distance2` relative to that of input of the database's kind, for which it is about 1 at most. Mixture and
+    /// tables by phase: relative to held-out frames of the nearest class; 0 where the blob does not store it. Linear
+    /// models and statistics: relative to a constant of the method, in variances.
     pub distance_ratio: f32,
-    /// Part of the input that is passed on because it is unlike the database, 0 to 1.
+    /// Part of the input that is passed through because it is unlike the database, 0 to 1.
     pub passed: f32,
     /// Distances computed.
     pub visits: u32,

@@ -25,8 +25,8 @@ use crate::{
 pub struct RunArgs {
     #[command(flatten)]
     clip: ClipArgs,
-    /// Estimate whether the database fits a microcontroller, and the frames a second there: a part's name, an emulated
-    /// board's, which stands for one, or `all`.
+    /// Estimate whether the database fits a microcontroller, and at how many frames a second: the name of a part, of an
+    /// emulated board, which stands for a part, or `all`.
     /// `list` prints the table of parts, and needs no other option
     #[arg(long)]
     board: Option<String>,

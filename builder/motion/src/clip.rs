@@ -49,7 +49,7 @@ impl Skeleton {
         let differs = |&j: &usize| self.names[j] != other.names[j] || self.parents[j] != other.parents[j];
         let j = (0..self.joints()).find(differs)?;
         Some(match self.names[j] == other.names[j] {
-            true => format!("`{}` hangs on another joint", self.names[j]),
+            true => format!("`{}` has another parent", self.names[j]),
             false => format!("joint {j} is `{}` against `{}`", self.names[j], other.names[j]),
         })
     }

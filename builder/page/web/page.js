@@ -221,7 +221,7 @@
       ["Floor", `${clip.floor.toFixed(2)} m, ${clip.ground.floor_from}`],
       ["Hips", `${clip.ground.root === "in-place" ? "in place" : "move"}, ${clip.ground.root_from}; ${clip.ground.speed_m_s.toFixed(2)} m/s`],
       ...(clip.ground.loop ? [["Loop", `${clip.ground.loop.frames} frames from ${clip.ground.loop.first_frame}`]] : []),
-      ["Unlike the database", `${Math.round(100 * result.passed_mean)}% passed on`],
+      ["Unlike the database", `${Math.round(100 * result.passed_mean)}% passed through`],
       ["Degraded", result.degraded_words],
       ["Classes a frame", result.classes_mean.toFixed(1)],
       ["Took", `${millis.toFixed(0)} ms`],

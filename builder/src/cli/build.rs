@@ -83,8 +83,8 @@ pub struct Args {
     /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long, conflicts_with = "no_effort")]
     labels: Option<PathBuf>,
-    /// Add the effort dial, for `--effort` of other commands. It is measured, which takes most of the time of a build; so do
-    /// --labels
+    /// Add the effort dial, for `--effort` of other commands. It is measured, which takes most of the time of a build.
+    /// --labels adds it too
     #[arg(long, conflicts_with = "no_effort")]
     effort: bool,
     /// Without the effort dial, as is the default

@@ -20,9 +20,9 @@ const FPS: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// The part that a database is built for.
 #[derive(clap::Args)]
 pub struct FitArgs {
-    /// Build what suits a microcontroller: a part's name (rp2040, stm32f405, nrf52840, ...; `gestus-sim run --board list`
-    /// lists them), or an emulated board's, which stands for one. Chooses size and method by the part's flash, RAM and
-    /// speed, and says what they cost
+    /// Build the database that suits a microcontroller: the name of a part (rp2040, stm32f405, nrf52840, ...;
+    /// `gestus-sim run --board list` lists them), or of an emulated board, which stands for a part. Chooses size and
+    /// method by the part's flash, RAM and speed, and says what they cost
     #[arg(long, value_name = "BOARD", conflicts_with_all = ["bytes", "row_error", "features"])]
     fit: Option<String>,
     /// Frames a second that the part has to keep, from 1 to 1000; the database's rate too, unless --rate gives another;

@@ -36,7 +36,8 @@ pub struct Args {
     /// Height of the floor in the clip, metres. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     floor: Option<f64>,
-    /// Up in the clip: x, y, z, -x, -y or -z. Default: y in glTF, unless the body walks otherwise; in BVH found by the body
+    /// Up in the clip: x, y, z, -x, -y or -z. Default: in glTF y, unless the body's walk shows another axis; in BVH
+    /// found from the body
     #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
     up: Option<(usize, f64)>,
     /// Up in the reference, as --up

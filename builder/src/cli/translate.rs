@@ -214,7 +214,7 @@ fn check(args: &Args) -> Result<()> {
     robot.check(common.report.json)?;
     let whole_clip = args.stylizer_args.method.is_effort();
     if whole_clip && args.stylizer_args.method.effort.is_none() {
-        bail!("--method effort: say which with --effort flow=..,weight=..,time=..");
+        bail!("--method effort needs a target: give --effort flow=..,weight=..,time=..");
     }
     if whole_clip && !args.given.0.is_empty() {
         bail!(

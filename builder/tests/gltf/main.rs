@@ -315,7 +315,7 @@ fn what_is_wrong_is_said_with_its_place() {
             |j| j["animations"][0]["channels"][1]["target"]["node"] = json!(2),
             "channels[1].target.node",
         ),
-        ("itself", |j| j["nodes"][1]["children"] = json!([0]), "node `hips` hangs on itself"),
+        ("itself", |j| j["nodes"][1]["children"] = json!([0]), "node `hips` is its own ancestor"),
         ("a long list", |j| j["accessors"][0]["count"] = json!(4_000_000_000u64), "accessor 0: it is longer"),
         ("a long view", |j| j["bufferViews"][1]["byteLength"] = json!(999), "accessor 1: its part"),
         ("shapes", |j| j["accessors"][1]["type"] = json!("VEC3"), "accessor 1: it is of another shape"),

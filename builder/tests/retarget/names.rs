@@ -74,7 +74,7 @@ fn feet_that_hang_on_controls_are_refused_with_the_controls_names() {
         Retarget::new(&database(), &foreign.0, &MapFile::default()).unwrap_err().to_string()
     };
     let message = rig(&[("Hips", "master_ik"), ("Toes_R", "KneePole.R")]);
-    for words in ["left-foot (`Foot_L`)", "but on `master_ik`", "`KneePole.R` are controls", "baked"] {
+    for words in ["left-foot (`Foot_L`)", "but below `master_ik`", "`KneePole.R` are controls", "baked"] {
         assert!(message.contains(words), "{words}: {message}");
     }
     // A tree that is odd in another way names none.

@@ -148,8 +148,8 @@ parameters! {
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
     1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
-    /// Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
-    /// penalty on the feedback too, as [`Config::normalised`] does.
+    /// Variables of the ridge. `norm` is better for motion that was recorded or made in pairs. Set λ and the feedback
+    /// penalty together with it, as [`Config::normalised`] does.
     2 RIDGE ridge: Ridge = Ridge::Raw, [Ridge], &[Method::Mar];
     /// Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
     /// 2015 has 0.7.
@@ -171,8 +171,8 @@ parameters! {
     /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
     /// more.
     9 POOL pool: u8 = 20, [1.0 to 64.0], &[Method::Mar];
-    /// A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a jump
-    /// sooner, and searches anew without need.
+    /// The search of a class restarts where its mean squared distance is this many times the last frame's. Lower
+    /// notices a jump sooner, and restarts more often without need.
     10 JUMP jump: f32 = 4.0, [1.0 to 1e9], &[Method::Mar];
     /// Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`.
     11 TIMING timing: Timing = Timing::Free, [Timing], &Method::ALL;
@@ -181,11 +181,11 @@ parameters! {
     12 TIMING_WIDTH timing_width: f32 = 0.5, [1e-3 to 1e3], &[Method::Mar];
     /// Where the output's heading comes from. A predicted heading drifts from the input's in turns.
     13 YAW yaw: Yaw = Yaw::Input, [Yaw], &Method::ALL;
-    /// How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
-    /// one is always two or three deviations out: less makes the model come and go, which is seen.
+    /// kc: how far a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). One of some sixty
+    /// dofs is always two or three deviations out, so a smaller value makes the model visibly come and go.
     14 CONFIDENCE confidence: f32 = 5.0, [1e-3 to 1e6], &[Method::Lti];
-    /// How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer mixes
-    /// the input in everywhere.
+    /// kp: how sharply a linear model gives way to the input beyond kc (Hsu 2005, eq. 8). A large value switches; a
+    /// small one mixes the input in everywhere.
     15 PREFERENCE preference: f32 = 8.0, [1e-3 to 1e3], &[Method::Lti];
     /// Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database. Short
     /// ones follow a performer that differs from the database, and forget slow motion.
@@ -196,13 +196,13 @@ parameters! {
     18 CONTACTS contacts: bool = true, [bool], &Method::ALL;
     /// The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`.
     19 SAFETY safety: Safety = Safety::Follow, [Safety], &Method::ALL;
-    /// A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps more
-    /// often, more stretches legs.
+    /// Distance from its predicted place beyond which a held foot takes a step, metres. Less steps more often, more
+    /// stretches legs.
     20 RELEASE release_m: f32 = 0.2, [0.01 to 1.0], &Method::ALL;
     /// Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is seen as
     /// a jerk, more drags feet.
     21 EASE ease_s: f32 = 0.2, [0.01 to 2.0], &Method::ALL;
-    /// How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error sooner
+    /// Penalty on the coefficient of the last output, as a multiple of λ; 1 in Xia 2015. More forgets an error sooner
     /// at a small λ, and makes the output rougher.
     22 FEEDBACK feedback: f32 = 1.0, [1e-3 to 1e6], &[Method::Mar];
     /// How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets no
@@ -216,25 +216,27 @@ parameters! {
     /// slow motion of the style, less takes the noise of a sensor for motion.
     25 STILL_SPEED still_speed: f32 = 0.1, [0 or 1e-3 to 1.0], &Method::ALL;
     /// Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
-    /// whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part from
-    /// here and whole from half as much more on, and the report says `FAR`. In the first half second it takes 2.5 times
-    /// this distance, and the speed does not count. 0 gives every input the style. Less passes unusual motion of known
-    /// actions on, more gives unknown actions a style that spoils them.
+    /// whose root goes much faster or slower than theirs, is unlike the database. It is passed through unchanged: in
+    /// part from this value on, entirely from 1.5 times it on. The report says `FAR` where at least half is passed
+    /// through. In the first half second of a stream the limit is 2.5 times this value, and the speed does not count. 0
+    /// gives every input the style. Less also passes unusual motion of known actions through, more gives unknown actions
+    /// a style that spoils them.
     26 TRUST trust: f32 = 6.0, [0 or 1.0 to 100.0], &Method::ALL;
     /// How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how much
     /// clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier and
     /// further from any one clip. 0 keeps ρ in every style, as Xia 2015 does.
     27 LIVELINESS liveliness: f32 = 0.0, [0 or 0.01 to 4.0], &[Method::Mar];
-    /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or classes
-    /// take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. Nothing leads that
-    /// of tables by phase, so it settles in half of the time. A gait that has all the weight takes a quarter of it. The time
-    /// is longer where the body jumps to another part of a clip or begins another action. More is smoother, and takes longer
-    /// to take up a change; 0 puts the prediction out as it is, as Xia 2015 does.
+    /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
+    /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. The
+    /// output of tables by phase has no neighbors to follow, so it settles in half of the time. A gait that has all the
+    /// weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip or begins
+    /// another action. More is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as
+    /// Xia 2015 does.
     28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar, Method::Phase];
-    /// How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
-    /// multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart, whose
-    /// outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that the body is elsewhere in
-    /// them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does.
+    /// In clips of a whole action, the frames that come after the last ones are preferred to the nearest. They may be
+    /// further by this multiple of the distance of the clips that the builder left out. They keep the repetitions of a
+    /// wave apart, whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that
+    /// the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does.
     29 FOLLOW follow: f32 = 1.0, [0 or 0.01 to 100.0], &[Method::Mar];
 }
 

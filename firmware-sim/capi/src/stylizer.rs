@@ -176,7 +176,7 @@ pub struct GestusReport {
     /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
     /// data.
     pub distance2: f32,
-    /// Part of the input that was passed on because it is unlike the database, 0 to 1.
+    /// Part of the input that was passed through because it is unlike the database, 0 to 1.
     pub passed: f32,
     /// Distances computed.
     pub visits: u32,
@@ -207,7 +207,7 @@ pub const GESTUS_DEGRADED_PREDICTION: u32 = 8;
 pub const GESTUS_DEGRADED_JUMP: u32 = 16;
 /// The input moved faster than any body can; reported under every policy of safety.
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
-/// The input is unlike the database: at least half of it was passed on unchanged.
+/// The input is unlike the database: at least half of it was passed through unchanged.
 pub const GESTUS_DEGRADED_FAR: u32 = 256;
 /// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
 pub const GESTUS_DEGRADED_SPIKE: u32 = 512;

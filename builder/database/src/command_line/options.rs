@@ -63,10 +63,11 @@ pub struct GroundArgs {
     /// Height of the floor in the clip, metres along its up. Default: the height at which its feet stand
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     pub floor: Option<f64>,
-    /// Up in the clip: x, y, z, -x, -y or -z. Default: y in glTF, unless the body walks otherwise; in BVH found by the body
+    /// Up in the clip: x, y, z, -x, -y or -z. Default: in glTF y, unless the body's walk shows another axis; in BVH
+    /// found from the body
     #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
     pub up: Option<(usize, f64)>,
-    /// Whether the clip walks or runs in place, or its hips move with its body. Default: found by its feet
+    /// Whether the body walks or runs in place, or its hips move over the ground with it. Default: found from its feet
     #[arg(long, value_name = "in-place|motion")]
     pub root: Option<Root>,
 }

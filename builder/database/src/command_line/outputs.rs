@@ -49,7 +49,7 @@ pub enum OutputProblem {
     Input { file: PathBuf, folder: Option<PathBuf> },
     #[error("{}: it is another name (a hard link) of the input {}: choose another file", file.display(), input.display())]
     Link { file: PathBuf, input: PathBuf },
-    #[error("{}: {other} goes there too: choose another file", file.display())]
+    #[error("{}: {other} is written there too: choose another file", file.display())]
     Taken { file: PathBuf, other: String },
     #[error("{}: nothing can be written there: {error}", file.display())]
     Unwritable { file: PathBuf, error: String },

@@ -154,7 +154,7 @@ impl StylizerArgs {
     fn config(&self, database: &Database<'_>) -> Result<Config> {
         let method = match self.method.named {
             Some(Named::Effort) if self.method.effort.is_none() => {
-                bail!("--method effort: say which with --effort flow=..,weight=..,time=..")
+                bail!("--method effort needs a target: give --effort flow=..,weight=..,time=..")
             }
             // A stream can't wait for whole fragments: it uses the dial's mix with the mixture. `gestus translate`
             // handles whole clips elsewhere.

@@ -44,12 +44,12 @@ impl Reason {
     const fn words(self) -> [&'static str; 2] {
         match self {
             Self::Unreadable => ["that can't be read", "mend them, or take them out of the folder"],
-            Self::Unlabelled => ["whose names don't say action and style", "say it"],
+            Self::Unlabelled => ["whose names don't say action and style", "label them"],
             Self::Skeleton => {
-                ["whose skeleton differs from that of most", "make a database of their own of them"]
+                ["whose skeleton differs from that of most", "build a separate database from them"]
             }
             Self::NoCycle => ["without a gait cycle", "if their action is no gait, say so"],
-            Self::Short => ["that are too short", "take poses that are no motion out of the folder"],
+            Self::Short => ["that are too short", "remove still poses from the folder"],
             Self::Incomplete => ["that are incomplete", "add what is missing"],
         }
     }

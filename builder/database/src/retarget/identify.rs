@@ -69,14 +69,14 @@ pub enum IdentifyError {
     #[error("the map file says that {part} is `{name}`, which is not a joint; the joints are {joints}")]
     NoSuchJoint { part: Part, name: String, joints: String },
     #[error(
-        "{lower} (`{lower_joint}`) does not hang on {upper} (`{upper_joint}`), but on `{hangs_on}`: {advice}"
+        "{lower} (`{lower_joint}`) is not below {upper} (`{upper_joint}`) in the skeleton, but below `{parent}`: {advice}"
     )]
     Tree {
         upper: Part,
         upper_joint: String,
         lower: Part,
         lower_joint: String,
-        hangs_on: String,
+        parent: String,
         advice: String,
     },
     #[error("{a} and {b} are both `{joint}`: say in a map file which is which")]
@@ -255,7 +255,7 @@ impl Parts {
                             upper_joint: name(a),
                             lower,
                             lower_joint: name(b),
-                            hangs_on: skeleton.parents[b].map_or_else(|| "nothing".into(), name),
+                            parent: skeleton.parents[b].map_or_else(|| "nothing".into(), name),
                             advice: advice(skeleton),
                         });
                     }
@@ -339,7 +339,7 @@ impl Parts {
         }
         for part in Part::all() {
             if self.get(part).is_none() {
-                doubts.push(format!("no {part}: what hangs on it follows the joint above"));
+                doubts.push(format!("no {part}: the joints below it follow the joint above"));
             }
         }
         self.doubts.extend(doubts);

@@ -2,7 +2,7 @@
 //! bones are, and where they are in the clip's own poses.
 //!
 //! 1. A limb is two bones that follow each other, neither more than `UNEVEN` times as long as the other. A body has its
-//!    limbs in pairs: they hang on one joint, equally many joints below it, and are alike in both bones. A thing in one
+//!    limbs in pairs: one joint carries both, equally many joints below it, and they are alike in both bones. A thing in one
 //!    hand, or things of unlike length in both, are no limbs.
 //! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
 //! 3. Head: the highest of the ends that are left.
@@ -63,10 +63,10 @@ pub enum ShapeError {
     NoPose,
     #[error("it has more than {MOST_JOINTS} joints, too many to look at")]
     Joints,
-    #[error("no two limbs of two bones each hang on one joint and are alike, as legs are")]
+    #[error("no joint carries two similar limbs of two bones each, as hips carry legs")]
     NoLegs,
     #[error(
-        "beside the legs there are no two limbs of two bones each that hang on one joint and are alike, as arms are"
+        "besides the legs, no joint carries two similar limbs of two bones each, as a chest carries arms"
     )]
     NoArms,
     #[error(
@@ -78,7 +78,7 @@ pub enum ShapeError {
 /// Two limbs, one of either side.
 #[derive(Debug, Clone)]
 struct Pair {
-    /// The joint that they hang on.
+    /// The joint that carries them.
     on: usize,
     /// Upper joint, middle, end of each.
     limbs: [[usize; 3]; 2],
@@ -172,10 +172,10 @@ fn without_hands(skeleton: &Skeleton, arms: &Pair) -> bool {
     upper < SHORT * lower && arms.limbs.iter().all(|limb| !skeleton.parents.contains(&Some(limb[2])))
 }
 
-/// Every pair of limbs that hang on one joint, the best of each two of its branches.
+/// Every pair of limbs that one joint carries, the best of each two of its branches.
 fn pairs(skeleton: &Skeleton, next: &[Option<usize>]) -> Vec<Pair> {
     let bone = |j: usize| skeleton.offsets[j].norm();
-    // By the child of the joint that they hang on: each limb, and how many joints below that child it begins.
+    // By the child of the joint that carries them: each limb, and how many joints below that child it begins.
     let mut limbs: Vec<Vec<([usize; 3], usize)>> = vec![Vec::new(); skeleton.joints()];
     for end in 0..skeleton.joints() {
         let Some(middle) = skeleton.parents[end] else { continue };
@@ -279,7 +279,7 @@ fn first_is_left(
     (way.abs() > GOES * leg_m).then_some(way > 0.0)
 }
 
-/// The head: on the way from the joint that the arms hang on to the highest end.
+/// The head: on the way from the joint that carries the arms to the highest end.
 fn head(skeleton: &Skeleton, limbs: &[&Pair; 2], height: &dyn Fn(usize) -> f64) -> Option<usize> {
     let branches: Vec<usize> = limbs
         .iter()
@@ -293,7 +293,7 @@ fn head(skeleton: &Skeleton, limbs: &[&Pair; 2], height: &dyn Fn(usize) -> f64) 
         .filter(outside)
         .max_by(|&a, &b| height(a).total_cmp(&height(b)))?;
     let way: Vec<usize> = skeleton.path(end).into_iter().filter(|j| !carriers.contains(j)).collect();
-    // Eyes, jaw and hair hang on the head: the first joint above the neck's that holds several, or else the last.
+    // The head carries eyes, jaw and hair: the first joint above the neck's that holds several, or else the last.
     let holds = |j: &usize| skeleton.parents.iter().filter(|parent| **parent == Some(*j)).count();
     way.iter().skip(1).find(|&j| holds(j) > 1).or(way.last()).copied()
 }

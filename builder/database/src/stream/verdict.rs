@@ -108,7 +108,7 @@ impl Verdict {
                 advice.push("if the body walks or runs in place, say so with --root in-place".into());
             }
             if self.passed > PARTLY_UNLIKE {
-                advice.push("--trust 0 stylizes what was left alone too, badly".into());
+                advice.push("--trust 0 also stylizes what was passed through, but badly".into());
             }
         }
         let second = self.actions.get(1).map_or(0.0, |a| a.1);
@@ -160,14 +160,14 @@ impl Verdict {
             false => format!("Recognised: {actions}; in the style {styles}."),
         });
         sentences.push(match (self.passed * 100.0).round() {
-            0.0 => "Nothing was left alone.".into(),
+            0.0 => "Nothing was passed through.".into(),
             percent => {
                 let spans: Vec<String> =
                     self.left_alone.iter().take(4).map(|[a, b]| format!("{a:.1} to {b:.1} s")).collect();
                 let more = if self.left_alone.len() > 4 { ", ..." } else { "" };
                 let at =
                     if spans.is_empty() { String::new() } else { format!(": {}{more}", spans.join(", ")) };
-                format!("{percent:.0}% of the motion was left alone{at}.")
+                format!("{percent:.0}% of the motion was passed through{at}.")
             }
         });
         sentences.extend(self.advice.iter().map(|advice| {

@@ -255,7 +255,7 @@ fn joints_above<'a>(
             return Err(of(joint, &format!("its parent `{}` is no link", joint.parent.link)));
         }
         if above[below].replace(joint).is_some() {
-            return Err(of(joint, &format!("`{}` hangs on two joints", joint.child.link)));
+            return Err(of(joint, &format!("`{}` is the child of two joints", joint.child.link)));
         }
         if robot.joints[..j].iter().any(|other| other.name == joint.name) {
             return Err(of(joint, "two joints have this name"));
@@ -275,7 +275,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     let above = joints_above(robot, &of)?;
     let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| above[l].is_none()).collect();
     let &[base] = roots.as_slice() else {
-        return Err(fail(format!("{} links hang on nothing; expected one, the base", roots.len())));
+        return Err(fail(format!("{} links have no joint above them; expected one, the base", roots.len())));
     };
     let mut read = Robot {
         name: robot.name.clone(),
@@ -319,7 +319,7 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
         }
     }
     if seen != robot.links.len() {
-        return Err(fail("some joints make a ring, and hang on no base".to_owned()));
+        return Err(fail("some joints form a ring that is not connected to the base".to_owned()));
     }
     if read.hinges.is_empty() {
         let why = match &read.notes[..] {

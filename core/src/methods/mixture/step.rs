@@ -186,7 +186,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let (distances, shares) = (self.class_distances.distances(database), &mut report.classes);
         let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
         report.degraded.set(Degraded::CLASSES, cut);
-        // Far classes are searched anew all the time; that counts where they have weight.
+        // The search of far classes restarts all the time; that counts where they have weight.
         let jumped =
             report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
         report.degraded.set(Degraded::JUMP, jumped);

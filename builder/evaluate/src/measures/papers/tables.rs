@@ -133,7 +133,7 @@ pub const TABLES: &[Table] = &[
     Table {
         name: "Xia 2015, section 7.3: across actions",
         paper: "a database of walks or of runs translates the other action and jumps (video)",
-        differs: "input that is unlike the database is passed on by default, and flagged `far`",
+        differs: "input that is unlike the database is passed through by default, and flagged `far`",
         run: |e| cross::Args::default().evaluate(e),
         keys: ("method part database", "delivered_error_cm unchanged_error_cm over_unchanged far"),
         ..TABLE

@@ -57,7 +57,8 @@ pub enum GltfErrorKind {
     #[error("accessor {accessor}: {what}; the file is damaged, export it again")]
     Accessor { accessor: usize, what: &'static str },
     #[error(
-        "node `{node}` hangs on itself or on two others, which no tree does; the file is damaged, export it again"
+        "node `{node}` is its own ancestor or has two parents, so the nodes are no tree; the file is damaged, export it \
+         again"
     )]
     NoTree { node: String },
     #[error(

@@ -105,7 +105,7 @@ fn what_is_wrong_is_named_with_file_and_place() {
             (deep, vec!["r.urdf", "line 1", "inside each other"]),
             ("<robot name=\"r\">".to_owned(), vec!["r.urdf"]),
             (String::new(), vec!["r.urdf"]),
-            (robot(""), vec!["r.urdf", "3 links hang on nothing"]),
+            (robot(""), vec!["r.urdf", "3 links have no joint above them"]),
             (robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", ""))).replace("upper=\"1\"", "upper=\"-1\""), vec!["r.urdf", "`j` has no range", "1 more"]),
             (robot(&(joint("j", "a", "b", "") + &joint("k", "a", "nowhere", ""))), vec!["`k`", "`nowhere`"]),
             (robot(&(joint("j", "a", "b", "") + &joint("k", "c", "b", ""))), vec!["`k`", "two joints"]),
