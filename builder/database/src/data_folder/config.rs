@@ -79,7 +79,7 @@ pub struct FileEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Folder of the clips, relative to the configuration file.
+    /// Folder of the clips, relative to the configuration file. A folder that the command line names goes before it.
     pub data: Option<PathBuf>,
     /// Patterns of file names, tried in order before the built-in ones.
     pub patterns: Vec<String>,
@@ -110,7 +110,7 @@ pub struct Config {
     pub actions: Vec<String>,
     /// Styles to use; all if empty.
     pub styles: Vec<String>,
-    /// Joints to keep, with all of their parents; all if empty.
+    /// Joints to keep, with the parent of each among them; all if empty.
     pub joints: Vec<String>,
     /// Rate of the database, frames a second.
     pub rate_hz: f64,

@@ -2,8 +2,8 @@
 //! bones are, and where they are in the clip's own poses.
 //!
 //! 1. A limb is two bones that follow each other, neither more than `UNEVEN` times as long as the other. A body has its
-//!    limbs in pairs: one joint carries both, equally many joints below it, and they are alike in both bones. A thing in one
-//!    hand, or things of unlike length in both, are no limbs.
+//!    limbs in pairs: one joint carries both, equally many joints below it, and they are alike in both bones. A thing
+//!    in one hand, or things of unlike length in both, are no limbs.
 //! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
 //! 3. Head: the highest of the ends that are left.
 //! 4. Forward is where feet and knees point, left follows from it. Where they do not show it, names do, or else the direction in
