@@ -32,7 +32,8 @@ impl Degraded {
     /// The input is unlike the database: at least half of it is passed through unchanged
     /// ([`Config::trust`](crate::Config::trust)).
     pub const FAR: Self = Self(256);
-    /// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+    /// The frame before was wrong, and was used: a joint or the heading left by more than 6 rad/s, or the root's height
+    /// by more than 3 m/s, and came back by as much in this frame.
     pub const SPIKE: Self = Self(512);
 
     /// The flags, by name.
@@ -107,7 +108,8 @@ pub struct Report {
     pub bytes_read: u32,
     /// Left and right foot of the output: does it stand?
     pub contacts: [bool; 2],
-    /// How likely it is that they stand, 0 to 1, by this frame's neighbors alone.
+    /// How likely it is that they stand, 0 to 1, in this frame alone. Mixture: by its neighbors. Tables by phase: by
+    /// their own contacts. Linear models and statistics: 0 or 1, by a discriminant.
     pub contact_likelihood: [f32; 2],
     /// Left and right foot: is it held where it stands?
     pub held: [bool; 2],
@@ -115,7 +117,7 @@ pub struct Report {
     pub held_m: [f32; 2],
     /// Time from the last output pose to this one, seconds, under the timing policy.
     pub step_s: f32,
-    /// The same as predicted from the neighbors, whatever the policy and the strength of the style.
+    /// The same as the method predicts it, whatever the policy and the strength of the style.
     pub predicted_step_s: f32,
     /// Each way in which the frame was degraded.
     pub degraded: Degraded,

@@ -1,5 +1,5 @@
-//! `cargo xtask core`: gestus-core alone, for a Cortex-M4F, with each of its features, and with each method alone. That
-//! it builds there shows that neither it nor what it depends on wants `std` or a heap.
+//! `cargo xtask core`: gestus-core alone, for a Cortex-M4F: with all methods, these with `defmt` and with `micromath`,
+//! and each method alone. That it builds there shows that neither it nor what it depends on wants `std` or a heap.
 
 use std::{fs, process::Command};
 

@@ -8,7 +8,7 @@
 //! 4. [`search`] makes its frames searchable;
 //! 5. [`blob`] encodes the sections. [`build`](mod@build) runs these steps.
 //!
-//! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write sections for other bodies.
+//! Beside the frames, a blob holds [`models`] and [`effort`]. [`retarget`] and [`robot`] write tables for other bodies.
 //! [`stream`] runs the core over a clip, [`motion_graph`] makes long streams from clips. [`parts`] estimates what a stream
 //! costs on microcontrollers. [`command_line`] and [`list`] are shared by the commands `gestus` and `gestus-sim`.
 

@@ -18,8 +18,9 @@ impl Config {
         Self::DEFAULTS
     }
 
-    /// The constants that Xia 2015 states (K 40, δ 0.7, ρ 0.7), κ 2, every class that has any weight, and no rest for a body
-    /// that stands; every input is given the style.
+    /// The constants that Xia 2015 states (K 40, δ 0.7, ρ 0.7), κ 2, and little of what is ours: no interval of the
+    /// output, no settling, no following of clips, no rest for a body that stands; every input is given the style. A
+    /// frame still drops classes with 0.001 of the weight, and mixes four at most.
     pub const fn paper() -> Self {
         Self::new()
             .k(40)

@@ -157,7 +157,8 @@ parameters! {
     /// Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a class
     /// comes or goes.
     4 PRUNE prune: f32 = 0.1, [0.0 to 1.0 - f32::EPSILON / 2.0], &[Method::Mar, Method::Phase];
-    /// Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`.
+    /// Most classes in a frame's mixture, which bounds the slowest frame. A frame in which it cuts off more weight than
+    /// `prune` allows reports `CLASSES`.
     5 CLASSES classes: u8 = 4, [1.0 to 8.0], &[Method::Mar, Method::Phase];
     /// Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations of
     /// the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output.
@@ -192,7 +193,7 @@ parameters! {
     16 HALFLIFE halflife_s: f32 = 0.0, [0.0 to 1e6], &[Method::Statistic];
     /// The method of translation. The database has to hold what it needs; a running stream begins anew with it.
     17 METHOD method: Method = Method::Mar, [Method], &Method::ALL;
-    /// Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s.
+    /// Whether feet that stand are held where they stand. Without it feet slide by 12 to 18 cm/s.
     18 CONTACTS contacts: bool = true, [bool], &Method::ALL;
     /// The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`.
     19 SAFETY safety: Safety = Safety::Follow, [Safety], &Method::ALL;

@@ -17,7 +17,7 @@
 //! once, and answers its repetitions with the reply that it has kept. `docs/LINK.md` is the specification.
 //!
 //! Cost: about 40 instructions a byte on a Cortex-M4F (CRC 10, COBS and postcard the rest); a pose of 22 joints is
-//! some 380 bytes there and 440 back. RAM: two buffers of [`buffer_length`] bytes and 100 bytes of state.
+//! some 380 bytes there and 440 back. RAM: two buffers of [`buffer_length`] bytes and less than 200 bytes of state.
 
 mod board;
 pub mod counter;

@@ -18,7 +18,7 @@
 //! for motion retargeting", which Xia 2015 (section 4) cites for input on another skeleton.
 //!
 //! Cost: two quaternion products for each joint of either skeleton and four angles for each limb. On a Cortex-M4F 31
-//! joints to 21 take about 25,000 instructions, and back 29,000 (`docs/PERFORMANCE.md`).
+//! joints to 21 take about 33,000 instructions, and back 40,000 (`budgets.toml`).
 
 pub mod layout;
 pub mod limb;

@@ -20,8 +20,8 @@
 //!
 //! Sources: Kröger 2011, "Opening the door to new sensor-based robot applications"; Berscheid and Kröger 2021,
 //! "Jerk-limited real-time trajectory generation with arbitrary target states" (Ruckig). Cost: at most 20 profiles of one
-//! root and three divisions. A whole drive of 16 hinges takes about 118,000 instructions a tick on a Cortex-M4F
-//! (`docs/PERFORMANCE.md`).
+//! root and three divisions. A whole drive of 16 hinges takes about 152,000 instructions a tick on a Cortex-M4F
+//! (`budgets.toml`).
 
 use crate::math::{abs, clamp, sqrt};
 

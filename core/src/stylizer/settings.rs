@@ -132,7 +132,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Sets the strength of the style in a joint group: 0 is the input, 1 the style, and up to 2 exaggerates it. In a
-    /// running stream the strength changes within [`STRENGTH_S`](crate::STRENGTH_S), without a jump.
+    /// running stream it changes without a jump: 95% of the change is done after [`STRENGTH_S`](crate::STRENGTH_S).
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown group or a strength outside 0 to 2.

@@ -14,9 +14,9 @@
 //! check that a pointer which is neither null nor misaligned points at memory of the stated length; the docs of each
 //! function state this under "Safety".
 //!
-//! This crate is the only one in Gestus with `unsafe` code, apart from the firmware image. It is kept small: [`memory`]
-//! turns pointers into references, [`handle`] recognises objects in the caller's memory, and the rest is safe except
-//! for calls to these two.
+//! Apart from the firmware image and from tests, only this crate has blocks of `unsafe` code; `gestus-float` and
+//! `gestus-page` need the word for the names of their exports. It is kept small: [`memory`] turns pointers into
+//! references, [`handle`] recognises objects in the caller's memory, and the rest is safe except for calls to these two.
 #![no_std]
 
 // On a host the panic handler is that of `std`. It is never reached, but a static library has to have one.

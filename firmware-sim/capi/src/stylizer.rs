@@ -209,7 +209,8 @@ pub const GESTUS_DEGRADED_JUMP: u32 = 16;
 pub const GESTUS_DEGRADED_LEAP: u32 = 128;
 /// The input is unlike the database: at least half of it was passed through unchanged.
 pub const GESTUS_DEGRADED_FAR: u32 = 256;
-/// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+/// The frame before was wrong, and was used: a joint or the heading left by more than 6 rad/s, or the root's height by
+/// more than 3 m/s, and came back by as much in this frame.
 pub const GESTUS_DEGRADED_SPIKE: u32 = 512;
 
 const _: () = {

@@ -4,10 +4,11 @@
 //! 1. [`identify`]: body parts by a map file ([`file`](mod@file)), names ([`parts`]) or [`shape`], and which side is
 //!    left by its motion (`facing`);
 //! 2. [`anatomy`]: a frame for each part, in its joint's axes;
-//! 3. [`body`]: a skeleton with its parts, measured on a motion or on its rest pose (`rest`); [`map`]: the map between two bodies, encoded for `gestus_core::retarget`;
+//! 3. [`body`]: a skeleton with its parts, measured on a motion or on its rest pose (`rest`); [`map`]: the map between
+//!    two bodies, encoded for `gestus_core::retarget`;
 //! 4. [`check`]: a report as text and JSON.
 //!
-//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, as Xia 2015, section 5.1.
+//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, which Xia 2015 (section 4) cites.
 
 pub mod anatomy;
 pub mod axis;

@@ -1,5 +1,5 @@
 //! Features: windows of joint positions, aligned to a mean cloud, as principal components (Xia 2015, section 5.1).
-//! `gestus_core::search::query` does the same on the board, in `f32`.
+//! `gestus_core::search::query` does the same on the board, in whole numbers from the joint positions on.
 
 use gestus_core::{
     blob::layout::{MAX_FEATURES, query},

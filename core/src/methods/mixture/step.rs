@@ -8,8 +8,8 @@
 //! 4. The predictions of the classes are summed by their proportions, as are the time step ([`super::step_time`]) and the
 //!    contacts ([`super::contact_votes`]).
 //!
-//! Cost: the searches (visits a class), then two to three rows unpacked a neighbor and one 4 × 4 solve a dof for
-//! each class kept. `docs/PERFORMANCE.md` has the instructions by stage.
+//! Cost: the searches (visits a class); for each class kept, two rows a neighbor and two to four for each of its
+//! outputs, and a solve of three unknowns a dof. `docs/PERFORMANCE.md` has the instructions by stage.
 
 use heapless::Vec;
 
