@@ -6,9 +6,11 @@ use gestus_core::{
 };
 use gestus_database::{
     blob::cut::models_only,
+    build::{BuildOptions, build},
     command_line::stylizer_args::methods,
     models::lti::{Model, clip},
     stream::{Request, Streamed, from_pose, stream, stream_with_labels, to_pose},
+    synth,
 };
 use gestus_motion::clip::rotation;
 use gestus_tests::{
@@ -43,11 +45,13 @@ fn without_yaw(row: &[f64]) -> impl Iterator<Item = f64> + '_ {
 fn the_stream_of_a_linear_model_is_the_papers_recursion() {
     let blob = motion::small();
     let database = Database::open(blob).unwrap();
-    for (confidence, style) in [(5.0, 1), (1.5, 2), (1e6, 1)] {
-        let (trace, streamed) = run(blob, LTI.confidence(confidence), &[(style, 1.0)], 150);
+    for (confidence, style, settle_s) in [(5.0, 1, 0.1), (1.5, 2, 0.0), (1.5, 2, 0.1), (1e6, 1, 0.1)] {
+        let config = LTI.confidence(confidence).settle_s(settle_s);
+        let (trace, streamed) = run(blob, config, &[(style, 1.0)], 150);
         let model = Model::of(&database, database.linear_model_of(style, None).unwrap());
         let x: Vec<Vec<f64>> = trace.frames.iter().map(|f| wide(&f.x)).collect();
-        let options = clip::Options { before: 0, generalise: Some((f64::from(confidence), 8.0)) };
+        let left = if settle_s > 0.0 { (-1.0 / (motion::RATE_HZ * f64::from(settle_s))).exp() } else { 0.0 };
+        let options = clip::Options { before: 0, generalise: Some((f64::from(confidence), 8.0)), left };
         let truth = model.translate(&x, &options);
         for (t, frame) in trace.frames.iter().enumerate() {
             let found = wide(&frame.predicted);
@@ -109,19 +113,48 @@ fn statistics_are_transferred_as_in_the_paper() {
         for j in 1..database.counts().joints {
             let ((from, from_sd), (to, to_sd)) = (source.joint(j), target.joint(j));
             let aligned = clip.frames[t].rotations[j] * (rotation(from).inverse() * rotation(to));
-            let scale = (f64::from(to_sd) / f64::from(from_sd)).min(4.0);
+            let scale = (f64::from(to_sd) / f64::from(from_sd)).min(2.0);
             // Slerp from the mean is the mean times the scaled rotation.
             let way: Vector3<f64> = (rotation(to).inverse() * aligned).scaled_axis() * scale;
             let truth = rotation(to) * UnitQuaternion::from_scaled_axis(way);
             let off = step.frame.rotations[j].angle_to(&truth);
             assert!(off < 2e-3, "frame {t}, joint {j}: {off}");
         }
-        let [mean, deviation] = source.root(0).map(f64::from);
-        let [to_mean, to_deviation] = target.root(0).map(f64::from);
-        let scale = (to_deviation / deviation).min(4.0);
-        let height = to_mean + scale * (f64::from(trace.frames[t].x[0]) - mean);
-        assert!((f64::from(trace.frames[t].predicted[0]) - height).abs() < 1e-4);
+        let x = wide(&trace.frames[t].x);
+        // The change of the mean speed fades where the input is slow.
+        let moving = (x[dof::FORWARD].abs() / (0.25 * f64::from(source.root(1)[0]).abs())).min(1.0);
+        for (i, (d, part)) in
+            [(dof::HEIGHT, 1.0), (dof::FORWARD, moving), (dof::LEFT, moving)].into_iter().enumerate()
+        {
+            let [mean, deviation] = source.root(i).map(f64::from);
+            let [to_mean, to_deviation] = target.root(i).map(f64::from);
+            let scale = (to_deviation / deviation).min(2.0);
+            let truth = scale * x[d] + part * (to_mean - scale * mean);
+            let found = f64::from(trace.frames[t].predicted[d]);
+            assert!((found - truth).abs() < 2e-4, "frame {t}, number {d}: {found} {truth}");
+        }
         assert_eq!(step.report.step_s, 1.0 / 30.0);
+    }
+}
+
+/// Statistics are of bodies that walk; one that waves on the spot drifted by half a metre.
+#[test]
+fn statistics_leave_a_body_on_the_spot() {
+    let options = synth::Options::of(&["walk"], &["neutral", "old"], 2, 6.0);
+    let corpus = synth::corpus(&options).unwrap();
+    let blob = build(&corpus, &BuildOptions::default()).unwrap().bytes;
+    let database = Database::open(&blob).unwrap();
+    let mut clip = corpus.examples[0].clip.clone();
+    clip.frames.truncate(150);
+    let place = clip.frames[0].root;
+    clip.frames.iter_mut().for_each(|frame| (frame.root.x, frame.root.z) = (place.x, place.z));
+    let [from, to] = [0, 1].map(|style| database.table_of(style, None).unwrap().root(1).map(f64::from));
+    let drift_m = (to[0] - (to[1] / from[1]).min(2.0) * from[0]) * 150.0 / motion::RATE_HZ;
+    assert!(drift_m.abs() > 0.2, "nothing to take away: {drift_m} m");
+    for config in [STATISTIC, STATISTIC.halflife_s(2.0)] {
+        let streamed = stream(&database, &clip, &Request { config, ..Request::style(1) }, &mut ()).unwrap();
+        let moved = streamed.steps.iter().map(|s| (s.frame.root - place).xz().norm()).fold(0.0, f64::max);
+        assert!(moved < 0.05, "{moved} m with a half-life of {} s", config.halflife_s);
     }
 }
 

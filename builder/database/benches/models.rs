@@ -114,7 +114,7 @@ fn linear(criterion: &mut Criterion) {
     let model = Model::of(&database, index);
     let rows =
         Body::of(&corpus).expect("the generated body has legs").with_means_of(&database).clip_dofs(&source);
-    let options = clip::Options { before: 0, generalise: Some((5.0, 8.0)) };
+    let options = clip::Options { generalise: Some((5.0, 8.0)), ..clip::Options::default() };
     group.bench_function("by matrices, f64, no poses", |bencher| {
         bencher.iter(|| black_box(model.translate(black_box(&rows), &options)));
     });

@@ -144,7 +144,7 @@ parameters! {
     /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
     /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
     /// the stylizer's `K`.
-    0 K k: u16 = 8, [1.0 to 64.0], &Method::ALL;
+    0 K k: u16 = 8, [1.0 to 64.0], &[Method::Mar];
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
     1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
@@ -231,9 +231,9 @@ parameters! {
     /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. The
     /// output of tables by phase has no neighbors to follow, so it settles in half of the time. A gait that has all the
     /// weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip or begins
-    /// another action. More is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as
-    /// Xia 2015 does.
-    28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar, Method::Phase];
+    /// another action. Of linear models, the part of the input that is blended in settles. More is smoother, and takes
+    /// longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 and Hsu 2005 do.
+    28 SETTLE settle_s: f32 = 0.1, [0 or 0.01 to 10.0], &[Method::Mar, Method::Phase, Method::Lti];
     /// In clips of a whole action, the frames that come after the last ones are preferred to the nearest. They may be
     /// further by this multiple of the distance of the clips that the builder left out. They keep the repetitions of a
     /// wave apart, whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that

@@ -26,6 +26,12 @@ pub fn exp(x: f32) -> f32 {
     expf(x)
 }
 
+/// What is left after some seconds of what decays with a time constant, `e^(-seconds / time)`; 0 where there is none.
+#[inline]
+pub fn decay(seconds: f32, time: f32) -> f32 {
+    if time > 0.0 { exp(-seconds / time) } else { 0.0 }
+}
+
 /// The error function, -1 to 1.
 #[inline(never)]
 pub fn erf(x: f32) -> f32 {

@@ -11,7 +11,9 @@
 //!
 //! **Unexpected input** (section 4.5, eqs. 7 and 8). A part `b = max over dofs of erf(|u| / (kc √2))^kp` of the input
 //! is blended into the output, where u is the input's distance from its mean in standard deviations. The function
-//! increases with |u|, so the maximum is taken first, and erf and power are computed once.
+//! increases with |u|, so the maximum is taken first, and erf and power are computed once. Another dof is the furthest
+//! from frame to frame, and the output would jump between model and input. The part therefore settles,
+//! `b' = b + e^(-Δt / τ) (b'[t-1] - b)`, where τ is [`Config::settle_s`]; 0 is the paper's own.
 //!
 //! **Several styles** are several models on the same input, summed by their weights (section 6). Weights change gradually,
 //! so that a model that starts at `x = 0` causes no jump.
@@ -24,7 +26,7 @@ use crate::{
         LinearModel,
         layout::{MAX_ORDER, dof},
     },
-    math::{clamp, erf, exp, pow},
+    math::{clamp, decay, erf, exp, pow},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
         work::{Load, Work, as_u32},
@@ -50,6 +52,8 @@ const LOG_STEP: f32 = 1.386_294_4;
 struct Slot<const J: usize> {
     model: Option<u16>,
     weight: f32,
+    /// Part of the input in its last output; `None` before it.
+    input_part: Option<f32>,
     states: [[f32; MAX_ORDER]; J],
 }
 
@@ -121,7 +125,8 @@ impl<const J: usize> Linear<J> {
                 normalised: signals.scratch.as_flattened_mut(),
                 predicted: signals.predicted.as_flattened_mut(),
             };
-            let (input_part, log_step) = translate(&model, states, frame, share, dofs, report);
+            let (input_part, log_step) =
+                translate(&model, states, &mut slot.input_part, frame, share, dofs, report);
             step_s += share * input_step * exp((1.0 - input_part) * clamp(log_step, -LOG_STEP, LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
@@ -184,12 +189,12 @@ fn target_models(frame: Frame<'_, '_>, report: &mut Report) -> (TargetModels, f3
 }
 
 impl<const J: usize> Slot<J> {
-    const FREE: Self = Self { model: None, weight: 0.0, states: [[0.0; MAX_ORDER]; J] };
+    const FREE: Self = Self { model: None, weight: 0.0, input_part: None, states: [[0.0; MAX_ORDER]; J] };
 
     /// Removes the model.
     #[inline(never)]
     fn free(&mut self) {
-        (self.model, self.weight) = (None, 0.0);
+        (self.model, self.weight, self.input_part) = (None, 0.0, None);
         self.states.as_flattened_mut().fill(0.0);
     }
 }
@@ -204,13 +209,14 @@ struct ModelDofs<'a> {
     predicted: &'a mut [f32],
 }
 
-/// One step of a model: adds its output to the prediction with weight `share`. Returns the part of the input that was
-/// blended in, and the logarithm of the time warp.
+/// One step of a model: adds its output to the prediction with weight `share`. `last_part` is the part of the input in its
+/// last output. Returns that in this one, and the logarithm of the time warp.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn translate(
     model: &LinearModel<'_>,
     mut states: &mut [f32],
+    last_part: &mut Option<f32>,
     frame: Frame<'_, '_>,
     share: f32,
     signals: ModelDofs<'_>,
@@ -226,7 +232,10 @@ fn translate(
     }
     report.distance2 =
         if largest * largest > report.distance2 { largest * largest } else { report.distance2 };
-    let input_part = blend(largest, frame.config.confidence, frame.config.preference);
+    let unexpected = blend(largest, frame.config.confidence, frame.config.preference);
+    let left = decay(1.0 / frame.database.rate_hz(), frame.config.settle_s);
+    let input_part = unexpected + left * (last_part.unwrap_or(unexpected) - unexpected);
+    *last_part = Some(input_part);
     // The part of the input that is unlike the training data passes through.
     let mixed = signals.predicted.iter_mut().zip(signals.x);
     mixed.take(dofs).for_each(|(predicted, x)| *predicted += share * input_part * x);

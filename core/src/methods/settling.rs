@@ -22,7 +22,7 @@
 //! ```
 
 use crate::{
-    math::{abs, clamp, exp},
+    math::{abs, clamp, decay},
     methods::weights::Share,
 };
 
@@ -37,11 +37,6 @@ const JUMP_RATIO: f32 = 1.5;
 const JUMP_S: f32 = 0.3;
 /// Proportion above which a class is clearly the nearest.
 const CLEAR: f32 = 0.6;
-
-/// `e^(-seconds / time)`, 0 where there is no time.
-fn pole(seconds: f32, time: f32) -> f32 {
-    if time > 0.0 { exp(-seconds / time) } else { 0.0 }
-}
 
 /// A spring that pulls outputs to their predictions, as it acts in one frame. [`NONE`](Self::NONE) puts out the prediction.
 #[derive(Debug, Clone, Copy)]
@@ -68,7 +63,7 @@ impl Spring {
         let time = time * (time_ratio(shares, is_gait) + JUMP_RATIO * jump);
         let gestures = shares.iter().filter(|share| !is_gait(usize::from(share.class)));
         let second = clamp(0.5 * gestures.map(|share| share.proportion).sum::<f32>(), 0.0, 0.5);
-        let [a, b] = [(1.0 - second) * time, second * time].map(|time| pole(seconds, time));
+        let [a, b] = [(1.0 - second) * time, second * time].map(|time| decay(seconds, time));
         Self { distance: a + b - a * b, velocity: a * b }
     }
 

@@ -6,7 +6,8 @@
 //! `q' = q_s (q̄_s⁻¹ q̄_r)`, `q_t = Slerp(σ_r / σ_s, q̄_r, q')` (section 5.4, eq. 7)
 //!
 //! The root's height and ground velocity are scaled number by number (eq. 4). Velocities are used instead of positions,
-//! so the place of the body does not matter. Turning and timing of the input pass through.
+//! so the place of the body does not matter. Eq. 4 gives a body that stands the velocity `μ_r - σ_r / σ_s μ_s`; this part
+//! of it fades as the input becomes slower than a quarter of its mean. Turning and timing of the input pass through.
 //!
 //! `q̄_r`, `σ_r` are a table in the blob; blends of styles blend tables. The input's `q̄_s`, `σ_s` are those of the labelled
 //! input style, or of the style that the blob names. With a half-life, they are an estimate that starts there and
@@ -26,7 +27,7 @@ use crate::{
         layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
     math::{
-        clamp, exp,
+        abs, clamp, exp,
         quaternion::{self, IDENTITY, Quaternion, Vector},
         sqrt,
         vector::norm,
@@ -38,8 +39,11 @@ use crate::{
     stylizer::style_mix::Settings,
 };
 
-/// Greatest ratio of two spreads. A joint that hardly moved in the data does not show how to move.
-const MAX_SPREAD_RATIO: f32 = 4.0;
+/// Greatest ratio of two spreads. A joint that hardly moved in the data does not show how to move, and more than twice the
+/// input's motion is seen as jerks.
+const MAX_SPREAD_RATIO: f32 = 2.0;
+/// Part of the input style's mean forward velocity above which eq. 4 has its full effect on velocities.
+const MOVING: f32 = 0.25;
 /// Mean squared distance of the furthest joint, in variances, below which input is of the database's kind, whatever its
 /// style.
 const FAMILIAR_DISTANCE2: f32 = 20.0;
@@ -147,6 +151,8 @@ fn transfer(
     report.bytes_read += tables.iter().map(|(t, _)| t.bytes() as u32).sum::<u32>();
 
     let mut largest = 0.0;
+    let forward = x.get(dof::FORWARD).copied().unwrap_or(0.0);
+    let moving = moving(forward, source.root(1)[0]);
     for (i, (d, statistics)) in ROOT.into_iter().zip(root).enumerate() {
         let x = x.get(d).copied().unwrap_or(0.0);
         let [mean, deviation] = if running { [statistics[0], sqrt(statistics[1])] } else { source.root(i) };
@@ -157,8 +163,10 @@ fn transfer(
             to_deviation += weight * deviation;
         }
         let offset = x - mean;
-        largest = max_normalised(largest, crate::math::abs(offset), deviation);
-        set_dof(predicted, d, to_mean + spread_ratio(to_deviation, deviation) * offset);
+        largest = max_normalised(largest, abs(offset), deviation);
+        let ratio = spread_ratio(to_deviation, deviation);
+        let part = if d == dof::HEIGHT { 1.0 } else { moving };
+        set_dof(predicted, d, ratio * x + part * (to_mean - ratio * mean));
         statistics[0] += alpha * offset;
         statistics[1] += alpha * (offset * offset - statistics[1]);
     }
@@ -244,6 +252,14 @@ fn set_dof(dofs: &mut [f32], dof: usize, value: f32) {
     if let Some(slot) = dofs.get_mut(dof) {
         *slot = value;
     }
+}
+
+/// Part of eq. 4's change of the mean velocity that a body with this forward velocity takes, from 0 (it stands) to 1, in
+/// data with this mean.
+fn moving(forward: f32, mean: f32) -> f32 {
+    let full = MOVING * abs(mean);
+    // Whoever walks nowhere, as in gestures, has no drift to take away.
+    if full > 1e-3 { clamp(abs(forward) / full, 0.0, 1.0) } else { 1.0 }
 }
 
 /// Ratio of two spreads, at most [`MAX_SPREAD_RATIO`].

@@ -102,9 +102,9 @@ pub enum GestusParameter {
     /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
     /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag.
     /// Nothing leads that of tables by phase, so it settles in half of the time. A gait that has all the weight takes a
-    /// quarter of it. The time is longer where the body jumps to another part of a clip or begins another action. More
-    /// is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to
-    /// 10, or 0 for none. Default 0.1.
+    /// quarter of it. The time is longer where the body jumps to another part of a clip or begins another action. Of
+    /// linear models the part of the input that is blended in settles. More is smoother, and takes longer to take up a
+    /// change; 0 puts the prediction out as it is, as Xia 2015 and Hsu 2005 do. 0.01 to 10, or 0 for none. Default 0.1.
     Settle = 28,
     /// How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
     /// multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart,

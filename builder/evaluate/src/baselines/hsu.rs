@@ -60,7 +60,10 @@ pub(crate) fn translate(
     clip: &Clip,
     generalise: Option<(f64, f64)>,
 ) -> Translated {
-    model.translate(&body.with_means_of(database).clip_dofs(clip), &Options { before: 0, generalise })
+    model.translate(
+        &body.with_means_of(database).clip_dofs(clip),
+        &Options { generalise, ..Options::default() },
+    )
 }
 
 /// Adds the rows of a fold.

@@ -61,7 +61,7 @@ pub(crate) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>
         let model = Model::of(database, index);
         let x = fold.body.with_means_of(database).clip_dofs(&example.clip);
         let before = fold.corpus.rate_hz.round() as usize;
-        let out = model.translate(&x, &clip::Options { before, generalise: None });
+        let out = model.translate(&x, &clip::Options { before, ..clip::Options::default() });
         rows.push(fold.row("lti-clip", &own_dofs(fold, database, &out.rows), None));
     }
     if let Some(other) = fold.other {

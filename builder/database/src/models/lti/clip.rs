@@ -17,12 +17,14 @@ const LOG_STEP: f64 = 1.386_294_4;
 const PREDICTORS: usize = 10;
 
 /// Options of a translation.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
     /// Frames that are extrapolated backwards; 0: the start is at `x = 0`.
     pub before: usize,
     /// kc and kp of the blend of unexpected input (eqs. 7 and 8); `None`: no blend.
     pub generalise: Option<(f64, f64)>,
+    /// Part of the last frame's blend that is left in the next, from 0 (as in the paper) to 1.
+    pub left: f64,
 }
 
 /// Result of a translation.
@@ -66,7 +68,9 @@ impl Model {
                 continue;
             }
             let furthest = u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-            let passed = options.generalise.map_or(0.0, |constants| blend(furthest, constants));
+            let unexpected = options.generalise.map_or(0.0, |constants| blend(furthest, constants));
+            let last = out.passed.last().copied().unwrap_or(unexpected);
+            let passed = unexpected + options.left * (last - unexpected);
             let value = |d: usize| self.outputs[d].0 + self.outputs[d].1 * y[d];
             out.rows.push((0..dofs).map(|d| passed * x[d] + (1.0 - passed) * value(d)).collect());
             out.warp.push(((1.0 - passed) * value(dofs).clamp(-LOG_STEP, LOG_STEP)).exp());
