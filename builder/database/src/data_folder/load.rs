@@ -2,12 +2,14 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    fmt::Display,
     path::{Path, PathBuf},
 };
 
-use rayon::prelude::*;
 use thiserror::Error;
+
+mod bind;
+
+use bind::{Bound, below, bind_all, disambiguate_names};
 
 use crate::{
     data_folder::{
@@ -17,14 +19,12 @@ use crate::{
         licence::licence_beside,
         rig::{Rig, RigError},
         skeletons::{difference, kinds, most_common, unify},
-        worlds::{self, Up},
+        worlds,
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
 use gestus_motion::{
-    animation::Recording,
-    binding::{Options, to_clip},
-    capture::{CaptureError, Document, Folder, Format, read_folder},
+    capture::{CaptureError, Format, read_folder},
     clip::{Clip, Skeleton},
     corpus::Corpus,
     joints::JointsError,
@@ -100,7 +100,8 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     files.skipped.retain(|error| !is_rig(Path::new(error.file())));
     files.documents.retain(|(path, _)| !is_rig(path) || config.annotate(below(&folder, path)).is_ok());
     let mut left_out: Vec<LeftOut> = Vec::new();
-    let mut clips = bind_all(config, &folder, &files, &mut left_out)?;
+    let mut clips =
+        bind_all(config, &folder, &files, &mut left_out).map_err(|e| LoadError::Names(place.clone(), e))?;
     disambiguate_names(&mut clips);
     let mut notes = vec![files.summary()];
     let mut clips = match &rig {
@@ -166,79 +167,12 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     Ok(Loaded { corpus, notes, floors, left_out, rig })
 }
 
-/// A path below a folder.
-fn below<'p>(folder: &Path, path: &'p Path) -> &'p Path {
-    path.strip_prefix(folder).unwrap_or(path)
-}
-
-/// Converts all readable files that are selected. Adds the others that should have been usable to `left_out`.
-fn bind_all(
-    config: &Config,
-    folder: &Path,
-    files: &Folder,
-    left_out: &mut Vec<LeftOut>,
-) -> Result<Vec<Bound>, LoadError> {
-    let below = |path: &Path| below(folder, path).to_path_buf();
-    left_out.extend(files.skipped.iter().map(|error| {
-        LeftOut::new(Reason::Unreadable, below(Path::new(error.file())).to_string_lossy(), error)
-    }));
-    // Files that can't be read have names too.
-    let named: Vec<PathBuf> = (files.documents.iter().map(|(path, _)| below(path)))
-        .chain(files.skipped.iter().map(|e| below(Path::new(e.file()))))
-        .collect();
-    let paths: Vec<&Path> = named.iter().map(PathBuf::as_path).collect();
-    config.check_names(&paths).map_err(|e| LoadError::Names(folder.display().to_string(), e))?;
-    let bound: Vec<Result<Option<Bound>, LeftOut>> = files
-        .documents
-        .par_iter()
-        .map(|(path, document)| bind(config, &below(path), path, document))
-        .collect();
-    let mut clips: Vec<Bound> = Vec::new();
-    for clip in bound {
-        match clip {
-            Ok(clip) => clips.extend(clip),
-            Err(why) => left_out.push(why),
-        }
-    }
-    Ok(clips)
-}
-
 /// Under `strict`, refuses a folder of which something was left out.
 fn refuse_if_strict(config: &Config, place: &str, left_out: &[LeftOut]) -> Result<(), LoadError> {
     let left_out = if config.strict { left_out } else { &[] };
     let messages = left_out.iter().map(|one| one.said.clone()).collect();
     let refused = Refused::unless_empty(messages, Group::all(left_out));
     refused.map_err(|e| LoadError::Strict(place.to_owned(), e))
-}
-
-/// A clip with its file's labels.
-struct Bound {
-    name: String,
-    /// The file below the folder, without its ending.
-    below: String,
-    annotation: Annotation,
-    /// The unit, if guessed.
-    guessed: Option<String>,
-    /// A warning about the body's size, if the unit was not guessed.
-    doubt: Option<String>,
-    /// The height of its floor, metres, if the configuration states it.
-    floor_m: Option<f64>,
-    /// Up in its world.
-    up: Up,
-    /// Whether registration has a timeline for it.
-    has_cycles: bool,
-    clip: Clip,
-}
-
-/// Names clips by their files; clips of the same name in several folders get the folder's name too.
-fn disambiguate_names(clips: &mut [Bound]) {
-    let mut count = HashMap::<String, usize>::new();
-    for clip in clips.iter() {
-        *count.entry(clip.clip.name.clone()).or_default() += 1;
-    }
-    for clip in clips.iter_mut().filter(|c| count[&c.clip.name] > 1) {
-        clip.clip.name.clone_from(&clip.below);
-    }
 }
 
 /// The clips on the most common skeleton, of equally common ones the first.
@@ -355,30 +289,6 @@ fn turn_upright(clips: &mut [Bound]) -> Option<String> {
         clip.has_cycles = has_cycles(&clip.clip, clip.annotation.kind);
     }
     note
-}
-
-/// Converts a file to a clip at the database's rate; `None` if it is not selected.
-fn bind(config: &Config, below: &Path, path: &Path, document: &Document) -> Result<Option<Bound>, LeftOut> {
-    let name = document.name().to_owned();
-    let file = below.to_string_lossy();
-    let annotation = config.annotate(below).map_err(|e| LeftOut::new(Reason::Unlabelled, file.clone(), e))?;
-    if !config.wants(&annotation) {
-        return Ok(None);
-    }
-    let options = Options { unit: config.unit(), ..Options::default() };
-    let unread =
-        |e: &dyn Display| LeftOut::new(Reason::Unreadable, file.clone(), format_args!("{name}: {e}"));
-    let (clip, binding) = to_clip(document, &options).map_err(|e| unread(&e))?;
-    let mut clip = clip.fitted(config.rate_hz).map_err(|e| unread(&e))?;
-    clip.name = path.file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
-    let steps: Vec<_> = below.with_extension("").iter().map(|s| s.to_string_lossy().into_owned()).collect();
-    let guessed = (config.unit.is_none() && document.unit().is_none()).then(|| binding.unit().name());
-    let doubt = binding.doubt().map(|doubt| format!("{name}: {doubt}"));
-    let has_cycles = has_cycles(&clip, annotation.kind);
-    let floor_m = config.floor(below);
-    let up = Up::of(document, &clip, config.up);
-    let below = steps.join("/");
-    Ok(Some(Bound { name, below, annotation, guessed, doubt, floor_m, up, has_cycles, clip }))
 }
 
 /// The selection, for the message that no clip matches it.
