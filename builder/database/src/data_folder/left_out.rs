@@ -19,6 +19,8 @@ pub enum Reason {
     Unlabelled,
     /// Its skeleton differs from that of most clips.
     Skeleton,
+    /// Its body has a size or a place that no body has.
+    Size,
     /// A gait without a gait cycle.
     NoCycle,
     /// Fewer frames than an action takes.
@@ -34,6 +36,7 @@ impl Reason {
             Self::Unreadable => "unreadable",
             Self::Unlabelled => "unlabelled",
             Self::Skeleton => "skeleton",
+            Self::Size => "size",
             Self::NoCycle => "no_cycle",
             Self::Short => "short",
             Self::Incomplete => "incomplete",
@@ -47,6 +50,9 @@ impl Reason {
             Self::Unlabelled => ["whose names don't say action and style", "label them"],
             Self::Skeleton => {
                 ["whose skeleton differs from that of most", "build a separate database from them"]
+            }
+            Self::Size => {
+                ["of a size, or at a place, that no body has", "correct `unit`, `floor` or `[floors]`"]
             }
             Self::NoCycle => ["without a gait cycle", "if their action is no gait, say so"],
             Self::Short => ["that are too short", "remove still poses from the folder"],

@@ -18,6 +18,7 @@ use crate::{
         left_out::{Group, LeftOut, Reason, Refused},
         licence::licence_beside,
         rig::{Rig, RigError},
+        size,
         skeletons::{difference, kinds, most_common, unify},
         worlds,
     },
@@ -112,6 +113,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         None => on_common_skeleton(clips, &mut left_out),
     };
     notes.extend(turn_upright(&mut clips));
+    let mut clips = of_human_size(clips, &mut left_out);
     notes.extend(treat_as_whole_without_cycles(config, &mut clips));
     let clips = registrable(clips, &mut left_out);
     let (clips, floors) = match &rig {
@@ -251,6 +253,19 @@ fn registrable(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
     left_out.extend(others.iter().map(|c| without_cycle(&c.clip, &c.annotation.action, c.annotation.kind)));
     used
+}
+
+/// Leaves out bodies whose size shows a wrong unit, and those far from the floor that is stated for them.
+fn of_human_size(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
+    let fits = |clip: &Bound| match size::problem(&clip.clip, clip.floor_m) {
+        None => true,
+        Some(problem) => {
+            let said = format!("{}: {problem}", clip.name);
+            left_out.push(LeftOut::new(Reason::Size, &clip.below, said));
+            false
+        }
+    };
+    clips.into_iter().filter(fits).collect()
 }
 
 /// A clip that registration can't use.

@@ -8,6 +8,7 @@ mod licence;
 pub mod load;
 mod pattern;
 pub mod rig;
+mod size;
 mod skeletons;
 pub mod split;
 mod worlds;

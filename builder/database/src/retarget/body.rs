@@ -1,6 +1,6 @@
 //! A skeleton with its parts, measured on its own motion.
 
-use std::sync::Arc;
+use std::{ops::RangeInclusive, sync::Arc};
 
 use gestus_core::{
     BlobError, Database, Pose,
@@ -36,6 +36,9 @@ pub(crate) const ANKLE: f64 = 0.1;
 pub(crate) fn is_over_sole(height_m: f64, leg_m: f64) -> bool {
     (-0.06 * leg_m..=0.25 * leg_m).contains(&height_m)
 }
+
+/// Lengths of the legs of bodies, metres: from toys to giants.
+pub(crate) const LEGS_M: RangeInclusive<f64> = 0.05..=20.0;
 
 /// Farthest that a body can be from a stated floor, metres: within what a map holds.
 const FAR_FROM_FLOOR_M: f64 = 50.0;
@@ -146,7 +149,7 @@ impl Body {
 
     pub(super) fn checked(self, which: &'static str) -> Result<Self, MapError> {
         let length_m = self.anatomy.leg_m;
-        if (0.05..=20.0).contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
+        if LEGS_M.contains(&length_m) { Ok(self) } else { Err(MapError::Legs { which, length_m }) }
     }
 
     /// Its legs, for inverse kinematics: thigh and shin of one bone each. `None` where there are joints between.

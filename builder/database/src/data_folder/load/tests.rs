@@ -161,6 +161,33 @@ fn clips_of_another_world_are_turned_to_y_up() {
     }
 }
 
+/// A wrong unit or floor made a database of giants, or one that did not open.
+#[test]
+fn bodies_of_a_wrong_size_or_far_from_their_floor_are_left_out() {
+    let folder = Folder::new("giants");
+    for style in ["a", "b"] {
+        folder.walk(&format!("walk_{style}_1.bvh"), 120, |_| ());
+    }
+    for (wrong, said) in [
+        ("unit = \"m\"", "legs are "),
+        ("unit = \"1e-5\"", "legs are 0.00 m"),
+        ("floor = 15.0", "above the floor at 15 m"),
+        ("floor = -90.0", "above the floor at -90 m"),
+    ] {
+        let error = folder.load(wrong).unwrap_err();
+        assert!(
+            matches!(&error, LoadError::Empty { detail, .. } if detail.contains(said)),
+            "{wrong}: {error}"
+        );
+    }
+    // A toy, a body on a stage, and one of two clips.
+    for right in ["unit = \"mm\"", "floor = -3.0", "floor = 0.5"] {
+        assert_eq!(folder.load(right).unwrap().left_out, [], "{right}");
+    }
+    let loaded = folder.load("[floors]\n\"walk_a_1.bvh\" = 15.0").unwrap();
+    assert_eq!(reasons(&loaded), [("walk_a_1", Reason::Size)]);
+}
+
 /// A folder in which some clips had their floor at the hips taught feet at two heights.
 #[test]
 fn clips_on_floors_of_their_own_are_moved_onto_one_at_zero() {
