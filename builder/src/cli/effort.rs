@@ -108,7 +108,10 @@ pub fn model(database: &Database<'_>, db: &Path, given: Option<&Path>) -> Result
     let model = match given {
         Some(path) => {
             let rows = labels::read(path, f64::from(database.rate_hz()))?;
-            Model::given(&rows, &path.display().to_string(), |spans| Library::marked(database, spans))?
+            let file = path.display().to_string();
+            let model = Model::given(&rows, &file, |spans| Library::marked(database, spans))?;
+            labels::doubts(&rows, &file, &model.library).iter().for_each(super::note);
+            model
         }
         None => Model::of_database(database)?,
     };

@@ -14,7 +14,10 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use crate::effort::{Factors, NAMES, POLE, fragment::Span};
+use crate::effort::{
+    Factors, NAMES, POLE,
+    fragment::{Library, Span},
+};
 use gestus_motion::files::{self, FileError, MOST_SETTINGS};
 
 /// A row of the table.
@@ -113,6 +116,10 @@ const COLUMNS: [&str; 13] = [
     NAMES[1],
     NAMES[2],
 ];
+/// Most rows that a doubt names.
+const NAMED: usize = 3;
+/// Frames by which an end may be off, since the table has it in rounded seconds.
+const ROUNDED: usize = 1;
 const SECONDS: &str = "a time in seconds, not negative";
 const AFTER: &str = "it has to be after the fragment's start";
 const FACTOR: &str = "a number from -3 to 3 (all three factors, or none)";
@@ -219,6 +226,34 @@ pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelErr
         });
     }
     Ok(rows)
+}
+
+/// Rows with labels that a library of fragments does not use as they are: fragments of other clips, those that end after
+/// their clip, and those that are there twice.
+pub fn doubts(rows: &[Row], file: &str, library: &Library) -> Vec<String> {
+    let labelled: Vec<&Row> =
+        rows.iter().filter(|row| row.second.is_none() && row.effort.is_some()).collect();
+    let of = |row: &Row| {
+        library.fragments.iter().find(|f| (&f.span.clip, f.span.from) == (&row.first.clip, row.first.from))
+    };
+    let named = |what: &str, chosen: &dyn Fn(usize, &Row) -> bool| {
+        let named = |row: &Row| format!("{} ({})", row.id, row.first.clip);
+        let all = labelled.iter().enumerate().filter(|(i, row)| chosen(*i, row));
+        let rows: Vec<String> = all.map(|(_, row)| named(row)).collect();
+        let first: Vec<&str> = rows.iter().take(NAMED).map(String::as_str).collect();
+        let more = if rows.len() > NAMED { ", ..." } else { "" };
+        (!rows.is_empty()).then(|| format!("{file}: {} {what}: {}{more}", rows.len(), first.join(", ")))
+    };
+    let is_cut = |row: &Row| of(row).is_some_and(|f| f.span.to + ROUNDED < row.first.to);
+    let is_repeated = |i: usize, row: &Row| labelled[..i].iter().any(|other| other.first == row.first);
+    [
+        named("fragments with labels are of no clip that is used, and left out", &|_, row| of(row).is_none()),
+        named("fragments end after their clip, and are cut there", &|_, row| is_cut(row)),
+        named("fragments have labels already, in a row above, which counts", &|i, row| is_repeated(i, row)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 #[cfg(test)]

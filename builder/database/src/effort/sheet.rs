@@ -150,5 +150,14 @@ mod tests {
             .iter()
             .filter(|r| r.second.as_ref().is_some_and(|s| r.first != rows[0].first && s.0 != rows[0].first));
         assert_eq!(model.examples.len(), without.count());
+        assert_eq!(labels::doubts(&rows, "sheet.csv", &model.library), Vec::<String>::new());
+        // A clip that is not there, an end after the clip's, and a row twice.
+        rows[2].first.clip = "nowhere".into();
+        rows[3].first.to += 1000;
+        rows.push(rows[4].clone());
+        let model = given(&rows).unwrap();
+        let doubts = labels::doubts(&rows, "sheet.csv", &model.library);
+        assert_eq!(doubts.len(), 3, "{doubts:?}");
+        assert!(doubts.iter().zip([2, 3, 4]).all(|(doubt, row)| doubt.contains(&rows[row].id)), "{doubts:?}");
     }
 }
