@@ -53,6 +53,8 @@ pub enum MapFileError {
     Toml { file: String, error: Box<toml::de::Error> },
     #[error("{file}: `{word}` is not a body part; the parts are {parts}")]
     Part { file: String, word: String, parts: String },
+    #[error("{file}: {word} = \"\": every body has this part: name its joint, or leave the line out")]
+    Needed { file: String, word: String },
     #[error("{file}: rest = \"{word}\": zero or motion")]
     Rest { file: String, word: String },
     #[error("{file}: floor = {metres}: {}", expected_floor())]
@@ -101,6 +103,9 @@ impl MapFile {
                 let parts = Part::all().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
                 return Err(MapFileError::Part { file, word, parts });
             };
+            if joint.is_empty() && !part.optional() {
+                return Err(MapFileError::Needed { file, word });
+            }
             joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
         }
         let upright = match raw.rest.as_deref() {
@@ -139,6 +144,7 @@ mod tests {
             ("[joints]\ntail = \"x\"", vec!["m.toml", "tail", "left-foot"]),
             ("\nup = \"north\"", vec!["m.toml", "line 2", "north", "-z"]),
             ("rest = \"bed\"", vec!["m.toml", "bed"]),
+            ("[joints]\nhips = \"\"", vec!["m.toml", "hips", "every body"]),
             ("turn = 3", vec!["m.toml", "turn"]),
             ("floor = nan", vec!["m.toml", "NaN", "10000000"]),
             ("[joints\n", vec!["m.toml"]),

@@ -14,7 +14,7 @@
 //! servo = { centre_us = 1500, us_per_deg = 10.6, zero_deg = 0, direction = -1, least_us = 600, greatest_us = 2400 }
 //! ```
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -47,6 +47,9 @@ pub struct RobotMap {
     pub joints: BTreeMap<String, JointMap>,
 }
 
+/// Ticks a second that a robot takes.
+pub(super) const TICKS_HZ: RangeInclusive<f64> = 1.0..=1000.0;
+
 /// Settings of a joint.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -78,6 +81,39 @@ pub struct ServoMap {
     pub least_us: f64,
     /// Longest pulse, microseconds.
     pub greatest_us: f64,
+}
+
+impl ServoMap {
+    /// The first key that makes no sense, its value, and what is expected.
+    fn problem(&self) -> Option<(&'static str, f64, &'static str)> {
+        let Self { centre_us, us_per_deg, zero_deg, direction, least_us, greatest_us } = *self;
+        let zero_deg = zero_deg.unwrap_or(0.0);
+        let pulse = "pulses take 1 to 20000 microseconds";
+        let is_pulse = |us: f64| (1.0..=20_000.0).contains(&us);
+        let checks = [
+            (direction.abs() == 1, "direction", direction.into(), "a servo has 1 or -1"),
+            (is_pulse(least_us), "least_us", least_us, pulse),
+            (is_pulse(greatest_us), "greatest_us", greatest_us, pulse),
+            (least_us < greatest_us, "least_us", least_us, "it is below `greatest_us`"),
+            (
+                (least_us..=greatest_us).contains(&centre_us),
+                "centre_us",
+                centre_us,
+                "it is from `least_us` to `greatest_us`",
+            ),
+            (
+                (0.02..=1700.0).contains(&us_per_deg.abs()),
+                "us_per_deg",
+                us_per_deg,
+                "a servo takes 0.02 to 1700 microseconds a degree",
+            ),
+            ((-360.0..=360.0).contains(&zero_deg), "zero_deg", zero_deg, "it is from -360 to 360 degrees"),
+        ];
+        checks
+            .into_iter()
+            .find(|(is_right, ..)| !is_right)
+            .map(|(_, key, found, expected)| (key, found, expected))
+    }
 }
 
 impl Default for ServoMap {
@@ -151,18 +187,18 @@ impl RobotMap {
         };
         let rates = named(String::new(), [map.velocity, map.acceleration, map.jerk])
             .into_iter()
-            .chain([("tick_hz".to_owned(), map.tick_hz)])
             .chain(map.joints.iter().flat_map(of_joint));
         for (key, rate) in rates {
             if let Some(bad) = rate.filter(|v| !(1e-3..=MOST_RATE).contains(v)) {
                 return fail(key, bad, "it is between 0.001 and 1,000,000");
             }
         }
-        if let Some((joint, servo)) = map.joints.iter().find_map(|(joint, entry)| {
-            Some((joint, entry.servo?)).filter(|(_, servo)| servo.direction.abs() != 1)
-        }) {
-            let key = format!("joint `{joint}`: direction");
-            return fail(key, servo.direction.into(), "a servo has 1 or -1");
+        if let Some(bad) = map.tick_hz.filter(|hz| !TICKS_HZ.contains(hz)) {
+            return fail("tick_hz".into(), bad, "a robot takes 1 to 1000 ticks a second");
+        }
+        let servos = map.joints.iter().filter_map(|(joint, entry)| Some((joint, entry.servo?.problem()?)));
+        if let Some((joint, (key, found, expected))) = servos.into_iter().next() {
+            return fail(format!("joint `{joint}`: {key}"), found, expected);
         }
         if let Some(bad) = map.ankle_m.filter(|m| !(0.0..=2.0).contains(m)) {
             return fail("ankle_m".into(), bad, "ankles are 0 to 2 metres above the ground");
@@ -224,6 +260,14 @@ mod tests {
             ("[joints.k]\npart = \"fin\"", vec!["m.toml", "`k`", "fin", "left-foot"]),
             ("forward = \"z\"", vec!["m.toml", "forward"]),
             ("jerk = -1.0", vec!["m.toml", "jerk = -1"]),
+            ("tick_hz = 0.5", vec!["m.toml", "tick_hz = 0.5", "1 to 1000"]),
+            ("[joints.k]\nservo = { zero_deg = 9000 }", vec!["m.toml", "`k`", "zero_deg = 9000"]),
+            ("[joints.k]\nservo = { us_per_deg = 0 }", vec!["m.toml", "`k`", "us_per_deg = 0"]),
+            (
+                "[joints.k]\nservo = { least_us = 2600 }",
+                vec!["m.toml", "`k`", "least_us = 2600", "greatest_us"],
+            ),
+            ("[joints.k]\nservo = { centre_us = 400 }", vec!["m.toml", "`k`", "centre_us = 400"]),
             ("[joints.k]\nvelocity = 0.0", vec!["m.toml", "joint `k`: velocity = 0"]),
             ("[joints.k]\nservo = { direction = 3 }", vec!["m.toml", "`k`", "1 or -1"]),
             ("speed = 1", vec!["m.toml", "speed"]),

@@ -19,7 +19,7 @@ use crate::retarget::{
 };
 use crate::robot::{
     assign::{Assigned, Assignment, assign},
-    file::RobotMap,
+    file::{RobotMap, TICKS_HZ},
     links::{Limb, Links, limbs},
     stand::Stand,
 };
@@ -39,8 +39,8 @@ pub enum MachineError {
     Nothing { joints: String },
     #[error("tick_hz = {tick_hz}: a robot takes 1 to 1000 ticks a second")]
     Tick { tick_hz: f64 },
-    #[error("hinge `{hinge}`: {what}")]
-    Hinge { hinge: String, what: String },
+    #[error("hinge `{hinge}`: its servo makes no sense: check `servo` and `zero_deg` in the robot map")]
+    Servo { hinge: String },
     #[error("the encoded tables are invalid")]
     Blob(#[from] BlobError),
 }
@@ -79,7 +79,7 @@ impl Machine {
             return Err(MachineError::Hinges { have });
         }
         let tick_hz = map.tick_hz.unwrap_or(50.0);
-        if !(1.0..=1000.0).contains(&tick_hz) {
+        if !TICKS_HZ.contains(&tick_hz) {
             return Err(MachineError::Tick { tick_hz });
         }
         let assignment = assign(&robot, map);
@@ -259,10 +259,7 @@ impl Machine {
             greatest_us: servo.greatest_us as f32,
         };
         if !valid.is_valid() {
-            let what = "its servo makes no sense: `least_us` has to be below `greatest_us`, both from 1 to 20000, `centre_us` \
-                        between them, and `us_per_deg` not 0"
-                .to_owned();
-            return Err(MachineError::Hinge { hinge: record.name.clone(), what });
+            return Err(MachineError::Servo { hinge: record.name.clone() });
         }
         Ok(())
     }
