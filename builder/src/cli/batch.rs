@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use gestus_motion::{
-    capture::{CaptureError, Format, motion_files},
+    capture::{CaptureError, Format, file_of, motion_files},
     formats::gltf::GltfErrorKind,
 };
 use serde_json::{Value, json};
@@ -24,10 +24,12 @@ pub struct Clip {
 
 /// The clips that are meant; `None` if it is one file, which has one output file.
 ///
+/// Files in `output` that are below a folder of clips are outputs of an earlier call, and left out.
+///
 /// # Errors
 /// A pattern that is none or that no file matches, a folder that can't be read or holds no clip, and two clips whose
 /// outputs would be one.
-pub fn clips(inputs: &[&PathBuf]) -> Result<Option<Vec<Clip>>> {
+pub fn clips(inputs: &[&PathBuf], output: &Path) -> Result<Option<Vec<Clip>>> {
     let is_pattern = |path: &Path| !path.exists() && path.to_string_lossy().contains(['*', '?', '[']);
     if let [one] = inputs
         && !one.is_dir()
@@ -42,10 +44,10 @@ pub fn clips(inputs: &[&PathBuf]) -> Result<Option<Vec<Clip>>> {
         if is_pattern(input) {
             let found = glob::glob(&input.to_string_lossy()).with_context(|| format!("--input {shown}"))?;
             for path in found {
-                of_path(&path.with_context(|| format!("--input {shown}"))?, &mut clips)?;
+                of_path(&path.with_context(|| format!("--input {shown}"))?, output, &mut clips)?;
             }
         } else {
-            of_path(input, &mut clips)?;
+            of_path(input, output, &mut clips)?;
         }
         if clips.len() == before {
             bail!(
@@ -54,24 +56,37 @@ pub fn clips(inputs: &[&PathBuf]) -> Result<Option<Vec<Clip>>> {
             );
         }
     }
-    let mut names: Vec<&PathBuf> = clips.iter().map(|c| &c.name).collect();
-    names.sort();
-    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-        bail!("two clips would be written to {}: translate their folders one by one", pair[0].display());
+    let mut sorted: Vec<&Clip> = clips.iter().collect();
+    sorted.sort_by(|a, b| a.name.cmp(&b.name));
+    if let Some([a, b]) = sorted.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        bail!(
+            "{} and {} would both be written to {}: translate them one by one",
+            a.input.display(),
+            b.input.display(),
+            a.name.display()
+        );
     }
     Ok(Some(clips))
 }
 
-/// A file, or the clips below a folder, named by their paths below it.
-fn of_path(path: &Path, clips: &mut Vec<Clip>) -> Result<()> {
+/// A file, one animation of a file, or the clips below a folder, named by their paths below it.
+fn of_path(path: &Path, output: &Path, clips: &mut Vec<Clip>) -> Result<()> {
     if !path.is_dir() {
-        let name = output_name(Path::new(path.file_name().unwrap_or_default()), path);
-        clips.push(Clip { input: path.to_path_buf(), name });
+        let file = file_of(path);
+        let name = output_name(Path::new(file.file_name().unwrap_or_default()), file);
+        let clip = Clip { input: file.to_path_buf(), name };
+        let text = path.to_string_lossy();
+        let animation = text.split_once('#').filter(|_| file != path);
+        clips.push(animation.map_or(clip.clone(), |(_, name)| clip.animation(name)));
         return Ok(());
     }
     let (files, errors) = motion_files(path)?;
     errors.iter().for_each(super::note);
-    for file in files {
+    let own = |folder: &Path| folder.canonicalize().ok();
+    let outputs = own(output).filter(|output| own(path).is_some_and(|path| path != *output));
+    let is_output =
+        |file: &PathBuf| own(file).zip(outputs.as_ref()).is_some_and(|(file, own)| file.starts_with(own));
+    for file in files.into_iter().filter(|file| !is_output(file)) {
         let name = output_name(file.strip_prefix(path).unwrap_or(&file), &file);
         clips.push(Clip { input: file, name });
     }
@@ -189,11 +204,14 @@ mod tests {
     fn folders_patterns_and_lists_name_clips() {
         let folder = std::env::temp_dir().join(format!("gestus-batch-{}", std::process::id()));
         fs::create_dir_all(folder.join("a")).unwrap();
-        for file in ["x.bvh", "a/y.glb", "a/x.bvh", "notes.txt"] {
+        // `a/out` is the output folder.
+        fs::create_dir_all(folder.join("a/out")).unwrap();
+        for file in ["x.bvh", "a/y.glb", "a/x.bvh", "a/out/x.bvh", "notes.txt"] {
             fs::write(folder.join(file), "").unwrap();
         }
         let names = |inputs: &[PathBuf]| {
-            let found = clips(&inputs.iter().collect::<Vec<_>>()).map_err(|e| e.to_string())?;
+            let found = clips(&inputs.iter().collect::<Vec<_>>(), &folder.join("a/out"))
+                .map_err(|e| e.to_string())?;
             Ok::<_, String>(
                 found.map(|all| all.into_iter().map(|c| c.name.display().to_string()).collect::<Vec<_>>()),
             )
@@ -203,6 +221,9 @@ mod tests {
         assert_eq!(names(std::slice::from_ref(&folder)).unwrap().unwrap(), ["a/x.bvh", "a/y.glb", "x.bvh"]);
         assert_eq!(names(&[folder.join("a/*.glb")]).unwrap().unwrap(), ["y.glb"]);
         assert_eq!(names(&[x.clone(), folder.join("a/y.glb")]).unwrap().unwrap(), ["x.bvh", "y.glb"]);
+        // Animations of one file.
+        let named = ["a/y.glb#walk", "a/y.glb#run"].map(|name| folder.join(name));
+        assert_eq!(names(&named).unwrap().unwrap(), ["y/walk.glb", "y/run.glb"]);
         // What the words have to name: the clip, and the option.
         assert!(names(&[x, folder.join("a/x.bvh")]).unwrap_err().contains("x.bvh"));
         assert!(names(&[folder.join("*.fbx")]).is_err());
@@ -239,7 +260,7 @@ mod tests {
             bail!("bad")
         };
         let translate = |output: &str| {
-            let found = clips(&[&input]).unwrap().unwrap();
+            let found = clips(&[&input], Path::new(output)).unwrap().unwrap();
             run(found, &folder.join(output), true, only_good).unwrap_err()
         };
         let _ = translate("out/of/it");

@@ -192,7 +192,7 @@ impl Args {
 pub fn run(args: &Args) -> Result<()> {
     let (common, json) = (&args.common, args.common.report.json);
     let inputs: Vec<&PathBuf> = [&common.clip.input].into_iter().chain(&args.more).collect();
-    let Some(clips) = batch::clips(&inputs)? else {
+    let Some(clips) = batch::clips(&inputs, &common.output)? else {
         let figures = one(args)?;
         return if json { super::say(&figures) } else { Ok(()) };
     };
@@ -285,6 +285,9 @@ fn one(args: &Args) -> Result<Value> {
             degraded_words(&figures),
             figures["digest"].as_str().unwrap_or("")
         ))?;
+        if let Some(round) = input.round() {
+            super::say(round)?;
+        }
         super::say(verdict.sentences().join("\n"))?;
     }
     Ok(figures)

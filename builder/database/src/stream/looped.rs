@@ -10,6 +10,8 @@
 //! Place and heading of the ends may differ: a loop with root motion moves on. A turn of less than 15 degrees is
 //! removed, as is that of a part of a clip.
 
+use std::fmt;
+
 use gestus_motion::{
     body::{Body, about_y, wrap},
     clip::{Clip, Frame, joint_distance, slerp},
@@ -76,6 +78,17 @@ pub struct Round {
     straight: bool,
     /// Distance of the two ends, centimetres: mean over the joints.
     pub gap_cm: f64,
+}
+
+impl fmt::Display for Round {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (first, last) = (self.start + 1, self.start + self.period);
+        write!(
+            f,
+            "The loop is frames {first} to {last} of the clip; its ends are {:.1} cm apart.",
+            self.gap_cm
+        )
+    }
 }
 
 /// A rigid motion on the ground: a turn about Y and a shift.
